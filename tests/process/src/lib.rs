@@ -1,8 +1,8 @@
-//! The programs that a test starts, watched while it waits.
+//! Programs started by a test, which watches them while it waits.
 //!
 //! A test that waits for something in the log of a node waits in vain once that node is gone, and reports a time-out where there
-//! was a crash. So every wait of this crate ([`until`], [`output()`], [`Process::wait`]) also looks after every [`Process`] that the
-//! same thread has started. One that has ended without being asked fails the test at once, with how it ended and the last lines of
+//! was a crash. So every wait of this crate ([`until`], [`output()`], [`Process::wait`]) also watches every [`Process`] that the
+//! same thread has started. An unexpected end of one fails the test at once, with its exit status and the last lines of
 //! its log:
 //!
 //! ```should_panic
@@ -27,15 +27,15 @@ use std::time::{Duration, Instant};
 pub use output::output;
 pub use process::{Process, assert_alive};
 
-/// The longest wait for what takes no time by itself: the machine may be very busy.
+/// Timeout of a wait: the machine may be very busy.
 pub const PATIENCE: Duration = Duration::from_secs(120);
-/// The time between two looks at what is waited for: far below the second within which a death is to be reported.
+/// Interval between two checks of the condition: far below the second within which a death is to be reported.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Waits until something is so.
+/// Waits until a condition holds.
 ///
 /// # Panics
-/// It is not so within [`PATIENCE`], or a process that this thread has started is gone.
+/// The condition does not hold within [`PATIENCE`], or a process that this thread has started is gone.
 #[expect(
     clippy::disallowed_methods,
     reason = "a wait for processes, by which nothing is measured"
@@ -43,7 +43,7 @@ const LOOK: Duration = Duration::from_millis(20);
 pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     let begin = Instant::now();
     loop {
-        // Before the condition is asked for: what a process did last counts.
+        // Before the condition is checked: the last effects of a process count.
         let deaths = process::deaths();
         if is_so() {
             return;

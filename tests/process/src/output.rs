@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use crate::{LOOK, Process, assert_alive};
 
-/// Runs a tool to its end and gives what it printed, as [`Command::output`] does.
+/// Runs a tool to its end and returns its output, as [`Command::output`] does.
 ///
 /// # Panics
 /// The tool does not start, or a process that this thread has started is gone while the tool runs.

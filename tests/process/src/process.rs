@@ -15,7 +15,7 @@ thread_local! {
 /// The last lines of a log that a report shows: a panic with a backtrace hint has three, and the cause often stands before it.
 const LAST_LINES: usize = 12;
 
-/// A program that ends with the test, and fails the test if it ends before without being asked.
+/// A program that ends with the test, and fails the test if it ends unexpectedly before.
 #[derive(Debug)]
 pub struct Process(Arc<Watched>);
 
@@ -29,21 +29,21 @@ struct Watched {
 #[derive(Debug)]
 struct State {
     child: Child,
-    /// The test has asked for its end.
+    /// True once the test has ended it, or permits its end.
     may_end: bool,
-    /// It has ended.
+    /// Exit status, once it has ended.
     status: Option<ExitStatus>,
 }
 
-/// Fails the test if a process that this thread has started ended without being asked.
+/// Fails the test if a process that this thread has started ended unexpectedly.
 ///
 /// # Panics
-/// Names each of them, how it ended and its last lines; `what` says what the test waited for.
+/// Names each of them, its exit status and its last lines; `what` names the condition that the test waited for.
 pub fn assert_alive(what: &str) {
     deaths().report(what);
 }
 
-/// Processes that ended without being asked.
+/// Processes that ended unexpectedly.
 pub(crate) struct Deaths(Vec<Arc<Watched>>);
 
 /// The deaths among the processes of this thread.
@@ -92,7 +92,7 @@ impl Process {
         Self::new(name, child, Some(log))
     }
 
-    /// Starts a program whose standard error goes where the command says.
+    /// Starts a program whose standard error is set by the command.
     ///
     /// # Errors
     /// The program cannot be started: it may not be installed.
@@ -127,7 +127,7 @@ impl Process {
         self.0.log()
     }
 
-    /// Whether the log has this in it.
+    /// True if the log contains this text.
     #[must_use]
     pub fn logged(&self, what: &str) -> bool {
         self.log().contains(what)
@@ -154,17 +154,17 @@ impl Process {
     /// Sends a signal: `TERM`, `INT`, `HUP`. The process may end from now on.
     ///
     /// # Panics
-    /// The process has ended before without being asked, or the signal cannot be sent.
+    /// The process has ended unexpectedly before, or the signal cannot be sent.
     pub fn signal(&self, signal: &str) {
         self.0.assert_alive();
         self.0.state().may_end = true;
         send(signal, self.id());
     }
 
-    /// Kills it, without time for a last word, and waits until it is gone.
+    /// Kills it, without time for last output, and waits until it is gone.
     ///
     /// # Panics
-    /// It has ended before without being asked.
+    /// The process has ended unexpectedly before.
     pub fn kill(&self) {
         self.0.assert_alive();
         let mut state = self.0.state();
@@ -184,13 +184,13 @@ impl Process {
         self.0.state().status.expect("it has ended")
     }
 
-    /// Whether it has ended, which is no failure by itself.
+    /// True if it has ended, which is no failure by itself.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.0.state().has_ended()
     }
 
-    /// From now on it may end.
+    /// Permits its end from now on.
     pub fn may_end(&self) {
         self.0.state().may_end = true;
     }
@@ -228,13 +228,13 @@ impl Watched {
         assert!(!self.is_dead(), "{}", self.report(""));
     }
 
-    /// Whether it has ended without being asked.
+    /// True if it has ended unexpectedly.
     fn is_dead(&self) -> bool {
         let mut state = self.state();
         !state.may_end && state.has_ended()
     }
 
-    /// How it ended, and its last lines.
+    /// Exit status and last lines.
     fn report(&self, when: &str) -> String {
         let how = self.state().status.map(how_it_ended).unwrap_or_default();
         format!("{} {how}{when}\n{}", self.name, self.last_lines())
@@ -261,7 +261,7 @@ impl State {
         self.status.is_some()
     }
 
-    /// Ends it; whether it was killed by a signal before.
+    /// Ends it. True if it was killed by a signal before.
     fn end(&mut self) -> bool {
         if self.has_ended() {
             return self.status.is_some_and(|status| status.code().is_none());

@@ -1,4 +1,4 @@
-//! Processes that die while a test waits: the report says so within a second, with the signal and the last lines.
+//! Processes that die while a test waits: the report comes within a second, with the signal and the last lines.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::{Command, Stdio};
@@ -7,7 +7,7 @@ use std::time::Duration;
 use coaxle_test_process::{Process, assert_alive, output, until};
 use tempfile::TempDir;
 
-/// Logs two lines, then does this.
+/// Logs two lines, then runs this command.
 fn node(folder: &TempDir, name: &str, then: &str) -> Process {
     let mut command = Command::new("sh");
     let script = format!("echo first >&2; echo last >&2; {then}");
@@ -45,12 +45,12 @@ fn a_node_that_is_killed_while_a_test_waits_is_reported_with_its_signal_and_its_
                 if looks == 3 {
                     die(&line, signal);
                 }
-                // A second of a wait: it looks fifty times in it.
+                // A wait of one second checks fifty times.
                 assert!(looks < 50, "the death is not reported");
                 false
             });
         });
-        // Where the system keeps cores, the status says that one was dumped.
+        // Where the system keeps cores, the status includes that one was dumped.
         let said = said.replace(" (core dumped)", "");
         let expected = format!(
             "line was killed by signal: {name}, while the test waited: the saw follows the line\n\

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
-/// One at a time: a program that is still open for writing in a process that another test just starts cannot be run.
+/// Lock for one test at a time: a program that is still open for writing in a process that another test just starts cannot be run.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// The runner with a program in place of a test program; what it noted.
+/// Runs the runner with a script as test program. Returns its output and notes.
 fn run(script: &str) -> (Output, String) {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().expect("a scratch folder");
@@ -60,7 +60,7 @@ fn a_program_that_crashes_fails() {
     assert_eq!(notes, "");
 }
 
-/// That the compiler here measures tests by these flags: this very program does.
+/// Checks that the compiler here measures tests by these flags, as this very program does.
 #[test]
 fn the_flags_are_known() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
