@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::modules::{Crate, ModuleId};
 
-/// Which of the modules beside each other uses which, all that is below them included.
+/// Uses between sibling modules, including all modules below them.
 type Uses = BTreeMap<ModuleId, BTreeSet<ModuleId>>;
 
-/// Each circle as its modules, in the order in which they use one another.
+/// Circles as lists of modules, in the order in which they use one another.
 pub(crate) fn of(read: &Crate) -> Vec<String> {
     let mut levels = BTreeMap::<ModuleId, Uses>::new();
     for user in read.modules() {
@@ -21,7 +21,7 @@ pub(crate) fn of(read: &Crate) -> Vec<String> {
     let mut circles = Vec::new();
     for uses in levels.values() {
         for &start in uses.keys() {
-            // Each circle once: from the module that comes first in it.
+            // A circle is listed once: from the module that comes first in it.
             let way = way_back(uses, start);
             circles.extend(
                 way.filter(|way| way.iter().min() == Some(&start))
@@ -35,7 +35,7 @@ pub(crate) fn of(read: &Crate) -> Vec<String> {
     circles
 }
 
-/// The common parent of two modules, and which of its children each belongs to; none where one is
+/// The common parent of two modules, and its children that they belong to; none where one is
 /// above the other.
 fn side_by_side(
     read: &Crate,

@@ -1,7 +1,7 @@
 //! The structure of the code itself: no circle between the modules of a crate, one place for the operating system, and no Zenoh
 //! where a change is to be tried in seconds.
 //!
-//! That crates have none, the compiler sees to. Within a crate, the modules beside each other, each
+//! Between crates, the compiler excludes circles. Within a crate, sibling modules, each
 //! with all that is below it, use one another in one direction only; a module and its own parent may
 //! use each other.
 

@@ -1,4 +1,4 @@
-//! The modules of a crate, and which of them uses which, read from the source.
+//! The modules of a crate, and the uses between them, read from the source.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -20,9 +20,9 @@ struct Module {
     name: String,
     parent: Option<ModuleId>,
     children: BTreeMap<String, ModuleId>,
-    /// What it defines itself; what macros define is not seen.
+    /// Names that it defines itself, except by macros.
     items: BTreeSet<String>,
-    /// What it imports or re-exports, by the name it has here.
+    /// Imports and re-exports, by the name they have here.
     imports: Vec<Import>,
     /// Paths in its code that begin with `crate`, `self` or `super`.
     paths: Vec<Vec<String>>,
@@ -30,7 +30,7 @@ struct Module {
 
 struct Import {
     path: Vec<String>,
-    /// None: everything (`*`).
+    /// Absent for everything (`*`).
     name: Option<String>,
 }
 
@@ -43,7 +43,7 @@ impl Crate {
         read
     }
 
-    /// All modules.
+    /// Every module.
     pub(crate) fn modules(&self) -> std::ops::Range<ModuleId> {
         0..self.modules.len()
     }
@@ -80,7 +80,7 @@ impl Crate {
         self.read_items(&syntax.items, folder, name, parent);
     }
 
-    /// `folder`: where files of modules inside this one lie.
+    /// Reads items; `folder` is that of files of modules inside this one.
     fn read_items(&mut self, items: &[Item], folder: &Path, name: &str, parent: Option<ModuleId>) {
         let id = self.modules.len();
         self.modules.push(Module {
@@ -119,7 +119,7 @@ impl Crate {
         }
     }
 
-    /// Which module defines what a path names; none if that is in another crate.
+    /// The module that defines the target of a path; none if that is in another crate.
     fn resolve(&self, from: ModuleId, path: &[String], depth: u32) -> Option<ModuleId> {
         let (first, mut rest) = path.split_first()?;
         let mut at = match first.as_str() {
@@ -145,7 +145,7 @@ impl Crate {
         Some(at)
     }
 
-    /// Follows re-exports of a name. What is found nowhere, a macro defines where it was looked for.
+    /// Follows re-exports of a name. An unknown name is taken as defined by a macro in that module.
     fn definition(&self, at: ModuleId, name: &str, depth: u32) -> ModuleId {
         let module = &self.modules[at];
         if module.items.contains(name) || depth > 8 {
@@ -159,7 +159,7 @@ impl Crate {
     }
 }
 
-/// Tests, and what only the documentation needs.
+/// True for tests, and for items that only the documentation needs.
 fn is_left_out(item: &Item) -> bool {
     let attributes = match item {
         Item::Mod(item) => &item.attrs,

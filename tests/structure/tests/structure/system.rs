@@ -1,8 +1,8 @@
-//! Where the source names an operating system.
+//! Places in the source that name an operating system.
 
 use std::path::Path;
 
-/// What a portable program does without.
+/// Names that a portable program does not use.
 const NAMES: [&str; 7] = [
     "rustix::",
     "nix::",
@@ -13,7 +13,7 @@ const NAMES: [&str; 7] = [
     "\"/sys/",
 ];
 
-/// The lines under a folder that do, tests and the folder that ends with `but` left out.
+/// The lines under a folder with such names, except in tests and in the folder that ends with `but`.
 pub(crate) fn lines_that_name_it(folder: &Path, but: &str) -> Vec<String> {
     let mut found = Vec::new();
     if folder.ends_with(but) {

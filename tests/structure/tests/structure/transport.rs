@@ -1,8 +1,8 @@
-//! What is built without Zenoh.
+//! Crates that are built without Zenoh.
 
 use std::process::Command;
 
-/// These and all that they need, tests included.
+/// Crates to check, with all their dependencies, tests included.
 const WITHOUT: [&str; 4] = [
     "coaxle-os",
     "coaxle-lab",
@@ -10,10 +10,10 @@ const WITHOUT: [&str; 4] = [
     "coaxle-virtual-tests",
 ];
 
-/// What a server or a transport brings.
+/// First words of crates of a server or a transport.
 const NOT_THERE: [&str; 2] = ["zenoh", "axum"];
 
-/// Each crate that needs one of them, by what cargo would build.
+/// Finds crates with such a dependency, by the tree of cargo.
 #[test]
 fn the_lab_the_report_and_the_tests_of_virtual_time_need_no_zenoh() {
     let mut found = Vec::new();
