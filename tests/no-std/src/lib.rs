@@ -7,7 +7,7 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, Span};
 use coaxle_remote::{AxisSync, AxisSyncParameters, FilterMode};
 
-/// One cycle of the far axis; NaN when the block does not start.
+/// A cycle of the far axis; NaN when the block does not start.
 #[unsafe(no_mangle)]
 pub extern "C" fn coaxle_cycle(index: u16, position: f64, velocity: f64) -> f64 {
     let axis = NcToPlcAxis {
