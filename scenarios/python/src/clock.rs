@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::error::{told, wrong};
 
-/// Follows one far clock: `message` and `response` for what has come, then `cycle`, then `request`.
+/// Follows one far clock: pass arrivals to `message` and `response`, then call `cycle`, then `request`.
 #[pyclass(module = "coaxle")]
 pub(crate) struct FarClock(Clock);
 
@@ -78,7 +78,7 @@ impl FarClock {
         self.0.request(Instant::from_nanos(now_ns))
     }
 
-    /// The cycle that ideally begins at `now_ns`, with all messages up to then: what is known of the far clock.
+    /// Runs the cycle whose ideal start is `now_ns`, with all messages up to then. Returns the state of the far clock.
     fn cycle<'py>(&mut self, py: Python<'py>, now_ns: i64) -> PyResult<Bound<'py, PyDict>> {
         let output = self.0.cycle(Instant::from_nanos(now_ns), |_, _| {});
         let known = PyDict::new(py);
@@ -92,21 +92,21 @@ impl FarClock {
         Ok(known)
     }
 
-    /// What the far clock shows at `at_ns` of the own one, ns, and by how much that may be wrong, s; none before it is
+    /// Far time at `at_ns` of the own clock, ns, and its uncertainty, s; none before the clock is
     /// known.
     fn far_time_at(&self, at_ns: i64) -> Option<(i64, f64)> {
         let reading = self.0.far_time_at(Instant::from_nanos(at_ns))?;
         Some((nanos(reading.time), reading.uncertainty.0))
     }
 
-    /// By how much message number `count` is to be moved in time to be of the newest cycle, s; none as long as that is not
-    /// sure.
+    /// Correction that moves message number `count` to the newest cycle, s; none as long as it is not
+    /// certain.
     fn correction_s(&self, count: u64) -> Option<f64> {
         self.0.correction(count).map(|correction| correction.0)
     }
 }
 
-/// Since the ideal start of the far node's cycle 0, ns.
+/// Time since the ideal start of the far node's cycle 0, ns.
 fn nanos(time: FarTime) -> i64 {
     time.instant.since_epoch().as_nanos() + i64::from(time.fraction_ns >= 0.5)
 }
@@ -117,7 +117,7 @@ pub(crate) fn cycle_time(seconds: f64) -> PyResult<CycleTime> {
     CycleTime::new(span).map_err(|error| wrong(format!("cycle_time_s: {error}")))
 }
 
-/// As long as anybody may wait.
+/// Longest wait.
 const LONGEST_S: f64 = 3600.0;
 
 /// A time to wait.

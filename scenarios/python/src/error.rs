@@ -1,4 +1,4 @@
-//! What goes wrong, as Python hears of it.
+//! Errors as Python receives them.
 
 use pyo3::PyErr;
 use pyo3::exceptions::PyValueError;
@@ -10,7 +10,7 @@ pyo3::create_exception!(
     "What was received and what is expected, as the tool says it."
 );
 
-/// An error with all that led to it.
+/// An error with its causes.
 pub(crate) fn told(error: impl Into<anyhow::Error>) -> PyErr {
     CoaxleError::new_err(format!("{:#}", error.into()))
 }

@@ -1,4 +1,4 @@
-//! Axes of a node that is elsewhere, in the clock of this machine.
+//! Axes of another node, in the clock of this machine.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -22,10 +22,10 @@ use pyo3::types::PyDict;
 use crate::error::told;
 use crate::publish::{Sealed, check_ids};
 
-/// Another run of the node is followed when nothing has come of this one for so long.
+/// Time without frames after which another run of the node is followed.
 const SILENCE: Span = Span::from_millis(250);
 
-/// Follows axes of a node: frames in, and where the axes are now.
+/// Follows axes of a node: receives frames, and calculates the present positions.
 #[pyclass(module = "coaxle")]
 pub(crate) struct Follower {
     ids: Vec<u32>,
@@ -44,9 +44,9 @@ impl Shared {
     }
 }
 
-/// What is known of the node.
+/// State of the followed node.
 struct Followed {
-    /// The own run: responses to others are not for it.
+    /// The own run: responses to other runs are not for it.
     run: u64,
     requester: u32,
     requests: Sealed,
@@ -67,7 +67,7 @@ struct Newest {
 
 #[pymethods]
 impl Follower {
-    /// Waits for so many frames more, or for so long; whether they came.
+    /// Waits until this number of further frames came, or the time passed. Returns whether they came.
     fn wait(&self, py: Python<'_>, frames: u64, within_s: f64) -> PyResult<bool> {
         let wanted = self.shared.lock().frames.saturating_add(frames);
         let end = machine::now() + crate::clock::span("within_s", within_s)?;
@@ -82,8 +82,8 @@ impl Follower {
         }
     }
 
-    /// Where the axes are now: by their ids position, velocity, acceleration, state word, error code, none of one that did
-    /// not come; and how sure that is. None before a frame has come.
+    /// Present motion of each axis by its id: position, velocity, acceleration, state word, error code, or None if it did
+    /// not come; with age and uncertainty. None before a frame has come.
     fn read<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let now = machine::now();
         let followed = self.shared.lock();
@@ -124,13 +124,13 @@ impl Follower {
         Ok(Some(read))
     }
 
-    /// Hears nothing any more.
+    /// Stops receiving.
     fn close(&mut self) {
         self.declared.clear();
     }
 }
 
-/// Python is asked so often whether it has something to say.
+/// Interval at which Python is checked for signals.
 const GLANCE: Duration = Duration::from_millis(100);
 
 impl Follower {
@@ -180,7 +180,7 @@ impl Follower {
         open().map_err(|error: anyhow::Error| told(error))
     }
 
-    /// Whether so many frames have come before this ends, which is soon.
+    /// Waits briefly, at most until `end`. True if this number of frames has come.
     fn glance(&self, wanted: u64, end: Instant<Machine>) -> bool {
         let left = u64::try_from((end - machine::now()).as_nanos()).unwrap_or_default();
         let patience = GLANCE.min(Duration::from_nanos(left));
@@ -207,7 +207,7 @@ impl Followed {
         })
     }
 
-    /// A frame came: what it says, and what its arrival says of the clock.
+    /// Takes a frame: its axes, and its arrival for the clock.
     fn take(&mut self, at: Instant<Machine>, frame: &Frame<'_>) {
         let header = &frame.header;
         let heard_other = |newest: &Newest| {
@@ -247,7 +247,7 @@ impl Followed {
         let now = machine::now();
         let mut body = [0; TIME_REQUEST_CAPACITY];
         let length = encode_time_request(self.requester, self.run, number, local(now), &mut body);
-        // What gets lost is asked again.
+        // A lost request is repeated.
         let _ = self.requests.send(&body[..length], now);
     }
 }

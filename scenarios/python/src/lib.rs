@@ -1,7 +1,7 @@
-//! Coaxle for Python: what `import coaxle` loads. `docs/PYTHON.md` is its manual, and `python/coaxle` its face; here is what
-//! Python cannot do itself, over the same code as the tool's.
+//! Coaxle for Python: the module that `import coaxle` loads. `docs/PYTHON.md` is its manual, and `python/coaxle` its interface.
+//! Here are the functions that need the tool's own code.
 //!
-//! Numbers cross as bytes, eight for each, which NumPy reads and writes without a copy; what has fields crosses as JSON.
+//! Numbers cross as bytes, eight for each, which NumPy reads and writes without a copy; structures cross as JSON.
 
 mod clock;
 mod columns;

@@ -64,14 +64,14 @@ impl Law {
             .map_err(wrong)
     }
 
-    /// At each of these masters; beyond its ends the formula goes on.
+    /// Motion at each of these masters; beyond its ends the formula continues.
     fn at<'py>(&self, py: Python<'py>, masters: &[u8]) -> PyResult<Columns<'py>> {
         let masters = numbers(masters)?;
         let motions: Vec<_> = masters.iter().map(|master| self.0.at(*master)).collect();
         Ok(columns(py, &motions))
     }
 
-    /// The smallest and the largest value of position, velocity, acceleration, jerk, each with where it is taken.
+    /// The smallest and the largest value of position, velocity, acceleration, jerk, each with its master position.
     fn extremes(&self) -> [[(f64, f64); 2]; 4] {
         let all = self.0.extremes();
         [all.position, all.velocity, all.acceleration, all.jerk].map(|of| {
@@ -99,13 +99,13 @@ fn knot([master, position, velocity, acceleration]: [f64; 4]) -> Knot {
 #[pyclass(module = "coaxle")]
 pub(crate) struct Plate {
     file: CamFile,
-    /// One thread at a time.
+    /// Locked for one thread at a time.
     plate: Mutex<coaxle_plate::Plate>,
 }
 
 #[pymethods]
 impl Plate {
-    /// The plate of a cam file's text; `path` is what errors call it, and beside it a CSV file is looked for.
+    /// The plate of a cam file's text; `path` is its name in errors, and a CSV file is read from its folder.
     #[new]
     fn new(path: &str, text: &str) -> PyResult<Self> {
         let file = CamFile::parse(Path::new(path), text).map_err(told)?;
@@ -116,7 +116,7 @@ impl Plate {
         })
     }
 
-    /// One line for people, unit of the master, unit of the slave.
+    /// Title, unit of the master, unit of the slave.
     fn facts(&self) -> (&str, &str, &str) {
         (
             &self.file.title,
@@ -125,12 +125,12 @@ impl Plate {
         )
     }
 
-    /// Where it begins and ends on the master.
+    /// First and last master position.
     fn master_range(&self) -> (f64, f64) {
         self.plate().master_range()
     }
 
-    /// At each of these masters.
+    /// Motion at each of these masters.
     fn at<'py>(&self, py: Python<'py>, masters: &[u8]) -> PyResult<Columns<'py>> {
         let masters = numbers(masters)?;
         let (plate, mut cursor) = (self.plate(), Cursor::default());
@@ -146,7 +146,7 @@ impl Plate {
         self.plate().masters_at(position).collect()
     }
 
-    /// What it demands of the slave at a velocity of the master, x/s: JSON, as an answer to an order has it.
+    /// Characteristic values at a velocity of the master, x/s: JSON, as in the response to an order.
     fn characteristics(&self, master_velocity: f64) -> PyResult<String> {
         let plate = self.plate();
         let found = plate.characteristics(master_velocity).map_err(wrong)?;
@@ -171,7 +171,7 @@ pub(crate) struct SawPlan {
 
 #[pymethods]
 impl SawPlan {
-    /// The plan of a saw file's text; `file` is what errors call it. What the command is refused for is an error.
+    /// The plan of a saw file's text; `file` is its name in errors. A refusal of the command is an error.
     #[new]
     fn new(file: &str, text: &str) -> PyResult<Self> {
         let saw = SawFile::parse(file, text).map_err(told)?;
@@ -182,7 +182,7 @@ impl SawPlan {
         Ok(Self { file: saw, plan })
     }
 
-    /// One line for people, unit of the master, unit of the slave.
+    /// Title, unit of the master, unit of the slave.
     fn facts(&self) -> (&str, &str, &str) {
         (
             &self.file.title,
@@ -191,7 +191,7 @@ impl SawPlan {
         )
     }
 
-    /// What is known of it as a whole.
+    /// Properties of the whole plan.
     fn outline<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let outline = PyDict::new(py);
         let plan = &self.plan;

@@ -1,4 +1,4 @@
-//! A place in the network, from which nodes are watched, commanded and followed, and axes are published.
+//! A session in the network, by which nodes are watched, commanded and followed, and axes are published.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub(crate) struct Network {
 
 #[pymethods]
 impl Network {
-    /// Joins the network; with an operator's folder of the secure profile in that operator's name.
+    /// Joins the network; with an operator's folder of the secure profile, in that operator's name.
     #[new]
     #[pyo3(signature = (*, connect, listen, secure))]
     fn new(
@@ -55,7 +55,7 @@ impl Network {
         serde_json::to_string(&all).map_err(told)
     }
 
-    /// The newest status of a node, JSON; none if it says nothing within this time.
+    /// The newest status of a node, JSON; none if it publishes none within this time.
     fn status(&self, py: Python<'_>, node: &str, within_s: f64) -> PyResult<Option<String>> {
         let (name, patience) = (name("node", node)?, span("within_s", within_s)?);
         let of = |seen: &[coaxle_host::SeenNode]| {
@@ -67,7 +67,7 @@ impl Network {
         status.transpose().map_err(told)
     }
 
-    /// Sends an order, JSON as docs/WIRE.md has it, to a node. Its answer, JSON.
+    /// Sends an order, JSON as in docs/WIRE.md, to a node. Returns its response, JSON.
     fn send(&self, py: Python<'_>, node: &str, order: &str) -> PyResult<String> {
         let node = name("node", node)?;
         let order =
@@ -89,7 +89,7 @@ impl Network {
         py.detach(|| Publisher::open(&self.transport, node, cycle_time, &axes))
     }
 
-    /// Axes of a node, in the clock of this machine. `name` is what requests for its time bear.
+    /// Follows axes of a node, in the clock of this machine. `name` is the requester in time requests.
     fn follow(&self, py: Python<'_>, node: &str, axes: Vec<u32>, own: &str) -> PyResult<Follower> {
         let (node, own) = (name("node", node)?, name("name", own)?);
         py.detach(|| Follower::open(&self.transport, &node, &own, axes))

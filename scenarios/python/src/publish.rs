@@ -20,7 +20,7 @@ use serde_json::json;
 use crate::columns::numbers;
 use crate::error::{told, wrong};
 
-/// How often the node says how it is.
+/// Interval of the node's status.
 const STATUS_PERIOD: Span = Span::from_millis(250);
 
 /// A node whose axes are published one cycle after the other: `wait`, then `publish`.
@@ -28,13 +28,13 @@ const STATUS_PERIOD: Span = Span::from_millis(250);
 pub(crate) struct Publisher {
     name: NodeName,
     run: Run,
-    /// The axes as they are published, but for where they are.
+    /// The axes as published, without their motion.
     axes: Vec<NcToPlcAxis>,
     body: Vec<u8>,
     frames: Sealed,
     status: Box<dyn Way>,
     said: Option<Instant<Machine>>,
-    /// The cycle that was waited for, and whether its frame is out.
+    /// The newest cycle waited for, and whether its frame is published.
     cycle: Option<(u64, bool)>,
     published: u64,
     declared: Vec<Declared>,
@@ -61,7 +61,7 @@ impl Run {
     }
 }
 
-/// A way for frames, each with its stamp and check sum.
+/// A publisher of frames, each with its stamp and check sum.
 pub(crate) struct Sealed {
     way: Box<dyn Way>,
     seal: KeySeal,
@@ -75,7 +75,7 @@ impl Sealed {
         })
     }
 
-    /// Of the cycle that ideally started then.
+    /// Sends the frame of the cycle with this ideal start.
     pub(crate) fn send(&self, body: &[u8], ideal_start: Instant<Machine>) -> anyhow::Result<()> {
         let mut frame = Vec::new();
         (self.seal).seal(body, Some(machine::now() - ideal_start), &mut frame);
@@ -85,7 +85,7 @@ impl Sealed {
 
 #[pymethods]
 impl Publisher {
-    /// Sleeps until the next cycle begins: its number, and when it began, s since the start. What was missed is skipped.
+    /// Sleeps until the next cycle begins. Returns its number, and its beginning, s since the start. Missed cycles are skipped.
     fn wait(&mut self, py: Python<'_>) -> PyResult<(u64, f64)> {
         let now = machine::now();
         let last = self.cycle.map_or(0, |(count, _)| count);
@@ -97,7 +97,7 @@ impl Publisher {
         Ok((next, (begin - self.run.start).as_secs_f64()))
     }
 
-    /// Publishes where the axes are in the cycle that was waited for: positions, velocities, accelerations, in the order of
+    /// Publishes the state of the axes in the cycle waited for: positions, velocities, accelerations, in the order of
     /// the ids, and the code of an error, 0 without one.
     fn publish(
         &mut self,
@@ -134,12 +134,12 @@ impl Publisher {
         py.detach(|| self.send(count)).map_err(told)
     }
 
-    /// How many frames were published.
+    /// Number of frames published.
     fn published(&self) -> u64 {
         self.published
     }
 
-    /// Nobody sees the node any more.
+    /// Removes the node from the network.
     fn close(&mut self) {
         self.declared.clear();
     }
@@ -238,7 +238,7 @@ impl Publisher {
         self.say(count)
     }
 
-    /// Says how it is, now and then.
+    /// Publishes the status when it is due.
     fn say(&mut self, count: u64) -> anyhow::Result<()> {
         let now = machine::now();
         if self.said.is_some_and(|said| now - said < STATUS_PERIOD) {
@@ -260,7 +260,7 @@ impl Publisher {
     }
 }
 
-/// Responds to whoever asks what the node's clock shows, from any thread.
+/// Responds to time requests, from any thread.
 fn respond(
     transport: &dyn Transport,
     name: &NodeName,
@@ -287,7 +287,7 @@ fn respond(
             };
             server.respond(&tick, local(now));
             if let Some(outgoing) = server.transmit() {
-                // Who asks asks again.
+                // A requester repeats a lost request.
                 let _ = responses.send(outgoing.body, run.begin_of(count));
             }
         });

@@ -22,12 +22,12 @@ struct Table {
     columns: Vec<Column>,
 }
 
-/// The values of a signal. A row without one has any, and is not marked as known.
+/// The values of a signal. A row without one has an arbitrary value, and is not marked as known.
 enum Values {
     Numbers(Vec<f64>),
     Integers(Vec<i64>),
     Flags(Vec<u8>),
-    /// Places among the words.
+    /// Indices of words.
     Words(Vec<i32>, BTreeMap<String, i32>),
 }
 
@@ -93,7 +93,7 @@ impl Column {
     }
 }
 
-/// What a recording holds: its tables with their columns, the facts of it, what is damaged, and rows that are not whole.
+/// Reads a recording: its tables with their columns, its facts, its damage, and the number of incomplete rows.
 #[pyfunction]
 pub(crate) fn read_recording<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
     let read = py.detach(|| read(&path)).map_err(told)?;
@@ -130,7 +130,7 @@ struct Read {
     incomplete: u64,
 }
 
-/// As much damage is told.
+/// Greatest number of damaged pieces listed.
 const MOST_DAMAGE: usize = 100;
 
 fn read(path: &std::path::Path) -> anyhow::Result<Read> {
@@ -163,7 +163,7 @@ fn read(path: &std::path::Path) -> anyhow::Result<Read> {
         }
     }
     read.heads = reader.tables().to_vec();
-    // A table that no row came of.
+    // Tables without rows are dropped.
     read.heads.truncate(read.tables.len());
     read.incomplete = reader.incomplete_rows();
     if read.heads.is_empty()

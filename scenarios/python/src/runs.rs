@@ -27,7 +27,7 @@ pub(crate) fn scenarios() -> PyResult<Vec<(String, String)>> {
         .map_err(told)
 }
 
-/// Runs a scenario and leaves in `out` what `coaxle run` leaves there. The summary, as JSON.
+/// Runs a scenario and leaves the results of `coaxle run` in `out`. Returns the summary, as JSON.
 #[pyfunction]
 #[pyo3(signature = (scenario, out, *, seed, overrides, receivers, trace))]
 pub(crate) fn run(
@@ -70,7 +70,7 @@ pub(crate) fn run(
     }
 }
 
-/// Ends a run when Python has something to say, such as that somebody pressed Ctrl-C.
+/// Ends a run at a signal to Python, such as Ctrl-C.
 struct Interrupted(Option<PyErr>);
 
 impl Progress for Interrupted {
@@ -80,7 +80,7 @@ impl Progress for Interrupted {
     }
 }
 
-/// Runs a scenario over a grid and leaves in `out` what `coaxle sweep` leaves there. How many runs are over, of how many.
+/// Runs a scenario over a grid and leaves the results of `coaxle sweep` in `out`. Returns the numbers of finished runs, and of all.
 #[pyfunction]
 #[pyo3(signature = (scenario, out, *, axes, overrides, receivers, seeds, fresh))]
 #[expect(clippy::too_many_arguments, reason = "each has its name in Python")]
