@@ -290,8 +290,8 @@ fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     judged.map(ToString::to_string)
 }
 
-/// Cycles of silence, or of difference, that a quiet network of these schedules may have: a block that tolerates no more may
-/// never get in sync.
+/// Least tolerance of a block, in cycles of silence or of difference, for a quiet network of these schedules: with less it
+/// may never get in sync.
 const BORNE: f64 = 20.0;
 
 /// True if a receiver has to be in sync once the network is quiet: its blocks tolerate the remaining faults, and its master

@@ -75,7 +75,7 @@ impl Way {
         }
     }
 
-    /// True if packets leave the machine, where they can be lost.
+    /// False for a transport within the machine, which loses nothing.
     fn can_lose(self) -> bool {
         self != Self::UnixSocket
     }

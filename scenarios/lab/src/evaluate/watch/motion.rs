@@ -8,7 +8,7 @@ use coaxle_sim::{FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, Receiv
 use super::found::{Found, WatchedCycle};
 use crate::invariants::Invariant;
 
-/// Beat of a block that tolerates any.
+/// Assumed beat of a block that tolerates any.
 const MOST_BEATS: f64 = 1_000.0;
 
 /// Watches the positions of a far axis.

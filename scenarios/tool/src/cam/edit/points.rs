@@ -131,7 +131,7 @@ fn in_order(tables: &mut ArrayOfTables) {
     }
 }
 
-/// Sets numbers that are written to the points' places.
+/// Renumbers points whose number is written, by their places.
 fn renumber(document: &mut DocumentMut) {
     for n in 0..count(document) {
         if let Some(point) = point(document, n)

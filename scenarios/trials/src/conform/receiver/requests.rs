@@ -12,7 +12,7 @@ use coaxle_os::Machine;
 use super::rules::REQUESTS;
 use crate::conform::rule::{Finding, Outcome, Tally};
 
-/// Mean pause between two requests, s: some ten come each second.
+/// Range of the mean pause between two requests, s: some ten come each second.
 const PAUSE: (f64, f64) = (0.02, 1.0);
 
 /// Takes time requests and responds.
