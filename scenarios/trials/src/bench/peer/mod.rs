@@ -1,4 +1,4 @@
-//! One process of a measurement: this very program, called with [`PEER`](super::plan::PEER).
+//! A process of a measurement: this very program, called with [`PEER`](super::plan::PEER).
 
 mod nodes;
 mod raw;
