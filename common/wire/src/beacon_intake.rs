@@ -1,4 +1,4 @@
-//! What becomes of a beacon on its way in.
+//! Intake of beacons: checked, and refused or turned into messages.
 
 use crate::beacon::{BeaconLabel, BeaconSeal, BeaconSecret};
 use crate::channel::Channel;
@@ -21,7 +21,7 @@ enum Of {
 }
 
 impl BeaconIntake {
-    /// The beacons to `node` of those who follow it.
+    /// Takes the beacons to `node` from the nodes that follow it.
     #[must_use]
     pub fn requests_to(node: &NodeName) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl BeaconIntake {
         }
     }
 
-    /// What `node` answers to those of `requester`.
+    /// Takes the responses of `node` to the beacons of `requester`.
     #[must_use]
     pub fn responses_of(node: &NodeName, requester: &NodeName) -> Self {
         Self {
@@ -42,14 +42,14 @@ impl BeaconIntake {
         }
     }
 
-    /// The same, but only what is authenticated by the secret is a good beacon.
+    /// Accepts only beacons that are authenticated by the secret.
     #[must_use]
     pub fn authenticated(self, secret: &BeaconSecret) -> Self {
         let seal = self.seal.authenticated(secret);
         Self { seal, ..self }
     }
 
-    /// Whether a beacon with this body concerns it, as far as that can be seen from outside.
+    /// True if a beacon with this body is for this intake, as far as that can be seen without the key.
     #[must_use]
     pub fn concerns(&self, label: &BeaconLabel) -> bool {
         match self.of {
@@ -58,7 +58,7 @@ impl BeaconIntake {
         }
     }
 
-    /// What the node is told of a beacon; none of one that is for another node.
+    /// Message to the node about a beacon; none if the beacon is for another node.
     pub(crate) fn message(&self, payload: &[u8]) -> Option<Message<'static>> {
         let read = match self.of {
             Of::Requests => {

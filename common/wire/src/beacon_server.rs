@@ -1,4 +1,4 @@
-//! The part of a node that answers the beacons of those who follow it.
+//! The part of a node that responds to the beacons of its followers.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local};
@@ -7,35 +7,35 @@ use crate::beacon::{BEACON_CAPACITY, BeaconRequest, BeaconResponseHeader, encode
 use crate::channel::Channel;
 use crate::message::Outgoing;
 
-/// Most beacons answered in one cycle.
+/// Greatest number of beacons responded to in one cycle.
 pub const MAX_BEACONS: usize = 16;
 
-/// Answers, in each cycle, the beacons that came before it, each by one of its own.
+/// Responds in each cycle to the beacons received before it, each by a beacon of its own.
 #[derive(Clone, Debug)]
 pub struct BeaconServer {
     header: BeaconResponseHeader,
     start: Instant<Local>,
     waiting: [(Instant<Local>, BeaconRequest); MAX_BEACONS],
     count: usize,
-    /// The newest cycle, and when it really began.
+    /// Newest cycle, and its real start.
     cycle: (Instant<Local>, Instant<Local>),
     body: [u8; BEACON_CAPACITY],
     counters: BeaconServerCounters,
 }
 
-/// What became of the beacons.
+/// Counters of the beacons by result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BeaconServerCounters {
-    /// Answered.
+    /// Beacons responded to.
     pub answered: u64,
-    /// Not answered: too many came in one cycle.
+    /// Beacons dropped: too many arrived in one cycle.
     pub dropped: u64,
-    /// Refused before they got here.
+    /// Beacons refused before they reached the server.
     pub refused: u64,
 }
 
 impl BeaconServer {
-    /// Answers as the node with the id `sender`, in its run `epoch`, whose cycle 0 is due at `start`.
+    /// Responds as the node with the id `sender`, in its run `epoch`, whose cycle 0 is due at `start`.
     #[must_use]
     pub fn new(sender: u32, epoch: u64, start: Instant<Local>, cycle_time: CycleTime) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl BeaconServer {
         }
     }
 
-    /// Stores a beacon that arrived at `at`. Of two of one node the newer one counts.
+    /// Stores a beacon that arrived at `at`. It replaces an older one of the same node.
     pub fn receive(&mut self, at: Instant<Local>, request: &BeaconRequest) {
         let mut waiting = self.waiting[..self.count].iter_mut();
         let same = waiting.find(|(_, other)| other.requester == request.requester);
@@ -74,13 +74,14 @@ impl BeaconServer {
         self.counters.refused = self.counters.refused.saturating_add(1);
     }
 
-    /// The cycle `tick` really began at `now`: what had arrived by then is answered in it.
+    /// Responds in the cycle `tick`, which really began at `now`, to the beacons that had arrived by
+    /// then.
     pub fn respond(&mut self, tick: &Tick, now: Instant<Local>) {
         self.header.count = tick.count;
         self.cycle = (tick.ideal_start, now);
     }
 
-    /// The next answer of the newest cycle, until there is none left.
+    /// Returns the next response of the newest cycle, until there is none left.
     pub fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let (ideal_start, now) = self.cycle;
         let due = self.waiting[..self.count].iter();
@@ -99,7 +100,7 @@ impl BeaconServer {
         })
     }
 
-    /// What became of the beacons so far.
+    /// Counters of the beacons so far.
     #[must_use]
     pub const fn counters(&self) -> BeaconServerCounters {
         self.counters

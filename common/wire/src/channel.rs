@@ -1,21 +1,21 @@
-//! What a node publishes, each under a key of its own.
+//! Channels of a node, each under a key of its own.
 
-/// What a node's frames are about; each kind has a key of its own.
+/// Kind of frames of a node; each kind has a key of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// `coaxle/<node>/axes`: a sender's own axes.
     Axes,
     /// `coaxle/<node>/slaves`: a receiver's slave axes.
     Slaves,
-    /// `coaxle/<node>/time-requests`: what others ask the node, published by them.
+    /// `coaxle/<node>/time-requests`: time requests to the node, published by others.
     TimeRequests,
-    /// `coaxle/<node>/time-responses`: how the node responds.
+    /// `coaxle/<node>/time-responses`: the node's responses to them.
     TimeResponses,
     /// `coaxle/<node>/far-axes`: the axes that a receiver follows, as corrected.
     FarAxes,
-    /// `coaxle/<node>/beacon-requests`: beacons to the node, of those who follow it. Beside the transport.
+    /// `coaxle/<node>/beacon-requests`: beacons to the node from its followers. Beside the transport.
     BeaconRequests,
-    /// `coaxle/<node>/beacon-responses`: how it answers them. Beside the transport.
+    /// `coaxle/<node>/beacon-responses`: the node's responses to them. Beside the transport.
     BeaconResponses,
 }
 
@@ -45,15 +45,15 @@ impl Channel {
         }
     }
 
-    /// Whether it is part of the timing channel, whose beacons travel beside the transport; its key is in their check sums
-    /// alone.
+    /// True for the timing channel, whose beacons travel beside the transport. Its key is only part of
+    /// their check sums.
     #[must_use]
     pub const fn is_timing(self) -> bool {
         matches!(self, Self::BeaconRequests | Self::BeaconResponses)
     }
 
-    /// Whether its frames hold axes and come once per cycle. The others are stamped whenever they
-    /// leave, whatever is configured: they are of no use without.
+    /// True if its frames hold axes and come once per cycle. All other frames are stamped when they
+    /// leave, whatever is configured: they are of no use without a stamp.
     #[must_use]
     pub const fn carries_axes(self) -> bool {
         matches!(self, Self::Axes | Self::Slaves | Self::FarAxes)

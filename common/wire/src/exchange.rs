@@ -1,8 +1,8 @@
 //! Time requests and responses on the wire: `docs/WIRE.md` describes every byte.
 //!
-//! Both are written like the frames of axes: a body in the cycle, and the send stamp and the check
-//! sum by whoever publishes it, at the last moment ([`KeySeal::seal`]). So the send stamp of a
-//! request is its `t1`, and that of a frame of responses their `t3`.
+//! Both are written like the frames of axes: the body in the cycle, the send stamp and the check sum by
+//! the publishing thread at the last moment ([`KeySeal::seal`]). So the send stamp of a request is its
+//! `t1`, and that of a frame of responses their `t3`.
 
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::frame::{FORMAT_VERSION, KeySeal, cycle_time, read, read_send_stamp, write};
 use crate::rejection::Rejection;
 
-/// Most responses in one frame.
+/// Greatest number of responses in one frame.
 pub const MAX_TIME_RESPONSES: usize = 16;
 
 /// A buffer of this many bytes holds the body of every request.
@@ -21,44 +21,44 @@ pub const TIME_REQUEST_CAPACITY: usize = 1 + 5 + 10 + 5 + 10;
 pub const TIME_RESPONSES_CAPACITY: usize =
     1 + 5 + 10 + 10 + 5 + 1 + MAX_TIME_RESPONSES * (5 + 10 + 5 + 10 + 10);
 
-/// What does a requester's counterpart clock show? The counterpart keeps all of it as it is, for the
+/// Request for the time of another node's clock. The responder returns all of it unchanged in its
 /// response.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TimeRequest {
-    /// Who asks: the CRC-32 of its node name.
+    /// Requester: the CRC-32 of its node name.
     pub requester: u32,
     /// The requester's run.
     pub run: u64,
-    /// Which request of that run.
+    /// Sequence number of the request in that run.
     pub number: u32,
-    /// When the request left, in nanoseconds of the requester's own clock: nobody else's business.
+    /// Departure of the request, ns of the requester's own clock: of no meaning to other nodes.
     pub requested: i64,
 }
 
-/// A request with what is said to it, but for when.
+/// Request with its response, without the departure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reply {
-    /// The request.
+    /// Request responded to.
     pub request: TimeRequest,
-    /// When it arrived, in the clock of who responds since the ideal start of its cycle 0.
+    /// Arrival of the request, in the responder's clock since the ideal start of its cycle 0.
     pub received: Span,
 }
 
-/// Who responds, and in which cycle.
+/// Responder and its cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeResponsesHeader {
-    /// The CRC-32 of its node name.
+    /// CRC-32 of its node name.
     pub sender: u32,
-    /// Its run.
+    /// Run of the responder.
     pub epoch: u64,
-    /// Its cycle count.
+    /// Cycle count of the responder.
     pub count: u64,
-    /// Its nominal cycle time.
+    /// Nominal cycle time of the responder.
     pub cycle_time: CycleTime,
 }
 
-/// Writes a request up to its send stamp into `out` and says how long that is. It leaves in the
-/// cycle that ideally began at `ideal_start`.
+/// Writes a request up to its send stamp into `out` and returns its length. It leaves in the cycle that
+/// ideally began at `ideal_start`.
 pub fn encode_time_request(
     requester: u32,
     run: u64,
@@ -76,7 +76,7 @@ pub fn encode_time_request(
     write(&body, out).expect("the buffer holds the longest request")
 }
 
-/// Writes a frame of responses up to its send stamp into `out` and says how long that is. Of more than
+/// Writes a frame of responses up to its send stamp into `out` and returns its length. Of more than
 /// [`MAX_TIME_RESPONSES`] the first are taken.
 pub fn encode_time_responses(
     header: &TimeResponsesHeader,
@@ -118,7 +118,7 @@ impl KeySeal {
         read_time_request(content)
     }
 
-    /// Checks a frame of responses that `sender` gave, and hands out those for `requester`. Does not
+    /// Checks a frame of responses of `sender` and passes those for `requester` to `each`. Does not
     /// allocate.
     ///
     /// # Errors
@@ -149,8 +149,9 @@ impl KeySeal {
         })
     }
 
-    /// Checks a frame of responses, whoever gave it, and hands out all of them, whomever they are for: its header, and
-    /// when it left, in the clock of who responds since the ideal start of its cycle 0. Does not allocate.
+    /// Checks a frame of responses of any responder and passes all of them on, for any requester. Returns
+    /// its header and its departure, in the responder's clock since the ideal start of its cycle 0. Does
+    /// not allocate.
     ///
     /// # Errors
     /// [`Rejection`], the first reason that applies. Nothing is handed out then.
@@ -213,12 +214,12 @@ fn read_time_request(content: &[u8]) -> Result<TimeRequest, Rejection> {
     })
 }
 
-/// A frame of responses that was read to its end.
+/// Frame of responses, read to its end.
 struct TimeResponses<'a> {
     header: TimeResponsesHeader,
     responded: Span,
     count: u32,
-    /// Begins with the replies.
+    /// Bytes that begin with the replies.
     replies: &'a [u8],
 }
 

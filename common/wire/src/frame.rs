@@ -1,8 +1,8 @@
 //! The frame on the wire: `docs/WIRE.md` describes every byte.
 //!
-//! A frame is written in two steps. The cycle thread encodes the body, everything up to the axes,
-//! into a buffer it owns ([`encode_body`]). Whoever publishes it appends the send stamp and the
-//! check sum at the last moment ([`KeySeal::seal`]).
+//! A frame is written in two steps. The cycle thread encodes the body, everything up to the axes, into a
+//! buffer it owns ([`encode_body`]). The publishing thread appends the send stamp and the check sum at
+//! the last moment ([`KeySeal::seal`]).
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Span};
@@ -13,18 +13,18 @@ use serde::{Deserialize, Serialize};
 use crate::keys::NodeName;
 use crate::rejection::Rejection;
 
-/// The version this code writes, and the only one it reads.
+/// Version this code writes, and the only one it reads.
 pub const FORMAT_VERSION: u8 = 1;
 
-/// Most axes in one frame.
+/// Greatest number of axes in one frame.
 pub const MAX_AXES: usize = 128;
 
-/// What a frame says besides its axes.
+/// Header of a frame: everything besides its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameHeader {
-    /// Which sender: the CRC-32 of its node name.
+    /// Sender: the CRC-32 of its node name.
     pub sender: u32,
-    /// Drawn at random when the sender starts: another epoch is another run of it.
+    /// Run of the sender, drawn at random when it starts: another epoch is another run.
     pub epoch: u64,
     /// The manual's cycle index.
     pub index: CycleIndex,
@@ -32,19 +32,19 @@ pub struct FrameHeader {
     pub count: u64,
     /// The sender's nominal cycle time.
     pub cycle_time: CycleTime,
-    /// How long after the ideal start of its cycle, in the sender's own clock, the message left;
-    /// none from senders that do not say.
+    /// Departure of the message after the ideal start of its cycle, in the sender's own clock; none from
+    /// senders that do not state it.
     pub send_stamp: Option<Span>,
 }
 
-/// What a receiver takes of an axis in a frame.
+/// Values of an axis in a frame that a receiver uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisSample {
-    /// The set values.
+    /// Set values.
     pub set: Kinematics,
-    /// The state word.
+    /// State word.
     pub state_word: StateWord,
-    /// The error code, 0 without one.
+    /// Error code, 0 without one.
     pub error_code: u32,
 }
 
@@ -62,17 +62,17 @@ impl From<&NcToPlcAxis> for AxisSample {
     }
 }
 
-/// An accepted frame, reduced to the axes that its receiver follows.
+/// Accepted frame, reduced to the axes that its receiver follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame<'a> {
-    /// What it says besides its axes.
+    /// Header: everything besides its axes.
     pub header: FrameHeader,
-    /// The followed axes, in the order in which they were asked for: all of the same cycle. None
-    /// where the frame has no such axis, or none that can be believed.
+    /// Followed axes, in the order of the request: all of the same cycle. None where the frame has no
+    /// such axis, or none with plausible values.
     pub axes: &'a [Option<AxisSample>],
 }
 
-/// How a node is named in a frame: the CRC-32 of its name.
+/// Id of a node in a frame: the CRC-32 of its name.
 #[must_use]
 pub fn sender_id(name: &NodeName) -> u32 {
     crc32fast::hash(name.as_str().as_bytes())
@@ -90,8 +90,8 @@ pub const fn frame_capacity(axes: usize) -> usize {
     body_capacity(axes) + MAX_STAMP_LEN + CHECKSUM_LEN
 }
 
-/// Writes a frame up to its axes into `out` and says how long that is. The header's send stamp is
-/// left to [`KeySeal::seal`]. Does not allocate.
+/// Writes a frame up to its axes into `out` and returns its length. The header's send stamp is left to
+/// [`KeySeal::seal`]. Does not allocate.
 ///
 /// # Errors
 /// [`EncodeError`]; a buffer of [`body_capacity`] bytes is never too small.
@@ -116,21 +116,21 @@ pub fn encode_body(
     Ok(used)
 }
 
-/// A body that cannot be written.
+/// Error of a body that cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EncodeError {
     /// More axes than a frame holds.
     #[error("received {received} axes, expected at most {MAX_AXES}")]
     TooManyAxes {
-        /// How many axes were given.
+        /// Number of axes given.
         received: usize,
     },
     /// The buffer does not hold the body.
     #[error("received a buffer of {received} bytes, expected {expected}")]
     BufferTooSmall {
-        /// The buffer's length.
+        /// Length of the buffer.
         received: usize,
-        /// A length that is enough.
+        /// Length that is sufficient.
         expected: usize,
     },
 }
@@ -172,9 +172,8 @@ impl KeySeal {
         out.extend_from_slice(&checksum.to_le_bytes());
     }
 
-    /// Checks a frame and hands out its axes, one after the other, before it answers with the
-    /// header. What `each_axis` saw of a frame that is refused in the end is void. Does not
-    /// allocate.
+    /// Checks a frame and passes its axes on one after the other, before it returns the header. If the
+    /// frame is refused in the end, the axes passed to `each_axis` are void. Does not allocate.
     ///
     /// # Errors
     /// [`Rejection`]: another version, then a wrong check sum, then content that is no frame.
@@ -187,8 +186,8 @@ impl KeySeal {
         read_content(content, each_axis)
     }
 
-    /// The fields of a frame whose version and check sum are right. `walk` goes through them, to name
-    /// the damage of one whose check sum is wrong.
+    /// Fields of a frame whose version and check sum are right. `walk` goes through them, to classify the
+    /// damage of one whose check sum is wrong.
     pub(crate) fn verify<'a>(
         &self,
         payload: &'a [u8],
@@ -299,7 +298,7 @@ fn read_content(
     prefix.header(read_send_stamp(rest)?)
 }
 
-/// The field that every frame ends with, but for its check sum.
+/// Last field of every frame before its check sum.
 pub(crate) fn read_send_stamp(bytes: &[u8]) -> Result<Option<Span>, Rejection> {
     let (send_stamp, rest) = read::<Option<Span>>(bytes)?;
     if rest.is_empty() {
@@ -309,8 +308,8 @@ pub(crate) fn read_send_stamp(bytes: &[u8]) -> Result<Option<Span>, Rejection> {
     }
 }
 
-/// What to call a frame whose check sum is wrong. Nothing in it is believed; but one that ends in
-/// the middle of its fields was cut, and that points at another culprit than a flipped bit does.
+/// Reason for a frame whose check sum is wrong. Nothing in it is trusted, but one that ends in the middle
+/// of its fields was truncated, which points at another cause than a flipped bit does.
 #[cold]
 fn diagnose_damage(walked: Result<(), Rejection>) -> Rejection {
     match walked {
@@ -325,12 +324,12 @@ pub(crate) fn write<T: Serialize>(value: &T, out: &mut [u8]) -> Option<usize> {
     Some(room - left)
 }
 
-/// What is left of the bytes that postcard writes to. Its own slice copies each integer by a call of `memcpy`, which waits
-/// for the bytes that were only just written.
+/// Remaining bytes that postcard writes to. Its own slice copies each integer by a call of `memcpy`,
+/// which waits for the bytes that were only just written.
 struct Room<'a>(&'a mut [u8]);
 
 impl Flavor for Room<'_> {
-    /// How many are left.
+    /// Number of bytes left.
     type Output = usize;
 
     #[inline]

@@ -1,5 +1,4 @@
-//! What becomes of a frame on its way in: checked, reduced to what concerns the node, or refused with
-//! a reason.
+//! Intake of frames: checked, reduced to what concerns the node, or refused with a reason.
 
 use crate::beacon::BeaconLabel;
 use crate::beacon_intake::BeaconIntake;
@@ -11,16 +10,16 @@ pub use crate::rejection::{Rejection, RejectionCounters};
 
 /// Takes the axes that are followed out of the frames of one key.
 ///
-/// It decides and keeps no count: the node that gets the [`Message`] does. It does not allocate.
+/// Decides and keeps no counts: the node that gets the [`Message`] does. Does not allocate.
 #[derive(Clone, Debug)]
 pub struct Intake {
     seal: KeySeal,
     sender: u32,
     /// The ids that are followed, in order, with their places among the samples.
     places: Box<[(u32, usize)]>,
-    /// Whether the axis has come up in the newest frame, good or not.
+    /// True for each axis that has come up in the newest frame, valid or not.
     seen: Box<[bool]>,
-    /// Of the newest frame, in the order in which the axes were asked for.
+    /// Samples of the newest frame, in the order of the requested ids.
     samples: Box<[Option<AxisSample>]>,
 }
 
@@ -39,7 +38,7 @@ impl Intake {
         }
     }
 
-    /// What the node is told about a frame.
+    /// Message to the node about a frame.
     #[must_use]
     pub fn message(&mut self, payload: &[u8]) -> Message<'_> {
         match self.accept(payload) {
@@ -48,8 +47,8 @@ impl Intake {
         }
     }
 
-    /// The followed axes from a frame. Of several axes with the same id the first counts. A frame is
-    /// good as long as one of them is.
+    /// Returns the followed axes of a frame. Of several axes with the same id the first counts. A frame
+    /// is accepted as long as one of its followed axes is valid.
     ///
     /// # Errors
     /// [`Rejection`], the first reason that applies.
@@ -91,11 +90,12 @@ impl Intake {
         })
     }
 
-    /// The ids of all axes of a frame, in its order: to tell whoever follows another one. It allocates.
+    /// Ids of all axes of a frame, in its order, for a log message when another axis is followed.
+    /// Allocates.
     #[must_use]
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         let mut ids = Vec::new();
-        // What was read before a frame turned out to be none is nobody's.
+        // Ids read before a frame turned out to be invalid are discarded.
         match self.seal.open(payload, |axis| ids.push(axis.axis_id)) {
             Ok(_) => ids,
             Err(_) => Vec::new(),
@@ -108,15 +108,15 @@ impl Intake {
 pub enum Reader {
     /// Axes: a message per frame.
     Axes(Intake),
-    /// What others ask this node.
+    /// Time requests of other nodes to this node.
     TimeRequests(KeySeal),
-    /// What the followed node responds.
+    /// Time responses of the followed node.
     TimeResponses(TimeResponseIntake),
     /// Beacons of the timing channel.
     Beacons(BeaconIntake),
 }
 
-/// Picks a node's responses out of all that its counterpart gives.
+/// Picks a node's responses out of all responses of its counterpart.
 #[derive(Clone, Debug)]
 pub struct TimeResponseIntake {
     seal: KeySeal,
@@ -131,7 +131,7 @@ impl Reader {
         Self::TimeRequests(KeySeal::new(&node.channel_key(Channel::TimeRequests)))
     }
 
-    /// Reads what `node` responds to `requester`.
+    /// Reads the responses of `node` to `requester`.
     #[must_use]
     pub fn time_responses_of(node: &NodeName, requester: &NodeName) -> Self {
         Self::TimeResponses(TimeResponseIntake {
@@ -141,7 +141,7 @@ impl Reader {
         })
     }
 
-    /// How many axes it takes of each frame.
+    /// Number of axes it takes of each frame.
     #[must_use]
     pub fn axes(&self) -> usize {
         match self {
@@ -150,7 +150,7 @@ impl Reader {
         }
     }
 
-    /// The ids of all axes of a frame; none of other messages. It allocates.
+    /// Ids of all axes of a frame; none for other messages. Allocates.
     #[must_use]
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         match self {
@@ -159,7 +159,8 @@ impl Reader {
         }
     }
 
-    /// Whether a beacon with this label is for it; all else is, as far as that can be seen from outside.
+    /// True if a beacon with this label is for it, as far as that can be seen from outside; true for all
+    /// others.
     #[must_use]
     pub fn concerns(&self, label: &BeaconLabel) -> bool {
         match self {
@@ -168,7 +169,7 @@ impl Reader {
         }
     }
 
-    /// What the node is told about a frame: one message, but for responses, which may be several or
+    /// Passes on the messages to the node about a frame: one, but for responses, which may be several or
     /// none. Does not allocate.
     pub fn read(&mut self, payload: &[u8], mut each: impl FnMut(&Message<'_>)) {
         match self {

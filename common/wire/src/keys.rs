@@ -26,7 +26,7 @@ pub const ANY_ALIVE_KEY: &str = "coaxle/*/alive";
 pub struct NodeName(String);
 
 impl NodeName {
-    /// Longest name, in bytes.
+    /// Greatest length of a name, in bytes.
     pub const MAX_LEN: usize = 64;
 
     /// # Errors
@@ -48,45 +48,44 @@ impl NodeName {
         &self.0
     }
 
-    /// The node that a key is of; none of a key that is no node's.
+    /// Node that a key belongs to; none if the key is not a node's.
     #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         let (name, _) = key.strip_prefix("coaxle/")?.split_once('/')?;
         Self::new(name).ok()
     }
 
-    /// The key that the frames of one of its channels travel under.
+    /// Key of the frames of one of its channels.
     #[must_use]
     pub fn channel_key(&self, channel: Channel) -> String {
         format!("coaxle/{self}/{}", channel.name())
     }
 
-    /// The key under which it takes commands: a queryable, see [`crate::command`].
+    /// Key of its command queryable, see [`crate::command`].
     #[must_use]
     pub fn command_key(&self) -> String {
         format!("coaxle/{self}/command")
     }
 
-    /// The key under which it takes the commands of one operator: who may send there is that operator, where
-    /// access control says so.
+    /// Key of the commands of one operator: under access control, only that operator may send there.
     #[must_use]
     pub fn operator_command_key(&self, operator: &Self) -> String {
         format!("coaxle/{self}/command/{operator}")
     }
 
-    /// The keys of all operators.
+    /// Keys of all operators.
     #[must_use]
     pub fn operator_command_keys(&self) -> String {
         format!("coaxle/{self}/command/*")
     }
 
-    /// The key of its status, JSON a few times a second.
+    /// Key of its status, JSON a few times a second.
     #[must_use]
     pub fn status_key(&self) -> String {
         format!("coaxle/{self}/status")
     }
 
-    /// The key of its rows, for those who look on: small recordings, while somebody subscribes.
+    /// Key of its rows for observers: small recordings, published while there is a subscriber.
     #[must_use]
     pub fn rows_key(&self) -> String {
         format!("coaxle/{self}/rows")
@@ -98,25 +97,26 @@ impl NodeName {
         format!("coaxle/{self}/alive")
     }
 
-    /// The key of the liveliness token with which another node says that it hears what it follows of this one.
+    /// Key of the liveliness token with which another node reports that it receives what it follows of
+    /// this one.
     #[must_use]
     pub fn seen_by_key(&self, other: &Self) -> String {
         format!("coaxle/{self}/seen-by/{other}")
     }
 
-    /// The keys of all that say so.
+    /// Keys of all such tokens.
     #[must_use]
     pub fn seen_by_keys(&self) -> String {
         format!("coaxle/{self}/seen-by/*")
     }
 
-    /// The key of the liveliness token of one run of it.
+    /// Key of the liveliness token of one run of it.
     #[must_use]
     pub fn run_key(&self, epoch: u64) -> String {
         format!("coaxle/{self}/runs/{epoch:016x}")
     }
 
-    /// The keys of all of its runs. More than one at a time are nodes of the same name.
+    /// Keys of all of its runs. More than one at a time are nodes of the same name.
     #[must_use]
     pub fn runs_key(&self) -> String {
         format!("coaxle/{self}/runs/*")
@@ -142,11 +142,11 @@ impl From<NodeName> for String {
     }
 }
 
-/// A name that cannot be part of a key expression.
+/// Text that cannot be part of a key expression.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{received:?} is no node name, expected 1 to 64 letters, digits, '-', '_' or '.'")]
 pub struct InvalidName {
-    /// What was given.
+    /// Text received.
     pub received: String,
 }
 

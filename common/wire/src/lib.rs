@@ -1,13 +1,14 @@
-//! What travels between nodes: `docs/WIRE.md` is its manual, byte by byte.
+//! Messages between nodes: `docs/WIRE.md` is their manual, byte by byte.
 //!
 //! * [`frame`]: the axes of a node, once per cycle of its own clock.
 //! * [`exchange`]: time requests and responses; [`TimeServer`] responds.
-//! * [`beacon`]: the same near to the wire, beside the transport; [`BeaconServer`] answers.
-//! * [`command`]: what the slaves of a node are told from anywhere, and what becomes of it: JSON.
+//! * [`beacon`]: time requests and responses near the wire, beside the transport; [`BeaconServer`]
+//! responds.
+//! * [`command`]: orders to the slaves of a node from anywhere, and their results: JSON.
 //! * [`keys`]: the key expressions under which all of it travels.
-//! * [`intake`]: what becomes of bytes that arrive: a [`Message`], or a [`Rejection`] with its reason.
+//! * [`intake`]: arriving bytes become a [`Message`], or a [`Rejection`] with its reason.
 //!
-//! Nothing here sends or receives. What a node wants sent is an [`Outgoing`] body; whoever publishes it
+//! Nothing here sends or receives. A node returns an [`Outgoing`] body to be sent; the publishing thread
 //! seals it with the send stamp and the check sum at the last moment.
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! What comes to a node, and what goes out from it.
+//! Messages to a node, and messages that it sends.
 
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local};
@@ -9,26 +9,25 @@ use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame};
 use crate::rejection::Rejection;
 
-/// What a node is told about its subscriptions. One variant per kind of event, so that the node is
-/// the only place that counts.
+/// Event on a subscription of a node. One variant per kind of event, so that only the node counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message<'a> {
-    /// An accepted frame, reduced to the axes that this node follows.
+    /// Accepted frame, reduced to the axes that this node follows.
     Frame(Frame<'a>),
-    /// Somebody asks what this node's clock shows.
+    /// Time request of another node for this node's clock.
     TimeRequest(TimeRequest),
-    /// The followed node responds to a request of this node.
+    /// Response of the followed node to a request of this node.
     TimeResponse(TimeResponse),
-    /// A beacon of a node that follows this one.
+    /// Beacon of a node that follows this one.
     BeaconRequest(BeaconRequest),
-    /// The followed node answers a beacon of this node.
+    /// Response of the followed node to a beacon of this node.
     BeaconResponse(BeaconResponse),
-    /// A frame that was refused before it got here.
+    /// Frame that was refused on its way in.
     Rejected(Rejection),
 }
 
 impl<'a> Message<'a> {
-    /// The message without its axes, and these: so it can be kept in two places.
+    /// Splits off the axes, so that both parts can be kept in two places.
     #[must_use]
     pub const fn split(&self) -> (Message<'static>, &'a [Option<AxisSample>]) {
         match *self {
@@ -43,7 +42,7 @@ impl<'a> Message<'a> {
         }
     }
 
-    /// The message with these axes, if it is a frame.
+    /// Returns the message with these axes, if it is a frame.
     #[must_use]
     pub const fn with_axes(self, axes: &'a [Option<AxisSample>]) -> Self {
         match self {
@@ -53,7 +52,7 @@ impl<'a> Message<'a> {
     }
 }
 
-/// A message that is kept, in a buffer that can be used again.
+/// Message that is kept, in a buffer that can be used again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptMessage {
     message: Message<'static>,
@@ -85,24 +84,24 @@ impl KeptMessage {
         self.message.with_axes(&self.axes)
     }
 
-    /// Its axes, to change them.
+    /// Axes of the message, to change them.
     pub fn axes_mut(&mut self) -> &mut [Option<AxisSample>] {
         &mut self.axes
     }
 }
 
-/// A frame to send, but for its last two fields.
+/// Frame to send, without its last two fields.
 ///
-/// The send stamp says how long after `ideal_start` the message really left, so whoever sends it
-/// appends that (and the check sum) with [`crate::frame::seal`] at the last moment.
+/// The send stamp is the departure of the message after `ideal_start`, so the sending thread appends it
+/// (and the check sum) with [`crate::frame::seal`] at the last moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Outgoing<'a> {
-    /// Where it goes.
+    /// Channel to publish on.
     pub channel: Channel,
-    /// Which of the nodes that this one follows it goes to, counted from 0; 0 for its own channels.
+    /// Far node that it goes to, by its index among the followed nodes; 0 for the node's own channels.
     pub far: usize,
-    /// The ideal start of the cycle it belongs to, in this node's clock.
+    /// Ideal start of the cycle it belongs to, in this node's clock.
     pub ideal_start: Instant<Local>,
-    /// The frame up to its send stamp.
+    /// Frame up to its send stamp.
     pub body: &'a [u8],
 }

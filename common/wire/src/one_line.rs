@@ -1,13 +1,14 @@
-//! Texts from elsewhere, as a message quotes them.
+//! Quotation of texts from elsewhere in a message.
 
-/// What is kept of a long text, characters: of its beginning, and of its end.
+/// Characters kept of a long text: of its beginning, and of its end.
 const KEPT: (usize, usize) = (1_500, 500);
 
-/// The most characters that [`one_line`] gives.
+/// Greatest number of characters that [`one_line`] returns.
 pub const MOST_CHARACTERS: usize = KEPT.0 + 3 + KEPT.1;
 
-/// A text on one line that a person can read: line breaks are spaces, other control characters are escaped, and of a
-/// long text the middle is left out. What came from a file or the network may be of any length and hold anything.
+/// Returns a text on one line that a person can read. Line breaks become spaces, other control characters
+/// are escaped, and the middle of a long text is left out. Input from a file or the network may be of any
+/// length and content.
 #[must_use]
 pub fn one_line(text: &str) -> String {
     let mut line = String::new();

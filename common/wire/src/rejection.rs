@@ -1,42 +1,42 @@
-//! Why frames are refused, and how often each reason came up.
+//! Reasons for refused frames, and their counters.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
-/// Why a frame was refused. A frame has one reason: the first that applies, in the order below.
+/// Reason for a refused frame. A frame has one reason: the first that applies, in the order below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Rejection {
-    /// Its first byte is not [`FORMAT_VERSION`](crate::frame::FORMAT_VERSION).
+    /// First byte other than [`FORMAT_VERSION`](crate::frame::FORMAT_VERSION).
     #[error("the frame has another format version")]
     WrongVersion,
-    /// It ends before its fields do.
+    /// End of the frame before the end of its fields.
     #[error("the frame ends before its fields do")]
     Truncated,
-    /// Its check sum does not fit its bytes and its key.
+    /// Check sum that does not fit the bytes and the key.
     #[error("the frame's check sum does not fit its bytes and its key")]
     WrongChecksum,
-    /// Its check sum is right, yet its bytes are no frame: an overlong number, an unknown option
-    /// tag, too many axes.
+    /// Right check sum over bytes that are no frame: an overlong number, an unknown option tag, too many
+    /// axes.
     #[error("the frame's check sum is right, but its bytes are no frame")]
     Malformed,
-    /// Bytes are left over behind its last field.
+    /// Bytes left over behind the last field.
     #[error("bytes are left over behind the frame's last field")]
     TrailingBytes,
-    /// Its cycle time is outside 100 µs…100 ms.
+    /// Cycle time outside 100 µs…100 ms.
     #[error("the frame's cycle time is outside 100 µs to 100 ms")]
     CycleTimeOutOfRange,
-    /// Somebody else publishes under the sender's key.
+    /// Frame of another publisher under the sender's key.
     #[error("the frame comes from another node than the key belongs to")]
     ForeignSender,
-    /// None of the axes that the receiver follows is in it.
+    /// No axis in it that the receiver follows.
     #[error("none of the axes that are followed is in the frame")]
     AxisMissing,
-    /// Each of them has a kinematic value that is NaN, infinite, or larger than any axis is.
+    /// A kinematic value in each followed axis that is NaN, infinite, or larger than any axis is.
     #[error("each followed axis has a kinematic value that is no number between -1e15 and 1e15")]
     Implausible,
 }
 
 impl Rejection {
-    /// Every reason, in the order of the checks.
+    /// Reasons in the order of the checks.
     pub const ALL: [Self; 9] = [
         Self::WrongVersion,
         Self::Truncated,
@@ -49,7 +49,7 @@ impl Rejection {
         Self::Implausible,
     ];
 
-    /// The reason's name in status and reports.
+    /// Name of the reason in status and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -66,7 +66,7 @@ impl Rejection {
     }
 }
 
-/// How many frames were refused for each reason. Serialised as a map from the reason's name.
+/// Number of frames refused for each reason. Serialised as a map from the reason's name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RejectionCounters([u64; Rejection::ALL.len()]);
 

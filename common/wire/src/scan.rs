@@ -1,4 +1,4 @@
-//! What a node was told before a scan, as bytes: whoever tells it the same once more gets the same out of it.
+//! Inputs of a node before a scan, as bytes: replaying them gives the same outputs.
 
 use coaxle_axis::StateWord;
 use coaxle_clock::delay::TimeResponse;
@@ -16,47 +16,47 @@ use crate::rejection::Rejection;
 /// The first byte of a scan.
 pub const SCAN_VERSION: u8 = 1;
 
-/// A scan, with all that the node was told before it.
+/// Scan with all inputs of the node before it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scan {
     /// The messages, one after the other.
     pub received: Vec<Received>,
     /// The orders after them.
     pub orders: Vec<CommandOrder>,
-    /// When it really began, in the node's own clock.
+    /// Real start of the scan, in the node's own clock.
     pub now: Instant<Local>,
 }
 
-/// A message that came.
+/// Message that was received.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Received {
-    /// When it arrived, in the node's own clock.
+    /// Arrival, in the node's own clock.
     pub at: Instant<Local>,
-    /// The number of the subscription.
+    /// Number of the subscription.
     pub subscription: usize,
     /// The message.
     pub message: KeptMessage,
 }
 
-/// Bytes that are no scan.
+/// Error of bytes that are not a scan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoScan {
-    /// Somebody else's, or of another version.
+    /// Bytes of another format or another version.
     #[error("received version {received:?}, expected {SCAN_VERSION}")]
     WrongVersion {
-        /// The first byte, if there is one.
+        /// First byte, if there is one.
         received: Option<u8>,
     },
-    /// They end too soon, go on too long, or say what cannot be.
+    /// Bytes that end too soon, go on too long, or hold an impossible value.
     #[error("received bytes that are no scan of version {SCAN_VERSION}")]
     Malformed,
-    /// An order that no node takes.
+    /// Order that no node takes.
     #[error("an order: {0}")]
     Order(String),
 }
 
 impl Scan {
-    /// As bytes.
+    /// Writes the scan as bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let on_wire = ScanOnWire {
@@ -68,7 +68,7 @@ impl Scan {
         postcard::to_extend(&on_wire, version).expect("a vector takes whatever comes")
     }
 
-    /// From bytes.
+    /// Reads the scan from bytes.
     ///
     /// # Errors
     /// [`NoScan`].
@@ -135,7 +135,7 @@ enum MessageOnWire {
         received: i64,
         responded: i64,
     },
-    /// Its place in [`Rejection::ALL`].
+    /// Index in [`Rejection::ALL`].
     Rejected(u8),
     BeaconRequest(BeaconRequest),
     BeaconResponse(BeaconResponse),

@@ -1,4 +1,4 @@
-//! The part of a node that responds to requests about its clock.
+//! The part of a node that responds to time requests.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local};
@@ -10,7 +10,7 @@ use crate::exchange::{
 };
 use crate::message::Outgoing;
 
-/// Responds, in each cycle, to the requests that came before it: all in one frame.
+/// Responds in each cycle to the requests received before it, all in one frame.
 #[derive(Clone, Debug)]
 pub struct TimeServer {
     sender: u32,
@@ -25,12 +25,12 @@ pub struct TimeServer {
     counters: TimeServerCounters,
 }
 
-/// What became of the requests.
+/// Counters of the requests by result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TimeServerCounters {
-    /// Responded to.
+    /// Requests responded to.
     pub answered: u64,
-    /// Not answered: too many came in one cycle.
+    /// Requests dropped: too many arrived in one cycle.
     pub dropped: u64,
 }
 
@@ -90,7 +90,7 @@ impl TimeServer {
         });
     }
 
-    /// The responses of the newest cycle, once.
+    /// Returns the responses of the newest cycle, once.
     pub fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let (length, ideal_start) = self.pending.take()?;
         Some(Outgoing {
@@ -101,7 +101,7 @@ impl TimeServer {
         })
     }
 
-    /// What became of the requests so far.
+    /// Counters of the requests so far.
     #[must_use]
     pub const fn counters(&self) -> TimeServerCounters {
         self.counters

@@ -1,4 +1,4 @@
-//! What the node writes of a beacon: everything up to what is known of departures.
+//! Body of a beacon, as the node writes it: everything before the departures.
 
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use serde::{Deserialize, Serialize};
@@ -11,20 +11,20 @@ use crate::rejection::Rejection;
 /// A buffer of this many bytes holds the body of every beacon.
 pub const BEACON_CAPACITY: usize = 1 + 5 + 10 + 10 + 5 + (5 + 10 + 5 + 10 + 1 + 16) + 10;
 
-/// Who responds, and in which cycle.
+/// Responder and its cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BeaconResponseHeader {
-    /// The CRC-32 of its node name.
+    /// CRC-32 of its node name.
     pub sender: u32,
-    /// Its run.
+    /// Run of the responder.
     pub epoch: u64,
-    /// Its cycle count.
+    /// Cycle count of the responder.
     pub count: u64,
-    /// Its nominal cycle time.
+    /// Nominal cycle time of the responder.
     pub cycle_time: CycleTime,
 }
 
-/// What whoever sends beacons has to know of one.
+/// Part of a beacon that the sending thread has to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BeaconLabel {
     /// The requester: of a response, who it is for.
@@ -36,7 +36,7 @@ pub struct BeaconLabel {
 }
 
 impl BeaconLabel {
-    /// That of a body, or of a whole beacon; none of bytes that are none.
+    /// Label of a body or of a whole beacon; none if the bytes are not a beacon.
     #[must_use]
     pub fn of(channel: Channel, body: &[u8]) -> Option<Self> {
         match channel {
@@ -61,8 +61,8 @@ impl BeaconLabel {
     }
 }
 
-/// Writes the beacon of a node that follows another one into `out` and says how long that is. It leaves in the
-/// cycle that ideally began at `ideal_start`.
+/// Writes the beacon of a node that follows another one into `out` and returns its length. It leaves in
+/// the cycle that ideally began at `ideal_start`.
 pub fn encode_beacon_request(
     requester: u32,
     run: u64,
@@ -130,7 +130,7 @@ struct ResponseBody {
     received: Span,
 }
 
-/// What was written of departures: spans since an ideal start.
+/// Departures as written: spans since an ideal start.
 pub(super) struct Departed {
     pub(super) left: Span,
     pub(super) stamps: Stamps,
@@ -146,7 +146,7 @@ impl Departed {
     }
 }
 
-/// The request, and what follows its body.
+/// Request, and the bytes after its body.
 pub(super) fn read_request(
     content: &[u8],
     departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,
@@ -163,7 +163,7 @@ pub(super) fn read_request(
     })
 }
 
-/// The response with the id of who gave it.
+/// Response with the id of its responder.
 pub(super) fn read_response(
     content: &[u8],
     departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,

@@ -1,4 +1,4 @@
-//! What whoever sends a beacon appends at the last moment, and how a beacon is read that arrives.
+//! The end of a beacon, appended at the last moment, and the reading of beacons that arrive.
 
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
@@ -9,25 +9,25 @@ use super::{BeaconRequest, BeaconResponse, Stamps};
 use crate::frame::{FORMAT_VERSION, KeySeal, read, write};
 use crate::rejection::Rejection;
 
-/// What a beacon says of departures, as spans since the ideal start of its own cycle in the sender's clock.
+/// Departures in a beacon, as spans since the ideal start of its own cycle in the sender's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Departure {
-    /// When it leaves, as the program sees it.
+    /// Departure of this beacon, as the program sees it.
     pub left: Span,
-    /// Where the sender takes its stamps.
+    /// Place where the sender takes its stamps.
     pub stamps: Stamps,
-    /// The number of the beacon before it to the same node, and when that left by its stamp.
+    /// Number of the previous beacon to the same node, and its departure by its stamp.
     pub before: Option<(u32, Span)>,
 }
 
-/// Seals the beacons of one node: its key goes into their check sum, or into what authenticates them.
+/// Seals the beacons of one node: its key is part of their check sum or of their authentication tag.
 #[derive(Clone, Debug)]
 pub struct BeaconSeal {
     key: String,
     tag: Tag,
 }
 
-/// What a beacon ends with.
+/// End of a beacon.
 #[derive(Clone, Debug)]
 enum Tag {
     CheckSum(KeySeal),
@@ -53,7 +53,7 @@ impl BeaconSeal {
         }
     }
 
-    /// The same, but only who knows the secret can seal, and what is sealed otherwise is refused.
+    /// Seals with the secret: only its holders can seal, and beacons sealed otherwise are refused.
     #[must_use]
     pub fn authenticated(self, secret: &BeaconSecret) -> Self {
         let tag = Tag::Authentication(secret.clone());
@@ -92,7 +92,7 @@ impl BeaconSeal {
         read_request(content, read_departure)
     }
 
-    /// Checks and reads a response, with the id of who gave it. Does not allocate.
+    /// Checks and reads a response, with the id of its responder. Does not allocate.
     ///
     /// # Errors
     /// [`Rejection`], the first reason that applies.

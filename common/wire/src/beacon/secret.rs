@@ -1,38 +1,38 @@
-//! What authenticates beacons in a secure network: a secret that all of its nodes share.
+//! Authentication of beacons in a secure network by a secret that all of its nodes share.
 
 use std::fmt;
 
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
 
-/// Bytes of a secret.
+/// Length of a secret, in bytes.
 pub const SECRET_LEN: usize = 32;
-/// Bytes that a beacon ends with.
+/// Length of the tag at the end of a beacon, in bytes.
 pub(super) const TAG_LEN: usize = 16;
 
-/// The secret, made ready: HMAC-SHA-256, of which the first half is sent.
+/// Secret with its key schedule prepared: HMAC-SHA-256, truncated to its first half when sent.
 #[derive(Clone)]
 pub struct BeaconSecret(Hmac<Sha256>);
 
-/// Text that is no secret.
+/// Text that is not a secret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received {received} characters, expected {} hexadecimal digits", 2 * SECRET_LEN)]
 pub struct NoSecret {
-    /// How many there were.
+    /// Number of characters received.
     pub received: usize,
 }
 
 impl BeaconSecret {
-    /// Of these bytes.
+    /// Makes the secret of these bytes.
     #[must_use]
     pub fn new(secret: &[u8; SECRET_LEN]) -> Self {
         Self(Hmac::new_from_slice(secret).expect("a key of any length will do"))
     }
 
-    /// Of the text of its file: hexadecimal digits, and a new line.
+    /// Reads the secret from the text of its file: hexadecimal digits and a new line.
     ///
     /// # Errors
-    /// [`NoSecret`], without a word of what was there.
+    /// [`NoSecret`], which quotes nothing of the text.
     pub fn from_hex(text: &str) -> Result<Self, NoSecret> {
         let text = text.trim();
         let received = text.chars().count();
@@ -57,12 +57,12 @@ impl BeaconSecret {
         tag
     }
 
-    /// Takes the same time whatever is wrong with it.
+    /// Compares the tag in constant time.
     pub(super) fn fits(&self, key: &str, content: &[u8], tag: &[u8; TAG_LEN]) -> bool {
         self.over(key, content).verify_truncated_left(tag).is_ok()
     }
 
-    /// The key has no zero in it, so that none of it can be taken for content.
+    /// The key contains no zero byte, so no part of it can be taken for content.
     fn over(&self, key: &str, content: &[u8]) -> Hmac<Sha256> {
         let mut mac = self.0.clone();
         mac.update(key.as_bytes());
@@ -72,7 +72,7 @@ impl BeaconSecret {
     }
 }
 
-/// Nothing of it is ever shown.
+/// Keeps the secret out of all output.
 impl fmt::Debug for BeaconSecret {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("BeaconSecret")

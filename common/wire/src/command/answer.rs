@@ -1,4 +1,4 @@
-//! The answer to an order.
+//! The response to an order.
 
 use coaxle_axis::SyncPositions;
 use coaxle_axis::guard::GuardRefusal;
@@ -13,17 +13,17 @@ use super::outcome::{CommandOutcome, NotTaken, SlaveView};
 use super::saw::{SawFigures, SawRefused};
 use super::{BadOrder, CommandOrder};
 
-/// What became of an order.
+/// Response to an order, with its version.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandAnswer {
-    /// The version of everything else.
+    /// Version of everything else.
     pub version: u32,
-    /// What became of it.
+    /// Result of the order.
     #[serde(flatten)]
     pub verdict: CommandVerdict,
 }
 
-/// What became of an order, in words and figures.
+/// Result of an order, in words and figures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     tag = "outcome",
@@ -31,70 +31,71 @@ pub struct CommandAnswer {
     rename_all_fields = "kebab-case"
 )]
 pub enum CommandVerdict {
-    /// The slave, or the far node, has the command; after a dry run, it would have taken it.
+    /// The slave or the far node accepted the command; after a dry run: would have accepted it.
     Accepted {
-        /// Whether it was only tried.
+        /// True after a dry run.
         dry_run: bool,
-        /// The number of the slave's job; none for what is done at once, and after a dry run.
+        /// Number of the slave's job; none for a command that is done at once, and after a dry run.
         job: Option<u32>,
-        /// What is checked again when the command is due, if it waits; it can still be refused then.
+        /// Conditions checked again when a waiting command is due; it can still be refused then.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         awaits: Vec<String>,
-        /// The slave with the command; after a dry run, without.
+        /// Slave with the command; after a dry run, without it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<SlaveView>,
-        /// The far node with the command; after a dry run, without.
+        /// Far node with the command; after a dry run, without it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         far: Option<FarView>,
-        /// Where master and slave are synchronous, if the command leads to such a pair of positions.
+        /// Positions at which master and slave are synchronous, if the command leads to such a pair.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         sync_positions: Option<SyncPositions>,
-        /// What its flying saw comes to, if the command is about one.
+        /// Figures of its flying saw, if the command is about one.
         saw: Option<SawFigures>,
-        /// What was read of a cam plate, or of a coupling by one.
+        /// Values read of a cam plate, or of a coupling by one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         cam: Option<CamFigures>,
     },
-    /// The slave, or the far node, refuses the command.
+    /// The slave or the far node refuses the command.
     Refused {
-        /// Whether it was only tried.
+        /// True after a dry run.
         dry_run: bool,
         /// NC error code, or one of TwinCAT's remote synchronisation: `0x` and four hexadecimal digits.
         code: String,
-        /// Why, in words: what was received and what is expected.
+        /// Reason in words: received and expected value.
         text: String,
-        /// What it is about, where that has a number.
+        /// Field that is refused, if it has a number.
         field: Option<String>,
-        /// That number.
+        /// Value received for it.
         received: Option<f64>,
-        /// The nearest one that would have passed, where it is known.
+        /// Nearest value that would have been accepted, if it is known.
         would_pass: Option<f64>,
-        /// The slave, which goes on with what it was doing.
+        /// Slave, which continues unchanged.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<SlaveView>,
-        /// The far node, which goes on as before.
+        /// Far node, which continues unchanged.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         far: Option<FarView>,
-        /// More, if it was to be a flying saw.
+        /// Details of a refused flying saw.
         saw: Option<SawRefused>,
     },
-    /// The order did not get as far as a slave or a far node.
+    /// The order did not reach a slave or a far node.
     NotTaken {
-        /// Why: `malformed`, or one of [`NotTaken::name`].
+        /// Reason: `malformed`, or one of [`NotTaken::name`].
         reason: String,
-        /// The same in words.
+        /// Reason in words.
         text: String,
     },
 }
 
 impl CommandAnswer {
-    /// What a node says to an order, but for what it was to read of a plate.
+    /// Makes the response of a node to an order, without values read of a plate.
     #[must_use]
     pub fn new(order: &CommandOrder, outcome: &CommandOutcome) -> Self {
         Self::with_cargo(order, outcome, &OrderCargo::Nothing)
     }
 
-    /// What a node says to an order, with what the order takes back. What was to be read is calculated here.
+    /// Makes the response of a node to an order, with the cargo that the order takes back. Values to read
+    /// are calculated here.
     #[must_use]
     pub fn with_cargo(order: &CommandOrder, outcome: &CommandOutcome, cargo: &OrderCargo) -> Self {
         let dry_run = order.is_dry_run();
@@ -164,7 +165,7 @@ impl CommandAnswer {
         }
     }
 
-    /// What is said to an order that no slave and no far node gets.
+    /// Makes the response to an order that reaches neither a slave nor a far node.
     #[must_use]
     pub fn not_taken(reason: &NotTaken) -> Self {
         Self::of(CommandVerdict::NotTaken {
@@ -173,7 +174,7 @@ impl CommandAnswer {
         })
     }
 
-    /// What is said to something that is no order.
+    /// Makes the response to bytes that are not an order.
     #[must_use]
     pub fn malformed(error: &BadOrder) -> Self {
         Self::of(CommandVerdict::NotTaken {
@@ -189,22 +190,22 @@ impl CommandAnswer {
         }
     }
 
-    /// Whether a slave or a far node took or would take the command.
+    /// True if a slave or a far node accepted or would accept the command.
     #[must_use]
     pub const fn is_accepted(&self) -> bool {
         matches!(self.verdict, CommandVerdict::Accepted { .. })
     }
 
-    /// Whether the order got as far as a slave or a far node.
+    /// True if the order reached a slave or a far node.
     #[must_use]
     pub const fn is_taken(&self) -> bool {
         !matches!(self.verdict, CommandVerdict::NotTaken { .. })
     }
 
-    /// Reads an answer. Fields that are not known are ignored.
+    /// Reads a response. Unknown fields are ignored.
     ///
     /// # Errors
-    /// What serde says of bytes that are no answer of this version.
+    /// The error of serde for bytes that are not a response of this version.
     pub fn from_json(bytes: &[u8]) -> serde_json::Result<Self> {
         let answer: Self = serde_json::from_slice(bytes)?;
         if answer.version == COMMAND_VERSION {
@@ -217,7 +218,7 @@ impl CommandAnswer {
         }
     }
 
-    /// Writes the answer.
+    /// Writes the response.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("all keys of an answer are texts")
@@ -258,7 +259,7 @@ fn far_refused(refusal: &FarRefusal, dry_run: bool, far: FarView) -> CommandVerd
     }
 }
 
-/// The numbers in a refusal.
+/// Numbers in a refusal.
 #[derive(Default)]
 struct Figures {
     field: Option<&'static str>,

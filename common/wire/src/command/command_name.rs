@@ -1,11 +1,11 @@
-//! What a command is called, before anything else of it is read.
+//! Name of a command, read before its other fields.
 
 use std::fmt;
 
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// The name of a command; none of what is no command. Its fields are passed over.
+/// Name of a command; none if it is not a command. Its fields are skipped.
 #[derive(Debug, Default)]
 pub(super) struct CommandName(Option<String>);
 
@@ -23,7 +23,7 @@ impl<'de> Deserialize<'de> for CommandName {
 
 struct Name;
 
-/// What is no map is left to whoever reads the command itself, who says what is expected.
+/// Leaves what is not a map to the reader of the command, whose error names what is expected.
 macro_rules! no_command {
     ($($visit:ident($of:ty))*) => { $(
         fn $visit<E>(self, _: $of) -> Result<CommandName, E> {

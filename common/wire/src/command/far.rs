@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::name::FarName;
 
-/// What a node is told about a node that it follows.
+/// Order to a node about a node that it follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarOrder {
-    /// Which of the nodes that it follows.
+    /// Far node.
     pub far: FarName,
-    /// What it shall do.
+    /// Command for that far node.
     pub command: FarCommand,
-    /// Whether it shall only say what would come of it.
+    /// True for a dry run, which only reports the result.
     pub dry_run: bool,
 }
 
@@ -22,7 +22,7 @@ pub struct FarOrder {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum FarCommand {
-    /// `bEnable` = TRUE: what was disabled starts anew.
+    /// `bEnable` = TRUE: a disabled far node restarts.
     #[doc(alias = "bEnable")]
     Enable {},
     /// `bEnable` = FALSE: the axes pass through as they come.
@@ -30,30 +30,30 @@ pub enum FarCommand {
     /// `eFilterMode`: how the set values are calculated.
     #[doc(alias = "eFilterMode")]
     FilterMode(FilterMode),
-    /// FALSE and TRUE again at `bEnable`: what was learnt is forgotten, no error is latched any more.
+    /// FALSE and TRUE again at `bEnable`: learnt values are discarded and the latched error is reset.
     ReInitialise {},
-    /// `stAxisSyncParameters`: what is left out stays as it is.
+    /// `stAxisSyncParameters`: omitted fields keep their values.
     #[doc(alias = "stAxisSyncParameters")]
     SetParameters(AxisSyncChanges),
-    /// Where the constant part of the delay comes from, in observer mode.
+    /// Source of the constant part of the delay, in observer mode.
     SetDelay(FarDelay),
 }
 
-/// Where the constant part of the delay comes from.
+/// Source of the constant part of the delay.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum FarDelay {
-    /// The far node is asked.
+    /// Time requests to the far node.
     Measured,
-    /// It is this much, µs.
+    /// Fixed value, µs.
     FixedUs(f64),
-    /// Nothing is done about it.
+    /// No compensation of the delay.
     Off,
 }
 
 impl FarCommand {
-    /// The names of all on the wire.
+    /// Names of all commands on the wire.
     pub const NAMES: [&str; 6] = [
         "enable",
         "disable",
@@ -63,7 +63,7 @@ impl FarCommand {
         "set-delay",
     ];
 
-    /// Its name on the wire.
+    /// Name of the command on the wire.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -77,41 +77,41 @@ impl FarCommand {
     }
 }
 
-/// A far node as an answer shows it.
+/// State of a far node in a response.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct FarView {
-    /// Whether it is enabled.
+    /// True while it is enabled.
     pub enabled: bool,
-    /// The mode that is in force while it is.
+    /// Mode in force while it is enabled.
     pub mode: FilterMode,
-    /// Whether its clock was known in the newest cycle.
+    /// True if its clock was known in the newest cycle.
     pub synced: bool,
-    /// Where the constant part of the delay comes from, in observer mode.
+    /// Source of the constant part of the delay, in observer mode.
     pub delay: FarDelay,
 }
 
-/// Why a far node does not do as it is told.
+/// Reason why a far node refuses a command.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FarRefusal {
-    /// A parameter would have a value that it must not have.
+    /// A parameter with a value out of its range.
     #[error("{:#06x}: {}: received {}, expected {}", self.code(), self.field(), wrong.received, wrong.expected)]
     Parameter {
-        /// The part of the parameters that it is in.
+        /// Part of the parameters.
         part: ParameterPart,
-        /// Which, and what it may be.
+        /// Parameter and its permitted range.
         wrong: WrongParameter,
     },
-    /// The parameters to change are none.
+    /// A change of parameters without any parameter.
     #[error("{:#06x}: {}: received no parameter, expected at least one to change", self.code(), self.field())]
     NothingToChange,
-    /// The delay has a value that it must not have.
+    /// A delay out of its range.
     #[error("{:#06x}: {}: received {received}, expected a number from -1000000 to 1000000", self.code(), self.field())]
     Delay {
-        /// That value, µs.
+        /// Value received, µs.
         received: f64,
     },
-    /// It is disabled: enabling it starts it anew.
+    /// The far node is disabled: enabling it restarts it.
     #[error("{:#06x}: {}: received false, expected true: enable it, which starts it anew", self.code(), self.field())]
     Disabled,
 }
@@ -126,14 +126,14 @@ pub enum ParameterPart {
 }
 
 impl FarRefusal {
-    /// An error code of TwinCAT's remote synchronisation: a parameter is wrong. The manual knows no
-    /// other refusal.
+    /// Error code of TwinCAT's remote synchronisation: a parameter is wrong. The manual knows no other
+    /// refusal.
     #[must_use]
     pub const fn code(&self) -> u32 {
         0x4b56
     }
 
-    /// What it is about.
+    /// Field that is refused.
     #[must_use]
     pub fn field(&self) -> String {
         match self {
@@ -144,7 +144,7 @@ impl FarRefusal {
         }
     }
 
-    /// What that was, where it is a number.
+    /// Value received for the field, if it is a number.
     #[must_use]
     pub const fn received(&self) -> Option<f64> {
         match self {

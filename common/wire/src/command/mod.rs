@@ -1,10 +1,10 @@
 //! Commands to the slaves of a node, and about the nodes that it follows, from anywhere in the network:
 //! `docs/WIRE.md` describes them.
 //!
-//! An order arrives as JSON, so that any tool can send it, and is decoded before it gets near a
-//! cycle: a [`CommandOrder`] is plain data of fixed size but for a cam plate, which it shares, and so is the
-//! [`CommandOutcome`] that the node gives for it. What has to be allocated for it is its [`OrderCargo`]. The
-//! [`CommandAnswer`] is what goes back.
+//! An order arrives as JSON, so that any tool can send it, and is decoded before it gets near a cycle. A
+//! [`CommandOrder`] is plain data of fixed size except for a cam plate, which it shares, and so is the
+//! [`CommandOutcome`] of the node. Memory for it is allocated in its [`OrderCargo`]. The
+//! [`CommandAnswer`] is the response.
 
 mod answer;
 mod cam;
@@ -31,34 +31,34 @@ pub use name::{FarName, InvalidName, SlaveName};
 pub use outcome::{CommandOutcome, MAX_KNOWN, NotTaken, SlaveView};
 pub use saw::{NamedValue, SawAttempt, SawFigures, SawRefused, SawView, ViolatedCheck};
 
-/// The version of orders and answers that this code writes, and the only one it reads.
+/// Version of orders and responses that this code writes, and the only one it reads.
 pub const COMMAND_VERSION: u32 = 1;
 
-/// Longest order, in bytes of JSON, but for one that brings a plate.
+/// Greatest length of an order without a plate, in bytes of JSON.
 pub const MAX_ORDER_BYTES: usize = 4096;
 
-/// Longest order that brings a plate, in bytes of JSON: some ten thousand points.
+/// Greatest length of an order with a plate, in bytes of JSON: some ten thousand points.
 pub const MAX_PLATE_ORDER_BYTES: usize = 1 << 20;
 
-/// What a node is told.
+/// Order to a node.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CommandOrder {
-    /// One of its slaves.
+    /// Order to one of its slaves.
     Slave(SlaveOrder),
-    /// One of its slaves about its cam plates.
+    /// Order to one of its slaves about its cam plates.
     Cam(CamOrder),
-    /// About a node that it follows.
+    /// Order about a node that it follows.
     Far(FarOrder),
 }
 
-/// What a slave is told.
+/// Order to a slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlaveOrder {
-    /// Which slave of the node.
+    /// Slave of the node.
     pub slave: SlaveName,
-    /// What it shall do.
+    /// Command to the slave.
     pub command: Command,
-    /// Whether it shall only say what would come of it.
+    /// True for a dry run, which only reports the result.
     pub dry_run: bool,
 }
 
@@ -94,7 +94,7 @@ impl CommandOrder {
         }
     }
 
-    /// Writes the order. Whoever reads it refuses numbers that are not finite.
+    /// Writes the order. The reader refuses numbers that are not finite.
     #[must_use]
     pub fn to_json(&self) -> String {
         match self {
@@ -120,7 +120,7 @@ impl CommandOrder {
         .expect("all keys of an order are texts")
     }
 
-    /// Whether the node shall only say what would come of it.
+    /// True for a dry run.
     #[must_use]
     pub const fn is_dry_run(&self) -> bool {
         match self {
@@ -130,7 +130,7 @@ impl CommandOrder {
         }
     }
 
-    /// The slave or the far node that it is about.
+    /// Slave or far node that the order is for.
     #[must_use]
     pub fn addressee(&self) -> &str {
         match self {
@@ -140,7 +140,7 @@ impl CommandOrder {
         }
     }
 
-    /// What the command is called: its block, or its name on the wire.
+    /// Name of the command: its block, or its name on the wire.
     #[must_use]
     pub fn command_name(&self) -> &'static str {
         match self {
@@ -150,7 +150,7 @@ impl CommandOrder {
         }
     }
 
-    /// What a node says that has nobody to give it to.
+    /// Outcome at a node that has no slaves or no far nodes.
     #[must_use]
     pub const fn for_nobody(&self) -> CommandOutcome {
         CommandOutcome::NotTaken(match self {
@@ -178,51 +178,51 @@ impl From<FarOrder> for CommandOrder {
     }
 }
 
-/// An order that cannot be read.
+/// Error of an order that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadOrder {
-    /// It has too many bytes.
+    /// The order has too many bytes.
     #[error(
         "received an order of {received} bytes, expected at most {MAX_ORDER_BYTES}, or {MAX_PLATE_ORDER_BYTES} with a plate"
     )]
     TooLong {
-        /// How many.
+        /// Number of bytes received.
         received: usize,
     },
-    /// It is sent to more than one node, or by no operator that has a name.
+    /// The order is sent to more than one node, or by an operator without a name.
     #[error(
         "key: received {received:?}, expected that of one node, and of one operator if any, without wildcards"
     )]
     ManyNodes {
-        /// The key expression.
+        /// Key expression received.
         received: String,
     },
-    /// It is of another version.
+    /// The order is of another version.
     #[error("version: received {received}, expected {COMMAND_VERSION}")]
     WrongVersion {
-        /// Which.
+        /// Version received.
         received: u32,
     },
-    /// It is for a slave and for a far node.
+    /// The order names both a slave and a far node.
     #[error("far: received one beside slave, expected either of them")]
     ForBoth,
-    /// It is no JSON, or a field is missing, unknown or wrong.
+    /// The order is no JSON, or a field is missing, unknown or wrong.
     #[error("{field}: {reason}")]
     Malformed {
-        /// The field; a dot for the order as a whole.
+        /// Name of the field; a dot for the order as a whole.
         field: String,
-        /// What is wrong with it.
+        /// Reason for the refusal of the field.
         reason: String,
     },
 }
 
-/// What all versions have in common.
+/// Field that all versions have in common.
 #[derive(Deserialize)]
 struct Versioned {
     version: u32,
 }
 
-/// Whom it is for, and what it is called.
+/// Addressee and name of the command.
 #[derive(Deserialize)]
 struct Addressed {
     slave: Option<IgnoredAny>,
@@ -231,7 +231,7 @@ struct Addressed {
     command: CommandName,
 }
 
-/// Whether it is an order that may be longer than others.
+/// True if the order may bring a plate, and may therefore be longer than others.
 fn brings_plate(bytes: &[u8]) -> bool {
     read::<Addressed>(bytes).is_ok_and(|order| order.command.is_one_of(&["cam-table-select"]))
 }

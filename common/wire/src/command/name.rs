@@ -1,4 +1,4 @@
-//! How slaves and far nodes are called.
+//! Names of slaves and far nodes.
 
 use std::fmt;
 
@@ -25,7 +25,7 @@ macro_rules! name {
         }
 
         impl $name {
-            /// Longest name, in bytes.
+            /// Greatest length of a name, in bytes.
             pub const MAX_LEN: usize = NodeName::MAX_LEN;
 
             /// # Errors
@@ -90,7 +90,8 @@ macro_rules! name {
 }
 
 name! {
-    /// A slave's name, in a type that the cycle may copy. Whatever may name a node may name a slave.
+    /// Name of a slave, in a type that the cycle may copy. Every name of a node is also valid for a
+    /// slave.
     SlaveName: "slave name"
 }
 
@@ -99,13 +100,13 @@ name! {
     FarName: "name of a far node"
 }
 
-/// A name that nothing can have.
+/// Text that is not a valid name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{received:?} is no {of}, expected 1 to 64 letters, digits, '-', '_' or '.'")]
 pub struct InvalidName {
-    /// What was given.
+    /// Text received.
     pub received: String,
-    /// What it was to name.
+    /// Kind of thing to name.
     pub of: &'static str,
 }
 

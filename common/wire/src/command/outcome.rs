@@ -1,4 +1,4 @@
-//! What becomes of an order, as the cycle says it: plain data.
+//! Outcome of an order in the cycle: plain data.
 
 use coaxle_axis::{Awaits, AxisStatus, SyncPositions};
 use coaxle_cam::CamInfo;
@@ -9,86 +9,86 @@ use super::far::{FarRefusal, FarView};
 use super::name::{FarName, SlaveName};
 use super::saw::{SawAttempt, SawView};
 
-/// How many of its slaves, or of the nodes it follows, a node names to somebody who asked for another.
+/// Greatest number of slaves or far nodes that a node lists when an order names an unknown one.
 pub const MAX_KNOWN: usize = 8;
 
-/// What becomes of an order.
+/// Outcome of an order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CommandOutcome {
-    /// The slave does as it is told; in a dry run, it would.
+    /// The slave accepts the command; in a dry run: would accept it.
     Accepted {
-        /// The number of the job; none for what is done already, and in a dry run.
+        /// Number of the job; none for a command that is done already, and in a dry run.
         job: Option<u32>,
-        /// What is checked again when the command is due, if it waits.
+        /// Conditions checked again when a waiting command is due.
         awaits: Awaits,
-        /// The slave, which has the command.
+        /// Slave, which has the command.
         slave: SlaveView,
-        /// Where master and slave are synchronous, if the command leads to such a pair of positions.
+        /// Positions at which master and slave are synchronous, if the command leads to such a pair.
         sync_positions: Option<SyncPositions>,
-        /// Its flying saw, if the command is about one.
+        /// Flying saw, if the command is about one.
         saw: Option<SawView>,
     },
-    /// The slave does not take the command.
+    /// The slave refuses the command.
     Refused {
-        /// Why.
+        /// Reason of the refusal.
         refusal: Refusal,
-        /// The slave, which goes on with what it was doing.
+        /// Slave, which continues unchanged.
         slave: SlaveView,
-        /// What was tried, if it was to be a flying saw.
+        /// Attempted plan, if the command was for a flying saw.
         saw: Option<SawAttempt>,
     },
-    /// What couples the slave by a cam plate, or did so before an error.
+    /// Coupling of the slave by a cam plate, or the last one before an error.
     CamInfo {
-        /// What it is like.
+        /// State of the coupling.
         info: CamInfo,
         /// The slave.
         slave: SlaveView,
     },
-    /// The far node is as it is told; in a dry run, it would be.
+    /// The far node accepts the command; in a dry run: would accept it.
     FarAccepted {
-        /// The far node, after that; in a dry run, as it is.
+        /// Far node after the command; in a dry run, before it.
         far: FarView,
     },
-    /// The far node does not take the command.
+    /// The far node refuses the command.
     FarRefused {
-        /// Why.
+        /// Reason of the refusal.
         refusal: FarRefusal,
-        /// The far node, which goes on as before.
+        /// Far node, which continues unchanged.
         far: FarView,
     },
-    /// The order did not get as far as a slave or a far node.
+    /// The order did not reach a slave or a far node.
     NotTaken(NotTaken),
 }
 
-/// Why an order does not get as far as a slave or a far node.
+/// Reason why an order does not reach a slave or a far node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotTaken {
     /// The node has no slaves.
     #[error("the node has no slaves")]
     NoSlaves,
-    /// It has no slave of that name.
+    /// The node has no slave of that name.
     #[error("slave: received {:?}, expected {}", .received.as_str(), Listed(.known))]
     UnknownSlave {
-        /// Who was asked for.
+        /// Name in the order.
         received: SlaveName,
-        /// Who there is.
+        /// Names of its slaves.
         known: [Option<SlaveName>; MAX_KNOWN],
     },
-    /// It follows no nodes.
+    /// The node follows no other nodes.
     #[error("the node follows no other")]
     NoFarNodes,
-    /// It follows no node of that name.
+    /// The node follows no node of that name.
     #[error("far: received {:?}, expected {}", .received.as_str(), Listed(.known))]
     UnknownFarNode {
-        /// Who was asked for.
+        /// Name in the order.
         received: FarName,
-        /// Who there is.
+        /// Names of its far nodes.
         known: [Option<FarName>; MAX_KNOWN],
     },
     /// Too many other orders wait.
     #[error("too many orders wait for the node's next cycle")]
     Busy,
-    /// The node's cycles stand still, and it will not be executed any more.
+    /// The node's cycles stand still, and the order will not be executed any more.
     #[error("the node's cycle did not take the order in time; it will not be executed")]
     NoAnswer,
     /// The node ends.
@@ -97,7 +97,7 @@ pub enum NotTaken {
 }
 
 impl NotTaken {
-    /// The reason's name on the wire.
+    /// Name of the reason on the wire.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -112,17 +112,17 @@ impl NotTaken {
     }
 }
 
-/// A slave as an answer shows it.
+/// State of a slave in a response.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct SlaveView {
-    /// Its state.
+    /// PLCopen state of the slave.
     pub status: AxisStatus,
-    /// How far its coupling is; none without one.
+    /// Phase of its coupling; none without one.
     pub coupling: Option<CouplingPhase>,
-    /// Its set position, u.
+    /// Set position, u.
     pub position: f64,
-    /// Its set velocity, u/s.
+    /// Set velocity, u/s.
     pub velocity: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What the answer to an order says of a flying saw.
+//! Flying saw in the response to an order.
 
 use coaxle_saw::{
     CouplingMoment, FlyingSawCharacteristics, SawCommand, SawForm, SawPlan, SawRefusal, SawRemedy,
@@ -7,54 +7,54 @@ use coaxle_saw::{
 use coaxle_slave::{Command, CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
 
-/// A flying saw as the cycle says it: plain data.
+/// Flying saw in the cycle: plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SawView {
-    /// The plan, in force or only tried.
+    /// Plan, in force or of a dry run.
     pub plan: SawPlan,
-    /// The axis id of the slave, which that of the plan's table follows from.
+    /// Axis id of the slave, from which the id of the plan's table follows.
     pub axis_id: u32,
 }
 
-/// A flying saw that was refused: plain data.
+/// Refused flying saw: plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SawAttempt {
-    /// What was to be planned, with its positions on the axes.
+    /// Command to plan, with its positions on the axes.
     pub command: SawCommand,
-    /// From what.
+    /// State of master and slave at the plan.
     pub moment: CouplingMoment,
 }
 
-/// What a flying saw comes to if its master keeps its velocity.
+/// Result of a flying saw if its master keeps its velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct SawFigures {
-    /// What the profile is made of.
+    /// Form of the profile.
     pub form: SawForm,
-    /// How long the synchronisation takes, s; none while the master stands.
+    /// Duration of the synchronisation, s; none while the master stands still.
     pub duration: Option<f64>,
-    /// Where the master is when the slave is synchronous at the latest, u.
+    /// Position of the master at which the slave is synchronous at the latest, u.
     pub master_sync_position: f64,
-    /// Where the slave is then, u.
+    /// Position of the slave then, u.
     pub slave_sync_position: f64,
-    /// Its highest speed until then, u/s.
+    /// Greatest speed of the slave until then, u/s.
     pub peak_velocity: f64,
-    /// Its highest acceleration or deceleration, u/s².
+    /// Greatest acceleration or deceleration, u/s².
     pub peak_acceleration: f64,
-    /// Its highest jerk, u/s³.
+    /// Greatest jerk, u/s³.
     pub peak_jerk: f64,
-    /// All characteristic values in their order, for somebody who asked for them.
+    /// Characteristic values in their order, if they were requested.
     pub characteristics: Option<Vec<NamedValue>>,
-    /// The header of the table that holds the profile, for the same; none if the axis id has none.
+    /// Header of the table that holds the profile, if it was requested; none if the axis id has no table.
     pub table: Option<SawTable>,
 }
 
 /// A characteristic value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedValue {
-    /// Its name in `MC_FlyingSawCharacValues`.
+    /// Name in `MC_FlyingSawCharacValues`.
     pub name: String,
-    /// The value, in u of master or slave and s.
+    /// Value, in u of master or slave and s.
     pub value: f64,
 }
 
@@ -90,36 +90,36 @@ fn named(values: &FlyingSawCharacteristics) -> Vec<NamedValue> {
         .collect()
 }
 
-/// Why a flying saw is refused, and what would pass.
+/// Reason of a refused flying saw, and values that would be accepted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct SawRefused {
-    /// The check that it violates, if that is why.
+    /// Violated check, if that is the reason.
     pub violation: Option<ViolatedCheck>,
-    /// What would pass, all else unchanged.
+    /// Values that would be accepted, all else unchanged.
     pub remedy: SawRemedy,
 }
 
-/// A check that a profile does not pass.
+/// Check that a profile violates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct ViolatedCheck {
-    /// The flag of the sync mode that asks for the check; the axis keeps its own limits without.
+    /// Flag of the sync mode that enables the check; without it, the limits of the axis apply.
     pub checked_by: SyncMask,
-    /// The check's own code, whether `detailed-error-codes` is set or not.
+    /// Own code of the check, whether `detailed-error-codes` is set or not.
     pub detailed_code: String,
-    /// What of the slave it is about.
+    /// Quantity of the slave.
     pub quantity: String,
-    /// Its value: u, u/s, u/s² or u/s³.
+    /// Measured value: u, u/s, u/s² or u/s³.
     pub measured: f64,
-    /// The limit.
+    /// Limit of the quantity.
     pub limit: f64,
-    /// Where the master is then, u.
+    /// Position of the master then, u.
     pub master_position: f64,
 }
 
 impl SawRefused {
-    /// It plans some hundred times: not for the cycle.
+    /// Plans some hundred times: not for the cycle.
     pub(super) fn of(refusal: &Refusal, attempt: Option<&SawAttempt>) -> Option<Self> {
         let Refusal::Coupling(CouplingRefusal::Saw(refusal)) = refusal else {
             return None;
@@ -137,7 +137,7 @@ impl SawRefused {
     }
 }
 
-/// Whether another distance or speed of the master could help at all.
+/// True if another distance or speed of the master could help at all.
 const fn depends_on_the_master(refusal: &SawRefusal) -> bool {
     !matches!(
         refusal,

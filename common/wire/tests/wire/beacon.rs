@@ -1,4 +1,4 @@
-//! Beacons of the timing channel: what goes in comes out, who answers, and what is refused.
+//! Beacons of the timing channel: round trip, responder, and refusals.
 
 #![expect(
     clippy::unwrap_used,
@@ -51,7 +51,7 @@ fn departure(left: i64, before: Option<BeaconBefore>) -> Departure {
     }
 }
 
-/// Of a cycle that ideally began at 0.
+/// Request sealed for a cycle that ideally began at 0.
 fn request_frame(request: &BeaconRequest) -> Vec<u8> {
     let BeaconRequest {
         requester,
@@ -69,7 +69,7 @@ fn request_frame(request: &BeaconRequest) -> Vec<u8> {
     payload
 }
 
-/// Of cycle 0.
+/// Response sealed for cycle 0.
 fn response_frame(sender: &str, response: &BeaconResponse) -> Vec<u8> {
     let header = BeaconResponseHeader {
         sender: sender_id(&name(sender)),
@@ -179,7 +179,7 @@ fn what_is_no_beacon_is_refused_with_a_reason() {
     let mut flipped = good.clone();
     flipped[3] ^= 4;
     assert_eq!(refused(&flipped), Rejection::WrongChecksum);
-    // Answers do not pass for requests, nor those of another node for its own.
+    // Responses do not pass for requests, nor those of another node for its own.
     let answer = BeaconResponse {
         epoch: 1,
         request: request(1),
@@ -229,7 +229,7 @@ fn only_who_knows_the_secret_is_heard() {
     // Not authenticated at all.
     let plain = request_frame(&request(1));
     assert_eq!(read(&reader, &plain), wrong);
-    // Every byte counts, and all of the tag.
+    // Every byte is covered, and all of the tag.
     for place in 1..sealed.len() {
         let mut changed = sealed.clone();
         changed[place] ^= 1;

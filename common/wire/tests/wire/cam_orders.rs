@@ -1,4 +1,4 @@
-//! Orders about cam plates: as the document has them, and what is answered.
+//! Orders about cam plates, as in the document, and their responses.
 
 #![expect(
     clippy::unwrap_used,
@@ -127,7 +127,7 @@ fn shape(value: &Value) -> Value {
     }
 }
 
-/// What is answered to somebody who reads the plate of `SELECT`, whose second point was written since.
+/// Response to a reading command on the plate of `SELECT`, whose second point was written since.
 fn answered(command: &str) -> CommandAnswer {
     let mut tables = Tables::new(1);
     let mut cargo = CommandOrder::from(cam(SELECT)).cargo();

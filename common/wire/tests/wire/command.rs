@@ -1,4 +1,5 @@
-//! Orders to slaves, and the answers: `docs/WIRE.md` against the code, and what is no order.
+//! Orders to slaves and their responses: `docs/WIRE.md` against the code, and bytes that are not an
+//! order.
 
 #![expect(
     clippy::unwrap_used,
@@ -156,7 +157,7 @@ fn the_documented_refusal_of_a_flying_saw_is_written() {
     assert_eq!(written, documented, "{}", answer.to_json());
     assert!(CommandAnswer::from_json(example(4).as_bytes()).is_ok());
 
-    // What it says would pass does.
+    // The suggested values are accepted.
     let SawRefused { remedy, .. } = match answer.verdict {
         CommandVerdict::Refused { saw: Some(saw), .. } => saw,
         other => panic!("{other:?}"),

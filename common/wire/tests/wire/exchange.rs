@@ -1,4 +1,4 @@
-//! Requests and responses: what goes in comes out, the time server, and what is refused.
+//! Requests and responses: round trip, the time server, and refusals.
 
 #![expect(
     clippy::unwrap_used,

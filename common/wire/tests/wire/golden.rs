@@ -1,5 +1,5 @@
-//! What others rely on, as reviewed tables: how commands and answers are spelled on the wire, and
-//! what refusals and faults say, with their NC codes.
+//! Names and texts that others rely on, as reviewed tables: the spelling of commands and responses on the
+//! wire, and the texts of refusals and faults, with their NC codes.
 //!
 //! The names that serde gives are the wire format. A snapshot that changes here changes
 //! `docs/WIRE.md` and every client.
@@ -64,7 +64,7 @@ fn commands() {
     insta::assert_snapshot!(lines);
 }
 
-/// How the values of an enumeration are spelled.
+/// Spelling of the values of an enumeration.
 fn spelled<T: Serialize>(lines: &mut String, name: &str, values: &[T]) {
     let values: Vec<_> = values
         .iter()
@@ -73,7 +73,7 @@ fn spelled<T: Serialize>(lines: &mut String, name: &str, values: &[T]) {
     writeln!(lines, "{name}: {}", values.join(" ")).unwrap();
 }
 
-/// What the fields of commands and answers can hold.
+/// Values of the enumerations in commands and responses.
 #[test]
 fn enumerations() {
     let mut lines = String::new();
@@ -181,7 +181,7 @@ fn beside(master_speed: f64) -> CouplingMoment {
     }
 }
 
-/// Each kind of answer.
+/// Response of each kind.
 #[test]
 fn answers() {
     let (slow, fast) = (beside(100.0), beside(1000.0));
@@ -268,7 +268,7 @@ fn coupling(refusal: impl Into<CouplingRefusal>) -> Refusal {
     Refusal::Coupling(refusal.into())
 }
 
-/// One refusal of each kind.
+/// Refusal of each kind.
 fn refusals() -> Vec<Refusal> {
     let command = "MC_GearOut";
     let status = |status, transition| Refusal::Status {
@@ -322,7 +322,7 @@ fn coded(lines: &mut String, code: u32, text: &dyn Display) {
     writeln!(lines, "{code:#06x} | {text}").unwrap();
 }
 
-/// What brings a slave to an error stop, by its NC code.
+/// Faults that bring a slave to an error stop, by their NC codes.
 #[test]
 fn faults() {
     let mut lines = String::new();

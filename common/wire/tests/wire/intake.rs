@@ -1,4 +1,4 @@
-//! What an intake accepts, and the reason it gives for everything else.
+//! Frames that an intake accepts, and its reason for refusing all others.
 
 #![expect(
     clippy::unwrap_used,
@@ -129,7 +129,7 @@ fn of_axes_with_the_same_id_the_first_counts() {
 fn every_axis_of_a_full_frame_is_found() {
     let axes: Vec<_> = (0..MAX_AXES as u32).map(axis).collect();
     let payload = frame_of(&header(), &axes);
-    // Asked for in any order, they come in that order.
+    // Requested in any order, they come in that order.
     let ids: Vec<_> = (0..MAX_AXES as u32).map(|n| n * 37 % 128).collect();
     let mut intake = Intake::new(&key(), &press(), &ids);
     let frame = intake.accept(&payload).unwrap();

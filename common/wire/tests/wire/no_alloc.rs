@@ -1,4 +1,4 @@
-//! The way of a frame, from the cycle thread to the sample, asks for no memory.
+//! The path of a frame, from the cycle thread to the sample, allocates no memory.
 
 use assert_no_alloc::assert_no_alloc;
 use coaxle_axis::NcToPlcAxis;

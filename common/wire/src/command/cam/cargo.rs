@@ -1,4 +1,4 @@
-//! What an order brings to a cycle beside its words, and takes back.
+//! Data that an order carries to a cycle beside its fields, and back.
 
 use std::sync::Arc;
 
@@ -8,22 +8,22 @@ use coaxle_plate::CamError;
 use super::CamCommand;
 use crate::command::CommandOrder;
 
-/// What has to be allocated for an order is allocated before it comes to a cycle, and freed after it has left it.
+/// Memory of an order, allocated before it reaches a cycle and freed after it has left it.
 #[derive(Debug, Default)]
 pub enum OrderCargo {
-    /// Nothing.
+    /// No cargo.
     #[default]
     Nothing,
-    /// A plate to select, calculated; afterwards the one that was replaced or taken out, if any.
+    /// A plate to select, calculated. On the way back: the plate that was replaced or deleted, if any.
     Table(Option<Box<PreparedTable>>),
-    /// The plate to select is none.
+    /// Error of a plate to select that is invalid.
     Wrong(CamError),
-    /// Room for a plate that is to be read, and then that plate.
+    /// Space for a plate to read, and then that plate.
     Reading(Box<PlateReading>),
 }
 
 impl CommandOrder {
-    /// What the order brings. This allocates, and calculates a plate that comes with it.
+    /// Makes the cargo of the order. Allocates, and calculates a plate that comes with it.
     #[must_use]
     pub fn cargo(&self) -> OrderCargo {
         let Self::Cam(order) = self else {

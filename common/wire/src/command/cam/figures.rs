@@ -1,4 +1,4 @@
-//! What the answer to an order says of a cam plate.
+//! Cam plate values in the response to an order.
 
 use coaxle_cam::{CamInfo, CouplingError};
 use coaxle_curve::law::MinMax;
@@ -11,49 +11,49 @@ use serde::{Deserialize, Serialize};
 use super::{CamCommand, OrderCargo, SelectedValues};
 use crate::command::saw::NamedValue;
 
-/// Most points in an answer: more are read by several orders.
+/// Greatest number of points in a response. More are read by several orders.
 pub const MAX_POINTS_READ: usize = 4096;
 
-/// Most rows of values in an answer: more are read by several orders.
+/// Greatest number of rows of values in a response. More are read by several orders.
 pub const MAX_VALUES_READ: usize = 4096;
 
-/// What was read.
+/// Values that were read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")]
 pub enum CamFigures {
-    /// Points as they are in force.
+    /// Points in force.
     Points {
-        /// How many the plate has.
+        /// Number of points of the plate.
         number_of_rows: usize,
-        /// Those that were read, in their order.
+        /// Points read, in their order.
         points: Vec<WrittenPoint>,
     },
     /// A table of values.
     Values {
-        /// What the columns are: the master, x, and of the slave the position, u, and its derivatives.
+        /// Columns: the master, x, and of the slave the position, u, and its derivatives.
         columns: Vec<String>,
         /// The rows.
         rows: Vec<Vec<f64>>,
     },
-    /// The slave where the master is.
+    /// Slave values at a master position.
     SlaveDynamics {
-        /// Its position, u.
+        /// Position of the slave, u.
         position: f64,
-        /// Its velocity, u/s.
+        /// Velocity of the slave, u/s.
         velocity: f64,
-        /// Its acceleration, u/s².
+        /// Acceleration of the slave, u/s².
         acceleration: f64,
     },
-    /// What the plate demands of the slave.
+    /// Demands of the plate on the slave.
     Characteristics(Box<CharacteristicFigures>),
-    /// The nearest masters at which the slave is there: none where there is no such master.
+    /// Nearest master positions for a slave position: none where no such master position exists.
     MasterPosition {
-        /// Below the start.
+        /// Position below the start.
         low: Option<MasterFigures>,
-        /// Above it.
+        /// Position above the start.
         high: Option<MasterFigures>,
     },
-    /// What the coupling is like.
+    /// State of the coupling.
     Info(Box<CamInfo>),
 }
 
@@ -64,33 +64,33 @@ pub enum CamFigures {
 pub struct CharacteristicFigures {
     /// The 31 values in their order, under their names there.
     pub values: Vec<NamedValue>,
-    /// The number of the plate.
+    /// Number of the plate.
     pub table: u32,
-    /// How many points or rows it has.
+    /// Number of its points or rows.
     pub number_of_rows: usize,
-    /// How many columns.
+    /// Number of its columns.
     pub number_of_columns: usize,
-    /// What it is made of.
+    /// Type of its content.
     pub table_type: TableType,
-    /// Whether it is repeated.
+    /// Course: linear or cyclic.
     pub course: Course,
-    /// What the slave gains from cycle to cycle, u.
+    /// Lift: gain of the slave per cycle, u.
     pub lift: f64,
-    /// At how many places the velocity of the slave steps.
+    /// Number of places at which the velocity of the slave steps.
     pub velocity_steps: usize,
-    /// The largest of these steps, at that velocity of the master.
+    /// Largest of these steps, at that velocity of the master.
     pub largest_velocity_step: Option<StepFigures>,
 }
 
-/// A step of the velocity.
+/// Step of the velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct StepFigures {
-    /// Where the master is, x.
+    /// Position of the master, x.
     pub master: f64,
-    /// The velocity before it, u/s.
+    /// Velocity before the step, u/s.
     pub before: f64,
-    /// The velocity after it, u/s.
+    /// Velocity after the step, u/s.
     pub after: f64,
 }
 
@@ -103,11 +103,12 @@ pub struct MasterFigures {
     pub master_axis_position: f64,
     /// Position of the master in the base cycle of the plate, x.
     pub master_cam_position: f64,
-    /// The slave offset with which a coupling there finds the slave in its place, u.
+    /// Slave offset with which a coupling there leaves the slave in its position, u.
     pub slave_offset: f64,
 }
 
-/// Answers a reading command from the plate that came with it; none of another command, or where no plate came.
+/// Executes a reading command on the plate that came with it; none for another command or without a
+/// plate.
 pub(in crate::command) fn read(
     command: &CamCommand,
     cargo: &OrderCargo,
@@ -228,7 +229,7 @@ impl From<MasterPosition> for MasterFigures {
 }
 
 impl CharacteristicFigures {
-    /// What was found of a plate with that number.
+    /// Figures of the characteristics found for the plate with that number.
     #[must_use]
     pub fn of(table: u32, plate: &Plate, found: &Characteristics) -> Self {
         let step = |step: VelocityStep| StepFigures {
@@ -250,7 +251,7 @@ impl CharacteristicFigures {
     }
 }
 
-/// Under the names and in the order of TF5050 chapter 8.11.
+/// Values under the names and in the order of TF5050 chapter 8.11.
 fn named(c: &Characteristics) -> Vec<NamedValue> {
     let (start, end) = (&c.start, &c.end);
     let [position, velocity, acceleration, jerk]: [&MinMax; 4] = [

@@ -1,7 +1,7 @@
-//! Orders about the cam plates of a slave: what TF5050 has beside commands to its coupling.
+//! Orders about the cam plates of a slave: the blocks of TF5050 beside the commands to its coupling.
 //!
-//! A plate is calculated where orders are decoded, and handed to the cycle as a whole ([`OrderCargo`]). What is read of one
-//! is calculated where answers are encoded.
+//! A plate is calculated where orders are decoded, and handed to the cycle as a whole ([`OrderCargo`]).
+//! Values read of a plate are calculated where responses are encoded.
 
 mod cargo;
 mod figures;
@@ -22,20 +22,20 @@ pub use figures::{
 pub use plate::PlateOrder;
 pub use values::SelectedValues;
 
-/// What a slave is told, or asked, about its cam plates.
+/// Order to a slave about its cam plates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CamOrder {
-    /// Which slave of the node.
+    /// Slave of the node.
     pub slave: SlaveName,
-    /// What it shall do.
+    /// Command to the slave.
     pub command: CamCommand,
-    /// Whether it shall only say what would come of it.
+    /// True for a dry run, which only reports the result.
     pub dry_run: bool,
 }
 
 /// A block of TF5050 that is about a plate and not about a motion.
 ///
-/// Masters are in x and slaves in u of the plate, raw, but where axes are said.
+/// Masters are in x and slaves in u of the plate, raw, unless axes are named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
@@ -44,86 +44,86 @@ pub struct CamOrder {
     deny_unknown_fields
 )]
 pub enum CamCommand {
-    /// `MC_CamTableSelect`: loads a plate, or puts it in the place of another.
+    /// `MC_CamTableSelect`: loads a plate, or replaces one.
     #[doc(alias = "MC_CamTableSelect")]
     CamTableSelect {
-        /// The number of the plate, 1 to 255; that in the plate, if it is left out.
+        /// Number of the plate, 1 to 255; by default the number in the plate.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         table: Option<TableId>,
-        /// Whether it may take the place of one of that number.
+        /// True if it may replace a plate of that number.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         replace: bool,
-        /// The plate, as a cam file has it.
+        /// Plate, with the fields of a cam file.
         plate: PlateOrder,
     },
-    /// Takes a plate out. TF5050 has no block for it: ADS deletes tables there.
+    /// Deletes a plate. TF5050 has no block for it: ADS deletes tables there.
     CamTableDelete {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
     },
-    /// `MC_ReadMotionFunction`: points as they are in force.
+    /// `MC_ReadMotionFunction`: points in force.
     #[doc(alias = "MC_ReadMotionFunction")]
     ReadMotionFunction {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
-        /// The first of the points.
+        /// First point.
         #[serde(default = "first_point")]
         point: u32,
-        /// How many; all that follow for 0, as far as an answer holds them.
+        /// Number of points; 0 for all that follow, as far as a response holds them.
         #[serde(default)]
         number: usize,
     },
-    /// `MC_ReadMotionFunctionPoint`: one point as it is in force.
+    /// `MC_ReadMotionFunctionPoint`: one point in force.
     #[doc(alias = "MC_ReadMotionFunctionPoint")]
     ReadMotionFunctionPoint {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
-        /// The point.
+        /// Number of the point.
         point: u32,
     },
     /// `MC_ReadMotionFunctionValues`: the plate as a table of values.
     #[doc(alias = "MC_ReadMotionFunctionValues")]
     ReadMotionFunctionValues {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
-        /// Where the master is first, x.
+        /// First master position, x.
         from: f64,
-        /// Where it is last, x.
+        /// Last master position, x.
         to: f64,
-        /// How far it is from row to row, x; with the sign of the way.
+        /// Increment from row to row, x, with the sign of the direction.
         increment: f64,
-        /// What of the slave is asked for.
+        /// Values of the slave to read.
         #[serde(default)]
         values: SelectedValues,
     },
-    /// `MC_ReadCamTableSlaveDynamics`: the slave where the master is and as it moves.
+    /// `MC_ReadCamTableSlaveDynamics`: the slave's values at a master position and velocity.
     #[doc(alias = "MC_ReadCamTableSlaveDynamics")]
     ReadCamTableSlaveDynamics {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
-        /// Where the master is, x.
+        /// Position of the master, x.
         master_position: f64,
-        /// How fast it is, x/s: with 1 the answers are the derivatives of the plate.
+        /// Velocity of the master, x/s: with 1 the results are the derivatives of the plate.
         #[serde(default = "one")]
         master_velocity: f64,
     },
-    /// `MC_ReadCamTableCharacteristics`: what the plate demands of the slave.
+    /// `MC_ReadCamTableCharacteristics`: the demands of the plate on the slave.
     #[doc(alias = "MC_ReadCamTableCharacteristics")]
     ReadCamTableCharacteristics {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
-        /// The velocity of the master, x/s.
+        /// Velocity of the master, x/s.
         #[serde(default = "one")]
         master_velocity: f64,
     },
-    /// `MC_ReadCamTableMasterPosition`: where the master is when the slave axis is somewhere.
+    /// `MC_ReadCamTableMasterPosition`: the master position for a position of the slave axis.
     #[doc(alias = "MC_ReadCamTableMasterPosition")]
     ReadCamTableMasterPosition {
-        /// The plate.
+        /// Number of the plate.
         table: TableId,
         /// Position of the slave axis, u.
         slave_position: f64,
-        /// Position of the master axis to look from, x.
+        /// Position of the master axis at which the search starts, x.
         #[serde(default)]
         master_start_position: f64,
         /// Offset of the master, x.
@@ -142,14 +142,14 @@ pub enum CamCommand {
         #[serde(default)]
         master_accuracy: f64,
     },
-    /// `MC_CamInfo`, `MC_CamInfo_V2`: what the coupling is like; after an error what it was.
+    /// `MC_CamInfo`, `MC_CamInfo_V2`: state of the coupling; after an error, its last state.
     #[doc(alias = "MC_CamInfo")]
     #[doc(alias = "MC_CamInfo_V2")]
     CamInfo {
-        /// The plate; 0 if the slave has but one.
+        /// Number of the plate; 0 if the slave has only one.
         #[serde(default)]
         table: TableId,
-        /// Where the master axis is supposed to be, u; where it is, if it is left out.
+        /// Assumed position of the master axis, u; by default its actual position.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         master_position: Option<f64>,
     },
@@ -164,7 +164,7 @@ const fn one() -> f64 {
 }
 
 impl CamCommand {
-    /// The names of all on the wire.
+    /// Names of all commands on the wire.
     pub const NAMES: [&str; 9] = [
         "cam-table-select",
         "cam-table-delete",
@@ -177,7 +177,7 @@ impl CamCommand {
         "cam-info",
     ];
 
-    /// The PLC's name of it.
+    /// PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -193,7 +193,7 @@ impl CamCommand {
         }
     }
 
-    /// The plate it is about; 0 where none is named.
+    /// Plate that the command is about; 0 if none is named.
     #[must_use]
     pub fn table(&self) -> TableId {
         match self {
@@ -211,7 +211,7 @@ impl CamCommand {
         }
     }
 
-    /// What the library is asked for a master position; none of another command.
+    /// Query for a master position; none for another command.
     const fn master_query(&self) -> Option<MasterQuery> {
         match *self {
             Self::ReadCamTableMasterPosition {

@@ -1,4 +1,4 @@
-//! A plate in an order: what a cam file holds, as JSON.
+//! A plate in an order: the content of a cam file, as JSON.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use coaxle_cam::TableId;
 use coaxle_plate::{Course, Interpolation, PlateSource, SourceRows, WrittenPoint};
 use serde::{Deserialize, Serialize};
 
-/// A plate to select: shared, since an order is kept by who answers it and by who records it.
+/// Plate to select: shared, since the response and the recording keep the order too.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(try_from = "PlateOnWire", into = "PlateOnWire")]
 pub struct PlateOrder {
@@ -15,7 +15,7 @@ pub struct PlateOrder {
 }
 
 impl PlateOrder {
-    /// A plate of this source, with the number that it brings.
+    /// Plate of this source, with its own number.
     #[must_use]
     pub fn new(source: PlateSource, table_id: Option<TableId>) -> Self {
         Self {
@@ -24,13 +24,13 @@ impl PlateOrder {
         }
     }
 
-    /// What it is made of.
+    /// Source of the plate.
     #[must_use]
     pub const fn source(&self) -> &Arc<PlateSource> {
         &self.source
     }
 
-    /// The number that it brings.
+    /// Own number of the plate.
     #[must_use]
     pub const fn table_id(&self) -> Option<TableId> {
         self.table_id
@@ -57,7 +57,7 @@ struct PlateOnWire {
     #[serde(default, skip_serializing)]
     #[allow(dead_code, reason = "a cam file has it")]
     title: Option<String>,
-    /// Its number.
+    /// Number of the plate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table_id: Option<TableId>,
     /// For people; not used.
@@ -68,26 +68,26 @@ struct PlateOnWire {
     #[serde(default, skip_serializing)]
     #[allow(dead_code, reason = "a cam file has it")]
     slave_unit: Option<String>,
-    /// Whether it ends, or goes on from turn to turn.
+    /// Course: linear, or repeated from cycle to cycle.
     #[serde(default)]
     course: Course,
-    /// The points of a motion function.
+    /// Points of a motion function.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     point: Vec<WrittenPoint>,
-    /// A table of positions, instead of points.
+    /// Table of positions, instead of points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     table: Option<TableOnWire>,
 }
 
-/// A table of positions.
+/// Table of positions.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct TableOnWire {
-    /// Whether the master positions are evenly apart, as they have to be then.
+    /// True if the master positions are equidistant, which is checked then.
     #[serde(default)]
     equidistant: bool,
-    /// How the slave moves between two rows.
+    /// Interpolation of the slave between two rows.
     #[serde(default)]
     interpolation: Interpolation,
     /// The rows: master position, x, and slave position, u.

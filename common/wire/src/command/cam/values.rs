@@ -3,7 +3,7 @@
 use coaxle_plate::ValueSelect;
 use serde::{Deserialize, Serialize};
 
-/// What of the slave is read: the names of the values, or the PLC's sum of their bits.
+/// Selected values of the slave: their names, or the PLC's sum of their bits.
 #[doc(alias = "MC_ValueSelectType")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "OnWire", into = "OnWire")]
@@ -45,7 +45,7 @@ impl schemars::JsonSchema for SelectedValues {
 enum OnWire {
     /// 1 position, 2 velocity, 4 acceleration, 8 jerk.
     Mask(u16),
-    /// Of position, velocity, acceleration and jerk.
+    /// Names among position, velocity, acceleration and jerk.
     Names(Vec<String>),
 }
 

@@ -8,7 +8,7 @@
 
 const DOCUMENT: &str = include_str!("../../../../../docs/WIRE.md");
 
-/// One line of the example's table.
+/// Line of the example's table.
 pub(crate) struct Row {
     pub(crate) offset: usize,
     pub(crate) bytes: Vec<u8>,
