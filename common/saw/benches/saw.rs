@@ -1,4 +1,4 @@
-//! What planning and running the flying saw cost, beside `rsruckig` in the same run.
+//! Cost of planning and running the flying saw, beside `rsruckig` in the same run.
 
 use std::hint::black_box;
 

@@ -1,4 +1,4 @@
-//! `MC_ReadFlyingSawCharacteristics`: what a synchronisation phase demands of the slave.
+//! `MC_ReadFlyingSawCharacteristics`: the demands of a synchronisation phase on the slave.
 
 use alloc::vec::Vec;
 
@@ -13,9 +13,9 @@ use super::way::Way;
 /// `MC_FlyingSawCharacValues`, TS5055 12.3.2, TF5055 5.3: the synchronisation phase of a master
 /// that keeps its velocity.
 ///
-/// Positions are in u, the rest in u/s, u/s² and u/s³. Where a derivative jumps, its values on both
-/// sides count; of equal extremes, the place of the first is told. While the master stands, all
-/// velocities are 0.
+/// Positions are in u, the rest in u/s, u/s² and u/s³. Where a derivative jumps, its values on both sides
+/// count; of equal extremes, the first place is reported. While the master stands still, all velocities
+/// are 0.
 #[doc(alias = "MC_FlyingSawCharacValues")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyingSawCharacteristics {
@@ -24,18 +24,17 @@ pub struct FlyingSawCharacteristics {
     pub master_velocity: f64,
     /// The start of the phase.
     pub start: SawEnd,
-    /// Its end.
+    /// The end of the phase.
     pub end: SawEnd,
-    /// The least and the most of position, velocity, acceleration and jerk, and where.
+    /// Minima and maxima of position, velocity, acceleration and jerk, with their places.
     pub extremes: Extremes,
-    /// The slave's velocity where its acceleration is least.
+    /// The slave's velocity at its minimum acceleration.
     #[doc(alias = "fSVeloAtSAccMin")]
     pub velocity_at_minimum_acceleration: f64,
-    /// The slave's velocity where its acceleration is highest.
+    /// The slave's velocity at its maximum acceleration.
     #[doc(alias = "fSVeloAtSAccMax")]
     pub velocity_at_maximum_acceleration: f64,
-    /// The least and the highest product of velocity and acceleration, u²/s³. The original leaves
-    /// it out.
+    /// The minimum and maximum product of velocity and acceleration, u²/s³. The original leaves it out.
     #[doc(alias = "fSlaveDynMomMin")]
     #[doc(alias = "fSlaveDynMomMax")]
     pub dynamic_moment: MinMax,
@@ -49,7 +48,7 @@ pub struct FlyingSawCharacteristics {
     pub table: SawTable,
 }
 
-/// One end of the synchronisation phase.
+/// End or start of the synchronisation phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SawEnd {
     /// Position of the master.
@@ -65,19 +64,19 @@ pub struct SawEnd {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct SawTable {
-    /// Its id.
+    /// Id of the table.
     #[doc(alias = "CamTableID")]
     pub id: u32,
-    /// How many points it has; none if there is nothing to synchronise.
+    /// Number of its points; none if there is nothing to synchronise.
     #[doc(alias = "NumberOfRows")]
     pub rows: usize,
-    /// How many columns.
+    /// Number of its columns.
     #[doc(alias = "NumberOfColumns")]
     pub columns: usize,
-    /// A motion function.
+    /// Motion function.
     #[doc(alias = "TableType")]
     pub table_type: TableType,
-    /// Never.
+    /// False: never periodic.
     #[doc(alias = "Periodic")]
     pub periodic: bool,
 }
@@ -86,7 +85,7 @@ pub struct SawTable {
 ///
 /// # Errors
 /// [`SawRefusal::NoTable`] (0x4A00) for an axis id that is not from 1 to 255, and
-/// [`SawRefusal::TableInUse`] (0x4063) if `in_use` says so of the id.
+/// [`SawRefusal::TableInUse`] (0x4063) if `in_use` is true for the id.
 pub fn saw_table_id(axis_id: u32, in_use: impl FnOnce(u32) -> bool) -> Result<u32, SawRefusal> {
     if !(1..=255).contains(&axis_id) {
         return Err(SawRefusal::NoTable { axis_id });
@@ -182,7 +181,7 @@ impl FlyingSawCharacteristics {
 }
 
 impl SawPlan {
-    /// The characteristic values, for the table with this id.
+    /// Returns the characteristic values, for the table with this id.
     #[doc(alias = "MC_ReadFlyingSawCharacteristics")]
     #[must_use]
     pub fn characteristics(&self, table_id: u32) -> FlyingSawCharacteristics {
@@ -192,7 +191,7 @@ impl SawPlan {
         }
     }
 
-    /// `velocity` is that of what the way depends on: the master or the time.
+    /// `velocity` is the velocity of the variable that the path depends on: the master or the time.
     fn characteristics_of(
         &self,
         way: &Way,
@@ -278,7 +277,7 @@ impl SawPlan {
         }
     }
 
-    /// The profile as the points of a motion function, in ascending order of the master; none for
+    /// Returns the profile as the points of a motion function, in ascending order of the master; none for
     /// a time-based plan, which does not depend on it.
     #[must_use]
     pub fn motion_points(&self) -> Vec<MotionPoint> {
@@ -311,8 +310,8 @@ impl SawPlan {
     /// The profile as a motion function, as a cam coupling would run it.
     ///
     /// # Errors
-    /// [`CamError`] if there are no points, or if the master's way is so short that it vanishes in
-    /// its position's last digit.
+    /// [`CamError`] if there are no points, or if the master's path is so short that it vanishes in the
+    /// last digit of its position.
     pub fn motion_function(&self) -> Result<MotionFunction, CamError> {
         MotionFunction::new(self.motion_points())
     }

@@ -1,32 +1,33 @@
-//! The fastest way of a slave onto the line of its gear, within its limits.
+//! The fastest path of a slave onto the line of its gear, within its limits.
 
 use coaxle_curve::profile::{Band, Kinematics, Limits, Profile, ProfileExtremes, to_line, towards};
 
 use super::SyncMask;
 
-/// So much of every limit is left to rounding, relatively.
+/// Margin of every limit for rounding, relative.
 const ROUNDING: f64 = 1e-9;
 
-/// What the slave may do on its way to the line.
+/// Limits of the slave on its path to the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Chase {
     /// The limits in force.
     pub(super) limits: Limits,
-    /// The highest velocity of a line that the slave may follow, u/s: at least that of the limits.
+    /// Greatest velocity of a line that the slave may follow, u/s: at least that of the limits.
     pub(super) fastest_line: f64,
-    /// Which velocities are not passed on the way, beside the limit.
+    /// Velocities not to exceed on the path, beside the limit.
     pub(super) mask: SyncMask,
 }
 
-/// Velocities from one to another.
+/// Range of velocities.
 type Window = (f64, f64);
 
 impl Chase {
-    /// The fastest profile onto a line that passes, with `share` of acceleration, deceleration and jerk.
-    /// None if nothing leads there; otherwise why none passes, of the fastest.
+    /// Plans the fastest profile onto a line that passes, with `share` of acceleration, deceleration and
+    /// jerk. None if no profile leads there; an error with the reason of the fastest if none passes.
     ///
-    /// Limits by faster and slower become limits by direction: a slave that does not turn round speeds
-    /// up one way and slows down the other. One that does keeps to the smaller limit all the way.
+    /// Limits of speeding up and slowing down become limits by direction: a slave that does not reverse
+    /// speeds up one way and slows down the other. One that reverses keeps to the smaller limit all
+    /// along.
     pub(super) fn fastest<E>(
         &self,
         (start, line): (&Kinematics, &Kinematics),
@@ -38,7 +39,7 @@ impl Chase {
         let either = up.min(down);
         let turning = self.way((start, line), window, (either, either), share);
         let turning = turning.map(|profile| check(&profile).map(|()| profile));
-        // Nothing is faster than what may do all that others may.
+        // No profile is faster than one that may use all that the others may.
         if up == down && matches!(turning, Some(Ok(_))) {
             return turning;
         }
@@ -48,8 +49,8 @@ impl Chase {
         faster(turning, onward)
     }
 
-    /// The way of a slave that goes the way of the line only, or stands until it comes. One that goes the
-    /// other way stops first.
+    /// Path of a slave that only moves in the direction of the line, or stands until the line arrives.
+    /// One that moves the other way stops first.
     fn onward(
         &self,
         (start, line): (&Kinematics, &Kinematics),
@@ -108,12 +109,13 @@ impl Chase {
         towards(start, 0.0, &band)
     }
 
-    /// Where the slave comes to rest with a share of its acceleration, deceleration and jerk, u.
+    /// Position at which the slave comes to rest with a share of its acceleration, deceleration and jerk,
+    /// u.
     pub(super) fn stop(&self, start: &Kinematics, share: f64) -> f64 {
         self.stopping_with(start, share).end().position
     }
 
-    /// Where the line cannot be caught, as fast as possible towards it; along with one that is too fast.
+    /// Path towards a line that cannot be caught, as fast as possible; along with it if it is too fast.
     pub(super) fn towards(&self, start: &Kinematics, line: &Kinematics) -> Profile {
         let window = self.window(start.velocity, line.velocity);
         let push = self.limits.acceleration().min(self.limits.deceleration());
@@ -177,7 +179,7 @@ impl Chase {
     }
 }
 
-/// Of two ways the faster one that passes; if neither does, the first one's reason.
+/// Returns the faster of two paths that pass; if neither does, the reason of the first.
 fn faster<E>(
     first: Option<Result<Profile, E>>,
     second: Option<Result<Profile, E>>,

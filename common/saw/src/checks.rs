@@ -1,4 +1,4 @@
-//! Whether a way keeps what the sync mode asks for.
+//! Checks of a path against the sync mode.
 
 use coaxle_curve::law::Extreme;
 use coaxle_curve::profile::Limits;
@@ -7,10 +7,10 @@ use super::SyncMask;
 use super::demands::Demands;
 use super::refusal::{Check, Violation};
 
-/// How far a value may pass its limit by rounding, relative to the magnitudes at hand.
+/// Tolerance of a limit for rounding, relative to the magnitudes involved.
 const ROUNDING: f64 = 1e-12;
 
-/// What is checked, and against what.
+/// Checks to make, and their limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Checklist {
     pub(super) mask: SyncMask,
@@ -22,11 +22,11 @@ pub(super) struct Checklist {
     /// The axis's software limits and the command's own, u; infinite if there is none.
     pub(super) software: (f64, f64),
     pub(super) optional: (f64, f64),
-    /// Whether the master moves towards larger positions.
+    /// True if the master moves towards larger positions.
     pub(super) forward: bool,
 }
 
-/// Where a way starts and ends: position and velocity.
+/// Start and end of a path: position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ends {
     pub(super) start: (f64, f64),
@@ -34,12 +34,12 @@ pub(super) struct Ends {
 }
 
 impl Checklist {
-    /// Whether anything is checked at all.
+    /// True if nothing is checked.
     pub(super) const fn is_empty(&self) -> bool {
         !self.mask.intersects(SyncMask::CHECKS)
     }
 
-    /// The same limits with the dynamics checked, and nothing else.
+    /// Returns these limits with only the dynamics checked.
     pub(super) fn dynamics_only(&self) -> Self {
         let details = self.mask & SyncMask::DETAILED_ERROR_CODES;
         Self {
@@ -48,7 +48,7 @@ impl Checklist {
         }
     }
 
-    /// The same for what the axis keeps in any case.
+    /// Returns the checks that the axis makes in any case.
     pub(super) fn of_axis(&self, own: &Limits) -> Self {
         let details = self.mask & SyncMask::DETAILED_ERROR_CODES;
         let positions = SyncMask::MIN_POS | SyncMask::MAX_POS;
@@ -72,7 +72,7 @@ impl Checklist {
         self.dynamics(demands)
     }
 
-    /// Whether the way is too fast, and then which way.
+    /// Checks whether the path is too fast, and in which direction.
     pub(super) fn speed(&self, demands: &Demands) -> Result<(), Violation> {
         let velocity = &demands.course.velocity;
         let slack = ROUNDING * self.velocity;

@@ -5,12 +5,12 @@ use super::{SyncMode, SyncStrategy};
 /// `MC_GearInPos`: the slave runs at the gear's velocity from a given pair of positions on, at the
 /// latest. TS5055 12.1.2, TF5055 4.2.
 ///
-/// Limits that are not given are the axis's own; they bind only where `sync_mode` checks them. An axis
-/// with a [`LimitGuard`](super::LimitGuard) keeps its own in any case, and refuses what does not. The
-/// bounds of a synchronisation with two ramps use acceleration and deceleration in any case, and with a
-/// strategy the limits shape the profile and are kept in any case.
+/// Omitted limits default to those of the axis; they are only checked if `sync_mode` says so. An axis
+/// with a [`LimitGuard`](super::LimitGuard) keeps its own in any case, and refuses a profile that does
+/// not. The bounds of a synchronisation with two ramps use acceleration and deceleration in any case, and
+/// with a strategy the limits shape the profile and are kept in any case.
 ///
-/// Positions are numbers wherever it is planned; whoever says them in another way has a `P` for that.
+/// Positions are numbers when it is planned; `P` is for other ways to state them.
 #[doc(alias = "MC_GearInPos")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -26,24 +26,23 @@ use super::{SyncMode, SyncStrategy};
 pub struct GearInPos<P = f64> {
     /// The gear.
     pub ratio: Ratio,
-    /// Where the master is when the slave is synchronous at the latest, u.
+    /// Position of the master at which the slave is synchronous at the latest, u.
     #[doc(alias = "MasterSyncPosition")]
     pub master_sync_position: P,
-    /// Where the slave is then, u.
+    /// Position of the slave then, u.
     #[doc(alias = "SlaveSyncPosition")]
     pub slave_sync_position: P,
-    /// How far before its synchronisation position the master is when the synchronisation begins,
-    /// u; until then the slave keeps its velocity. At once if not given. The original does not
-    /// implement it.
+    /// Distance of the master before its synchronisation position at which the synchronisation begins, u;
+    /// until then the slave keeps its velocity. At once if omitted. The original does not implement it.
     #[doc(alias = "MasterStartDistance")]
     #[cfg_attr(feature = "serde", serde(default))]
     pub master_start_distance: Option<f64>,
-    /// When and how hard the slave is synchronised, within its limits. If not given, by the profiles of
-    /// TS5055 7 over the whole way.
+    /// Timing and dynamics of the synchronisation, within the slave's limits. If omitted, the profiles of
+    /// TS5055 7 over the whole distance.
     #[doc(alias = "SyncStrategy")]
     #[cfg_attr(feature = "serde", serde(default))]
     pub strategy: Option<SyncStrategy>,
-    /// Checks and ways of operation. Position-based only.
+    /// Checks and modes of operation. Position-based only.
     #[cfg_attr(feature = "serde", serde(default))]
     pub sync_mode: SyncMode,
     /// Limits of the synchronisation.
@@ -58,7 +57,7 @@ impl<P: Copy> GearInPos<P> {
         (self.master_sync_position, self.slave_sync_position)
     }
 
-    /// The same at these positions of master and slave.
+    /// Returns the command with these positions of master and slave.
     #[must_use]
     pub const fn at<Q: Copy>(&self, master: Q, slave: Q) -> GearInPos<Q> {
         GearInPos {
@@ -73,11 +72,10 @@ impl<P: Copy> GearInPos<P> {
     }
 }
 
-/// `MC_GearInVelo`: the slave takes up the gear's velocity as soon as it can. TS5055 12.1.1,
-/// TF5055 4.1.
+/// `MC_GearInVelo`: the slave reaches the gear's velocity as soon as it can. TS5055 12.1.1, TF5055 4.1.
 ///
-/// Limits that are not given are the axis's own. Acceleration, deceleration and jerk shape the
-/// profile and hence are kept whether `sync_mode` checks them or not.
+/// Omitted limits default to those of the axis. Acceleration, deceleration and jerk shape the profile and
+/// hence are kept whether `sync_mode` checks them or not.
 #[doc(alias = "MC_GearInVelo")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -89,7 +87,7 @@ impl<P: Copy> GearInPos<P> {
 pub struct GearInVelo {
     /// The gear.
     pub ratio: Ratio,
-    /// Position- or time-based, checks and ways of operation.
+    /// Position- or time-based, checks and modes of operation.
     #[cfg_attr(feature = "serde", serde(default))]
     pub sync_mode: SyncMode,
     /// Limits of the synchronisation.
@@ -121,13 +119,13 @@ const fn one() -> u16 {
 }
 
 impl Ratio {
-    /// The ratio as one number.
+    /// Returns the ratio as one number.
     #[must_use]
     pub fn value(&self) -> f64 {
         self.numerator / f64::from(self.denominator)
     }
 
-    /// A ratio given as one number.
+    /// Makes a ratio of one number.
     #[must_use]
     pub const fn of(ratio: f64) -> Self {
         Self {
@@ -137,8 +135,8 @@ impl Ratio {
     }
 }
 
-/// What a synchronisation may do to the slave. What is not given is the axis's own limit, or, for
-/// positions, no limit.
+/// Limits of the slave during a synchronisation. Omitted ones default to the axis's own limit; positions
+/// are unlimited by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -147,16 +145,16 @@ impl Ratio {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct SyncLimits {
-    /// Highest speed, u/s.
+    /// Greatest speed, u/s.
     #[doc(alias = "Velocity")]
     pub velocity: Option<f64>,
-    /// Highest acceleration, u/s².
+    /// Greatest acceleration, u/s².
     #[doc(alias = "Acceleration")]
     pub acceleration: Option<f64>,
-    /// Highest deceleration, u/s².
+    /// Greatest deceleration, u/s².
     #[doc(alias = "Deceleration")]
     pub deceleration: Option<f64>,
-    /// Highest jerk, u/s³.
+    /// Greatest jerk, u/s³.
     #[doc(alias = "Jerk")]
     pub jerk: Option<f64>,
     /// Lowest position, u: `ST_GearInPosOptions`, `ST_GearInVeloOptions` (TF5055 5.4, 5.5).
@@ -167,7 +165,7 @@ pub struct SyncLimits {
     /// Highest position, u.
     #[doc(alias = "PositionLimitMax")]
     pub max_position: Option<f64>,
-    /// How fast the master will be, u/s of the master, above 0, where it stands when it is planned and the slave does too:
-    /// everything is checked at that velocity then, and not at 0. Without a strategy.
+    /// Expected velocity of the master, u/s of the master, above 0, if master and slave stand still at
+    /// the plan: everything is checked at that velocity then, and not at 0. Without a strategy.
     pub master_velocity: Option<f64>,
 }

@@ -1,22 +1,24 @@
 //! The ramp from a start with acceleration: the velocity is the cubic over time that meets velocity and acceleration at both
 //! ends, `v0 + a0·T·x + (3·Δv − 2·a0·T)·x² + (a0·T − 2·Δv)·x³`.
 //!
-//! Its acceleration is `(1 − x)·(a0 + 3·(2·Δv/T − a0)·x)`, and its jerk, linear, is largest at one of the ends. So each limit is
-//! just reached at durations that solve a quadratic equation, and the shortest duration that keeps all of them is one of
-//! these, as long as the velocity keeps its sign. Where it does not, the shortest is looked for.
+//! Its acceleration is `(1 − x)·(a0 + 3·(2·Δv/T − a0)·x)`, and its jerk, linear, is greatest at one of
+//! the ends. So each limit is just reached at durations that solve a quadratic equation. The shortest
+//! duration that keeps all limits is one of these, as long as the velocity keeps its sign. Otherwise the
+//! shortest is found by a search.
 
 use super::checks::Checklist;
 use super::piece::Piece;
 use super::refusal::SawRefusal;
 use super::task::Task;
 
-/// By how much longer a ramp is tried than the one before.
+/// Factor between the durations of successive tries.
 const NEXT_TRY: f64 = 1.1;
-/// How many are tried: the last is ten thousand times as long as the first.
+/// Number of tries: the last is ten thousand times as long as the first.
 const TRIES: usize = 97;
 /// Halvings between the last try that failed and the first that passed.
 const HALVINGS: usize = 40;
-/// What is relatively less is rounding of a root; a ramp that reaches its limits is longer by so much.
+/// Smaller relative differences are rounding of a root; a ramp that reaches its limits is made longer by
+/// this.
 const ROUNDING: f64 = 1e-13;
 
 /// The shortest ramp of this task within acceleration, deceleration and jerk.
@@ -45,12 +47,12 @@ fn ramp_lasting(task: &Task, duration: f64) -> Piece {
     )
 }
 
-/// A change of velocity, over time.
+/// Change of velocity, over time.
 #[derive(Clone, Copy, Debug)]
 struct Change {
-    /// At the start and at the end, u/s.
+    /// Velocity at the start and at the end, u/s.
     velocity: (f64, f64),
-    /// At the start, u/s².
+    /// Acceleration at the start, u/s².
     acceleration: f64,
 }
 
@@ -67,18 +69,20 @@ impl Change {
         self.velocity.1 - self.velocity.0
     }
 
-    /// Nothing shorter can keep the limits: neither the acceleration, nor the jerk that leads it to zero, nor the one by
-    /// which the velocity changes, `|Δv| ≤ |a0|·T + j·T²/2`. What is needed is a small multiple of the largest.
+    /// Lower bound of the duration by three limits: the acceleration, the jerk that leads the
+    /// acceleration to zero, and the jerk by which the velocity changes, `|Δv| ≤ |a0|·T + j·T²/2`. The
+    /// duration needed is a small multiple of the greatest.
     fn least(&self, limits: &Checklist) -> f64 {
         let (steepest, jerk) = (limits.acceleration.max(limits.deceleration), limits.jerk);
         let (rise, start) = (self.rise().abs(), self.acceleration.abs());
-        // The root of the quadratic, without what cancels.
+        // The root of the quadratic, in the form without cancellation.
         let by_jerk = 2.0 * rise / (start + libm::sqrt(start * start + 2.0 * jerk * rise));
         let by_jerk = if by_jerk.is_finite() { by_jerk } else { 0.0 };
         (rise / steepest).max(start / jerk).max(by_jerk)
     }
 
-    /// The shortest of the durations at which a limit is reached; none where the velocity has not the same sign all the way.
+    /// Returns the shortest of the durations at which a limit is reached; none if the velocity changes
+    /// its sign on the way.
     fn at_its_limits(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
         if self.velocity.0 * self.velocity.1 < 0.0 {
             return None;
@@ -115,7 +119,8 @@ impl Change {
         }
     }
 
-    /// Whether a ramp that lasts so long is worth a closer look: its jerk and its acceleration, if its velocity keeps its sign.
+    /// True if a ramp of this duration may pass: by its jerk, and, if its velocity keeps its sign, by its
+    /// acceleration.
     fn keeps(&self, limits: &Checklist, duration: f64) -> bool {
         let (a, rise) = (self.acceleration, self.rise());
         let slack = 1.0 + 10.0 * ROUNDING;
@@ -137,7 +142,8 @@ impl Change {
         is_kept(a) && (!is_between || is_kept(peak))
     }
 
-    /// The first of longer and longer durations that passes, and from there back to the one before.
+    /// Finds the first of longer and longer durations that passes, and from there bisects back to the one
+    /// before.
     fn looked_for(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
         let first = self.least(limits);
         let mut tries = core::iter::successors(Some(first), |duration| Some(duration * NEXT_TRY));
@@ -163,7 +169,7 @@ struct Durations {
 }
 
 impl Durations {
-    /// The least one, and two for each of eight equations.
+    /// Lower bound, and two solutions for each of eight equations.
     const MOST: usize = 17;
 
     fn add(&mut self, duration: f64) {
@@ -179,7 +185,7 @@ impl Durations {
         if square < 0.0 {
             return;
         }
-        // The larger one of the two sums: nothing cancels.
+        // The larger one of the two sums: no cancellation.
         let q = -0.5 * (b + libm::sqrt(square).copysign(b));
         for root in [q / a, c / q] {
             self.add(root * (1.0 + ROUNDING));

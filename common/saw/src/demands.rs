@@ -1,4 +1,4 @@
-//! What a way demands of the slave: the largest values along it.
+//! Demands of a path on the slave: the greatest values along it.
 
 use coaxle_curve::law::polynomial::Polynomial;
 use coaxle_curve::law::roots::roots_between_turns;
@@ -7,7 +7,7 @@ use coaxle_curve::law::{Extreme, Extremes, MinMax, Roots};
 use super::piece::Piece;
 
 impl Piece {
-    /// What it demands of the slave while the master runs at `master_velocity`.
+    /// Demands on the slave while the master runs at `master_velocity`.
     pub(super) fn demands(&self, master_velocity: f64) -> Demands {
         let rate = master_velocity / self.length;
         if self.is_line() {
@@ -19,7 +19,7 @@ impl Piece {
         }
     }
 
-    /// Those of any course.
+    /// Demands of any course, by the extremes of its quantities.
     fn demands_by_turns(&self, rate: f64) -> Demands {
         let velocity = self.way.derivative();
         let acceleration = velocity.derivative();
@@ -59,15 +59,15 @@ impl Piece {
         }
     }
 
-    /// By how much the slope grows from begin to end, per length, of a [ramp](Self::ramp) without a reversal; none of
-    /// any other course.
+    /// Growth of the slope from begin to end, per length, of a [ramp](Self::ramp) without a reversal;
+    /// none for any other course.
     fn rise_of_ramp(&self) -> Option<f64> {
         let [_, from, bend, rise, fourth, fifth] = self.way.0;
         let is_ramp = bend == 0.0 && fourth == -rise / 2.0 && fifth == 0.0;
         (is_ramp && from * (from + rise) >= 0.0).then_some(rise)
     }
 
-    /// Those of a ramp: velocity and position are extreme at its ends, as is the jerk, and the acceleration is in the
+    /// Demands of a ramp: velocity, position and jerk are extreme at its ends, the acceleration in the
     /// middle.
     fn demands_of_ramp(&self, rise: f64, rate: f64) -> Demands {
         let (from, square) = (self.way.0[1], rate * rate);
@@ -116,7 +116,7 @@ impl Piece {
         self.begin + x * self.length
     }
 
-    /// The range of a quantity with its turns, scaled.
+    /// Returns the range of a quantity from its extremes, scaled.
     pub(super) fn range<const N: usize>(
         &self,
         quantity: &Polynomial<N>,
@@ -131,19 +131,19 @@ impl Piece {
     }
 }
 
-/// The largest values along a way, over the master's position and per second.
+/// Greatest values along a path, over the master's position and per second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Demands {
-    /// Of position, velocity, acceleration and jerk.
+    /// Extremes of position, velocity, acceleration and jerk.
     pub(super) course: Extremes,
-    /// The largest acceleration where the slave gets faster, as a magnitude.
+    /// Greatest acceleration where the slave speeds up, as a magnitude.
     pub(super) speeding_up: Extreme,
-    /// The largest acceleration where it gets slower, as a magnitude.
+    /// Greatest acceleration where it slows down, as a magnitude.
     pub(super) slowing_down: Extreme,
 }
 
 impl Demands {
-    /// The same with other places: where time is what the way depends on, the master's positions.
+    /// Returns the demands with other places: the master's positions where the path depends on time.
     pub(super) fn with_places(self, place: impl Fn(f64) -> f64) -> Self {
         let at = |extreme: Extreme| Extreme {
             master: place(extreme.master),
@@ -175,13 +175,13 @@ impl Demands {
     }
 }
 
-/// What accelerations the slave is put to, apart for either side of standstill.
+/// Accelerations of the slave, separately for either side of standstill.
 struct Effort {
     speeding_up: Extreme,
     slowing_down: Extreme,
 }
 
-/// The slave at one place of its way.
+/// State of the slave at one place of its path.
 struct Sample {
     master: f64,
     velocity: f64,
@@ -202,7 +202,8 @@ impl Effort {
     fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> Sample) {
         let mut from = 0.0;
         for &to in standstills.iter().chain(core::iter::once(&1.0)) {
-            // A way that begins or ends at a standstill has nothing before or behind it, and a velocity of 0 has no sign.
+            // A path that begins or ends at a standstill has nothing before or behind it, and a velocity
+            // of 0 has no sign.
             if to <= from {
                 continue;
             }
@@ -238,7 +239,7 @@ fn larger(first: Extreme, second: Extreme) -> Extreme {
     }
 }
 
-/// The range of a quantity that rises with this one.
+/// Returns the range of a quantity that rises with this one.
 fn mapped(range: MinMax, f: impl Fn(f64) -> f64) -> MinMax {
     let map = |extreme: Extreme| Extreme {
         value: f(extreme.value),
@@ -255,7 +256,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Every value of both, and where it is.
+    /// Values of both, and their places.
     fn values(demands: &Demands) -> [(f64, f64); 10] {
         let course = &demands.course;
         let extremes = [
@@ -287,7 +288,7 @@ mod tests {
     }
 
     proptest! {
-        /// What a ramp demands in closed form is what its turns say.
+        /// A ramp's demands in closed form are those found by its extremes.
         #[test]
         fn a_ramp_demands_what_its_turns_say(
             begin in -1e3..1e3,

@@ -2,12 +2,12 @@
 
 use super::command::Ratio;
 
-/// The ratio for which the slave's velocity along the master is `gear_ratio` times the master's:
-/// `gear_ratio` / cos(angle), TS5055 9. The angle between the two ways of travel is in degrees.
+/// Returns the ratio for which the slave's velocity along the master is `gear_ratio` times the master's:
+/// `gear_ratio` / cos(angle), TS5055 9. The angle between the two directions of travel is in degrees.
 ///
 /// # Errors
-/// [`DiagonalAngle`] (0x4B06) for an angle that is not finite, or at which the slave does not move
-/// along the master at all.
+/// [`DiagonalAngle`] (0x4B06) for an angle that is not finite, or at which the slave does not move along
+/// the master.
 pub fn diagonal_ratio(angle_degrees: f64, gear_ratio: f64) -> Result<Ratio, DiagonalAngle> {
     // From the nearest right angle: there the cosine of a rounded angle would lose its digits.
     let turns = angle_degrees / 180.0;
@@ -20,11 +20,11 @@ pub fn diagonal_ratio(angle_degrees: f64, gear_ratio: f64) -> Result<Ratio, Diag
     Ok(Ratio::of(gear_ratio / sine.copysign(along)))
 }
 
-/// An angle at which no saw can follow.
+/// Angle at which no saw can follow.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("0x4b06: angle {angle_degrees}°, expected a finite angle other than ±90°")]
 pub struct DiagonalAngle {
-    /// What was given, degrees.
+    /// Angle received, degrees.
     pub angle_degrees: f64,
 }
 

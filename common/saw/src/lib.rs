@@ -1,9 +1,9 @@
 //! The universal flying saw: a slave that catches up with its moving master and then runs with it.
 //! TS5055 and TF5055.
 //!
-//! A command is planned from the moment of coupling. The plan either keeps every limit that was
-//! asked for, or the command is refused with the limit it would break, by how much and where;
-//! nothing has moved then. A coupling runs a plan: the master's set values in, the slave's out.
+//! A command is planned from the moment of coupling. The plan keeps all requested limits, or the command
+//! is refused with the violated limit, the excess and the place; nothing has moved then. A coupling runs
+//! a plan: the master's set values in, the slave's out.
 //!
 //! ```
 //! use coaxle_clock::Seconds;
@@ -94,7 +94,7 @@
 //! | `GearInSync_OpMask_IgnoreSlaveAcc` | 0x40_0000, not in the manual | [`SyncMask::IGNORE_SLAVE_ACC`] |
 //! | `GearInSync_OpMask_DetailedErrorCodes` | 0x80_0000, not in the manual | [`SyncMask::DETAILED_ERROR_CODES`] |
 //!
-//! The crate is `no_std` and asks no machine for the time. Planning and cycles allocate nothing.
+//! The crate is `no_std` and reads no clock. Planning and cycles allocate nothing.
 #![no_std]
 
 extern crate alloc;

@@ -18,19 +18,19 @@ use super::span::{Span, check_positions};
 use super::task::Task;
 use super::way::Way;
 
-/// A synchronisation as late as possible is to need no more than this part of acceleration, deceleration
-/// and jerk when it begins: a master that ripples does not turn the last moment into one too late.
+/// Greatest part of acceleration, deceleration and jerk that a synchronisation as late as possible needs
+/// when it begins, so that the ripple of a master does not make the last moment too late.
 const LATE: f64 = 0.99;
-/// The least part of them that a synchronisation is stretched to.
+/// Least part of them to which a synchronisation is stretched.
 const LEAST: f64 = 1e-9;
-/// By so much more than the least share, relatively, a way keeps off a limit of position.
+/// Relative margin of the share over the least one, so that a path keeps off a limit of position.
 const HAIR: f64 = 1e-6;
-/// What is relatively less than this is no phase.
+/// Relative length below which a phase is none.
 const NO_PHASE: f64 = 1e-12;
 
 impl GearInPos {
-    /// The synchronisation by a strategy, from this moment on: the wait of [`SyncStrategy::Late`] is left
-    /// to [`super::SawCoupling`], as that for the start distance is.
+    /// Plans the synchronisation by a strategy, from this moment on. The wait of [`SyncStrategy::Late`]
+    /// and that for the start distance are left to [`super::SawCoupling`].
     pub(super) fn plan_by(
         &self,
         strategy: SyncStrategy,
@@ -52,7 +52,7 @@ impl GearInPos {
         }
     }
 
-    /// A command whose velocity is kept, in sync too.
+    /// Task of a command whose velocity limit is kept, in sync too.
     fn limited_task(&self, moment: &CouplingMoment) -> Result<Task, SawRefusal> {
         let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
         match self.limits.velocity {
@@ -90,7 +90,8 @@ impl GearInPos {
         Ok(SawPlan::over_time(task, profile, line))
     }
 
-    /// How long the slave can go on as it does until it has to be synchronised, and how it moves then.
+    /// Returns the moment at which the slave has to be synchronised at the latest, if it keeps its motion
+    /// until then.
     ///
     /// # Errors
     /// [`SawRefusal`] if it cannot be synchronised at all.
@@ -109,7 +110,7 @@ impl GearInPos {
         Ok(at(latest.below))
     }
 
-    /// Whether the slave can go on as it does for `elapsed` more, and be synchronised then.
+    /// True if the slave can keep its motion for `elapsed` more, and be synchronised then.
     ///
     /// # Errors
     /// [`SawRefusal`] if it cannot be synchronised at all.
@@ -128,17 +129,17 @@ impl GearInPos {
         Ok(takes.is_some_and(|takes| takes <= available))
     }
 
-    /// How long the master takes to its synchronisation position, s.
+    /// Time of the master to its synchronisation position, s.
     fn time_left(&self, moment: &CouplingMoment) -> Result<f64, SawRefusal> {
         let task = self.limited_task(moment)?;
         Ok(Pursuit::new(&task, self)?.available())
     }
 
-    /// How long the slave takes until it is on the line of its gear, s, with nearly all of its dynamics;
-    /// none if it could not stop within its software limits any more.
+    /// Time of the slave to the line of its gear, s, with nearly all of its dynamics; none if it could no
+    /// longer stop within its software limits.
     fn arrival(&self, moment: &CouplingMoment) -> Result<Option<f64>, SawRefusal> {
         let task = self.limited_task(moment)?;
-        // Where the master is at its synchronisation position already, there is no time left.
+        // If the master is at its synchronisation position already, there is no time left.
         let Ok(pursuit) = Pursuit::new(&task, self) else {
             return Ok(None);
         };
@@ -203,7 +204,7 @@ fn check(task: &Task, demands: Demands, sync_position: f64) -> Result<(), Violat
     )
 }
 
-/// The way to the synchronisation positions: over time, as the master runs at its present velocity.
+/// Path to the synchronisation positions: over time, with the master at its present velocity.
 struct Pursuit<'a> {
     span: Span<'a>,
     chase: Chase,
@@ -220,7 +221,7 @@ impl<'a> Pursuit<'a> {
         })
     }
 
-    /// How long the master takes, s.
+    /// Time of the master to its synchronisation position, s.
     fn available(&self) -> f64 {
         self.span.master / self.span.task.master_velocity
     }
@@ -262,12 +263,12 @@ impl<'a> Pursuit<'a> {
         self.chase.fastest((&start, &line), share, check)
     }
 
-    /// The way with the least part of acceleration, deceleration and jerk that is there in time.
+    /// Plans the path with the least part of acceleration, deceleration and jerk that arrives in time.
     fn stretched(&self) -> Result<Way, SawRefusal> {
         let way = self.way(&self.gentlest(|share| self.fastest(share))?);
         match self.check(&way) {
             Ok(()) => Ok(way),
-            // Another way may pass, say one that does not turn round.
+            // Another path may pass, say one that does not reverse.
             Err(violation) => self
                 .gentlest(|share| self.fastest_checked(share)?.ok())
                 .map(|profile| self.way(&profile))
@@ -282,10 +283,10 @@ impl<'a> Pursuit<'a> {
         if needed > available {
             return Err(SawRefusal::TooShort { needed, available });
         }
-        // With less jerk, the acceleration that there is would add more to the velocity.
+        // With less jerk, the present acceleration would add more to the velocity.
         let speed = |profile: &Profile| ProfileExtremes::of(profile).speed;
         let most = speed(&fast).max(self.chase.limits.velocity());
-        // Durations go with powers of the share.
+        // Durations vary with powers of the share.
         let late_by = |gentle: f64| match fastest(libm::exp(-gentle)) {
             Some(profile) if speed(&profile) <= most => profile.duration().0 - available,
             _ => f64::INFINITY,
@@ -297,7 +298,7 @@ impl<'a> Pursuit<'a> {
         } else {
             let from = (0.0, needed - available);
             let found = bracket(from, (gentlest, at_least), late_by).below;
-            // Where a check is what ends the search, a hair from what it allows.
+            // If a check ends the search, keep a small margin to its limit.
             if late_by(found) < -NO_PHASE * available {
                 (found - HAIR).max(0.0)
             } else {
@@ -307,7 +308,8 @@ impl<'a> Pursuit<'a> {
         Ok(fastest(libm::exp(-gentle)).unwrap_or(fast))
     }
 
-    /// A profile over the master's position. What it leaves of the way, the slave is synchronous.
+    /// Returns the path of a profile over the master's position. On the rest of the path the slave is
+    /// synchronous.
     fn way(&self, profile: &Profile) -> Way {
         let span = &self.span;
         let (start, end) = (span.task.master_position, span.sync.0);
@@ -335,7 +337,8 @@ impl<'a> Pursuit<'a> {
                 profile.jerk_at(Seconds(begin)),
             );
             let piece = Piece::phase(begin, end - begin, state.position, constants);
-            // A short phase is not the difference of two places, which have few digits left for it.
+            // The length of a short phase is not taken as the difference of two places, which have few
+            // digits left for it.
             piece.spread(place(begin), span.master * ((end - begin) / whole))
         });
         let rest = (!is_exact || duration == 0.0).then(|| {

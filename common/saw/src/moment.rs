@@ -1,4 +1,4 @@
-//! The coupling moment: what is known when a synchronisation is planned.
+//! The coupling moment: the state of the axes when a synchronisation is planned.
 
 use coaxle_clock::Seconds;
 
@@ -6,46 +6,46 @@ use super::refusal::SawRefusal;
 
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// The two axes at the moment of coupling.
+/// State of the two axes at the moment of coupling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingMoment {
     /// The master's set values.
     pub master: Kinematics,
-    /// Given if the master is an encoder, whose acceleration is never quite zero.
+    /// Set if the master is an encoder, whose acceleration is never exactly zero.
     pub encoder: Option<EncoderMaster>,
     /// The slave's set values.
     pub slave: Kinematics,
-    /// What the slave's axis can do.
+    /// Limits of the slave's axis.
     pub axis: SlaveLimits,
 }
 
-/// The machine data of the slave's axis.
+/// Machine data of the slave's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlaveLimits {
-    /// Its own dynamic limits.
+    /// Dynamic limits of the axis.
     pub dynamics: Limits,
     /// Lower software limit of its position, u.
     pub min_position: Option<f64>,
     /// Upper software limit of its position, u.
     pub max_position: Option<f64>,
-    /// Given if the axis never leaves its limits of position, velocity, acceleration and jerk, whatever
-    /// is commanded. A synchronisation that would is refused then, whether the sync mode checks it
-    /// or not. The original lets the slave do what it has planned.
+    /// Set if the axis never leaves its limits of position, velocity, acceleration and jerk. A
+    /// synchronisation that would is refused then, whether the sync mode checks it or not. The original
+    /// lets the slave follow its plan.
     pub guard: Option<LimitGuard>,
 }
 
 /// Limits that an axis never leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitGuard {
-    /// Which part of velocity, acceleration and deceleration is left to a master that ripples,
-    /// where a command names no limit: 0 to less than 1. A slave that needs it already at the
-    /// coupling moment keeps it.
+    /// Part of velocity, acceleration and deceleration that is reserved for the ripple of a master, where
+    /// a command names no limit: 0 to less than 1. A slave that already uses the reserve at the coupling
+    /// moment keeps it.
     pub reserve: f64,
 }
 
 impl SlaveLimits {
-    /// A limit of a synchronisation: as the command has it, or the axis's own. `now` is what it
-    /// limits, at the coupling moment.
+    /// Returns a limit of a synchronisation: the command's or the axis's own. `now` is the limited
+    /// quantity at the coupling moment.
     pub(super) fn in_force(&self, given: Option<f64>, own: f64, now: f64) -> f64 {
         match (given, self.guard) {
             (Some(given), Some(_)) if given > own => own,
@@ -55,7 +55,7 @@ impl SlaveLimits {
         }
     }
 
-    /// The same for the jerk, of which a master that ripples is left nothing.
+    /// Returns the limit of the jerk, without a reserve for the ripple of the master.
     pub(super) fn jerk_in_force(&self, given: Option<f64>) -> f64 {
         let own = self.dynamics.jerk();
         match (given, self.guard) {
@@ -65,11 +65,11 @@ impl SlaveLimits {
     }
 }
 
-/// An encoder as a master: TS5055 7. Accelerations of less than two increments of position per
-/// cycle and cycle are its noise and count as zero.
+/// Encoder as a master: TS5055 7. Accelerations of less than two increments of position per cycle and
+/// cycle are its noise and count as zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncoderMaster {
-    /// User units per increment.
+    /// Scaling, user units per increment.
     pub scaling: f64,
     /// The cycle time.
     pub cycle: Seconds,
@@ -84,12 +84,12 @@ impl EncoderMaster {
 }
 
 impl CouplingMoment {
-    /// The moment as it is to be planned for: with a velocity that is given of a master that stands, beside a slave that does
-    /// too, in this direction. As long as the master stands, the slave has nothing to do: a profile over its position begins when
-    /// it goes.
+    /// Returns the moment to plan for: with the configured velocity, in this direction, if master and
+    /// slave both stand still. As long as the master stands, the slave has nothing to do: a profile over
+    /// its position begins when it moves.
     ///
     /// # Errors
-    /// [`SawRefusal::Limit`] for a velocity that is none.
+    /// [`SawRefusal::Limit`] for an invalid velocity.
     pub(super) fn going(
         &self,
         master_velocity: Option<f64>,
@@ -116,7 +116,7 @@ impl CouplingMoment {
         })
     }
 
-    /// The master's acceleration as planning sees it.
+    /// Acceleration of the master, as used for planning.
     pub(super) fn master_acceleration(&self) -> f64 {
         let acceleration = self.master.acceleration;
         match self.encoder {

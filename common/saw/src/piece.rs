@@ -1,11 +1,11 @@
-//! A stretch of the slave's way: a polynomial in the master's position, or in time.
+//! A piece of the slave's path: a polynomial in the master's position, or in time.
 
 use coaxle_curve::law::polynom::quintic;
 use coaxle_curve::law::polynomial::Polynomial;
 use coaxle_curve::law::{MinMax, Motion, MotionLaw};
 
-/// The slave's way from its position at `begin`, as a polynomial of `x`, which runs from 0 to 1
-/// while the master (or the time) runs from `begin` over the signed `length`.
+/// Path of the slave from its position at `begin`, as a polynomial of `x`, which runs from 0 to 1 while
+/// the master (or the time) runs from `begin` over the signed `length`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Piece {
     pub(super) begin: f64,
@@ -38,8 +38,8 @@ impl Piece {
         )
     }
 
-    /// The same with a start curvature: the slope is the cubic that meets slope and curvature at
-    /// both ends.
+    /// P5 as a ramp with a start curvature: the slope is the cubic that meets slope and curvature at both
+    /// ends.
     pub(super) fn curved_ramp(
         begin: f64,
         length: f64,
@@ -99,7 +99,7 @@ impl Piece {
         Self::new(begin, length, position, way)
     }
 
-    /// The same course over another stretch of the master (or the time).
+    /// Returns this course over another range of the master (or the time).
     pub(super) const fn spread(self, begin: f64, length: f64) -> Self {
         Self {
             begin,
@@ -117,34 +117,34 @@ impl Piece {
         }
     }
 
-    /// Where the slave is at its begin.
+    /// Position of the slave at its begin.
     pub(super) const fn position(&self) -> f64 {
         self.position
     }
 
-    /// Where it ends.
+    /// End of the piece.
     pub(super) fn end(&self) -> f64 {
         self.begin + self.length
     }
 
-    /// Whether the master has passed its end.
+    /// True if the master has passed its end.
     pub(super) fn is_left_by(&self, master: f64) -> bool {
         (master - self.end()) * self.length > 0.0
     }
 
-    /// The slave's way from begin to end.
+    /// Displacement of the slave from begin to end.
     pub(super) fn distance(&self) -> f64 {
         self.way.0.iter().sum()
     }
 
-    /// Whether every number in it is one.
+    /// True if all its numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
         let numbers = [self.begin, self.length, self.position];
         numbers.iter().chain(&self.way.0).all(|n| n.is_finite())
     }
 
-    /// The slave and its derivatives with respect to the master (or time). Beyond its ends the
-    /// polynomial goes on.
+    /// Returns the slave's position and its derivatives with respect to the master (or time). The
+    /// polynomial continues beyond its ends.
     pub(super) fn at(&self, master: f64) -> Motion {
         let x = (master - self.begin) / self.length;
         let [way, first, second, third] = self.way.derivatives(x);
@@ -157,7 +157,7 @@ impl Piece {
         }
     }
 
-    /// The slave's whole way, forwards and backwards.
+    /// Total path length of the slave, forwards and backwards.
     pub(super) fn path(&self) -> f64 {
         let velocity = self.way.derivative();
         let turns = velocity.roots_in(0.0, 1.0);
@@ -183,7 +183,7 @@ impl Piece {
         integral * cube(master_velocity / self.length)
     }
 
-    /// The least and the highest product of velocity and acceleration.
+    /// Minimum and maximum product of velocity and acceleration.
     pub(super) fn dynamic_moment(&self, master_velocity: f64) -> MinMax {
         let velocity = self.way.derivative();
         let acceleration = velocity.derivative();
@@ -197,7 +197,7 @@ impl Piece {
         self.range(&product, &turns, cube(master_velocity / self.length))
     }
 
-    /// Its law, as a segment of a cam.
+    /// Motion law of the piece, as a segment of a cam.
     pub(super) fn law(&self) -> MotionLaw {
         if self.is_line() {
             MotionLaw::Polynom1

@@ -1,4 +1,4 @@
-//! A synchronisation that may be carried out.
+//! A synchronisation that can be carried out.
 
 use coaxle_axis::SyncPositions;
 use coaxle_clock::Seconds;
@@ -10,10 +10,10 @@ use super::piece::Piece;
 use super::task::Task;
 use super::way::Way;
 
-/// A planned synchronisation: the slave's way from the coupling moment to the synchronous phase.
-/// Plain data of a fixed size.
+/// A planned synchronisation: the slave's path from the coupling moment to the synchronous phase. Plain
+/// data of a fixed size.
 ///
-/// Everything that says when or how fast assumes that the master keeps its velocity.
+/// All times and velocities assume that the master keeps its velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SawPlan {
     form: SawForm,
@@ -24,7 +24,7 @@ pub struct SawPlan {
     line: SyncLine,
 }
 
-/// What a plan is made of, in the manual's notation: Pn is a polynomial of degree n.
+/// Form of a plan, in the manual's notation: Pn is a polynomial of degree n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -41,11 +41,11 @@ pub enum SawForm {
     Ramp,
     /// Phases of constant jerk, over time or, as the master runs at its velocity, over its position.
     JerkPhases,
-    /// Nothing to do: the slave is synchronous already.
+    /// No motion: the slave is synchronous already.
     Synchronous,
 }
 
-/// The slave's way, by what it depends on.
+/// Path of the slave, by the variable it depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SawProfile {
     Nothing,
@@ -59,14 +59,14 @@ enum SawProfile {
 pub struct SyncLine {
     /// Slave units per master unit.
     pub ratio: f64,
-    /// Where the master is when the synchronisation phase ends, u.
+    /// Position of the master at the end of the synchronisation phase, u.
     pub master: f64,
-    /// Where the slave is then, u.
+    /// Position of the slave then, u.
     pub slave: f64,
 }
 
 impl SyncLine {
-    /// Where master and slave are when the synchronisation phase ends.
+    /// Positions of master and slave at the end of the synchronisation phase.
     #[must_use]
     pub const fn sync_positions(&self) -> SyncPositions {
         SyncPositions {
@@ -75,7 +75,7 @@ impl SyncLine {
         }
     }
 
-    /// The synchronous slave.
+    /// Returns the set values of the synchronous slave.
     #[inline]
     #[must_use]
     pub fn slave_of(&self, master: &Kinematics) -> Kinematics {
@@ -102,7 +102,7 @@ impl SawPlan {
         )
     }
 
-    /// The slave has the gear's velocity where it is.
+    /// Plan of a slave that already has the gear's velocity.
     pub(super) fn synchronous(task: &Task) -> Self {
         let line = SyncLine {
             ratio: task.ratio,
@@ -128,7 +128,7 @@ impl SawPlan {
         }
     }
 
-    /// What it is made of.
+    /// Form of the plan.
     #[must_use]
     pub const fn form(&self) -> SawForm {
         self.form
@@ -161,13 +161,13 @@ impl SawPlan {
         self.master_velocity
     }
 
-    /// The slave as it was planned from: accelerations that are ignored are 0.
+    /// The slave's start values in the plan: ignored accelerations are 0.
     #[must_use]
     pub const fn slave_start(&self) -> &Kinematics {
         &self.slave_start
     }
 
-    /// How long the synchronisation phase takes: infinite while the master stands.
+    /// Duration of the synchronisation phase: infinite while the master stands still.
     #[must_use]
     pub fn duration(&self) -> Seconds {
         match &self.profile {
@@ -179,8 +179,8 @@ impl SawPlan {
         }
     }
 
-    /// Where the slave joins the synchronous line, as a master position: before the end of the
-    /// phase if the last piece is part of that line already.
+    /// Master position at which the slave joins the synchronous line: before the end of the phase if the
+    /// last piece is part of that line already.
     pub(super) fn joins_line_at(&self) -> f64 {
         match &self.profile {
             SawProfile::OverMaster(way) if self.ends_on_line(way) => way.last().begin,
@@ -193,9 +193,9 @@ impl SawPlan {
         by_form || self.form == SawForm::JerkPhases && way.last().is_line()
     }
 
-    /// The slave at a master position and its derivatives with respect to it: along the profile
-    /// within the synchronisation phase, along the synchronous line beyond it. None if the profile
-    /// depends on time.
+    /// Returns the slave and its derivatives with respect to a master position: along the profile within
+    /// the synchronisation phase, along the synchronous line beyond it. None if the profile depends on
+    /// time.
     #[must_use]
     pub fn over_master_at(&self, master: f64) -> Option<Motion> {
         let towards = self.line.master - self.master_start;
@@ -214,7 +214,8 @@ impl SawPlan {
         }
     }
 
-    /// The slave while its master moves so, where the profile depends on the master's position.
+    /// Returns the set values of the slave for those of its master, if the profile depends on the
+    /// master's position.
     pub(super) fn slave_of(&self, master: &Kinematics) -> Kinematics {
         let Some(motion) = self.over_master_at(master.position) else {
             return self.line.slave_of(master);
@@ -228,12 +229,12 @@ impl SawPlan {
         }
     }
 
-    /// Whether there is nothing to synchronise.
+    /// True if there is nothing to synchronise.
     pub(super) fn is_synchronous(&self) -> bool {
         self.form == SawForm::Synchronous
     }
 
-    /// The slave a while after the coupling moment, if the master keeps its velocity.
+    /// Returns the slave at a time after the coupling moment, if the master keeps its velocity.
     #[must_use]
     pub fn at(&self, since_start: Seconds) -> Kinematics {
         let velocity = self.master_velocity;
@@ -256,7 +257,7 @@ impl SawPlan {
         }
     }
 
-    /// The way, and the velocity of what it depends on: of the master, or of time.
+    /// Returns the path, and the velocity of the variable it depends on: of the master, or of time.
     pub(super) fn way(&self) -> Option<(Way, f64)> {
         match &self.profile {
             SawProfile::Nothing => None,
@@ -265,11 +266,11 @@ impl SawPlan {
         }
     }
 
-    /// The profile as segments of a cam, in ascending order of the master. A time-based plan has
+    /// Returns the profile as segments of a cam, in ascending order of the master. A time-based plan has
     /// none.
     ///
     /// # Errors
-    /// [`LawError`] if the master's way is so short that it vanishes in its position's last digit.
+    /// [`LawError`] if the master's path is so short that it vanishes in the last digit of its position.
     pub fn segments(&self) -> impl Iterator<Item = Result<Segment, LawError>> + '_ {
         let way = match &self.profile {
             SawProfile::OverMaster(way) => Some(way),
@@ -298,7 +299,7 @@ fn segment(piece: &Piece) -> Result<Segment, LawError> {
     }
 }
 
-/// The phases of a profile as pieces over time; none if it takes none.
+/// Returns the phases of a profile as pieces over time; none if its duration is zero.
 pub(super) fn over_time(profile: &Profile) -> Option<Way> {
     let ends = profile.phase_begins().skip(1).chain([profile.duration()]);
     let pieces = profile.phase_begins().zip(ends).map(|(begin, end)| {

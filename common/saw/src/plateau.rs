@@ -39,7 +39,7 @@ impl Plateau {
     }
 }
 
-/// Which slope between two ramps makes up the distance?
+/// Search for the slope between two ramps that covers the distance.
 struct PlateauProblem {
     bounds: RampBounds,
     distance: f64,
@@ -58,8 +58,8 @@ impl PlateauProblem {
         }
     }
 
-    /// A slope not below the lower of the two ends; the slave's way grows with it as long as the
-    /// ramps leave room.
+    /// Finds a slope not below the lower of the two ends; the slave's path grows with it as long as there
+    /// is room for the ramps.
     fn solve(&self) -> Option<f64> {
         let (lower, upper) = (self.from.min(self.to), self.from.max(self.to));
         if self.excess(upper) >= 0.0 {
@@ -76,7 +76,7 @@ impl PlateauProblem {
             .then(|| last_before(upper, highest, |slope| self.excess(slope)))
     }
 
-    /// How much farther than needed the slave gets.
+    /// Excess of the slave's distance over the one needed.
     fn excess(&self, slope: f64) -> f64 {
         let (first, last) = self.ramps(slope);
         let lost = (slope - self.from) * first / 2.0 + (slope - self.to) * last / 2.0;
@@ -91,7 +91,8 @@ impl PlateauProblem {
     }
 }
 
-/// The last place from `low` to `high` at which `f`, which rises, is not above zero; `low` if there is none.
+/// Returns the last place from `low` to `high` at which the rising `f` is not above zero; `low` if there
+/// is none.
 fn last_before(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (at_low, at_high) = (f(low), f(high));
     if at_high <= 0.0 {

@@ -14,10 +14,11 @@ use super::way::Way;
 use super::{GearInSyncMode, SyncMask};
 
 impl GearInPos {
-    /// The synchronisation that this command asks for, from this coupling moment: a dry run, as it
-    /// moves nothing. `MasterStartDistance` is left to [`super::SawCoupling`].
+    /// Plans the synchronisation of this command from this coupling moment: a dry run, as it moves
+    /// nothing. `MasterStartDistance` is left to [`super::SawCoupling`].
     ///
-    /// With a [strategy](super::SyncStrategy) it is made of phases of constant jerk. Otherwise tried in this order, and the first that passes all checks is taken:
+    /// With a [strategy](super::SyncStrategy) it is made of phases of constant jerk. Otherwise the first
+    /// of these that passes all checks is taken:
     /// 1. P1+P5 or P5+P1, free of velocity over- and undershoot, if either is checked;
     /// 2. P5+P1+P5 at the limits of acceleration, if constant velocity is preferred or the slave
     ///    already has the synchronous velocity but is not in place;
@@ -27,7 +28,7 @@ impl GearInPos {
     /// 1 to 3 need both axes free of acceleration.
     ///
     /// # Errors
-    /// [`SawRefusal`]; of a profile, what the P5 violates.
+    /// [`SawRefusal`]; of a profile, the violation of the P5.
     pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
         if self.sync_mode.base == GearInSyncMode::TimeBased {
             return Err(SawRefusal::TimeBasedPosition);
@@ -91,8 +92,8 @@ impl Span<'_> {
         ))
     }
 
-    /// P1+P5 or P5+P1: one ramp, and for the rest of the distance the start or the synchronous
-    /// slope, so that the velocity has no over- or undershoot by construction.
+    /// P1+P5 or P5+P1: one ramp, and for the rest of the distance the start or the synchronous slope, so
+    /// that the velocity has no overshoot or undershoot by construction.
     fn without_shoot(&self) -> Option<(SawForm, Way)> {
         let shoots = SyncMask::OVERSHOOT_VELO.union(SyncMask::UNDERSHOOT_VELO);
         if !self.task.checklist.mask.intersects(shoots) || self.has_sync_slope() {
@@ -172,7 +173,7 @@ impl Span<'_> {
             .contains(SyncMask::PREFER_CONST_VELO);
         let difference = self.slave - self.task.ratio * self.master;
         let out_of_place = difference.abs() > NEGLIGIBLE * self.slave.abs();
-        // A slave that is on the line already needs no ramps, and those would be of no length.
+        // A slave that is on the line already needs no ramps, and they would have no length.
         let wanted = if self.has_sync_slope() {
             out_of_place
         } else {
@@ -189,7 +190,7 @@ impl Span<'_> {
     /// P5+P1+P5.
     fn plateau(&self, ramps: &Plateau) -> Option<(SawForm, Way)> {
         let between = self.master - ramps.first - ramps.last;
-        // Whatever rounding leaves between two ramps that touch.
+        // Rounding remainder between two ramps that touch.
         let none_left = between.abs() <= f64::EPSILON * 4.0 * self.master.abs();
         if !(between * self.master >= 0.0 || none_left) {
             return None;
@@ -210,7 +211,7 @@ impl Span<'_> {
         Some((SawForm::QuinticLineQuintic, way))
     }
 
-    /// The way, if there is one that passes all checks.
+    /// Returns the path if it passes all checks.
     fn passing(&self, way: Option<(SawForm, Way)>) -> Option<(SawForm, Way)> {
         way.filter(|(_, way)| self.check(self.demands(way)).is_ok())
     }

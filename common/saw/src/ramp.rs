@@ -1,16 +1,16 @@
 //! The symmetric ramp: a change of velocity along 3x² − 2x³ of its time.
 //!
-//! Its acceleration is a parabola, zero at both ends, with a peak of 1.5·|Δv|/T half way; its jerk
-//! is largest at both ends, 6·|Δv|/T².
+//! Its acceleration is a parabola, zero at both ends, with a peak of 1.5·|Δv|/T half way; its jerk is
+//! greatest at both ends, 6·|Δv|/T².
 
-/// What bounds a ramp, all above zero; infinity bounds nothing.
+/// Limits of a ramp, all above zero; infinity for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RampBounds {
-    /// While the axis gets faster, u/s².
+    /// Acceleration while the axis speeds up, u/s².
     pub(super) acceleration: f64,
-    /// While it gets slower, u/s².
+    /// Deceleration while it slows down, u/s².
     pub(super) deceleration: f64,
-    /// Either sign, u/s³.
+    /// Jerk of either sign, u/s³.
     pub(super) jerk: f64,
 }
 
@@ -25,7 +25,7 @@ pub(super) fn shortest_ramp(from: f64, to: f64, bounds: &RampBounds) -> f64 {
     by_acceleration.max(by_jerk)
 }
 
-/// The largest part of the peak that falls on either side of standstill, by what bounds it there.
+/// Returns the greatest part of the peak on either side of standstill, relative to the limit there.
 fn effort(from: f64, to: f64, bounds: &RampBounds) -> f64 {
     if from * to < 0.0 {
         let crossing = place_of(from.abs() / (to - from).abs());
@@ -39,12 +39,12 @@ fn effort(from: f64, to: f64, bounds: &RampBounds) -> f64 {
     }
 }
 
-/// The ramp's acceleration as a part of its peak.
+/// Acceleration of the ramp as a part of its peak.
 fn parabola(x: f64) -> f64 {
     4.0 * x * (1.0 - x)
 }
 
-/// Where 3x² − 2x³ is `part`, from 0 to 1.
+/// Place from 0 to 1 at which 3x² − 2x³ is `part`.
 fn place_of(part: f64) -> f64 {
     0.5 - libm::sin(libm::asin(1.0 - 2.0 * part) / 3.0)
 }

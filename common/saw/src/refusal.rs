@@ -1,68 +1,68 @@
-//! Why a synchronisation is refused.
+//! Reasons of a refused synchronisation.
 
 use super::SyncMask;
 
-/// A synchronisation that is not carried out. A refusal never moves the slave.
+/// A refused synchronisation. A refusal never moves the slave.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SawRefusal {
-    /// A gear that couples nothing: 0x421B.
+    /// A gear ratio of zero: 0x421B.
     #[error("{:#06x}: ratio numerator {numerator}, expected a finite number other than 0", self.code())]
     RatioZero {
-        /// The numerator that was given.
+        /// The numerator received.
         numerator: f64,
     },
-    /// A gear ratio without a value: 0x4B06.
+    /// A gear ratio with denominator zero: 0x4B06.
     #[error("{:#06x}: ratio denominator 0, expected 1 to 65535", self.code())]
     DenominatorZero,
     /// An input that is not a finite number: 0x4B06.
     #[error("{:#06x}: {field}: received {received}, expected a finite number", self.code())]
     NotFinite {
-        /// Which one.
+        /// Name of the input.
         field: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
     },
     /// A limit that no motion can keep: 0x42DD.
     #[error("{:#06x}: {field}: received {received}, expected a finite number above 0", self.code())]
     Limit {
-        /// Which one.
+        /// Name of the limit.
         field: &'static str,
-        /// What was given; expected is a finite number above 0.
+        /// Value received; expected is a finite number above 0.
         received: f64,
     },
-    /// The gear would take the slave beyond its axis's own highest velocity, or, by a strategy, beyond that
+    /// A synchronous velocity beyond the axis's own greatest velocity, or, with a strategy, beyond that
     /// of the command: 0x42DD.
     #[error("{:#06x}: synchronous velocity {velocity} u/s, the highest allowed is {limit} u/s", self.code())]
     SyncVelocity {
         /// The synchronous velocity, u/s.
         velocity: f64,
-        /// The highest, u/s.
+        /// The greatest permitted velocity, u/s.
         limit: f64,
     },
     /// A time-based profile to a position: 0x4B04, as in the manual.
     #[error("{:#06x}: time-based mode, expected position-based to synchronise to a position", self.code())]
     TimeBasedPosition,
-    /// The master's synchronisation position is not ahead of it: 0x42DE.
+    /// A synchronisation position of the master that is not ahead of it: 0x42DE.
     #[error("{:#06x}: master synchronisation position {sync_position} u is not ahead of the master at {position} u, {velocity} u/s", self.code())]
     MasterNotAhead {
-        /// Where the master is, u.
+        /// Position of the master, u.
         position: f64,
-        /// How it moves, u/s.
+        /// Velocity of the master, u/s.
         velocity: f64,
-        /// Its synchronisation position, u.
+        /// Synchronisation position of the master, u.
         sync_position: f64,
     },
-    /// The slave's synchronisation position is not ahead of it, as the gear turns: 0x42DE.
+    /// A synchronisation position of the slave that is not ahead of it in the gear's direction: 0x42DE.
     #[error("{:#06x}: slave synchronisation position {sync_position} u, expected it {} the slave at {position} u", self.code(), side(.direction))]
     SlaveNotAhead {
-        /// Where the slave is, u.
+        /// Position of the slave, u.
         position: f64,
-        /// Its synchronisation position, u.
+        /// Synchronisation position of the slave, u.
         sync_position: f64,
-        /// Which way the gear leads it: 1 or −1.
+        /// Direction in which the gear moves it: 1 or −1.
         direction: f64,
     },
-    /// The master stands while the slave moves: 0x426E.
+    /// A master at rest while the slave moves: 0x426E.
     #[error("{:#06x}: the master stands while the slave moves at {slave_velocity} u/s, {slave_acceleration} u/s²", self.code())]
     MasterAtRest {
         /// The slave's velocity, u/s.
@@ -70,66 +70,66 @@ pub enum SawRefusal {
         /// The slave's acceleration, u/s².
         slave_acceleration: f64,
     },
-    /// The master stands, and the strategy needs one that moves: 0x426E.
+    /// A master at rest with a strategy that needs a moving one: 0x426E.
     #[error("{:#06x}: the master stands, expected it to move towards its synchronisation position; \"early\" needs no master that moves", self.code())]
     MasterStands,
-    /// The slave cannot be there in time within its limits, by a strategy: 0x42DF.
+    /// A slave that cannot arrive in time within its limits, with a strategy: 0x42DF.
     #[error("{:#06x}: the slave needs {needed} s within its limits, its master is there in {available} s", self.code())]
     TooShort {
-        /// The least that it takes, s.
+        /// Least time needed by the slave, s.
         needed: f64,
-        /// How long the master takes, s.
+        /// Time available until the master arrives, s.
         available: f64,
     },
-    /// The gear is as fast as the slave may be, or the checks leave it no other velocity: 0x42DD.
+    /// A gear as fast as the slave's limit, or checks that permit no other velocity: 0x42DD.
     #[error("{:#06x}: synchronous velocity {velocity} u/s where {limit} u/s is allowed: nothing is left to make up the distance", self.code())]
     NothingLeft {
         /// The synchronous velocity, u/s.
         velocity: f64,
-        /// The highest that is allowed, u/s.
+        /// The greatest permitted velocity, u/s.
         limit: f64,
     },
-    /// A start distance of the master that is none: 0x4B06.
+    /// An invalid start distance of the master: 0x4B06.
     #[error("{:#06x}: master-start-distance: received {received}, expected a finite number above 0", self.code())]
     StartDistance {
-        /// What was given; expected is a finite number above 0.
+        /// Value received; expected is a finite number above 0.
         received: f64,
     },
-    /// No change of velocity from the slave's acceleration keeps the limits: 0x42DF.
+    /// A slave's acceleration from which no change of velocity keeps the limits: 0x42DF.
     #[error("{:#06x}: no ramp from the slave's acceleration of {slave_acceleration} u/s² keeps the limits", self.code())]
     NoRamp {
         /// The slave's acceleration, u/s².
         slave_acceleration: f64,
     },
-    /// The table that the profile needs is in use: 0x4063.
+    /// A table needed for the profile that is in use: 0x4063.
     #[error("{:#06x}: table {table} is in use", self.code())]
     TableInUse {
-        /// The table's id.
+        /// Id of the table.
         table: u32,
     },
-    /// No table belongs to this axis id, which is not from 1 to 255: 0x4A00.
+    /// An axis id without a table, since it is not from 1 to 255: 0x4A00.
     #[error("{:#06x}: axis id {axis_id}, expected 1 to 255", self.code())]
     NoTable {
         /// The axis id.
         axis_id: u32,
     },
-    /// The profile violates a check.
+    /// A violated check of the profile.
     #[error("{:#06x}: {}: {} where {} is allowed, at master position {} u", self.code(), .0.check.text(), .0.measured, .0.limit, .0.master_position)]
     Violation(Violation),
 }
 
-/// A check that a profile does not pass.
+/// A violated check of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Violation {
-    /// Which check.
+    /// Violated check.
     pub check: Check,
-    /// The profile's value: u, u/s, u/s² or u/s³ by the check.
+    /// Value of the profile: u, u/s, u/s² or u/s³ by the check.
     pub measured: f64,
-    /// What it may be at most (or at least, for lower bounds).
+    /// Greatest permitted value (least, for lower bounds).
     pub limit: f64,
-    /// The master position at which it happens, u.
+    /// Master position of the violation, u.
     pub master_position: f64,
-    /// Whether the detailed code was asked for.
+    /// True if detailed error codes were requested.
     pub detailed: bool,
 }
 
@@ -137,15 +137,15 @@ macro_rules! checks {
     ($($(#[$meta:meta])* $variant:ident = $code:literal, $text:literal;)*) => {
         /// The checks of TF5055 8.1, by detailed error code.
         ///
-        /// Forwards and backwards is how the master moves for velocities, and which way the
-        /// synchronisation position lies for positions.
+        /// Forwards and backwards is the direction of the master for velocities, and the direction to the
+        /// synchronisation position for positions.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Check {
             $($(#[$meta])* #[doc = $text] $variant = $code,)*
         }
 
         impl Check {
-            /// All of them.
+            /// Complete list.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
             const fn text(self) -> &'static str {
@@ -195,7 +195,7 @@ impl Check {
 }
 
 impl Check {
-    /// The flag of the sync mode that asks for it.
+    /// Flag of the sync mode that enables the check.
     #[must_use]
     pub const fn flag(self) -> SyncMask {
         match self {
@@ -226,7 +226,7 @@ impl Check {
         }
     }
 
-    /// What it is about: `position`, `velocity`, `acceleration` or `jerk`.
+    /// Quantity of the check: `position`, `velocity`, `acceleration` or `jerk`.
     #[must_use]
     pub const fn quantity(self) -> &'static str {
         match self {
@@ -239,7 +239,7 @@ impl Check {
 }
 
 impl Violation {
-    /// The error code: the check's own, or the common one if no details were asked for.
+    /// Error code: the check's own, or the common one if details were not requested.
     #[must_use]
     pub const fn code(&self) -> u32 {
         if self.detailed {
@@ -249,7 +249,7 @@ impl Violation {
         }
     }
 
-    /// By how much the limit is violated, in the unit of the quantity.
+    /// Excess over the limit, in the unit of the quantity.
     #[must_use]
     pub fn excess(&self) -> f64 {
         (self.measured - self.limit).abs()
@@ -275,7 +275,7 @@ impl SawRefusal {
         }
     }
 
-    /// The check that was violated, if it was one.
+    /// The violated check, if that is the reason.
     #[must_use]
     pub const fn violation(&self) -> Option<&Violation> {
         match self {
@@ -291,7 +291,7 @@ impl From<Violation> for SawRefusal {
     }
 }
 
-/// Where a slave has to come from to get to a position in this direction.
+/// Side from which a slave has to approach a position in this direction.
 const fn side(direction: &f64) -> &'static str {
     if *direction > 0.0 { "above" } else { "below" }
 }

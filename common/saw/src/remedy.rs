@@ -1,48 +1,48 @@
-//! What would have to be otherwise for a refused synchronisation to pass.
+//! Changes with which a refused synchronisation would be accepted.
 
 use super::command::{GearInPos, GearInVelo};
 use super::moment::CouplingMoment;
 use super::running::starts;
 use super::{SawCommand, SyncMask, SyncStrategy};
 
-/// Each try is this much away from the one before.
+/// Factor between successive tries.
 const STEP: f64 = 1.02;
-/// The last try is a thousand times as far (or a thousandth).
+/// Number of tries: the last is a thousand times as far (or a thousandth).
 const TRIES: usize = 350;
-/// Halvings of the step in which the verdict changes.
+/// Halvings of the step in which acceptance changes.
 const HALVINGS: usize = 24;
-/// The flags that have a profile tried which is not tried without them. What makes planning ignore an
-/// acceleration is none of them: the slave would make a step of it.
+/// Flags that add a profile to those tried. Flags that ignore an acceleration are left out: they would
+/// make the slave's acceleration step.
 const FLAGS: [SyncMask; 4] = [
     SyncMask::PREFER_CONST_VELO,
     SyncMask::OVERSHOOT_VELO,
     SyncMask::UNDERSHOOT_VELO,
     SyncMask::MAX_VELO,
 ];
-/// The strategies, those that keep the synchronisation positions first.
+/// Strategies, first those that keep the synchronisation positions.
 const STRATEGIES: [SyncStrategy; 3] = [SyncStrategy::Slow, SyncStrategy::Late, SyncStrategy::Early];
 
-/// What would have passed, all else unchanged. Found by trial: planning again with other values,
-/// and halving the step in which the verdict changes.
+/// Single changes that would be accepted, all else unchanged. Found by trial: planning again with other
+/// values, and halving the step in which acceptance changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct SawRemedy {
-    /// How far before its synchronisation position the master should be at the coupling moment, u:
-    /// the smallest distance beyond the given one that passes, or, if none does, the largest below
-    /// it. None if no distance helps, or none was asked for.
+    /// Distance of the master before its synchronisation position at the coupling moment, u: the smallest
+    /// accepted distance beyond the given one, or, if there is none, the largest below it. None if no
+    /// distance helps, or if none was searched for.
     pub master_distance: Option<f64>,
-    /// The master's largest speed below the given one that passes, u/s. None if no speed helps.
+    /// Greatest accepted speed of the master below the given one, u/s. None if no speed helps.
     pub master_speed: Option<f64>,
-    /// Flags of the sync mode; any one of them, given too, makes it pass.
+    /// Flags of the sync mode; any one of them, added, makes it pass.
     pub flags: SyncMask,
-    /// The first strategy of slow, late and early that makes it pass. None if none does, or the command
-    /// has no choice of one.
+    /// The first strategy of slow, late and early that makes it pass. None if none does, or if the
+    /// command takes no strategy.
     pub strategy: Option<SyncStrategy>,
 }
 
 impl SawRemedy {
-    /// Whether nothing has been found to pass.
+    /// True if no remedy was found.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -50,8 +50,8 @@ impl SawRemedy {
 }
 
 impl SawCommand {
-    /// What would make a refused command pass; nothing where nothing is looked for. It plans some
-    /// hundred times: not for the cycle.
+    /// Finds the remedy for a refused command; empty if there is no search. Plans some hundred times: not
+    /// for the cycle.
     #[must_use]
     pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
         match self {
@@ -61,7 +61,7 @@ impl SawCommand {
         }
     }
 
-    /// Whether a remedy is looked for: not for a position that is no number.
+    /// True if a remedy is searched for: not for a position that is not finite.
     #[must_use]
     pub const fn looks_for_a_remedy(&self) -> bool {
         match self {
@@ -72,7 +72,7 @@ impl SawCommand {
 }
 
 impl GearInPos {
-    /// What would make a refused command pass. It plans some hundred times: not for the cycle.
+    /// Finds the remedy for a refused command. Plans some hundred times: not for the cycle.
     #[must_use]
     pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
         let starts = |command: Self| starts(&SawCommand::GearInPos(command), moment);
@@ -81,7 +81,7 @@ impl GearInPos {
             command.sync_mode.mask |= flag;
             starts(command)
         };
-        // Where there is a strategy, it says which profile is tried.
+        // With a strategy, the strategy selects the profile.
         let flags = FLAGS.into_iter().filter(|flag| {
             self.strategy.is_none() && !self.sync_mode.mask.contains(*flag) && with_flag(*flag)
         });
@@ -96,8 +96,8 @@ impl GearInPos {
         }
     }
 
-    /// Not where the slave would wait for a start distance: distance and speed of the master then belong
-    /// to a later moment.
+    /// Not if the slave would wait for a start distance: distance and speed of the master then belong to
+    /// a later moment.
     fn other_motion_of_the_master(&self, moment: &CouplingMoment) -> SawRemedy {
         if self.master_start_distance.is_some() {
             return SawRemedy::default();
@@ -123,7 +123,7 @@ impl GearInPos {
 }
 
 impl GearInVelo {
-    /// What would make a refused command pass. It plans some hundred times: not for the cycle.
+    /// Finds the remedy for a refused command. Plans some hundred times: not for the cycle.
     #[must_use]
     pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
         SawRemedy {
@@ -133,8 +133,7 @@ impl GearInVelo {
     }
 }
 
-/// The given distance, or, if that is not ahead of the master, a thousandth of what the slave has
-/// to go.
+/// The given distance, or, if that is not ahead of the master, a thousandth of the slave's distance.
 fn first_distance(command: &GearInPos, moment: &CouplingMoment) -> f64 {
     let velocity = moment.master.velocity;
     let distance = command.master_sync_position - moment.master.position;
@@ -154,7 +153,7 @@ fn speed(moment: &CouplingMoment, passes: impl Fn(&CouplingMoment) -> bool) -> O
     nearest(moment.master.velocity, 1.0 / STEP, at_velocity).map(f64::abs)
 }
 
-/// The value nearest to `from`, in steps by `factor`, that passes.
+/// Finds the value nearest to `from`, in steps by `factor`, that passes.
 fn nearest(from: f64, factor: f64, passes: impl Fn(f64) -> bool) -> Option<f64> {
     if from == 0.0 {
         return None;

@@ -1,4 +1,4 @@
-//! What becomes of the slave when its master runs back past the coupling position: TS5055 8.
+//! Reaction of the slave when its master runs back past the coupling position: TS5055 8.
 
 use coaxle_clock::Seconds;
 
@@ -8,14 +8,14 @@ use super::SyncMask;
 use super::piece::Piece;
 use super::ramp::{RampBounds, shortest_ramp};
 
-/// What the slave does.
+/// Reaction of the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RollbackReaction {
-    /// It stays coupled.
+    /// Stays coupled.
     Follow,
-    /// Its velocity is led to zero.
+    /// Ramps its velocity to zero.
     Ramp,
-    /// It stands within one cycle. Its following-error monitor may trip.
+    /// Stops within one cycle. Its following-error monitor may trip.
     Instant,
 }
 
@@ -84,7 +84,7 @@ impl RollbackStop {
         Self { course }
     }
 
-    /// How long it takes.
+    /// Duration of the stop.
     #[must_use]
     pub const fn duration(&self) -> Seconds {
         match &self.course {
@@ -93,7 +93,7 @@ impl RollbackStop {
         }
     }
 
-    /// Where the slave comes to rest, u.
+    /// Position at which the slave comes to rest, u.
     #[must_use]
     pub fn end_position(&self) -> f64 {
         match &self.course {
@@ -102,7 +102,7 @@ impl RollbackStop {
         }
     }
 
-    /// The slave, a while after its master passed the coupling position.
+    /// Returns the slave at a time after its master passed the coupling position.
     #[must_use]
     pub fn at(&self, since: Seconds) -> Kinematics {
         match &self.course {
@@ -122,8 +122,8 @@ impl RollbackStop {
     }
 }
 
-/// The stop of a slave that goes on from its acceleration. What a master that jumped has led it to
-/// beyond its limits, it drops at once.
+/// Stop of a slave from its present acceleration. An acceleration beyond its limits, caused by a jump of
+/// the master, is dropped at once.
 pub(super) fn stop_from(slave: &Kinematics, limits: &Limits) -> Profile {
     let most = limits.acceleration().max(limits.deceleration());
     let start = limits.without_overspeed(&Kinematics {

@@ -1,10 +1,10 @@
-//! The ways of master and slave to a synchronisation position.
+//! The distances of master and slave to a synchronisation position.
 
 use super::command::GearInPos;
 use super::refusal::SawRefusal;
 use super::task::{Task, finite};
 
-/// From the coupling moment to the synchronisation position.
+/// Distances from the coupling moment to the synchronisation position.
 pub(super) struct Span<'a> {
     pub(super) task: &'a Task,
     /// M, signed.
@@ -15,13 +15,13 @@ pub(super) struct Span<'a> {
     pub(super) from: f64,
     /// Start curvature.
     pub(super) curvature: f64,
-    /// Where master and slave are synchronous.
+    /// Positions at which master and slave are synchronous.
     pub(super) sync: (f64, f64),
 }
 
 impl<'a> Span<'a> {
     /// # Errors
-    /// Positions that are no numbers, or not ahead of master and slave.
+    /// Positions that are not finite, or not ahead of master and slave.
     pub(super) fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
         let span = Self::of_master(task, command)?;
         let direction = task.ratio.signum() * span.master.signum();
@@ -35,10 +35,10 @@ impl<'a> Span<'a> {
         Ok(span)
     }
 
-    /// The same where the slave may come from anywhere.
+    /// Distances of a slave that may approach from either side.
     ///
     /// # Errors
-    /// Positions that are no numbers, or not ahead of the master.
+    /// Positions that are not finite, or not ahead of the master.
     pub(super) fn of_master(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
         check_positions(command)?;
         let sync = (command.master_sync_position, command.slave_sync_position);
@@ -63,7 +63,7 @@ impl<'a> Span<'a> {
 }
 
 /// # Errors
-/// A synchronisation position that is no number.
+/// A synchronisation position that is not finite.
 pub(super) fn check_positions(command: &GearInPos) -> Result<(), SawRefusal> {
     finite("master-sync-position", command.master_sync_position)?;
     finite("slave-sync-position", command.slave_sync_position)

@@ -1,9 +1,9 @@
-//! When and how hard a slave is synchronised.
+//! Timing and dynamics of a synchronisation.
 
 /// `MC_SYNC_STRATEGY` (TF5410), the strategy of a synchronisation to a pair of positions.
 ///
-/// All three lead the slave along phases of constant jerk within the limits in force, and plan as if the
-/// master kept its velocity.
+/// Every strategy leads the slave along phases of constant jerk within the limits in force, and plans as
+/// if the master kept its velocity.
 #[doc(alias = "MC_SYNC_STRATEGY")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -15,18 +15,18 @@ pub enum SyncStrategy {
     /// the profile is one over the master's position.
     #[doc(alias = "mcSyncStrategyLate")]
     Late,
-    /// Over the whole way, with the least part of acceleration, deceleration and jerk that is enough; at
-    /// its position with the master, like the one before.
+    /// Over the whole distance, with the least sufficient part of acceleration, deceleration and jerk; at
+    /// its position together with the master, like `Late`.
     #[doc(alias = "mcSyncStrategySlow")]
     Slow,
-    /// As soon as the limits allow, before the synchronisation positions or after them, whatever the
-    /// master does meanwhile: a profile over time that is planned anew wherever the master does not
-    /// do what it was expected to. The master may stand, turn round, or be past its position.
+    /// As soon as the limits allow, before the synchronisation positions or after them, for any motion of
+    /// the master: a profile over time that is planned again when the master deviates from the
+    /// prediction. The master may stand, reverse, or be past its position.
     #[doc(alias = "mcSyncStrategyEarly")]
     Early,
 }
 
 impl SyncStrategy {
-    /// All of them.
+    /// Strategies.
     pub const ALL: [Self; 3] = [Self::Late, Self::Slow, Self::Early];
 }

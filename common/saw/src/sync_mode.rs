@@ -1,4 +1,4 @@
-//! What a synchronisation must respect, and how it is carried out.
+//! Checks and mode of operation of a synchronisation.
 
 /// `ST_SyncMode`: the mode of a synchronisation, the limits that are checked while it is planned,
 /// and how it behaves. TF5055 5.1, TS5055 5.
@@ -11,10 +11,10 @@
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct SyncMode {
-    /// What the slave's profile depends on.
+    /// Variable that the slave's profile depends on.
     #[doc(alias = "GearInSyncMode")]
     pub base: GearInSyncMode,
-    /// Checks and ways of operation.
+    /// Checks and modes of operation.
     pub mask: SyncMask,
 }
 
@@ -45,13 +45,13 @@ impl SyncMode {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum GearInSyncMode {
-    /// The slave's way is a function of the master's position: what the master does to its
-    /// velocity, it does to the slave's.
+    /// The slave's path is a function of the master's position: a change of the master's velocity changes
+    /// the slave's.
     #[doc(alias = "GEARINSYNCMODE_POSITIONBASED")]
     #[default]
     PositionBased,
-    /// The slave's way is a profile of its own over time that keeps all its limits, whatever the
-    /// master does. For `MC_GearInVelo` only.
+    /// The slave's path is a profile of its own over time that keeps all its limits, for any motion of
+    /// the master. For `MC_GearInVelo` only.
     #[doc(alias = "GEARINSYNCMODE_TIMEBASED")]
     TimeBased,
 }
@@ -60,8 +60,8 @@ bitflags::bitflags! {
     /// The flags of `ST_SyncMode` with the values of `GEARINSYNC_CHECKMASK_…` and
     /// `GEARINSYNC_OPMASK_…` (TS5055 5, TF5055 5.1).
     ///
-    /// Over- and undershoot are meant in the axis's own coordinates: over is towards larger values,
-    /// under towards smaller ones, whichever way the axis travels.
+    /// Overshoot and undershoot are in the axis's own coordinates: over is towards larger values, under
+    /// towards smaller ones, in either direction of travel.
     ///
     /// The manuals give no values for the two user position limits, for `IgnoreSlaveAcc` and for
     /// `DetailedErrorCodes`; they have the free bits at their places in the structure.
@@ -112,7 +112,7 @@ bitflags::bitflags! {
         /// Once synchronous, a master that runs back past the coupling position stops the slave.
         #[doc(alias = "GearInSync_OpMask_RollbackLock")]
         const ROLLBACK_LOCK = 0x0001_0000;
-        /// That stop takes one cycle instead of a ramp.
+        /// The stop after a rollback takes one cycle instead of a ramp.
         #[doc(alias = "GearInSync_OpMask_InstantStopOnRollback")]
         const INSTANT_STOP_ON_ROLLBACK = 0x0002_0000;
         /// Ramps at the acceleration limit with a phase of constant velocity between them.
@@ -124,20 +124,20 @@ bitflags::bitflags! {
         /// Plans as if the slave did not accelerate.
         #[doc(alias = "GearInSync_OpMask_IgnoreSlaveAcc")]
         const IGNORE_SLAVE_ACC = 0x0040_0000;
-        /// A violated check answers its own code instead of 0x42DF.
+        /// A violated check reports its own code instead of 0x42DF.
         #[doc(alias = "GearInSync_OpMask_DetailedErrorCodes")]
         const DETAILED_ERROR_CODES = 0x0080_0000;
     }
 }
 
 impl SyncMask {
-    /// All checks of the slave's dynamic limits.
+    /// Checks of the slave's dynamic limits.
     pub const MAX_DYNAMICS: Self = Self::MAX_VELO
         .union(Self::MAX_ACC)
         .union(Self::MAX_DEC)
         .union(Self::MAX_JERK);
 
-    /// All checks of the slave's position.
+    /// Checks of the slave's position.
     pub const POSITIONS: Self = Self::MIN_POS
         .union(Self::MAX_POS)
         .union(Self::OPTIONAL_MIN_POS)
@@ -145,7 +145,7 @@ impl SyncMask {
         .union(Self::OVERSHOOT_POS)
         .union(Self::UNDERSHOOT_POS);
 
-    /// All checks.
+    /// Checks of all kinds.
     pub const CHECKS: Self = Self::from_bits_truncate(0x0000_3fff);
 }
 

@@ -1,4 +1,4 @@
-//! A command and a coupling moment, checked and put in terms of the master's position.
+//! A command and a coupling moment, checked and expressed over the master's position.
 
 use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
 
@@ -10,10 +10,10 @@ use super::ramp::RampBounds;
 use super::refusal::{SawRefusal, Violation};
 use super::{SyncMask, SyncMode};
 
-/// What is relatively less than this is nothing but rounding.
+/// Smaller relative differences are rounding.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
-/// What every synchronisation is planned from. All numbers are finite.
+/// Input of every plan. All numbers are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Task {
     /// Slave units per master unit; not 0.
@@ -22,19 +22,19 @@ pub(super) struct Task {
     pub(super) master_velocity: f64,
     pub(super) slave_position: f64,
     pub(super) slave_velocity: f64,
-    /// As planning sees it, like the master's.
+    /// Acceleration as used for planning, like the master's.
     pub(super) slave_acceleration: f64,
     pub(super) master_acceleration: f64,
     /// The limits in force. The velocity is the axis's own: the command's is only checked.
     pub(super) limits: Limits,
     pub(super) checklist: Checklist,
-    /// What the axis keeps in any case.
+    /// Checks that the axis makes in any case.
     guard: Option<Checklist>,
 }
 
 impl Task {
     /// # Errors
-    /// Whatever of the inputs makes no sense, by name.
+    /// The first invalid input, by name.
     pub(super) fn new(
         ratio: &Ratio,
         mode: &SyncMode,
@@ -97,12 +97,12 @@ impl Task {
         Ok(task)
     }
 
-    /// Whether nothing is checked at all.
+    /// True if nothing is checked.
     pub(super) const fn checks_nothing(&self) -> bool {
         self.checklist.is_empty() && self.guard.is_none()
     }
 
-    /// The checks of the sync mode, then those of the axis.
+    /// Makes the checks of the sync mode, then those of the axis.
     pub(super) fn check(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
         self.checklist.pass(demands, ends)?;
         match &self.guard {
@@ -111,7 +111,7 @@ impl Task {
         }
     }
 
-    /// The limits in force, with the velocity that the command may have.
+    /// The limits in force, with the velocity limit of the command.
     pub(super) fn limits_in_force(&self) -> Limits {
         let checked = self.limits.with_velocity(self.checklist.velocity);
         checked.unwrap_or(self.limits)
@@ -150,7 +150,7 @@ impl Task {
         (self.slave_acceleration - by_master) / (self.master_velocity * self.master_velocity)
     }
 
-    /// Whether neither axis accelerates noticeably while the master travels `distance`.
+    /// True if neither axis accelerates noticeably while the master travels `distance`.
     pub(super) fn is_free_of_acceleration(&self, distance: f64) -> bool {
         let square = self.master_velocity * self.master_velocity;
         let steep = self.slope().abs().max(self.ratio.abs());
@@ -158,7 +158,7 @@ impl Task {
             && (self.slave_acceleration * distance).abs() <= NEGLIGIBLE * square * steep
     }
 
-    /// What bounds a ramp of the slope over the master's position, for a master that moves.
+    /// Limits of a ramp of the slope over the master's position, for a master that moves.
     pub(super) fn ramp_bounds(&self, jerk: f64) -> RampBounds {
         let speed = self.master_velocity.abs();
         RampBounds {
@@ -168,7 +168,8 @@ impl Task {
         }
     }
 
-    /// Over the position of a master that stands, a slave can do nothing but stand.
+    /// Checks that the slave stands still if the master does: a profile over its position has no other
+    /// solution.
     ///
     /// # Errors
     /// [`SawRefusal::MasterAtRest`].
@@ -231,7 +232,7 @@ fn check_finite(moment: &CouplingMoment) -> Result<(), SawRefusal> {
     finite("slave-acceleration", slave.acceleration)
 }
 
-/// Position limits; where none is given, infinity.
+/// Position limits; infinity by default.
 fn bounds(
     min: Option<f64>,
     max: Option<f64>,

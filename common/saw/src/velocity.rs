@@ -16,8 +16,8 @@ use super::task::{NEGLIGIBLE, Task};
 use super::way::Way;
 
 impl GearInVelo {
-    /// The synchronisation that this command asks for, from this coupling moment: a dry run, as it
-    /// moves nothing.
+    /// Plans the synchronisation of this command from this coupling moment: a dry run, as it moves
+    /// nothing.
     ///
     /// Position-based it is the shortest symmetric ramp within acceleration, deceleration and jerk,
     /// time-based the fastest change of velocity.
@@ -25,7 +25,8 @@ impl GearInVelo {
     /// # Errors
     /// [`SawRefusal`].
     pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
-        // A slave that stands beside its master is synchronous at once, but has to be as fast as that is going to be.
+        // A slave that stands beside its master is synchronous at once, but has to reach its future
+        // velocity.
         let moving = moment.going(self.limits.master_velocity, 1.0)?;
         let task = |moment| Task::new(&self.ratio, &self.sync_mode, &self.limits, moment);
         task(&moving)?;
@@ -58,7 +59,7 @@ fn over_master(task: &Task) -> Result<SawPlan, SawRefusal> {
     Ok(SawPlan::over_master(task, SawForm::Ramp, way, line))
 }
 
-/// The shortest ramp over the master's position; none if there is nothing to change.
+/// Returns the shortest ramp over the master's position; none if there is nothing to change.
 fn ramp(task: &Task) -> Result<Option<Piece>, SawRefusal> {
     if task.master_velocity == 0.0 {
         return Ok(None);
@@ -82,7 +83,7 @@ fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
         acceleration: task.slave_acceleration,
     };
     let target = task.sync_velocity();
-    // The velocity of the gear is checked already, up to rounding.
+    // The velocity of the gear is already checked, up to rounding.
     let fastest = task.limits.velocity().max(target.abs());
     let limits = task.limits.with_velocity(fastest)?;
     let profile = to_velocity(&start, target, &limits);
@@ -111,7 +112,7 @@ fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
     Ok(SawPlan::over_time(task, profile, line))
 }
 
-/// The checks, if there are any.
+/// Makes the checks, if there are any.
 fn check(
     task: &Task,
     line: &SyncLine,

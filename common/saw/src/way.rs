@@ -1,11 +1,11 @@
-//! The slave's way during a synchronisation: a few pieces, one after the other.
+//! The slave's path during a synchronisation: a few pieces, one after the other.
 
 use coaxle_curve::law::Motion;
 
 use super::demands::Demands;
 use super::piece::Piece;
 
-/// Three phases of jerk to a velocity, one at it, three to the synchronous one, and what is left.
+/// Three phases of jerk to a velocity, one at it, three to the synchronous one, and the rest.
 const MAX_PIECES: usize = 8;
 
 /// At least one piece, following each other without a gap.
@@ -17,7 +17,7 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// A way of one piece.
+    /// Path of one piece.
     pub(super) const fn of(first: Piece) -> Self {
         Self {
             first,
@@ -53,19 +53,19 @@ impl Way {
         }
     }
 
-    /// Whether every number in it is one.
+    /// True if all its numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
         self.pieces().all(Piece::is_finite)
     }
 
-    /// The slave at a master position (or time). Beyond the ends, the first and the last piece go
-    /// on.
+    /// Returns the slave at a master position (or time). The first and the last piece continue beyond the
+    /// ends.
     pub(super) fn at(&self, master: f64) -> Motion {
         let piece = self.pieces().find(|piece| !piece.is_left_by(master));
         piece.unwrap_or(self.last()).at(master)
     }
 
-    /// What it demands of the slave.
+    /// Demands on the slave.
     pub(super) fn demands(&self, master_velocity: f64) -> Demands {
         let first = self.first.demands(master_velocity);
         let rest = self.rest[..self.len].iter();

@@ -13,9 +13,9 @@ use crate::plan::SawPlan;
 use crate::refusal::SawRefusal;
 use crate::rollback::RollbackReaction;
 
-/// What a synchronisation leaves of velocity, acceleration and deceleration to a master that
-/// ripples, where its command names no limit. The axis keeps its limits with both together, or is
-/// in error stop.
+/// Part of velocity, acceleration and deceleration that a synchronisation reserves for the ripple of a
+/// master, where its command names no limit. The axis keeps its limits with both together, or goes to
+/// error stop.
 const RESERVE: f64 = 0.01;
 
 /// The coupling of a slave axis by flying saws, one after the other.
@@ -31,8 +31,8 @@ pub struct Saw {
 }
 
 impl Saw {
-    /// A saw whose master may be back so far before that counts as running back, u; an encoder has
-    /// so many u per increment.
+    /// Saw whose master may run back by `master_noise` before that counts as a rollback, u. An encoder
+    /// has `master_increment` u per increment.
     #[must_use]
     pub const fn new(master_noise: f64, master_increment: Option<f64>) -> Self {
         Self {
@@ -44,13 +44,13 @@ impl Saw {
         }
     }
 
-    /// The table that a saw of the axis needs is taken by a plate, or no longer.
+    /// Sets the table that a saw of the axis needs if it is taken by a plate, or none.
     pub const fn set_table_in_use(&mut self, table: Option<u32>) {
         self.table_in_use = table;
     }
 
-    /// The plan of the saw that couples the slave; while it waits, the plan foreseen. Without one,
-    /// that of the last.
+    /// Plan of the saw that couples the slave; while it waits, the predicted plan. Without one, that of
+    /// the last saw.
     #[must_use]
     pub const fn plan_in_force(&self) -> Option<&SawPlan> {
         match &self.saw {
@@ -59,7 +59,7 @@ impl Saw {
         }
     }
 
-    /// What a saw is planned from.
+    /// Moment from which a saw is planned.
     #[must_use]
     pub fn moment(&self, master: &Kinematics, inputs: &PlanInputs) -> CouplingMoment {
         let (min_position, max_position) = inputs.guard.software_limits();
@@ -96,7 +96,7 @@ impl Engage for Saw {
         if let Some(table) = self.table_in_use {
             return Err(NotPlanned::Own(SawRefusal::TableInUse { table }));
         }
-        // The axis watches its limits itself.
+        // The axis monitors its limits itself.
         let tolerances = SawTolerances {
             master_noise: self.master_noise,
             velocity_margin: ROUNDING,

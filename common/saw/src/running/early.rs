@@ -1,5 +1,5 @@
-//! A synchronisation over time, whatever the master does: as early as possible, and where the limits of the axis have
-//! left the slave behind.
+//! A synchronisation over time that follows any motion of the master: as early as possible, and again
+//! after the limits of the axis have left the slave behind.
 
 use coaxle_curve::profile::{Kinematics, Profile};
 
@@ -12,7 +12,7 @@ use crate::plan::SawPlan;
 use crate::rollback::RollbackReaction;
 
 impl SawCoupling {
-    /// Begins to pursue the line, if the slave is not there already.
+    /// Begins to pursue the line, if the slave is not on it already.
     pub(super) fn set_out(&mut self, plan: &SawPlan) {
         let Some(profile) = plan.time_profile() else {
             return self.become_synchronous();
@@ -20,7 +20,7 @@ impl SawCoupling {
         self.phase = Phase::Early(self.pursuit_along(*profile, plan.master_start()));
     }
 
-    /// Pursues the line from where the limits have left the axis.
+    /// Pursues the line from the position at which the limits have left the axis.
     pub(super) fn pursuit_from(&self, axis: &Kinematics) -> Pursuit {
         let stop = self.command.chase(&self.axis, axis).stopping(axis);
         let mut pursuit = self.pursuit_along(stop, self.master_position);
@@ -65,7 +65,7 @@ impl SawCoupling {
         }
     }
 
-    /// The master's acceleration as planning sees it.
+    /// Acceleration of the master, as used for planning.
     fn planned_acceleration(&self, master: &Kinematics) -> f64 {
         let is_noise =
             |encoder: EncoderMaster| master.acceleration.abs() < encoder.acceleration_threshold();

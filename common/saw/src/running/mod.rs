@@ -27,28 +27,28 @@ pub use self::coupling::Saw;
 pub(super) use self::settings::starts;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
 
-/// Which part of what the limits let the acceleration change by in a cycle counts as none.
+/// Part of the greatest change of acceleration in a cycle that counts as none.
 const HARDLY: f64 = 0.05;
 
 /// A slave coupled by the universal flying saw.
 ///
-/// It is given the master's set values once per cycle and says what the slave's are. Once it is
-/// broken off, by `MC_GearOut`, by a rollback or by a fault, it never couples again; its slave
-/// keeps its velocity or is stopped.
+/// Takes the master's set values once per cycle and returns the slave's. Once it is disengaged, by
+/// `MC_GearOut`, by a rollback or by a fault, it never couples again; its slave keeps its velocity or is
+/// stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SawCoupling {
     command: SawCommand,
     watch: Watch,
     encoder: Option<EncoderMaster>,
     axis: SlaveLimits,
-    /// Of the synchronisation; the velocity is the highest that is tolerated while coupled.
+    /// Limits of the synchronisation; the velocity is the greatest that is tolerated while coupled.
     limits: Limits,
     plan: SawPlan,
-    /// Which way the master runs: 1 or −1, or 0 if that does not matter.
+    /// Direction of the master: 1 or −1, or 0 if that does not matter.
     direction: f64,
-    /// Which way its increments say that the master goes; none where its positions are exact.
+    /// Direction of the master by its increments; none if its positions are exact.
     travel: Option<TravelDirection>,
-    /// How far the master may run back, along its direction.
+    /// Farthest position back for the master, along its direction.
     farthest_back: f64,
     noise: f64,
     line: SyncLine,
@@ -59,26 +59,26 @@ pub struct SawCoupling {
     slave: Kinematics,
 }
 
-/// What the slave is led by.
+/// Source of the slave's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Itself, at its velocity, until the master has come near, so far into it.
+    /// Its own velocity, until the master has come near; `since` is the time in this phase.
     Prephase { profile: Profile, since: f64 },
     /// The profile over the master's position.
     OverMaster,
-    /// The profile over time, so far into it.
+    /// The profile over time; `since` is the time in this phase.
     OverTime { profile: Profile, since: f64 },
-    /// A profile over time onto the line, planned anew wherever the master does not do what was expected.
+    /// A profile over time onto the line, planned again when the master deviates from the prediction.
     Early(Pursuit),
-    /// The ramp to the velocity of a master that has another one than the profile was planned for.
+    /// The ramp to the velocity of a master that differs from the one planned for.
     Chasing(Ramp),
     /// The line.
     Synchronous,
-    /// The stop after a rollback, so far into it.
+    /// The stop after a rollback; `since` is the time in this phase.
     RollbackStop { stop: RollbackStop, since: f64 },
-    /// A stop within the axis's own limits, so far into it.
+    /// A stop within the axis's own limits; `since` is the time in this phase.
     Brake { profile: Profile, since: f64 },
-    /// Nothing: it keeps its velocity, so far into it.
+    /// No master: it keeps its velocity; `since` is the time in this phase.
     Free { profile: Profile, since: f64 },
 }
 
@@ -86,7 +86,7 @@ impl SawCoupling {
     /// Couples the slave.
     ///
     /// # Errors
-    /// [`SawRefusal`] says why nothing has been coupled.
+    /// [`SawRefusal`], if nothing has been coupled.
     pub fn start(
         command: SawCommand,
         moment: &CouplingMoment,
@@ -121,15 +121,17 @@ impl SawCoupling {
         Ok(coupling)
     }
 
-    /// Says which way the increments of a measured master have it go, for the cycles to come: one that goes on is
-    /// not running back, wherever its position seems to be. None where the positions are exact.
+    /// Sets the direction of a measured master by its increments, for the cycles to come. A master whose
+    /// increments continue forwards is not running back, wherever its position seems to be. None if the
+    /// positions are exact.
     pub const fn set_master_travel(&mut self, travel: Option<TravelDirection>) {
         self.travel = travel;
     }
 
-    /// The limits of the axis have left it here, away from where the saw had it in the last cycle. One with a
-    /// [strategy](crate::SyncStrategy) that is on its way to its master goes on from here: what it had planned is not
-    /// what the axis does. On the line the axis catches up by itself.
+    /// Continues from the position at which the limits of the axis have left it, away from the saw's set
+    /// values of the last cycle. A saw with a [strategy](crate::SyncStrategy) that is not yet on the line
+    /// plans again from here, since the axis does not follow its plan. On the line the axis catches up by
+    /// itself.
     pub fn resume_from(&mut self, axis: &Kinematics) {
         if self.command.strategic_sync_position().is_none() {
             return;
@@ -142,7 +144,7 @@ impl SawCoupling {
         self.slave = *axis;
     }
 
-    /// One cycle of `elapsed`: the master's set values in, the slave's out.
+    /// Computes one cycle of `elapsed`: the master's set values in, the slave's out.
     pub fn update(&mut self, master: &Kinematics, elapsed: Seconds) -> Kinematics {
         let dt = elapsed.0;
         let before = self.master_position;
@@ -169,8 +171,8 @@ impl SawCoupling {
         self.slave
     }
 
-    /// `MC_GearOut`: the slave goes on at its velocity, its acceleration is led to zero within its
-    /// axis's jerk. What was stopping already goes on doing so.
+    /// `MC_GearOut`: the slave keeps its velocity, and its acceleration is led to zero within its axis's
+    /// jerk. A stop in progress continues.
     #[doc(alias = "MC_GearOut")]
     pub fn gear_out(&mut self) -> Kinematics {
         if self.is_coupled() {
@@ -183,15 +185,15 @@ impl SawCoupling {
         self.slave
     }
 
-    /// Whether the master has passed its synchronisation position, where the command has a strategy.
+    /// True if the master has passed its synchronisation position, for a command with a strategy.
     #[must_use]
     pub fn is_past_sync_position(&self) -> Option<bool> {
         let position = self.command.strategic_sync_position()?;
         Some((self.master_position - position) * self.direction >= 0.0)
     }
 
-    /// What has become of the command. In sync means that the slave's set values are those of the
-    /// gear in this cycle.
+    /// State of the command. In sync means that the slave's set values are those of the gear in this
+    /// cycle.
     #[must_use]
     pub const fn state(&self) -> &CommandState<SawFault> {
         &self.state
@@ -204,7 +206,7 @@ impl SawCoupling {
         matches!(self.state, CommandState::Active | CommandState::InSync)
     }
 
-    /// Whether the slave is still coupled to its master.
+    /// True while the slave is coupled to its master.
     #[must_use]
     pub const fn is_coupled(&self) -> bool {
         matches!(
@@ -234,14 +236,14 @@ impl SawCoupling {
         }
     }
 
-    /// How it was stopped, if the master ran back past the coupling position. That aborts the
-    /// command, as TS5055 8 has it, and is no error: 0x4289 (illegal reversal) is never answered.
+    /// Reaction to a master that ran back past the coupling position. That aborts the command, as TS5055
+    /// 8 has it, and is no error: 0x4289 (illegal reversal) is never reported.
     #[must_use]
     pub const fn rollback(&self) -> Option<RollbackReaction> {
         self.rollback
     }
 
-    /// The stop after that, and how far into it the slave is, while it lasts.
+    /// The stop after that, and the time since its begin, while it lasts.
     #[must_use]
     pub const fn rollback_stop(&self) -> Option<(RollbackStop, Seconds)> {
         match self.phase {
@@ -250,7 +252,7 @@ impl SawCoupling {
         }
     }
 
-    /// The plan in force; in the preliminary phase the one foreseen.
+    /// The plan in force; in the preliminary phase the predicted one.
     #[must_use]
     pub const fn plan(&self) -> &SawPlan {
         &self.plan
@@ -274,7 +276,7 @@ impl SawCoupling {
                 master,
                 slave,
             };
-            // Wherever the master goes, the slave comes along.
+            // The slave follows the master anywhere.
             self.farthest_back = f64::MIN;
             return self.set_out(&plan);
         }
@@ -333,7 +335,7 @@ impl SawCoupling {
         self.lead_to(slave, master, dt);
     }
 
-    /// Until the master is near, the slave goes on as it does.
+    /// Keeps the motion of the slave until the master is near.
     fn wait(&mut self, master: &Kinematics, dt: f64) {
         let Phase::Prephase { profile, since } = &mut self.phase else {
             return;
@@ -359,27 +361,27 @@ impl SawCoupling {
         });
     }
 
-    /// Whether the slave's set values are the gear's, up to rounding.
+    /// True if the slave's set values are the gear's, up to rounding.
     fn is_in_sync(&self, slave: &Kinematics, master: &Kinematics) -> bool {
         let gear = self.line.slave_of(master);
         let near = |a: f64, b: f64| (a - b).abs() <= NEGLIGIBLE * a.abs().max(b.abs());
         near(slave.position, gear.position) && near(slave.velocity, gear.velocity)
     }
 
-    /// Whether the master has run back past the coupling position.
+    /// True if the master has run back past the coupling position.
     #[inline]
     fn is_behind_start(&self, master: &Kinematics) -> bool {
         master.position * self.direction < self.farthest_back && !self.goes_on()
     }
 
-    /// Whether the increments of the master say that it still goes the way it went.
+    /// True if the increments of the master still continue in its direction.
     fn goes_on(&self) -> bool {
         let forward = |travel: TravelDirection| travel.sign() * self.direction > 0.0;
         self.travel.is_some_and(forward)
     }
 
-    /// Stops the slave from the place where its master passed the coupling position within this
-    /// cycle; `slave_of` says where the slave was then, from the master and the part of the cycle.
+    /// Stops the slave from the place where its master passed the coupling position within this cycle;
+    /// `slave_of` returns the slave then, from the master and the part of the cycle.
     #[cold]
     fn roll_back(
         &mut self,
@@ -396,7 +398,7 @@ impl SawCoupling {
             ..*master
         };
         let mut slave = slave_of(&master_at_limit, part);
-        // A master that jumps back can drag the slave faster to that place than it may go.
+        // A master that jumps back can drag the slave to that place faster than its limit.
         if !self.watch.lets_pass(&slave) {
             return self.refuse_to_lead(&slave, master, dt);
         }
@@ -407,7 +409,7 @@ impl SawCoupling {
             slave.acceleration.abs() > HARDLY * self.limits.binding_in_cycles(dt).jerk() * dt
         };
         let (stop, since) = if accelerates(&slave) {
-            // When exactly the master passed, its mean velocity does not tell then.
+            // The mean velocity does not show when exactly the master passed.
             let stop = RollbackStop::from_acceleration(&self.slave, &self.limits);
             (stop, dt)
         } else {
@@ -453,8 +455,8 @@ impl SawCoupling {
     }
 }
 
-/// A slave on its own that keeps its velocity: an acceleration is led to zero within the jerk, and what
-/// the velocity changes meanwhile is made up for.
+/// Motion of a free slave that keeps its velocity: an acceleration is led to zero within the jerk, and
+/// the change of velocity meanwhile is compensated.
 fn keeping_velocity(slave: &Kinematics, axis: &SlaveLimits) -> Profile {
     to_velocity(slave, slave.velocity, &axis.dynamics)
 }

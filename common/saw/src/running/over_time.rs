@@ -1,4 +1,4 @@
-//! Time-based: the slave's own way to the velocity of its gear.
+//! Time-based: the slave's own path to the velocity of its gear.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
@@ -8,7 +8,7 @@ use super::{Phase, SawCoupling};
 use crate::rollback::RollbackReaction;
 
 impl SawCoupling {
-    /// One cycle of the profile over time, as long as the master has the velocity that it was planned for.
+    /// Computes one cycle of the profile over time, as long as the master has the planned velocity.
     pub(super) fn over_time(&mut self, master: &Kinematics, before: f64, dt: f64) {
         let Phase::OverTime { profile, since } = &mut self.phase else {
             return;
@@ -35,8 +35,8 @@ impl SawCoupling {
         self.lead_to(slave, master, dt);
     }
 
-    /// A master whose velocity changes is chased cycle by cycle: a profile planned for any of its velocities would
-    /// be out of date before it ends.
+    /// Chases a master whose velocity changes, cycle by cycle: a profile planned for any of its
+    /// velocities would be out of date before it ends.
     pub(super) fn chase(&mut self, mut ramp: Ramp, master: &Kinematics, before: f64, dt: f64) {
         let gear = self.line.slave_of(master);
         if !gear.velocity.is_finite() {
@@ -57,7 +57,8 @@ impl SawCoupling {
         self.lead_to(*ramp.slave(), master, dt);
     }
 
-    /// The slave is as fast as the gear has it: from here on that leads it, from where it is.
+    /// Anchors the gear at the slave's position once it has the gear's velocity: from here on the gear
+    /// leads it.
     fn anchor(&mut self, slave: &Kinematics, master: &Kinematics) {
         self.line.master = master.position;
         self.line.slave = slave.position;
@@ -65,7 +66,7 @@ impl SawCoupling {
     }
 }
 
-/// A part of a cycle of constant jerk into it.
+/// Returns the set values at a part of a cycle of constant jerk.
 pub(super) fn between(from: &Kinematics, to: &Kinematics, part: f64, dt: f64) -> Kinematics {
     let jerk = (to.acceleration - from.acceleration) / dt;
     let t = part * dt;

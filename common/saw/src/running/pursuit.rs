@@ -1,4 +1,4 @@
-//! A slave on its way onto the line of its gear, whatever its master does meanwhile.
+//! A slave on its path onto the line of its gear, for any motion of its master.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes};
@@ -6,29 +6,29 @@ use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes};
 use crate::chase::Chase;
 use crate::task::NEGLIGIBLE;
 
-/// What is left of the master's ripple after a cycle without any.
+/// Decay of the master's ripple per cycle without ripple.
 const FADING: f64 = 0.9;
-/// The part of what the limits let the slave do in a cycle that a ripple has to stay below, for the slave to come onto
+/// Part of the slave's greatest change per cycle that a ripple has to stay below, for the slave to reach
 /// the line by itself.
 const CORRECTED: f64 = 1.0 / 64.0;
-/// What rounding adds to a position, relatively.
+/// Rounding error of a position, relative.
 const ROUNDING: f64 = 1e-12;
 
-/// Between which positions a slave stays on its way, u. From beyond it comes back.
+/// Range of positions of a slave on its path, u. A slave outside of it returns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PositionRange {
     /// The limits, infinite where there is none.
     pub(super) low: f64,
     pub(super) high: f64,
-    /// Where the way began.
+    /// Start of the path.
     pub(super) start: f64,
-    /// Whether it goes no lower, or higher, than where it began and where it ends.
+    /// True if it goes no lower than its start and its end; `no_overshoot`: no higher.
     pub(super) no_undershoot: bool,
     pub(super) no_overshoot: bool,
 }
 
 impl PositionRange {
-    /// Whether a way from where the slave is keeps it.
+    /// True if a path from the slave's position keeps the range.
     fn keeps(&self, profile: &Profile, here: f64) -> bool {
         let (extremes, end) = (ProfileExtremes::of(profile), profile.end().position);
         let slack = ROUNDING * extremes.low.abs().max(extremes.high.abs());
@@ -46,25 +46,25 @@ impl PositionRange {
     }
 }
 
-/// A profile over time onto the line, planned again from the slave as it is wherever the line is not where
-/// it was expected.
+/// A profile over time onto the line, planned again from the slave's state whenever the line deviates
+/// from its prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pursuit {
     chase: Chase,
     range: PositionRange,
     profile: Profile,
     since: f64,
-    /// Whether the profile ends on the line; otherwise it leads towards it for as long as it is too fast, or stops the
-    /// slave while no way onto it keeps the range.
+    /// True if the profile ends on the line. Otherwise it leads towards a line that is too fast, or stops
+    /// the slave while no path onto the line keeps the range.
     arrives: bool,
-    /// The line as it was in the cycle before.
+    /// The line in the previous cycle.
     line: Kinematics,
-    /// How far the line has been from where it was expected lately, u.
+    /// Recent deviation of the line from its prediction, u.
     ripple: f64,
 }
 
 impl Pursuit {
-    /// Along a profile that was planned with this line.
+    /// Follows a profile that was planned with this line.
     pub(super) const fn new(
         chase: Chase,
         range: PositionRange,
@@ -82,12 +82,12 @@ impl Pursuit {
         }
     }
 
-    /// The slave is not where the profile had it: the next cycle begins another one.
+    /// Plans again in the next cycle, since the slave has left its profile.
     pub(super) const fn plan_again(&mut self) {
         self.arrives = false;
     }
 
-    /// The slave, which was at `before`, in the next cycle; none if it is on the line.
+    /// Returns the slave, which was at `before`, in the next cycle; none if it is on the line.
     pub(super) fn update(
         &mut self,
         before: &Kinematics,
@@ -118,8 +118,9 @@ impl Pursuit {
             && near(line.acceleration, expected.acceleration)
     }
 
-    /// Whether the slave, which is at `before`, can still stop within the range after another cycle: on the way onto the
-    /// line it may turn round at a limit faster than it could stop there, and its axis goes no farther than it can stop.
+    /// True if the slave, which is at `before`, can still stop within the range after another cycle. On
+    /// its path onto the line it may reverse at a limit faster than it could stop there, and its axis
+    /// goes no farther than it can stop.
     fn can_stop_after(&self, before: &Kinematics, dt: f64) -> bool {
         let next = self.profile.at(Seconds(self.since + dt));
         self.range
@@ -132,8 +133,8 @@ impl Pursuit {
         self.arrives = false;
     }
 
-    /// The fastest way onto the line that keeps the range. Where none does, the slave goes towards a line that is too fast
-    /// for it, and stops otherwise: it is where it can wait.
+    /// Plans the fastest path onto the line that keeps the range. Without one, the slave moves towards a
+    /// line that is too fast for it, and stops otherwise to wait there.
     fn plan(&mut self, slave: &Kinematics, line: &Kinematics) {
         let steady = Kinematics {
             acceleration: 0.0,
@@ -159,7 +160,8 @@ impl Pursuit {
         });
     }
 
-    /// None where nothing leads onto the line, and an error where nothing does within the range.
+    /// Plans a path onto the line. None if no path leads onto it, and an error if none does within the
+    /// range.
     fn onto(&self, slave: &Kinematics, line: &Kinematics) -> Option<Result<Profile, OutOfRange>> {
         let check = |profile: &Profile| {
             let keeps = self.range.keeps(profile, slave.position);
@@ -168,8 +170,8 @@ impl Pursuit {
         self.chase.fastest((slave, line), 1.0, check)
     }
 
-    /// A line that ripples by more than the slave can follow is never reached; there the slave comes along
-    /// when it is no farther away than the line moves about.
+    /// A line that ripples by more than the slave can follow is never reached. The slave then joins it
+    /// when it is no farther away than the ripple.
     fn is_within_ripple(&self, next: &Kinematics, line: &Kinematics, dt: f64) -> bool {
         let jerk = self.chase.limits.binding_in_cycles(dt).jerk();
         let corrected = CORRECTED * jerk * dt * dt * dt;
@@ -180,6 +182,6 @@ impl Pursuit {
     }
 }
 
-/// A way that leaves the range.
+/// A path that leaves the range.
 #[derive(Clone, Copy, Debug)]
 struct OutOfRange;

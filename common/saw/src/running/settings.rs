@@ -1,4 +1,4 @@
-//! What a coupling is started with, and how it may fail.
+//! Settings and faults of a coupling.
 
 use crate::chase::Chase;
 use crate::command::{GearInPos, GearInVelo, SyncLimits};
@@ -13,7 +13,7 @@ use coaxle_curve::profile::{Kinematics, Limits};
 use super::pursuit::PositionRange;
 use super::{keeping_velocity, sign};
 
-/// What a [`SawCoupling`](super::SawCoupling) is started with.
+/// Command that starts a [`SawCoupling`](super::SawCoupling).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -25,7 +25,7 @@ pub enum SawCommand {
 }
 
 impl SawCommand {
-    /// A dry run: see [`GearInPos::plan`] and [`GearInVelo::plan`].
+    /// Plans a dry run: see [`GearInPos::plan`] and [`GearInVelo::plan`].
     ///
     /// # Errors
     /// [`SawRefusal`].
@@ -36,7 +36,7 @@ impl SawCommand {
         }
     }
 
-    /// Which way its master has to go to its synchronisation position: 1 or −1, 0 where that does not matter.
+    /// Direction of its master to the synchronisation position: 1 or −1, 0 if it does not matter.
     pub(super) fn direction(&self, moment: &CouplingMoment) -> f64 {
         let Self::GearInPos(command) = self else {
             return 0.0;
@@ -49,7 +49,7 @@ impl SawCommand {
         }
     }
 
-    /// Where its master is to be synchronous, if it has a strategy, u.
+    /// Synchronisation position of its master, if it has a strategy, u.
     pub(super) fn strategic_sync_position(&self) -> Option<f64> {
         match self {
             Self::GearInPos(command) => {
@@ -70,7 +70,7 @@ impl SawCommand {
         }
     }
 
-    /// What the slave may do on its way onto a line.
+    /// Limits of the slave on its path onto a line.
     pub(super) fn chase(&self, axis: &SlaveLimits, slave: &Kinematics) -> Chase {
         let (given, own) = (self.limits(), &axis.dynamics);
         let limits = Limits::new(
@@ -86,8 +86,8 @@ impl SawCommand {
         }
     }
 
-    /// Between which positions the slave stays on its way, from `start`, u: the checks of position that are asked for, and
-    /// what its axis keeps in any case.
+    /// Range of positions of the slave on its path, from `start`, u: the requested checks of position,
+    /// and the axis's own limits in any case.
     pub(super) fn range(&self, axis: &SlaveLimits, start: f64) -> PositionRange {
         let (mask, given) = (self.mask(), self.limits());
         let asked = |flag: SyncMask, limit: Option<f64>| limit.filter(|_| mask.contains(flag));
@@ -124,7 +124,7 @@ impl SawCommand {
     }
 }
 
-/// How much a coupling in motion lets pass.
+/// Tolerances of a coupling in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -132,11 +132,11 @@ impl SawCommand {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct SawTolerances {
-    /// How far behind the coupling position the master may be before that counts as running back,
-    /// u. Noise of its position is not a reversal.
+    /// Tolerance of the master behind the coupling position before it counts as running back, u. Noise of
+    /// its position is not a reversal.
     pub master_noise: f64,
-    /// By which part the slave may exceed its axis's highest velocity while coupled: a profile at
-    /// the limit shall survive a master whose velocity ripples.
+    /// Part by which the slave may exceed its axis's greatest velocity while coupled, so that a profile
+    /// at the limit survives a master whose velocity ripples.
     pub velocity_margin: f64,
 }
 
@@ -149,16 +149,16 @@ impl Default for SawTolerances {
     }
 }
 
-/// Why a coupling failed.
+/// Fault of a coupling.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SawFault {
-    /// It could not be planned.
+    /// Refused plan.
     #[error(transparent)]
     Refused(SawRefusal),
-    /// The master led the slave beyond a limit.
+    /// Limit violated by following the master.
     #[error("while coupled: {}", SawRefusal::Violation(*.0))]
     Limit(Violation),
-    /// The master's values are not numbers.
+    /// Master values that are not finite.
     #[error("0x4b06: master values that are not finite")]
     MasterNotFinite,
 }
@@ -175,8 +175,8 @@ impl SawFault {
     }
 }
 
-/// The coupling moment as it is to be expected, if that is later: the master is still farther away than
-/// its start distance, or the slave is synchronised as late as possible.
+/// Predicts the coupling moment, if it is later: the master is still farther away than its start
+/// distance, or the slave is synchronised as late as possible.
 pub(super) fn prephase(
     command: &SawCommand,
     moment: &CouplingMoment,
@@ -197,15 +197,14 @@ pub(super) fn prephase(
     })
 }
 
-/// Whether a coupling would start from a moment, at once or after a wait.
+/// True if a coupling would start from a moment, at once or after a wait.
 pub(crate) fn starts(command: &SawCommand, moment: &CouplingMoment) -> bool {
     prephase(command, moment)
         .and_then(|expected| command.plan(expected.as_ref().unwrap_or(moment)))
         .is_ok()
 }
 
-/// Whether the slave goes on as it does for one more cycle. `direction` is the one in which the master
-/// was to go.
+/// True if the slave keeps its motion for one more cycle. `direction` is that of the master at the plan.
 pub(super) fn waits(
     command: &SawCommand,
     moment: &CouplingMoment,
@@ -221,15 +220,14 @@ pub(super) fn waits(
     let CouplingMoment { master, .. } = moment;
     let ahead = (command.master_sync_position - master.position) * direction;
     match command.strategy {
-        // It stands, or goes away: there is time.
+        // The master stands, or moves away: there is time.
         Some(SyncStrategy::Late) if ahead > 0.0 && master.velocity * direction <= 0.0 => Ok(true),
         Some(SyncStrategy::Late) => command.can_wait(moment, Seconds(dt)),
         _ => Ok(false),
     }
 }
 
-/// The coupling moment as it is to be expected if the master is still farther away than its start
-/// distance.
+/// Predicts the coupling moment if the master is still farther away than its start distance.
 fn before_start_distance(
     command: &SawCommand,
     moment: &CouplingMoment,

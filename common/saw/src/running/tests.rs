@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 const CYCLE: Seconds = Seconds(1e-3);
 
-/// A master that is led by its velocity.
+/// Master that is led by its velocity.
 struct Master(Kinematics);
 
 impl Master {
@@ -106,7 +106,7 @@ fn a_start_distance_is_waited_for() {
     assert_eq!(refused.unwrap_err().code(), 0x4b06);
 }
 
-/// Forwards for some cycles, then backwards until well past the coupling position.
+/// Runs forwards for `forward` cycles, then backwards until well past the coupling position.
 fn there_and_back(mask: SyncMask, forward: usize) -> (SawCoupling, Vec<Kinematics>) {
     let start = moment((0.0, 500.0), (0.0, 250.0));
     let mode = SyncMode::position_based(mask);
@@ -148,7 +148,7 @@ fn the_eight_cases_of_a_rollback() {
         let forward = if reached { 2_500 } else { 1_000 };
         let (coupling, slaves) = there_and_back(mask, forward);
         let slave = *coupling.slave();
-        // Where the slave is as its master passes the coupling position, and how fast.
+        // Position and velocity of the slave as its master passes the coupling position.
         let (position, velocity) = if reached {
             (100.0, -500.0)
         } else {
@@ -308,8 +308,8 @@ fn time_based_chases_an_accelerating_master() {
     assert_eq!(last.velocity, 300.0);
 }
 
-/// The cycle in which a slave at rest is in sync with a master of this velocity, by the seconds; what its positions
-/// make of acceleration and jerk until then is within 2000 and 50000. Afterwards it is on its line.
+/// Cycle in which a slave at rest is in sync with a master of this velocity over the seconds. Until then,
+/// the acceleration and jerk of its positions are within 2000 and 50000. Afterwards it is on its line.
 fn in_sync_after(velocity: impl Fn(f64) -> f64) -> Option<u32> {
     let start = moment((0.0, velocity(0.0)), (0.0, 0.0));
     let mode = SyncMode::time_based(SyncMask::empty());
@@ -321,7 +321,7 @@ fn in_sync_after(velocity: impl Fn(f64) -> f64) -> Option<u32> {
         let at = |k: u32| velocity(f64::from(k) * CYCLE.0);
         let (last, now) = (at(k), at(k + 1));
         master.0.acceleration = (now - last) / CYCLE.0;
-        // Led by its mean velocity, as one is that moves evenly within its cycles.
+        // Led by its mean velocity, like one that moves evenly within its cycles.
         master.0.position += 0.5 * (last + now) * CYCLE.0;
         master.0.velocity = now;
         let slave = coupling.update(&master.0, CYCLE);
@@ -359,13 +359,13 @@ fn time_based_is_in_sync_with_a_master_that_accelerates() {
         let cycles = in_sync_after(|t| 200.0 + acceleration * t).expect("in sync");
         assert!((100..=500).contains(&cycles), "{acceleration}: {cycles}");
     }
-    // Faster than the slave may: it stays behind, within its limits, and gets there afterwards.
+    // Faster than the slave may be: it stays behind, within its limits, and arrives afterwards.
     let racing = |t: f64| 100.0 + 4_000.0 * t.min(0.2);
     let cycles = in_sync_after(racing).expect("in sync");
     assert!((400..=600).contains(&cycles), "{cycles}");
 }
 
-/// A master that goes on by its increments is not running back, wherever its position seems to be.
+/// A master whose increments continue forwards is not running back, wherever its position seems to be.
 #[test]
 fn increments_that_go_on_are_no_rollback() {
     let (start, command) = (moment((0.0, 10.0), (0.0, 0.0)), SyncMask::ROLLBACK_LOCK);

@@ -1,4 +1,4 @@
-//! The slave's limits, watched as long as it is coupled.
+//! Monitoring of the slave's limits as long as it is coupled.
 
 use crate::moment::SlaveLimits;
 use crate::refusal::{Check, Violation};
@@ -6,7 +6,7 @@ use coaxle_curve::profile::Kinematics;
 
 use super::settings::{SawFault, SawTolerances};
 
-/// What the axis can do, whatever was checked while planning.
+/// Limits of the axis, independent of the checks at the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Watch {
     fastest: f64,
@@ -25,7 +25,7 @@ impl Watch {
         }
     }
 
-    /// Whether the slave is within its limits; what is not a number is not.
+    /// True if the slave is within its limits; false for values that are not finite.
     #[inline]
     pub(super) fn lets_pass(&self, slave: &Kinematics) -> bool {
         slave.velocity.abs() <= self.fastest * self.margin
@@ -34,14 +34,14 @@ impl Watch {
             && slave.acceleration.is_finite()
     }
 
-    /// Whether it gets there in a cycle without being faster on the way than at its end: a master
-    /// that jumps can pass a steep stretch of the profile within one cycle.
+    /// True if it gets there in a cycle without being faster on the way than at its end: a master that
+    /// jumps can pass a steep part of the profile within one cycle.
     #[inline]
     pub(super) fn lets_step(&self, from: &Kinematics, to: &Kinematics, dt: f64) -> bool {
         (to.position - from.position).abs() <= self.fastest * self.margin * dt
     }
 
-    /// Why it does not get from `before` to `slave`.
+    /// Returns the fault of a step from `before` to `slave`.
     pub(super) fn fault(
         &self,
         before: &Kinematics,

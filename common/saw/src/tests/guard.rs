@@ -5,7 +5,7 @@ use super::properties::{assert_kept, gear_in_pos, gear_in_velo, limits};
 use super::*;
 use proptest::prelude::*;
 
-/// The same moment with an axis that keeps its limits in any case.
+/// Returns the moment with an axis that keeps its limits in any case.
 fn guarded(mut moment: CouplingMoment, own: &SyncLimits) -> CouplingMoment {
     let given = |limit: Option<f64>| limit.expect("all limits are given");
     moment.axis = SlaveLimits {

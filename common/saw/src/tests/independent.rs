@@ -8,8 +8,8 @@ use rsruckig::prelude::{
     ControlInterface, InputParameter, Ruckig, ThrowErrorHandler, Trajectory, daov_stack,
 };
 
-/// What an independent generator makes of the same change of velocity: duration and way. Some of
-/// the very hard ones it gives up.
+/// Duration and path of the change of velocity by an independent generator. Some of the very hard ones it
+/// gives up.
 fn independent(
     start: &Kinematics,
     target: f64,

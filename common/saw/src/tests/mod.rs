@@ -36,7 +36,7 @@ pub(super) fn moment(master: (f64, f64), slave: (f64, f64)) -> CouplingMoment {
     }
 }
 
-/// Acceleration and deceleration alike, and a jerk.
+/// Limits with equal acceleration and deceleration, and a jerk.
 pub(super) fn dynamics(acceleration: f64, jerk: f64) -> SyncLimits {
     SyncLimits {
         acceleration: Some(acceleration),

@@ -1,4 +1,4 @@
-//! What holds whatever the numbers.
+//! Properties that hold for all numbers.
 
 use super::super::{SawForm, SawPlan, SyncMask};
 use super::*;
@@ -203,7 +203,8 @@ fn assert_smooth(
     Ok(())
 }
 
-/// Starts as the slave moves and ends on the line, with its slope and without curvature.
+/// Checks that it starts with the slave's motion and ends on the line, with its slope and without
+/// curvature.
 pub(super) fn assert_ends(plan: &SawPlan, moment: &CouplingMoment) -> Result<(), TestCaseError> {
     let near = |a: f64, b: f64, size: f64| (a - b).abs() <= SLACK * size;
     let start = plan.at(Seconds(0.0));

@@ -7,7 +7,7 @@ fn refused(command: &GearInPos, moment: &CouplingMoment) -> SawRefusal {
     command.plan(moment).expect_err("is refused")
 }
 
-/// The situations that TS5055 13 lists: what is commanded, from where, and the code.
+/// The situations that TS5055 13 lists: command, coupling moment and code.
 #[test]
 fn every_situation_of_ts5055_13_is_refused() {
     const RESTING: (f64, f64) = (0.0, 0.0);

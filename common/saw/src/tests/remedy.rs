@@ -1,4 +1,4 @@
-//! What would have passed does, and hardly more does.
+//! Remedies are accepted, and not much more would be.
 
 use super::super::{SawCommand, SawCoupling, SawRefusal, SawTolerances, SyncMask, SyncStrategy};
 use super::properties::{gear_in_pos, gear_in_velo};
@@ -72,7 +72,7 @@ proptest! {
     }
 }
 
-/// Of random commands that are refused, a good part passes with another flag: so the refusal says so.
+/// A good part of refused random commands passes with another flag, and the refusal names it.
 #[test]
 fn flags_and_strategies_that_help_are_named() {
     use proptest::strategy::ValueTree;

@@ -1,4 +1,4 @@
-//! A master that stands when the saw is planned, and is said to be as fast as this later.
+//! A master at rest when the saw is planned, with a configured velocity for later.
 
 use coaxle_clock::Seconds;
 
@@ -10,7 +10,8 @@ use coaxle_axis::CommandState;
 
 const CHECKED: SyncMask = SyncMask::MAX_ACC.union(SyncMask::OVERSHOOT_VELO);
 
-/// So far ahead, with at most 1000 u/s² and no overshoot of the velocity, for a master that will have this velocity.
+/// A distance ahead, with at most 1000 u/s² and no overshoot of the velocity, for a master with this
+/// velocity later.
 fn ahead(way: f64, master_velocity: Option<f64>) -> GearInPos {
     let limits = SyncLimits {
         master_velocity,
@@ -44,7 +45,7 @@ fn what_cannot_be_done_at_the_velocity_of_the_master_is_refused_while_it_stands(
         let moving = moment((0.0, 1_000.0 * way.signum()), RESTING);
         assert_eq!(Err(refused), ahead(way, None).plan(&moving));
     }
-    // It is as fast as it is.
+    // A moving master has its actual velocity.
     let moving = moment((0.0, 1_000.0), RESTING);
     assert!(ahead(100.0, Some(50.0)).plan(&moving).is_err());
 }
@@ -74,7 +75,8 @@ fn a_velocity_that_the_slave_cannot_have_is_refused_while_the_master_stands() {
     }
 }
 
-/// The profile begins when the master goes, and is the one that was checked: there is no overshoot of the velocity.
+/// The profile begins when the master starts, and is the one that was checked: there is no overshoot of
+/// the velocity.
 #[test]
 fn the_slave_waits_with_its_master_and_is_synchronous_as_planned() {
     let start = moment(RESTING, RESTING);

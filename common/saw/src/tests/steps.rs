@@ -1,4 +1,4 @@
-//! Which profile is chosen.
+//! Choice of the profile.
 
 use super::super::{Check, EncoderMaster, SawForm, SyncMask};
 use super::*;
@@ -51,7 +51,7 @@ fn the_steps_are_taken_in_the_manuals_order() {
     );
     let constant = SyncMask::PREFER_CONST_VELO;
     assert_eq!(form(constant, below_peak), Ok(SawForm::QuinticLineQuintic));
-    // 187.5 u/s² for step 1, 175.046 u/s² for P5: what is between allows P5 only.
+    // 187.5 u/s² for step 1, 175.046 u/s² for P5: values in between allow P5 only.
     let between = dynamics(180.0, 5_000.0);
     assert_eq!(form(SyncMask::MAX_ACC, between), Ok(SawForm::Quintic));
     let refused = form(SyncMask::MAX_ACC | shoots, between).unwrap_err();

@@ -9,20 +9,21 @@ use super::*;
 use proptest::prelude::*;
 use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory, daov_stack};
 
-/// What a random command comes to with limits in all directions alike.
+/// Random command with a strategy, with equal limits in all directions.
 fn by(strategy: SyncStrategy) -> impl Strategy<Value = (GearInPos, CouplingMoment)> {
     gear_in_pos().prop_map(move |(mut command, mut moment)| {
         command.strategy = Some(strategy);
         command.sync_mode.mask = SyncMask::DETAILED_ERROR_CODES;
         command.limits.deceleration = command.limits.acceleration;
-        // What the master does to its velocity, planning does not follow.
+        // Planning does not follow the acceleration of the master.
         moment.master.acceleration = 0.0;
         (command, moment)
     })
 }
 
-/// How long the way onto the line of the gear takes, seen from it: by another generator, with a share of
-/// acceleration and jerk. Some of the very hard ones it gives up, a few take it longer than need be.
+/// Duration of the path onto the line of the gear, relative to the line: by another generator, with a
+/// share of acceleration and jerk. Some of the very hard ones it gives up, for a few its result is longer
+/// than necessary.
 fn independent(command: &GearInPos, moment: &CouplingMoment, share: f64) -> Option<f64> {
     let ratio = command.ratio.numerator / f64::from(command.ratio.denominator);
     let line = command.slave_sync_position
@@ -48,14 +49,14 @@ fn independent(command: &GearInPos, moment: &CouplingMoment, share: f64) -> Opti
     Some(trajectory.get_duration())
 }
 
-/// The largest part of acceleration, deceleration and jerk that a plan takes.
+/// Returns the greatest part of acceleration, deceleration and jerk that a plan takes.
 fn share_of(plan: &SawPlan, limits: &SyncLimits) -> f64 {
     let extremes = plan.characteristics(1).extremes;
     let acceleration = extremes.acceleration.magnitude() / limits.acceleration.expect("given");
     acceleration.max(extremes.jerk.magnitude() / limits.jerk.expect("given"))
 }
 
-/// Whether the slave starts with less than it may have.
+/// True if the slave starts below its limits.
 fn starts_gently(command: &GearInPos, moment: &CouplingMoment) -> bool {
     let limits = &command.limits;
     let (v, a) = (moment.slave.velocity.abs(), moment.slave.acceleration.abs());
@@ -64,7 +65,7 @@ fn starts_gently(command: &GearInPos, moment: &CouplingMoment) -> bool {
 }
 
 const KEPT: SyncMask = SyncMask::MAX_DYNAMICS;
-/// The last digits of a limit that are left to rounding are much where the line is nearly as fast.
+/// The tolerance for rounding of a limit has a great effect where the line is nearly as fast.
 const LATER: f64 = 1e-4;
 
 proptest! {
@@ -101,18 +102,18 @@ proptest! {
             let share = share_of(&plan, &command.limits);
             prop_assert!(share <= 1.0 + SLACK);
             // With any less of the limits, the slave is late.
-            // The acceleration of the start is there whatever is planned, and what it adds to the velocity.
+            // The acceleration at the start is there in any plan, and so is its effect on the velocity.
             let mut gentler = command;
             gentler.limits.acceleration = command.limits.acceleration.map(|a| a * share * 0.999);
             gentler.limits.jerk = command.limits.jerk.map(|j| j * share * 0.999);
             if share > 1e-8 && starts_gently(&gentler, &moment) && let Some(takes) = independent(&command, &moment, share * 0.999) {
                 prop_assert!(takes >= available * (1.0 - 1e-6), "{share} {takes} {available}");
             }
-            // Nor does what others make of it take less.
+            // Nor does the plan without a strategy take less.
             let other = GearInPos { strategy: None, ..command };
             if let Ok(quintic) = other.plan(&moment) {
                 let fast = quintic.characteristics(1).extremes.velocity.magnitude();
-                // The least share there is is a billionth.
+                // The least share is a billionth.
                 if share > 1e-8 && fast <= command.limits.velocity.expect("given") {
                     let other = share_of(&quintic, &command.limits);
                     prop_assert!(other >= share * (1.0 - 1e-6), "{other} {share}");
@@ -288,7 +289,7 @@ fn where_turning_round_breaks_a_check_the_slave_waits() {
     };
     let waits = onwards.plan(&start).unwrap();
     assert!(lowest(&waits) > -1e-9 && waits.duration() > free.duration());
-    // So does a software limit, without being asked for a velocity.
+    // So does a software limit, without a requested velocity.
     let mut fenced = start;
     fenced.axis.min_position = Some(0.0);
     let mode = SyncMode::position_based(SyncMask::MIN_POS);
