@@ -1,5 +1,5 @@
-//! What evaluating a cam plate costs: position, velocity and acceleration, along a path and at
-//! random; what a change of a point in place costs; and what a coupled slave costs per cycle.
+//! Cost of evaluating a cam plate (position, velocity and acceleration, along a path and at random), of a
+//! change of a point in place, and of a coupled slave per cycle.
 
 use std::hint::black_box;
 
@@ -15,7 +15,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 
 const POINTS: u32 = 64;
 
-/// Rests at uneven distances, up and down and with a lift over all.
+/// Rests at unequal distances, up and down and with a lift over all.
 fn points(law: MotionLaw) -> Vec<MotionPoint> {
     (0..POINTS)
         .map(|row| MotionPoint {
@@ -46,7 +46,7 @@ fn table(interpolation: Interpolation) -> Plate {
     Plate::from_table(table.expect("the rows are right"))
 }
 
-/// Masters over three turns: in small steps, and in no order.
+/// Masters over three cycles: in small steps, and in random order.
 fn masters(plate: &Plate) -> [Vec<f64>; 2] {
     let (start, _) = plate.master_range();
     let share = |i: u32| f64::from(i) / 4_096.0;
@@ -97,7 +97,7 @@ fn change(c: &mut Criterion) {
     });
 }
 
-/// A slave coupled by so many plates of 64 points.
+/// Slave coupled by this number of plates of 64 points.
 fn coupled(plates: u32) -> (Tables, CamCoupling) {
     let mut tables = Tables::new(4);
     let mut coupling = CamCoupling::new(CouplingParameters {

@@ -1,4 +1,4 @@
-//! Carrying out what was planned: what waits for its moment is queued. Nothing here can fail.
+//! Applying a planned command: changes that wait for their moment are queued. Nothing here can fail.
 
 use super::layer::Pending;
 use super::machine::CamCoupling;
@@ -8,8 +8,8 @@ use super::tables::{TableRef, Tables};
 use coaxle_axis::{CommandState, Job};
 
 impl CamCoupling {
-    /// Carries out what was [planned](Self::plan) against the very same state. What it does begins
-    /// with the next [`update`](Self::update).
+    /// Applies what was [planned](Self::plan) against the same state. It takes effect from the next
+    /// [`update`](Self::update).
     pub fn apply(&mut self, tables: &mut Tables, change: &CamChange, job: Job) {
         match change.0 {
             Change::End => {

@@ -1,4 +1,4 @@
-//! From the old course to the new one: what the slave does where they meet, and whether it may.
+//! The transition from the old course to the new one: the slave's ramp, and its refusal.
 
 use super::course::Course;
 use super::error::CouplingError;
@@ -10,7 +10,7 @@ use super::ramp::Ramp;
 use super::tables::Tables;
 use coaxle_curve::profile::Kinematics;
 
-/// What a change makes of the slave's course, and where.
+/// Change of the slave's course, and its place.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<'a> {
     pub(super) moment: &'a Moment,
@@ -23,8 +23,8 @@ pub(super) struct Crossing<'a> {
 }
 
 impl CamCoupling {
-    /// The ramp that the slave is on once it is over the gap between its old course and the new one, if
-    /// it is on any; or why it may not get there.
+    /// Returns the ramp over the gap between the old course and the new one, if there is one, or the
+    /// refusal.
     pub(super) fn bridge(
         &self,
         tables: &Tables,
@@ -73,7 +73,7 @@ impl CamCoupling {
         Ok(ramp)
     }
 
-    /// Whether the slave can change its course within a cycle.
+    /// Checks whether the slave can change its course within a cycle.
     fn check_jump(&self, tables: &Tables, to: &Crossing<'_>) -> Result<(), CouplingError> {
         let limits = &self.parameters.limits;
         let allowed = limits.farthest();
@@ -84,7 +84,7 @@ impl CamCoupling {
         }
         let allowed = limits.fastest_change();
         let moves = self.is_coupled() || self.master.velocity != 0.0;
-        // The course of a slave says nothing of its velocity beside a master that stands.
+        // The course of an uncoupled slave holds no velocity beside a master that stands.
         let change = if moves {
             -to.gap.slope * self.master.velocity
         } else {
@@ -97,7 +97,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// What the plate in a place gives, or has to give so that the slave does not jump.
+    /// Slave values of the plate in a place, or the values that it needs so that the slave does not jump.
     pub(super) fn reference(
         &self,
         tables: &Tables,
@@ -111,7 +111,7 @@ impl CamCoupling {
         }
     }
 
-    /// The course of a slave that is not coupled yet, as far as the master's motion can tell.
+    /// Course of an uncoupled slave, as far as the master's motion determines it.
     fn uncoupled_path(&self) -> Path {
         let (slave, master) = (&self.slave, &self.master);
         let mut path = Path {
@@ -138,7 +138,7 @@ impl CamCoupling {
         }
     }
 
-    /// The course of a coupled slave: all plates and the ramp.
+    /// Course of a coupled slave: the sum of all plates and the ramp.
     pub(super) fn path_at(&self, tables: &Tables, moment: &Moment) -> Result<Path, CouplingError> {
         let mut path = self.ramp_at(moment);
         for layer in self.layers.iter().flatten() {
@@ -157,8 +157,8 @@ impl CamCoupling {
         self.layers.iter().flatten().count() == 1
     }
 
-    /// What the last plate leaves to the slave: position and velocity where it ends, so that a plate
-    /// that ends at rest leaves it at rest.
+    /// Sets the slave to position and velocity where the last plate ends, so that a plate that ends at
+    /// rest leaves it at rest.
     pub(super) fn leave_slave_at(
         &mut self,
         tables: &Tables,

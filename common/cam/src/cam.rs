@@ -14,35 +14,35 @@ use coaxle_axis::{
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::MotionPoint;
 
-/// The cam plates of an axis and its coupling by them, which is idle as long as something else moves
-/// the axis. Without plates it can only refuse, and takes next to no memory.
+/// The cam plates of an axis and its coupling by them, which is idle as long as something else moves the
+/// axis. Without plates it can only refuse, and takes next to no memory.
 ///
-/// The plates are its own, or those of a node, whose axes have them one after the other: each is
-/// [lent](Self::lend) them for its turn and [gives them back](Self::give_back). Only a pointer changes
-/// hands, so nothing is locked or copied, and whoever has the plates is the only one who can use them.
+/// The plates are its own, or shared by the axes of a node one after the other. A node
+/// [lends](Self::lend) them to each axis for its update and [takes them back](Self::give_back). Only a
+/// pointer changes hands, so nothing is locked or copied, and only the present holder can use the plates.
 #[derive(Debug, Default)]
 pub struct Cam {
-    /// None while others have them.
+    /// Plates; none while they are lent to others.
     tables: Option<Box<Tables>>,
     coupling: Option<Box<CamCoupling>>,
 }
 
-/// Both, for a question.
+/// Plates and coupling, to read.
 #[derive(Clone, Copy)]
 struct Plates<'a> {
     tables: &'a Tables,
     coupling: &'a CamCoupling,
 }
 
-/// Both, to be changed.
+/// Plates and coupling, to change.
 struct PlatesMut<'a> {
     tables: &'a mut Tables,
     coupling: &'a mut CamCoupling,
 }
 
 impl Cam {
-    /// `MC_CamTableSelect`: these plates and nobody else's, for a slave that can do so much, with the ids of
-    /// master and slave for `MC_CamInfo`. Any coupling has ended. This allocates.
+    /// `MC_CamTableSelect`: takes these plates as its own, for a slave with these limits, with the ids of
+    /// master and slave for `MC_CamInfo`. Any coupling has ended. Allocates.
     ///
     /// # Errors
     /// 0x4A1C if the limits are not finite numbers above 0.
@@ -58,7 +58,7 @@ impl Cam {
         Ok(())
     }
 
-    /// The same for an axis that is lent its plates.
+    /// Prepares an axis that is lent its plates.
     ///
     /// # Errors
     /// As [`select`](Self::select).
@@ -76,21 +76,21 @@ impl Cam {
         Ok(())
     }
 
-    /// From now on it has these plates: always the same store, which others may have changed meanwhile.
+    /// Lends it these plates from now on: always the same store, which others may have changed meanwhile.
     pub fn lend(&mut self, tables: Box<Tables>) {
         self.tables = Some(tables);
     }
 
-    /// Gives them back. Until it is lent them again it can only refuse; one that moves the axis has to
-    /// have them in each of its cycles.
+    /// Gives the plates back. Until it is lent them again it can only refuse; while it moves the axis it
+    /// needs them in each of its cycles.
     pub const fn give_back(&mut self) -> Option<Box<Tables>> {
         self.tables.take()
     }
 
-    /// What couples an axis that has always been where the plate puts it.
+    /// Plans the coupling of an axis that has always been on the plate.
     ///
     /// # Errors
-    /// [`CouplingError`]: there is no such plate.
+    /// [`CouplingError`]: the plate does not exist.
     pub fn plan_on_plate(
         &self,
         cam_in: &CamIn,
@@ -108,10 +108,10 @@ impl Cam {
         })
     }
 
-    /// Couples the axis so, and gives where the plate puts it.
+    /// Couples the axis in this way, and returns its position on the plate.
     ///
     /// # Errors
-    /// [`CouplingError`]: the plate cannot put it anywhere.
+    /// [`CouplingError`]: the plate has no position for it.
     pub fn start_on_plate(
         &mut self,
         change: &CamChange,
@@ -130,7 +130,8 @@ impl Cam {
         }
     }
 
-    /// `MC_CamTableSelect` while the axis runs, as [`Tables::select`]: a store was selected before, be it an empty one.
+    /// `MC_CamTableSelect` while the axis runs, as [`Tables::select`]. A store, possibly empty, was
+    /// selected before.
     ///
     /// # Errors
     /// As there.
@@ -163,7 +164,7 @@ impl Cam {
         }
     }
 
-    /// Takes a table out, as [`Tables::put_away`].
+    /// Removes a table, as [`Tables::put_away`].
     ///
     /// # Errors
     /// As there.
@@ -174,7 +175,7 @@ impl Cam {
         }
     }
 
-    /// Takes a table out, as [`Tables::delete`].
+    /// Removes a table, as [`Tables::delete`].
     ///
     /// # Errors
     /// As there.
@@ -189,14 +190,14 @@ impl Cam {
         }
     }
 
-    /// What couples the slave now, cheap enough for every cycle: [`CamCoupling::cam_state`].
+    /// State of the coupling for every cycle, at low cost: [`CamCoupling::cam_state`].
     #[must_use]
     pub fn cam_state(&self) -> Option<CamState> {
         let Plates { tables, coupling } = self.plates()?;
         coupling.cam_state(tables)
     }
 
-    /// Whether points can take effect so: what `MC_SetCamOnlineChangeMode` comes to.
+    /// Checks `MC_SetCamOnlineChangeMode` without applying it.
     ///
     /// # Errors
     /// [`CouplingError`].
@@ -219,7 +220,7 @@ impl Cam {
         }
     }
 
-    /// Whether points can be written: what `MC_WriteMotionFunction` comes to.
+    /// Checks `MC_WriteMotionFunction` without applying it.
     ///
     /// # Errors
     /// [`CouplingError`].
@@ -238,12 +239,12 @@ impl Cam {
         }
     }
 
-    /// Why points that were written were not taken when they were due, once for each write.
+    /// Reason why written points did not take effect when they were due, once for each write.
     pub fn take_held_back(&mut self) -> Option<CouplingError> {
         self.coupling.as_mut()?.take_held_back()
     }
 
-    /// `MC_CamInfo`, as [`CamCoupling::info`]: of a coupling that broke off, what it was.
+    /// `MC_CamInfo`, as [`CamCoupling::info`]: of a coupling that ended with an error, its last state.
     ///
     /// # Errors
     /// As there.
@@ -252,7 +253,7 @@ impl Cam {
         self.ask(|plates| plates.coupling.info(plates.tables, table, at))
     }
 
-    /// The plates; none without any, or while others have them.
+    /// The plates; none if there are none, or while they are lent to others.
     #[must_use]
     pub fn tables(&self) -> Option<&Tables> {
         self.tables.as_deref()
@@ -293,7 +294,7 @@ impl Plates<'_> {
         if inputs.is_engaged || self.coupling.state() == CommandState::Idle {
             return self.coupling.plan(self.tables, command, master, slave);
         }
-        // One that broke off is kept to be asked about, until another begins.
+        // A coupling that ended with an error is kept for `MC_CamInfo` until another begins.
         CamCoupling::new(*self.coupling.parameters())?.plan(self.tables, command, master, slave)
     }
 }
@@ -409,7 +410,7 @@ impl Coupling for Cam {
     }
 }
 
-/// Of a coupling without plates, which can only refuse.
+/// Parameters of a coupling without plates, which can only refuse.
 const NONE: CouplingParameters = CouplingParameters {
     master_axis_id: 0,
     slave_axis_id: 0,

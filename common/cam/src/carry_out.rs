@@ -1,4 +1,4 @@
-//! Carrying out what is due.
+//! Execution of changes that are due.
 
 use super::bridge::Crossing;
 use super::command::ScalingData;
@@ -16,9 +16,10 @@ use coaxle_axis::CommandState;
 use coaxle_plate::{Cursor, Plate};
 
 impl CamCoupling {
-    /// Carries out what is due in this step.
+    /// Executes what is due in this step.
     ///
-    /// A change that is refused, for a jump say, leaves everything as it was and its command failed.
+    /// A refused change, for example because of a jump, leaves everything unchanged and its command
+    /// failed.
     pub(super) fn carry_out(
         &mut self,
         tables: &mut Tables,
@@ -84,8 +85,8 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// When a queued change takes effect. Positions on a plate are those of the plate that is there;
-    /// where none is, of the one to come.
+    /// Moment at which a queued change takes effect. Positions on a plate are those of the plate in the
+    /// place; without one, of the plate to come.
     fn moment_of(
         &self,
         tables: &Tables,
@@ -115,7 +116,7 @@ impl CamCoupling {
         })
     }
 
-    /// A plate comes into a place, of its own or of another.
+    /// Puts a plate into a place, a new one or that of another plate.
     fn place(
         &mut self,
         tables: &mut Tables,
@@ -132,8 +133,8 @@ impl CamCoupling {
             moment,
         )?;
         let slave = self.position_at(tables, moment)?;
-        // Before the plate that was here is left: points that wait for its last slave would be in force at once, and the
-        // place was settled on what is in force now.
+        // Acquired before the previous plate is left: points that wait for its last slave would be in
+        // force at once, and the placement was found for the points in force now.
         let lease = tables.acquire(&table)?;
         self.ramp = ramp;
         self.clear_for_another(tables, index);
@@ -154,7 +155,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// How another plate lies in a place, and the ramp onto it.
+    /// Placement of another plate in a place, and the ramp onto it.
     pub(super) fn placing(
         &self,
         tables: &Tables,
@@ -193,7 +194,7 @@ impl CamCoupling {
         Ok((placement, ramp))
     }
 
-    /// The ramp of a slave that goes on without the plate in a place, which is not the last.
+    /// Ramp of a slave that continues without the plate in a place, which is not the last.
     pub(super) fn removing(
         &self,
         tables: &Tables,
@@ -274,7 +275,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// The present plate in the place that `scaling` asks for, and the ramp there.
+    /// Placement of the present plate by `scaling`, and the ramp to it.
     pub(super) fn scaled(
         &self,
         tables: &Tables,
@@ -294,7 +295,7 @@ impl CamCoupling {
         Ok((placement, ramp))
     }
 
-    /// The ramp of a slave whose plate in a place goes on like that.
+    /// Ramp of a slave whose plate in a place continues as `next`.
     pub(super) fn moving(
         &self,
         tables: &Tables,
@@ -314,7 +315,8 @@ impl CamCoupling {
         self.bridge(tables, &crossing)
     }
 
-    /// A plate that goes on in another place, or as another version of itself, with its strokes.
+    /// Placement of a plate that continues with another scaling, or as another version of itself, and
+    /// keeps its strokes.
     pub(super) fn moved(
         &self,
         tables: &Tables,

@@ -1,4 +1,4 @@
-//! What holds for every change, whatever it changes.
+//! Checks that every change has to pass.
 
 use super::command::Activation;
 use super::error::{CouplingError, TableId};
@@ -6,7 +6,7 @@ use super::modes::ActivationMode;
 use super::rules::Operation;
 use coaxle_plate::Plate;
 
-/// Whether the mode goes with the operation.
+/// Checks whether the mode is allowed for the operation.
 pub(super) const fn check_mode(
     operation: Operation,
     mode: ActivationMode,
@@ -18,8 +18,7 @@ pub(super) const fn check_mode(
     }
 }
 
-/// What holds for every activation, whatever it activates. `has_next_cycle`: waiting for the next
-/// cycle of the plate leads somewhere.
+/// Checks of every activation. `has_next_cycle`: the plate has a next cycle to wait for.
 pub(super) fn check_activation(
     activation: &Activation,
     id: TableId,

@@ -1,10 +1,9 @@
-//! What can be commanded to a coupling.
+//! Commands to a coupling.
 
 use super::error::{CouplingError, TableId};
 use super::modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
 
-/// Ends the coupling, of either kind: `MC_CamOut`. The slave goes on at its velocity, without
-/// acceleration.
+/// Ends the coupling, of either kind: `MC_CamOut`. The slave keeps its velocity, without acceleration.
 #[doc(alias = "MC_CamOut")]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CamOut {}
@@ -13,7 +12,7 @@ pub struct CamOut {}
 macro_rules! names {
     ($($command:ident $name:literal)*) => { $(
         impl $command {
-            /// The PLC's name of it.
+            /// PLC name of the command.
             pub const NAME: &str = $name;
         }
     )* };
@@ -30,7 +29,7 @@ names! {
     CamScalingV2 "MC_CamScaling_V2"
 }
 
-/// When a change takes effect: `ActivationMode` and `ActivationPosition`.
+/// Moment at which a change takes effect: `ActivationMode` and `ActivationPosition`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -39,15 +38,16 @@ names! {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct Activation {
-    /// When.
+    /// Mode of the activation.
     #[doc(alias = "ActivationMode")]
     pub mode: ActivationMode,
-    /// Where the master is then, if the mode asks for it: on the unscaled plate, in x, or on its
-    /// axis, in u.
+    /// Position of the master at the activation, if the mode uses it: on the unscaled plate, in x, or on
+    /// its axis, in u.
     #[doc(alias = "ActivationPosition")]
     pub position: f64,
-    /// Instead, for a mode that goes by the position of the master axis: where that passes this position within its turn the
-    /// next time, u. The axis that is coupled makes it a position of its master when the command is planned.
+    /// Alternative for modes that use the position of the master axis: the next time it passes this
+    /// position within its turn, u. The coupled axis converts it to a position of its master when the
+    /// command is planned.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub in_turn: Option<f64>,
 }
@@ -70,7 +70,7 @@ impl Activation {
     }
 }
 
-/// `ST_CamScalingData`, TF5050 chapter 8.19: how a plate lies in the axes of master and slave.
+/// `ST_CamScalingData`, TF5050 chapter 8.19: placement of a plate in the axes of master and slave.
 ///
 /// ```text
 /// master on the plate = (master + master offset) / master scaling
@@ -91,7 +91,7 @@ pub struct ScalingData {
     pub slave: AxisScaling,
 }
 
-/// How a plate lies in one axis.
+/// Placement of a plate in one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -100,12 +100,12 @@ pub struct ScalingData {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct AxisScaling {
-    /// Where scaling and offset come from.
+    /// Source of scaling and offset.
     #[doc(alias = "MasterScalingMode")]
     #[doc(alias = "SlaveScalingMode")]
     pub mode: ScalingMode,
-    /// Whether the plate's origin is where the axis is when the change takes effect. Not used where
-    /// the offset is automatic for the slave.
+    /// True if the plate's origin is the axis position at the activation. Not used for an automatic
+    /// offset of the slave.
     #[doc(alias = "MasterRelative")]
     #[doc(alias = "SlaveRelative")]
     pub relative: bool,
@@ -147,7 +147,7 @@ pub struct CamIn {
     /// The plate.
     #[doc(alias = "CamTableID")]
     pub table: TableId,
-    /// What its positions count from.
+    /// Reference of its positions.
     pub start_mode: StartMode,
     /// Offset of the master, u.
     pub master_offset: f64,
@@ -157,13 +157,13 @@ pub struct CamIn {
     pub master_scaling: f64,
     /// Scaling of the slave.
     pub slave_scaling: f64,
-    /// When the plate becomes active.
+    /// Activation of the plate.
     pub activation: Activation,
-    /// Where offset and scaling of the master come from.
+    /// Source of offset and scaling of the master.
     pub master_scaling_mode: ScalingMode,
-    /// Where offset and scaling of the slave come from.
+    /// Source of offset and scaling of the slave.
     pub slave_scaling_mode: ScalingMode,
-    /// What to do if the slave is not on the plate.
+    /// Handling of a slave that is not on the plate.
     pub jump: JumpHandling,
 }
 
@@ -213,11 +213,11 @@ impl CamIn {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamScaling {
-    /// When it takes effect.
+    /// Activation of the change.
     pub activation: Activation,
     /// The new scaling.
     pub scaling: ScalingData,
-    /// What to do if the slave would jump.
+    /// Handling of a jump of the slave.
     pub jump: JumpHandling,
 }
 
@@ -232,20 +232,20 @@ pub struct CamScaling {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamInV2 {
-    /// When it takes effect.
+    /// Activation of the change.
     pub activation: Activation,
     /// The plate.
     #[doc(alias = "CamTableID")]
     pub table: TableId,
-    /// How it lies in the axes.
+    /// Placement of the plate in the axes.
     pub scaling: ScalingData,
-    /// What is done with the plate.
+    /// Operation with the plate.
     #[doc(alias = "CamOperationMode")]
     pub operation: OperationMode,
-    /// The plate it is exchanged for; 0 if there is but one.
+    /// The plate to exchange; 0 if there is only one.
     #[doc(alias = "ReferenceCamTableID")]
     pub reference: TableId,
-    /// What to do if the slave would jump.
+    /// Handling of a jump of the slave.
     pub jump: JumpHandling,
 }
 
@@ -260,14 +260,14 @@ pub struct CamInV2 {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamAdd {
-    /// When it takes effect.
+    /// Activation of the change.
     pub activation: Activation,
     /// The plate.
     pub table: TableId,
-    /// How it lies in the axes. Relative to the slave: what the plate gives is added to where the
-    /// slave is.
+    /// Placement of the plate in the axes. Relative to the slave: the values of the plate are added to
+    /// the slave's position.
     pub scaling: ScalingData,
-    /// What to do if the slave would jump.
+    /// Handling of a jump of the slave.
     pub jump: JumpHandling,
 }
 
@@ -282,15 +282,15 @@ pub struct CamAdd {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamExchange {
-    /// When it takes effect.
+    /// Activation of the change.
     pub activation: Activation,
     /// The plate.
     pub table: TableId,
-    /// The plate it takes the place of; 0 if there is but one.
+    /// The plate to replace; 0 if there is only one.
     pub reference: TableId,
-    /// How it lies in the axes.
+    /// Placement of the plate in the axes.
     pub scaling: ScalingData,
-    /// What to do if the slave would jump.
+    /// Handling of a jump of the slave.
     pub jump: JumpHandling,
 }
 
@@ -304,11 +304,11 @@ pub struct CamExchange {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamRemove {
-    /// When it takes effect.
+    /// Activation of the change.
     pub activation: Activation,
     /// The plate.
     pub table: TableId,
-    /// What to do if the slave would jump.
+    /// Handling of a jump of the slave.
     pub jump: JumpHandling,
 }
 
@@ -322,18 +322,18 @@ pub struct CamRemove {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamScalingV2 {
-    /// When it takes effect.
+    /// Activation of the change.
     pub activation: Activation,
-    /// The plate; 0 if there is but one.
+    /// The plate; 0 if there is only one.
     pub table: TableId,
     /// The new scaling.
     pub scaling: ScalingData,
-    /// What to do if the slave would jump.
+    /// Handling of a jump of the slave.
     pub jump: JumpHandling,
 }
 
 impl ScalingData {
-    /// What holds for every operation; `has_reference`: there is a plate to keep the position of.
+    /// Checks of every operation; `has_reference`: there is a plate whose position is kept.
     pub(super) fn check(&self, has_reference: bool) -> Result<(), CouplingError> {
         let Self { master, slave } = self;
         if master.mode == ScalingMode::AutoOffset {

@@ -1,4 +1,4 @@
-//! The course that a change leads to, looked at ahead of the master: whether the slave can follow.
+//! The course after a change, checked ahead of the master: whether the slave can follow it.
 
 use super::error::CouplingError;
 use super::layer::Layer;
@@ -11,32 +11,33 @@ use coaxle_curve::law::Quantity;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::Course as Kind;
 
-/// Places of a cycle, and of a ramp, at which the course is looked at, beside those where a plate asks most.
+/// Places of a cycle, and of a ramp, at which the course is checked, beside the peaks of a plate.
 const PLACES: u32 = 128;
 
-/// Cycles of another plate in which its peaks are looked at: one that is shorter than that is as narrow as a place.
+/// Cycles of another plate in which its peaks are checked: a cycle shorter than that is as narrow as a
+/// place.
 const CYCLES: f64 = 128.0;
 
 /// Slack for rounding, relative to the limit.
 const ROUNDING: f64 = 1e-6;
 
-/// What the slave is led by once a change is in force: all plates, one of them new, and a ramp.
+/// Course of the slave once a change is in force: all plates, one of them new, and a ramp.
 pub(super) struct Course<'a> {
     pub(super) coupling: &'a CamCoupling,
     pub(super) tables: &'a Tables,
-    /// The place that changes, and the plate in it; none if it is taken out.
+    /// Index of the place that changes, and the plate in it; none if it is removed.
     pub(super) index: usize,
     pub(super) next: Option<Placed<'a>>,
     pub(super) ramp: Option<Ramp>,
 }
 
 impl Course<'_> {
-    /// Whether the slave can follow it ahead of a master that keeps its velocity: over a cycle of the
-    /// plate that is new, and over the ramp, whose own jerk counts too.
+    /// Checks whether the slave can follow the course ahead of a master that keeps its velocity: over a
+    /// cycle of the new plate, and over the ramp, whose own jerk counts too.
     ///
-    /// What a plate asks for is largest at its [peaks](coaxle_plate::Plate::peaks), however narrow they are: with one plate, nothing lies
-    /// above what it asks for there. Of several, and of a ramp, the sum is looked at where each of them has its own, and at
-    /// [`PLACES`] in between.
+    /// The demands of a plate are greatest at its [peaks](coaxle_plate::Plate::peaks), however narrow
+    /// they are. With one plate, nothing exceeds its demands there. Of several plates, and of a ramp, the
+    /// sum is checked at the peaks of each, and at [`PLACES`] in between.
     pub(super) fn check(
         &self,
         master: &Kinematics,
@@ -56,7 +57,7 @@ impl Course<'_> {
         self.check_ramp(master, limits.jerk)
     }
 
-    /// Where each of the plates asks most, as far as that lies ahead.
+    /// Checks the peaks of each plate, as far as they lie ahead.
     fn check_peaks(&self, master: &Kinematics, limits: &CamLimits) -> Result<(), CouplingError> {
         let way = [self.way_on_plate(master), self.way_on_ramp(master)]
             .into_iter()
@@ -104,7 +105,7 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// The ramp's jerk, by the differences of its curvature.
+    /// Checks the ramp's jerk, by the differences of its curvature.
     fn check_ramp(&self, master: &Kinematics, limit: f64) -> Result<(), CouplingError> {
         let Some(ramp) = &self.ramp else {
             return Ok(());
@@ -194,7 +195,7 @@ impl Course<'_> {
         others.filter_map(|(_, layer)| layer.as_ref())
     }
 
-    /// The master's way over the new plate that lies ahead: a cycle, or what is left of a linear one.
+    /// Distance of the master ahead on the new plate: a cycle, or the rest of a linear one.
     fn way_on_plate(&self, master: &Kinematics) -> f64 {
         let Some(Placed { placement, plate }) = &self.next else {
             return 0.0;

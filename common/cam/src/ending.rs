@@ -1,4 +1,4 @@
-//! Ending a coupling, and what waits in it.
+//! The end of a coupling, and of the changes queued in it.
 
 use super::layer::{Queue, Undo};
 use super::machine::{CamCoupling, MOST_PLATES};
@@ -30,7 +30,7 @@ impl CamCoupling {
         for index in 0..MOST_PLATES {
             self.abort_queue(tables, index);
             if let Some(layer) = self.layers[index].take() {
-                // One that broke off has left already.
+                // A coupling that ended with an error has left its plates already.
                 if self.error.is_none() {
                     tables.leave(&layer.table, &layer.lease);
                 }
@@ -47,7 +47,7 @@ impl CamCoupling {
         self.slave.acceleration = 0.0;
     }
 
-    /// What waits for the present plate of a place means nothing to the next one.
+    /// Aborts what waits for the present plate of a place, since it does not apply to the next one.
     pub(super) fn clear_for_another(&mut self, tables: &mut Tables, index: usize) {
         self.abort_scaling(index);
         if let Some(undo) = self.queues[index].undo.take() {
@@ -77,7 +77,7 @@ impl CamCoupling {
         }
     }
 
-    /// The plate that was to come back does not.
+    /// Releases the plate that was to return and does not.
     pub(super) fn forget(&mut self, tables: &mut Tables, undo: &Undo) {
         if let Some(layer) = &undo.before
             && !undo.scaled_only

@@ -1,4 +1,4 @@
-//! Why a coupling, or a change to one, is refused.
+//! Reasons why a coupling, or a change to one, is refused.
 
 use super::modes::ActivationMode;
 use super::rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
@@ -9,65 +9,66 @@ use coaxle_plate::{CamError, TableType};
 #[doc(alias = "MC_CAM_ID")]
 pub type TableId = u32;
 
-/// A refusal. [`CouplingError::code`] is the NC's number; the text says what was received and what
-/// is allowed.
+/// A refusal. [`CouplingError::code`] is the NC's number; the text names the received value and the
+/// permitted range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CouplingError {
     /// 0x4B32: not a table id.
     #[doc(alias = "MC_ERROR_CAMTABLEID_INVALID")]
     #[error("{:#06x}: received table id {received}, expected 1 to 255", self.code())]
     TableId {
-        /// The id that was given.
+        /// The id received.
         received: TableId,
     },
     /// 0x4063: there is a table of that id already.
     #[error("{:#06x}: received table id {table}, expected one not in the store", self.code())]
     TableExists {
-        /// The id that was given.
+        /// The id received.
         table: TableId,
     },
     /// 0x4A11: the store is full.
     #[error("{:#06x}: the store holds {capacity} tables and is full", self.code())]
     StoreFull {
-        /// How many tables it holds.
+        /// Capacity of the store, tables.
         capacity: usize,
     },
     /// 0x4216: there is no table of that id.
     #[error("{:#06x}: received table id {table}, expected one in the store", self.code())]
     TableUnknown {
-        /// The id that was given.
+        /// The id received.
         table: TableId,
     },
-    /// 0x4259: the table is coupled, or queued to be.
+    /// 0x4259: the table is coupled, or queued for coupling.
     #[error("{:#06x}: table {table} is in use {uses} times, expected none", self.code())]
     TableInUse {
-        /// The id that was given.
+        /// The id received.
         table: TableId,
-        /// How often it is in use.
+        /// Number of its uses.
         uses: u32,
     },
-    /// 0x4259: the table is coupled, or queued to be, and its points cannot change to those of the other one.
+    /// 0x4259: the table is coupled, or queued for coupling, and its points cannot change to those of the
+    /// other one.
     #[error(
         "{:#06x}: table {table} is in use {uses} times, expected none, or a motion function of at most \
          {MOST_POINTS_REPLACED_IN_USE} points for one of as many and of the same course: {table} is a {table_type:?} of {rows}",
         self.code()
     )]
     NotReplaceable {
-        /// The id that was given.
+        /// The id received.
         table: TableId,
-        /// How often it is in use.
+        /// Number of its uses.
         uses: u32,
-        /// What it is made of.
+        /// Type of the table.
         table_type: TableType,
-        /// How many points or rows it has.
+        /// Number of its points or rows.
         rows: usize,
     },
     /// 0x4A11: the plates would have more points and rows than there is memory for.
     #[error("{:#06x}: received {received} points or rows, expected at most {room}: delete other tables", self.code())]
     TooManyRows {
-        /// How many the plate has.
+        /// Number of points or rows of the plate.
         received: usize,
-        /// How many there is room for.
+        /// Number for which there is memory.
         room: usize,
     },
     /// 0x4B30: no plate came with the command.
@@ -84,9 +85,9 @@ pub enum CouplingError {
     TooManyChanged {
         /// The table.
         table: TableId,
-        /// How many were written.
+        /// Number of points written.
         changed: usize,
-        /// How many can be read.
+        /// Greatest number of written points with which it can be read.
         most: usize,
     },
     /// 0x4256: the slave is not coupled by a cam plate.
@@ -98,33 +99,33 @@ pub enum CouplingError {
     /// 0x425E: the slave has all the plates it can have.
     #[error("{:#06x}: the slave has {most} plates, and may have no more", self.code())]
     TooManyTables {
-        /// How many that are.
+        /// Greatest number of plates.
         most: usize,
     },
     /// 0x4261: the plate is not one of the slave's.
     #[error("{:#06x}: received table id {table}, expected that of a plate the slave is coupled by", self.code())]
     TableNotCoupled {
-        /// The id that was given.
+        /// The id received.
         table: TableId,
     },
-    /// 0x4261: it must be said which of the slave's plates is meant.
+    /// 0x4261: the command has to name one of the slave's plates.
     #[error("{:#06x}: received no table id, expected one since the slave is coupled by {coupled} plates", self.code())]
     Ambiguous {
-        /// How many there are.
+        /// Number of coupled plates.
         coupled: usize,
     },
-    /// 0x4261: the plate is already one of the slave's, and could not be named any more.
+    /// 0x4261: the plate is already one of the slave's, and could not be identified any more.
     #[error("{:#06x}: received table id {table}, expected one the slave is not coupled by yet", self.code())]
     TableCoupledAlready {
-        /// The id that was given.
+        /// The id received.
         table: TableId,
     },
     /// 0x4283 for an online change, else 0x4B04: the mode does not go with the operation.
     #[error("{:#06x}: received activation mode {mode:?}, which does not go with {operation:?}", self.code())]
     ModeNotAllowed {
-        /// What was to be done.
+        /// Operation of the command.
         operation: Operation,
-        /// When.
+        /// Activation mode of the command.
         mode: ActivationMode,
     },
     /// 0x4283: a linear plate has no next cycle.
@@ -133,10 +134,10 @@ pub enum CouplingError {
         /// The plate.
         table: TableId,
     },
-    /// 0x4250: where the master is on the plate is not known before a relative coupling is active.
+    /// 0x4250: the position of the master on the plate is not known before a relative coupling is active.
     #[error("{:#06x}: received activation mode {mode:?} with a relative master, expected an absolute one", self.code())]
     ModeNeedsAbsoluteMaster {
-        /// The mode that was given.
+        /// The mode received.
         mode: ActivationMode,
     },
     /// 0x4219: there is no plate whose master position could be kept.
@@ -145,18 +146,18 @@ pub enum CouplingError {
     /// 0x425F: the automatic master offset contradicts a relative start.
     #[error("{:#06x}: automatic master offset: received a relative master, expected an absolute one", self.code())]
     AutoOffsetWithRelativeMaster,
-    /// 0x425B or 0x4A17: a scaling or offset that is none.
+    /// 0x425B or 0x4A17: an invalid scaling or offset.
     #[error("{:#06x}: {field}: received {received}, expected {}", self.code(), scaling_expected(.field))]
     Scaling {
-        /// Which.
+        /// Name of the value.
         field: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
     },
-    /// 0x422B: the activation position is outside the plate, or no number.
+    /// 0x422B: the activation position is outside the plate, or not finite.
     #[error("{:#06x}: activation position: received {received}, expected {from} to {to}", self.code())]
     ActivationPosition {
-        /// What was given.
+        /// Position received.
         received: f64,
         /// Start of the plate.
         from: f64,
@@ -166,15 +167,15 @@ pub enum CouplingError {
     /// 0x426D: the master moves away from the activation position.
     #[error("{:#06x}: activation position: received {received}, expected it ahead of the master at {master}", self.code())]
     ActivationPassed {
-        /// What was given.
+        /// Position received.
         received: f64,
-        /// Where the master is.
+        /// Position of the master.
         master: f64,
     },
     /// 0x426F: a slave that moves cannot wait for the activation.
     #[error("{:#06x}: the slave moves at {velocity} u/s, expected standstill to wait for the activation", self.code())]
     SlaveMoving {
-        /// Its velocity, u/s.
+        /// Velocity of the slave, u/s.
         velocity: f64,
     },
     /// 0x4287: another change of that kind is queued.
@@ -189,9 +190,9 @@ pub enum CouplingError {
         self.code()
     )]
     Jump {
-        /// How far, u.
+        /// Size of the jump, u.
         distance: f64,
-        /// How far it may get from where it would be by itself in a cycle, u.
+        /// Greatest deviation from the slave's own motion in a cycle, u.
         allowed: f64,
     },
     /// 0x421A: the slave's velocity would jump.
@@ -201,9 +202,9 @@ pub enum CouplingError {
         self.code()
     )]
     VelocityJump {
-        /// By how much, u/s.
+        /// Size of the jump, u/s.
         change: f64,
-        /// How much more than by itself it may change in a cycle, u/s.
+        /// Greatest change of velocity in a cycle beyond that of the slave's own motion, u/s.
         allowed: f64,
     },
     /// 0x42DD: the slave could not follow its new course.
@@ -213,43 +214,43 @@ pub enum CouplingError {
         self.code()
     )]
     BeyondLimits {
-        /// Which limit.
+        /// Limited quantity.
         quantity: Quantity,
-        /// What would be needed.
+        /// Value needed.
         received: f64,
-        /// What the slave can do.
+        /// Limit of the slave.
         limit: f64,
-        /// How fast the master is, u/s.
+        /// Speed of the master, u/s.
         speed: f64,
-        /// How fast it may be there, u/s.
+        /// Greatest speed of the master there, u/s.
         fastest: f64,
     },
     /// 0x4A1C: a parameter is out of range.
     #[error("{:#06x}: {name}: received {received}, expected {expected}", self.code())]
     Parameter {
-        /// Which.
+        /// Name of the parameter.
         name: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
-        /// What is allowed.
+        /// Permitted values.
         expected: &'static str,
     },
-    /// 0x4B34: the number of points does not go with those that are given.
+    /// 0x4B34: the number of points does not match the points given.
     #[doc(alias = "MC_ERROR_NUMPOINTS_INVALID")]
     #[error("{:#06x}: received a number of {received} points with {given} points", self.code())]
     NumberOfPoints {
-        /// How many were said to come.
+        /// Number of points in the command.
         received: usize,
-        /// How many there are.
+        /// Number of points given.
         given: usize,
     },
     /// 0x42A0: the master or the slave has an error.
     #[error("{:#06x}: the master or the slave has error {code:#06x}", self.code())]
     AxisError {
-        /// The axis's own error, 0 if the master's values are just no numbers.
+        /// The axis's own error, 0 if the master's values are just not finite.
         code: u32,
     },
-    /// 0x42DC: the set values are no numbers any more: positions or scalings are too extreme.
+    /// 0x42DC: the set values are no longer finite: positions or scalings are too extreme.
     #[error("{:#06x}: the set values are no numbers, expected less extreme positions and scalings", self.code())]
     NotFinite,
     /// The plate's own error.
@@ -264,7 +265,7 @@ impl From<CamError> for CouplingError {
 }
 
 impl CouplingError {
-    /// The number the NC gives to this error.
+    /// The NC error code.
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
@@ -307,7 +308,7 @@ impl CouplingError {
     }
 }
 
-/// What a scaling or an offset may be.
+/// Permitted values of a scaling or an offset.
 fn scaling_expected(field: &str) -> &'static str {
     if field == "master scaling" {
         "a finite number other than 0"

@@ -1,4 +1,4 @@
-//! What of a change can be told before it is due.
+//! Checks of a change that are possible before it is due.
 
 use super::course::Course;
 use super::error::CouplingError;
@@ -12,8 +12,8 @@ use super::tables::{TableRef, Tables};
 use coaxle_plate::Plate;
 
 impl CamCoupling {
-    /// Another plate for a place: as a whole if it comes at once. Otherwise whether the slave could
-    /// follow it, were its master then as fast as it is now.
+    /// Checks another plate for a place: completely if it is activated at once. Otherwise it checks
+    /// whether the slave could follow it, with the master then as fast as it is now.
     pub(super) fn foresee_plate(
         &self,
         tables: &Tables,
@@ -35,7 +35,7 @@ impl CamCoupling {
             .map(|_| ())
     }
 
-    /// The same of a plate that is scaled.
+    /// Checks a plate that is scaled, as [`Self::foresee_plate`].
     pub(super) fn foresee_scaling(
         &self,
         tables: &Tables,
@@ -50,7 +50,7 @@ impl CamCoupling {
         }
     }
 
-    /// The same of a plate that is taken out.
+    /// Checks a plate that is removed, as [`Self::foresee_plate`].
     pub(super) fn foresee_removal(
         &self,
         tables: &Tables,
@@ -65,13 +65,13 @@ impl CamCoupling {
         }
     }
 
-    /// Now, for a change that comes with the next cycle, before anything else does.
+    /// The present moment, for a change that comes with the next cycle, before any other.
     fn moment_of_terms(&self, terms: &Terms) -> Option<Moment> {
         let at_once = terms.activation.mode == ActivationMode::Instantaneous;
         (at_once && !self.has_queue).then(|| Moment::at(self.master.position))
     }
 
-    /// The only plate of a slave, by itself: how it lies when it is due shifts it, and no more.
+    /// Checks the only plate of a slave by itself: its placement when it is due only shifts it.
     fn foresee_alone(
         &self,
         tables: &Tables,

@@ -1,4 +1,4 @@
-//! `MC_CamInfo`, `MC_CamInfo_V2`: what a coupling is like.
+//! `MC_CamInfo`, `MC_CamInfo_V2`: state of a coupling.
 
 use super::command::Activation;
 use super::error::{CouplingError, TableId};
@@ -12,7 +12,8 @@ use coaxle_plate::{Course, Interpolation, TableType};
 /// `MC_CamInfoData`, TF5050 chapter 8.5. Axis positions in u, positions on the unscaled plate in x
 /// and u of the plate.
 ///
-/// What is added to the slave after the coupling is not the coupling's: the axis fills it in.
+/// A superposition added to the slave after the coupling is not known to the coupling: the axis fills it
+/// in.
 #[doc(alias = "MC_CamInfoData")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -21,17 +22,17 @@ pub struct CamInfo {
     /// The plate.
     #[doc(alias = "CamTableId")]
     pub table: TableId,
-    /// Its type.
+    /// Type of the plate.
     pub table_type: TableType,
-    /// Whether it is repeated.
+    /// Course: linear or cyclic.
     #[doc(alias = "Periodic")]
     pub course: Course,
     /// The interpolation of a position table.
     pub interpolation: Interpolation,
-    /// Its rows or points.
+    /// Number of its rows or points.
     #[doc(alias = "NumberOfRows")]
     pub rows: usize,
-    /// Its columns.
+    /// Number of its columns.
     #[doc(alias = "NumberOfColumns")]
     pub columns: usize,
     /// The master axis.
@@ -44,23 +45,23 @@ pub struct CamInfo {
     /// Slave position there.
     #[doc(alias = "SlaveCamStartPos")]
     pub slave_cam_start: f64,
-    /// The master's way from the first to the last point, unscaled.
+    /// Distance of the master from the first to the last point, unscaled.
     pub raw_master_period: f64,
-    /// The slave's way from the first to the last point, unscaled.
+    /// Distance of the slave from the first to the last point, unscaled.
     pub raw_slave_stroke: f64,
-    /// Where the master axis was when the plate became active.
+    /// Position of the master axis when the plate became active.
     #[doc(alias = "MasterAxisCouplingPos")]
     pub master_axis_coupling_position: f64,
-    /// Where the slave axis was when the plate became active.
+    /// Position of the slave axis when the plate became active.
     #[doc(alias = "SlaveAxisCouplingPos")]
     pub slave_axis_coupling_position: f64,
-    /// Whether the master's positions are absolute.
+    /// True if the master's positions are absolute.
     pub master_absolute: bool,
-    /// Whether the slave's positions are absolute.
+    /// True if the slave's positions are absolute.
     pub slave_absolute: bool,
-    /// Offset of the master, all in all.
+    /// Total offset of the master.
     pub master_offset: f64,
-    /// Offset of the slave, all in all, without the strokes.
+    /// Total offset of the slave, without the strokes.
     pub slave_offset: f64,
     /// Scaling of the master.
     pub master_scaling: f64,
@@ -69,10 +70,10 @@ pub struct CamInfo {
     /// The strokes done since the base cycle, scaled.
     #[doc(alias = "SumOfSlaveStrokes")]
     pub sum_of_slave_strokes: f64,
-    /// What `MC_MoveSuperImposed` has added to the slave, u; 0 for a coupling without an axis.
+    /// Distance of `MC_MoveSuperImposed`, u; 0 for a coupling without an axis.
     #[doc(alias = "SumOfSuperpositionDistance")]
     pub sum_of_superposition_distance: f64,
-    /// The master axis: its set position, or the one asked for.
+    /// Position of the master axis: its set position, or the one in the request.
     #[doc(alias = "ActualMasterAxisPos")]
     pub master_axis_position: f64,
     /// The slave axis at that master position.
@@ -87,9 +88,9 @@ pub struct CamInfo {
     /// The scaling that is queued.
     #[doc(alias = "ScalingPending")]
     pub scaling_pending: Option<QueuedChange>,
-    /// Whether points wait for their activation.
+    /// True if points wait for their activation.
     pub cam_data_queued: bool,
-    /// When points take effect: of those that wait, else of those to be written.
+    /// Activation of points: of those that wait, else of those to be written.
     #[doc(alias = "OnlineChangeActivationMode")]
     pub online_change: QueuedChange,
     /// The plate that is queued for this one's place, or this one's removal (id 0).
@@ -103,13 +104,13 @@ pub struct CamInfo {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct QueuedTable {
-    /// The plate to come; 0 if the present one only goes.
+    /// The plate to come; 0 if the present one is only removed.
     pub table: TableId,
-    /// When and how.
+    /// Activation and scaling modes.
     pub change: QueuedChange,
 }
 
-/// A coupling in a few words, cheap enough for every cycle: that by the first of its plates.
+/// Brief state of a coupling by the first of its plates, at low cost for every cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CamState {
     /// The plate.
@@ -120,23 +121,22 @@ pub struct CamState {
     pub slave_cam_position: f64,
 }
 
-/// When and how a queued change takes effect.
+/// Activation and scaling modes of a queued change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub struct QueuedChange {
-    /// When.
+    /// Activation of the change.
     pub activation: Activation,
-    /// Where the master's offset and scaling come from.
+    /// Source of the master's offset and scaling.
     pub master_scaling_mode: ScalingMode,
-    /// Where the slave's offset and scaling come from.
+    /// Source of the slave's offset and scaling.
     pub slave_scaling_mode: ScalingMode,
 }
 
 impl CamCoupling {
-    /// `MC_CamInfo`, `MC_CamInfo_V2`: the coupling by a plate (0 if there is but one), as it is or,
-    /// for a position of the master axis, as it would be there. After an error, the last valid
-    /// state.
+    /// `MC_CamInfo`, `MC_CamInfo_V2`: state of the coupling by a plate (0 if there is only one), now or
+    /// for a given position of the master axis. After an error, the last valid state.
     ///
     /// # Errors
     /// 0x4256 if the slave is not coupled, 0x4261 if the plate is not one of its plates.
@@ -207,8 +207,8 @@ impl CamCoupling {
         })
     }
 
-    /// What couples the slave now, of several plates by the first; none before one is active. After
-    /// an error, the last valid state.
+    /// Brief state of the coupling, of several plates by the first; none before one is active. After an
+    /// error, the last valid state.
     #[must_use]
     pub fn cam_state(&self, tables: &Tables) -> Option<CamState> {
         let layer = self.layers.iter().flatten().next()?;

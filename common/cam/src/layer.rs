@@ -1,4 +1,4 @@
-//! One plate of a coupling, and what waits to happen to it.
+//! A plate of a coupling, and its queued changes.
 
 use super::command::{Activation, ScalingData};
 use super::error::CouplingError;
@@ -16,15 +16,15 @@ pub(super) struct Layer {
     pub(super) lease: Lease,
     pub(super) placement: Placement,
     pub(super) cursor: Cursor,
-    /// Whose plate it is.
+    /// Job that owns the plate.
     pub(super) owner: Job,
     pub(super) start: CouplingStart,
 }
 
-/// How a plate became active.
+/// Activation of a plate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CouplingStart {
-    /// Where the axes were, u.
+    /// Positions of the axes, u.
     pub(super) master: f64,
     pub(super) slave: f64,
     pub(super) master_absolute: bool,
@@ -48,7 +48,7 @@ impl Layer {
         Ok(self.placement.at(self.plate(tables)?, master))
     }
 
-    /// The same for the next cycle, quicker.
+    /// Returns the path at the next cycle's master, faster than `path_at`.
     #[inline]
     pub(super) fn path_along(
         &mut self,
@@ -61,7 +61,7 @@ impl Layer {
     }
 }
 
-/// What waits for its moment in one of a coupling's places.
+/// Queued changes in one of a coupling's places.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Queue {
     /// A plate to come or go.
@@ -77,7 +77,7 @@ impl Pending {
         matches!(self.activation.mode, ActivationMode::NextCycleOnce)
     }
 
-    /// The same, no longer new.
+    /// Returns the change, no longer new.
     pub(super) const fn looked_at(self) -> Self {
         Self {
             first: false,
@@ -96,28 +96,28 @@ impl Queue {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pending {
     pub(super) job: Job,
-    /// The plate to come. None: the plate that is there goes, or is scaled.
+    /// Plate to come. None: the present plate is removed or scaled.
     pub(super) table: Option<TableRef>,
     pub(super) activation: Activation,
     pub(super) scaling: ScalingData,
     pub(super) jump: JumpHandling,
-    /// Not looked at yet.
+    /// True before its first check.
     pub(super) first: bool,
 }
 
-/// How to return to what was before a change for one cycle.
+/// State to return to after a change for one cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Undo {
-    /// Who changed it.
+    /// Job of the change.
     pub(super) job: Job,
-    /// The plate as it was, if there was one. Its table is held meanwhile.
+    /// The plate before it, if there was one. Its table is held meanwhile.
     pub(super) before: Option<Layer>,
-    /// The strokes it had done when it left, u.
+    /// Strokes of that plate when it was left, u.
     pub(super) strokes: f64,
     pub(super) scaled_only: bool,
     /// The modes of the change; they hold for the return too.
     pub(super) scaling: ScalingData,
     pub(super) jump: JumpHandling,
-    /// In force since this cycle only.
+    /// True in the cycle in which the change came into force.
     pub(super) first: bool,
 }

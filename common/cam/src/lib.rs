@@ -34,8 +34,8 @@
 //! # Ok::<(), coaxle_cam::CouplingError>(())
 //! ```
 //!
-//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling; [`Cam`] is both, as a slave axis
-//! has them. They take commands as values; `coaxle-plc` gives them the face of PLC function blocks.
+//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling; [`Cam`] is both, for a slave
+//! axis. They take commands as values; `coaxle-plc` wraps them as PLC function blocks.
 //!
 //! | PLC name | TF5050 | here |
 //! |--|--|--|
@@ -51,7 +51,7 @@
 //! | `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint` | 6.1, 6.2 | [`Tables::read`] |
 //! | `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | 6.3, 6.4 | [`Tables::write`] |
 //! | `MC_SetCamOnlineChangeMode` | 6.5 | [`Tables::set_online_change_mode`], [`OnlineChangeMode`] |
-//! | what reads a plate | 6.6, 7.1, 7.4, 7.5 | [`Tables::read_plate`], and then [`Plate`](coaxle_plate::Plate) |
+//! | reading a plate | 6.6, 7.1, 7.4, 7.5 | [`Tables::read_plate`], and then [`Plate`](coaxle_plate::Plate) |
 //! | `MC_CamInfo`, `MC_CamInfo_V2` | 7.2, 7.3 | [`CamCoupling::info`] |
 //! | `MC_CAM_ID` | 8.1 | [`TableId`] |
 //! | `MC_CamActivationMode` | 8.3 | [`ActivationMode`], [`Operation::allows`] |
@@ -63,17 +63,17 @@
 //! | `ST_SetOnlineChangeModeOptions`, `ST_WriteMotionFunctionOptions` (`SynchronousAccess`) | 8.21, 8.22 | every access is synchronous |
 //! | `CamTableQueued`, `CamDataQueued`, `CamScalingPending` | 4.3, 6.3, 4.5 | [`CamCoupling::state_word`] |
 //!
-//! Where this is not the original:
+//! Deviations from the original:
 //!
 //! * A plate that would make the slave jump, or that it could not follow, is refused, or approached on a
-//!   ramp: [`JumpHandling`], [`CamLimits`]. An online change that would, waits until it does not.
+//!   ramp: [`JumpHandling`], [`CamLimits`]. Such an online change waits until it is possible.
 //! * `NEXTCYCLEONCE` exists.
-//! * The strokes a cyclic plate with lift has done are kept when it is scaled; the new scaling holds
-//!   for those to come.
+//! * The strokes that a cyclic plate with lift has completed are kept when it is scaled; the new scaling
+//!   holds for later ones.
 //! * The interpolation belongs to a position table, not to its coupling.
 //!
-//! The crate is `no_std` and asks no machine for the time. A store of tables allocates when plates are
-//! inserted into it; commands and cycles do not.
+//! The crate is `no_std` and reads no clock. A store of tables allocates when plates are inserted into
+//! it; commands and cycles do not.
 #![no_std]
 
 extern crate alloc;

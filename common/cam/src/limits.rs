@@ -1,10 +1,10 @@
-//! What the slave of a coupling by cam plates can do.
+//! Limits of the slave of a coupling by cam plates.
 
 use coaxle_curve::profile::Limits;
 
 use super::error::CouplingError;
 
-/// The limits of a slave, and its cycle: how far a change of plates may go.
+/// The limits of a slave, and its cycle: the limits for a change of plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -13,21 +13,21 @@ use super::error::CouplingError;
     serde(rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct CamLimits {
-    /// Highest speed, u/s.
+    /// Greatest speed, u/s.
     pub velocity: f64,
-    /// Highest acceleration, u/s².
+    /// Greatest acceleration, u/s².
     pub acceleration: f64,
-    /// Highest deceleration, u/s².
+    /// Greatest deceleration, u/s².
     pub deceleration: f64,
-    /// Highest jerk, u/s³: of the way from one course to another. What a plate asks for by itself its
-    /// slave does, whatever the jerk.
+    /// Greatest jerk, u/s³, of the transition from one course to another. The slave follows a plate's own
+    /// course, whatever its jerk.
     pub jerk: f64,
-    /// How long a cycle is, s.
+    /// Cycle time, s.
     pub cycle: f64,
 }
 
 impl CamLimits {
-    /// Those of an axis with a cycle of so many seconds.
+    /// Takes the limits of an axis with this cycle time, s.
     #[must_use]
     pub const fn of(limits: &Limits, cycle: f64) -> Self {
         Self {
@@ -39,14 +39,14 @@ impl CamLimits {
         }
     }
 
-    /// How far the slave gets from where it would be anyway within a cycle, u.
+    /// Greatest deviation from the slave's own motion within a cycle, u.
     pub(super) fn farthest(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
         let by_jerk = jerk * cycle * cycle * cycle / 6.0;
         by_jerk.min(self.push() * cycle * cycle / 2.0)
     }
 
-    /// How much its velocity changes more than it would anyway within a cycle, u/s.
+    /// Greatest change of velocity within a cycle beyond that of the slave's own motion, u/s.
     pub(super) fn fastest_change(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
         let by_jerk = jerk * cycle * cycle / 2.0;

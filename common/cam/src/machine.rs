@@ -1,4 +1,4 @@
-//! One slave's coupling to its master by up to four superposed plates.
+//! Coupling of one slave to its master by up to four superposed plates.
 
 use super::error::CouplingError;
 use super::layer::{Layer, Queue};
@@ -11,13 +11,13 @@ use super::tables::Tables;
 use coaxle_axis::{CommandState, Job, Origin, StateWord};
 use coaxle_curve::profile::Kinematics;
 
-/// How many plates a slave can have at once.
+/// Greatest number of plates of a slave.
 pub const MOST_PLATES: usize = 4;
 
-/// How many finished commands can still be asked about.
+/// Number of finished commands whose states are remembered.
 const FINISHED: usize = u16::BITS as usize;
 
-/// What a coupling knows of its axes.
+/// Ids of the axes of a coupling, and limits of the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -29,11 +29,11 @@ pub struct CouplingParameters {
     pub master_axis_id: u32,
     /// Id of the slave axis, for [`CamInfo`](super::CamInfo).
     pub slave_axis_id: u32,
-    /// What the slave can do.
+    /// Limits of the slave.
     pub limits: CamLimits,
 }
 
-/// What [`CamCoupling::state`] and [`CamCoupling::state_of`] answer with.
+/// State of a coupling or a command: [`CamCoupling::state`] and [`CamCoupling::state_of`].
 pub type CouplingState = CommandState<CouplingError>;
 
 /// The coupling of one slave by cam plates, single (`MC_CamIn`) or superposed (`MC_CamIn_V2`).
@@ -42,22 +42,22 @@ pub type CouplingState = CommandState<CouplingError>;
 /// with the same store of [`Tables`]. A coupling uses its tables until it is ended by
 /// [`CamOut`](super::CamOut); do that before dropping it.
 ///
-/// Changes take effect exactly where the master is on the position they wait for, which mostly is
-/// between two cycles. Of several in one cycle, online changes come first, then scalings, plates and
-/// the end of a change for one cycle.
+/// Changes take effect exactly at the master position they wait for, which mostly is between two cycles.
+/// Of several in one cycle, online changes come first, then scalings, plates and the end of a change for
+/// one cycle.
 #[derive(Clone, Debug)]
 pub struct CamCoupling {
     pub(super) parameters: CouplingParameters,
     pub(super) kind: Option<Kind>,
     pub(super) layers: [Option<Layer>; MOST_PLATES],
     pub(super) queues: [Queue; MOST_PLATES],
-    /// Whether any of them holds something.
+    /// True if one of the queues is not empty.
     pub(super) has_queue: bool,
-    /// Whether written points wait for this slave, as of so many writes.
+    /// True if written points wait for this slave, as of `writes_seen` writes.
     data_waits: bool,
     writes_seen: u32,
-    /// Why written points were not taken when they were due, which nobody has been told of, and as of how many writes somebody
-    /// was.
+    /// Reason why written points did not take effect when they were due, if it has not been taken yet,
+    /// and the number of writes at which it was last reported.
     pub(super) held_back: Option<CouplingError>,
     pub(super) held_back_writes: Option<u32>,
     pub(super) ramp: Option<Ramp>,
@@ -65,17 +65,17 @@ pub struct CamCoupling {
     pub(super) master: Kinematics,
     pub(super) slave: Kinematics,
     pub(super) error: Option<CouplingError>,
-    /// The job that began the coupling, or was to.
+    /// The job that began the coupling, or was to begin it.
     pub(super) first: Option<Job>,
-    /// How many jobs it has started by itself.
+    /// Number of jobs it has started by itself.
     jobs: u32,
     finished: [Option<(Job, CouplingState)>; FINISHED],
     next_finished: usize,
-    /// Which of them nobody has been told of, a bit for each place.
+    /// Finished jobs that have not been reported yet, a bit for each place.
     untold: u16,
 }
 
-/// The two worlds, which exclude each other.
+/// The two kinds of coupling, which exclude each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Single,
@@ -83,7 +83,7 @@ pub(super) enum Kind {
 }
 
 impl CamCoupling {
-    /// A slave that is not coupled.
+    /// Makes a slave that is not coupled.
     ///
     /// # Errors
     /// 0x4A1C unless the limits are finite numbers above 0.
@@ -111,10 +111,10 @@ impl CamCoupling {
         })
     }
 
-    /// Plans a command and carries it out, for somebody who numbers no jobs.
+    /// Plans a command and applies it, for callers that number no jobs.
     ///
     /// # Errors
-    /// As [`plan`](Self::plan); then everything is as it was.
+    /// As [`plan`](Self::plan); then everything is unchanged.
     pub fn start(
         &mut self,
         tables: &mut Tables,
@@ -133,16 +133,16 @@ impl CamCoupling {
         Ok(job)
     }
 
-    /// Why points that were written were not taken when they were due, once for each write: they wait for the next time, at
-    /// which nothing may be different.
+    /// Takes the reason why written points did not take effect when they were due, once for each write.
+    /// They wait for the next time, which may fail in the same way.
     pub const fn take_held_back(&mut self) -> Option<CouplingError> {
         self.held_back.take()
     }
 
-    /// One cycle: what is due takes effect, and the slave's set values for the master's.
+    /// Computes one cycle: executes what is due, and returns the slave's set values for the master's.
     ///
-    /// While a first coupling waits for its activation they hold the slave where it is. Without a
-    /// coupling, and after an error, they stay what they were: the axis has to go on by itself.
+    /// While a first coupling waits for its activation, the set values hold the slave where it is.
+    /// Without a coupling, and after an error, they stay unchanged: the axis has to continue by itself.
     pub fn update(&mut self, tables: &mut Tables, master: &Kinematics) -> Kinematics {
         if self.kind.is_some()
             && self.error.is_none()
@@ -153,21 +153,21 @@ impl CamCoupling {
         self.slave
     }
 
-    /// Breaks the coupling off because one of the axes has an error, by its NC code. What it was
-    /// can still be asked by [`info`](Self::info) until [`CamOut`](super::CamOut).
+    /// Ends the coupling because one of the axes has an error, by its NC code. Its last state is
+    /// available from [`info`](Self::info) until [`CamOut`](super::CamOut).
     pub fn axis_error(&mut self, tables: &mut Tables, code: u32) {
         if self.kind.is_some() && self.error.is_none() {
             self.fail(tables, CouplingError::AxisError { code });
         }
     }
 
-    /// What it knows of its axes.
+    /// Ids of the axes and limits of the slave.
     #[must_use]
     pub const fn parameters(&self) -> &CouplingParameters {
         &self.parameters
     }
 
-    /// The job that began the coupling, or was to.
+    /// The job that began the coupling, or was to begin it.
     pub(super) const fn first(&self) -> Option<Job> {
         self.first
     }
@@ -218,7 +218,7 @@ impl CamCoupling {
         }
     }
 
-    /// The bits of `nStateDWord` that tell what is queued, 21 to 23.
+    /// Bits 21 to 23 of `nStateDWord`: the queued changes.
     #[must_use]
     pub fn state_word(&self, tables: &Tables) -> StateWord {
         let mut word = StateWord::empty();
@@ -284,7 +284,7 @@ impl CamCoupling {
         Ok(path.slave_of(master))
     }
 
-    /// Everything that waits is aborted. The plates stay, to be asked about: nobody can take them out, but changes of
+    /// Aborts everything that waits. The plates stay for `info`: they cannot be removed, but changes of
     /// their points do not wait for this slave any longer.
     fn fail(&mut self, tables: &mut Tables, error: CouplingError) {
         for index in 0..MOST_PLATES {
@@ -313,12 +313,12 @@ impl CamCoupling {
         let place = self.next_finished;
         self.finished[place] = Some((job, state));
         self.next_finished = (place + 1) % FINISHED;
-        // Whoever began the coupling sees its end by itself.
+        // The owner of the coupling's first job sees its end by itself.
         let is_untold = Some(job) != self.first;
         self.untold = self.untold & !(1 << place) | u16::from(is_untold) << place;
     }
 
-    /// The next job that has come to its end, of those that did not begin the coupling.
+    /// The next finished job, of those that did not begin the coupling.
     pub(super) fn next_ended(&mut self) -> Option<Job> {
         if self.untold == 0 {
             return None;

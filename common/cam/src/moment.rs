@@ -1,22 +1,22 @@
-//! The master's way in a cycle, and where on it something happens.
+//! The master's path in a cycle, and the place on it of an event.
 
-/// The master's way in this cycle, u of its axis.
+/// The master's path in this cycle, u of its axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub(super) from: f64,
     pub(super) to: f64,
 }
 
-/// Where on the way a change takes effect: exactly there, whatever the cycle time.
+/// Place on the path at which a change takes effect: exact for any cycle time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
     /// Position of the master axis, u.
     pub(super) master: f64,
-    /// Which way the plate was passing to another cycle or out of its range, if it was.
+    /// Direction in which the plate was passing to another cycle or out of its range, if it was.
     pub(super) edge: Option<Direction>,
 }
 
-/// Which way, in positions of the plate.
+/// Direction, in positions of the plate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direction {
     Forwards,

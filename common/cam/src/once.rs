@@ -12,7 +12,7 @@ use super::trigger::next_cycle;
 use coaxle_axis::CommandState;
 
 impl CamCoupling {
-    /// The plate in a place leaves it: for one cycle, or for good.
+    /// Removes the plate in a place: for one cycle, or for good.
     pub(super) fn keep_or_drop(
         &mut self,
         tables: &mut Tables,
@@ -45,7 +45,7 @@ impl CamCoupling {
         }
     }
 
-    /// The end of a change for one cycle.
+    /// Ends a change for one cycle, if due.
     pub(super) fn undo_if_due(
         &mut self,
         tables: &mut Tables,
@@ -59,7 +59,7 @@ impl CamCoupling {
             return Ok(());
         }
         let undo = *undo;
-        // A plate taken out for a cycle says itself how long that is.
+        // The cycle of a plate that is taken out for one cycle sets the duration.
         let Some(layer) = self.layers[index].or(undo.before) else {
             return Ok(());
         };
@@ -121,7 +121,7 @@ impl CamCoupling {
         } else {
             self.ramp = self.removing(tables, index, &undo.jump, moment)?;
         }
-        // As where a plate comes: before the one that was here is left.
+        // As for a new plate: acquired before the previous one is left.
         let lease = match &undo.before {
             Some(layer) => Some(tables.acquire(&layer.table)?),
             None => None,
@@ -141,7 +141,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// The place a plate returns to: where it was, but for what is automatic.
+    /// Placement of a plate that returns: as before, except for automatic values.
     fn returned(
         &self,
         tables: &Tables,
@@ -172,7 +172,7 @@ impl CamCoupling {
     }
 }
 
-/// The offsets and scalings a plate had, with the modes of the change that is undone.
+/// Offsets and scalings before a change, with the modes of the change that is undone.
 fn scaling_back(scaling: &ScalingData, before: &Placement) -> ScalingData {
     let axis = |mode, offset, scaling| AxisScaling {
         mode,

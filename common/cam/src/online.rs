@@ -1,4 +1,4 @@
-//! Taking over points that were written while the slave was on them.
+//! Activation of points that were written while the slave was on them.
 
 use super::error::CouplingError;
 use super::machine::CamCoupling;
@@ -10,8 +10,8 @@ use super::trigger::{due, next_cycle};
 use super::versions::{Next, Versions};
 
 impl CamCoupling {
-    /// Takes a queued online change, or gives it back, when it is due. One that is not possible now
-    /// stays queued.
+    /// Applies a queued online change, or reverts it, when it is due. One that is not possible now stays
+    /// queued.
     pub(super) fn take_data_if_due(
         &mut self,
         tables: &mut Tables,
@@ -52,7 +52,7 @@ impl CamCoupling {
             plate,
         };
         let ramp = self.moving(tables, index, next_placed, &mode.jump, &moment);
-        // As soon as possible is what waits for another place in the next cycle.
+        // As soon as possible: another place is tried in the next cycle.
         let has_a_place = mode.activation.mode != ActivationMode::AsSoonAsPossible;
         if let Err(error) = ramp
             && has_a_place
@@ -73,8 +73,8 @@ impl CamCoupling {
     }
 }
 
-/// Now, unless the slave is in a segment that changes. If every segment does, at the seam of the
-/// cycles.
+/// The present moment, unless the slave is in a segment that changes. If every segment does, the seam of
+/// the cycles.
 fn safe_moment(versions: &Versions, placed: &Placed<'_>, step: Step) -> Option<Moment> {
     let (start, end) = placed.plate.master_range();
     let changed = versions.changed();

@@ -1,4 +1,4 @@
-//! How one plate lies in the axes of master and slave, and how that is found.
+//! Placement of a plate in the axes of master and slave.
 
 use core::ops::{Add, AddAssign, Sub};
 
@@ -9,8 +9,8 @@ use coaxle_curve::law::Motion;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{Course, Plate};
 
-/// A slave's course over the master axis: position and its first two derivatives, in u, u per u of
-/// the master, and so on.
+/// A slave's course over the master axis: position and its first two derivatives, in u, u per u of the
+/// master, and so on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Path {
     pub(super) position: f64,
@@ -19,7 +19,7 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// The slave's set values as the master moves.
+    /// Returns the slave's set values for those of the master.
     pub(super) fn slave_of(&self, master: &Kinematics) -> Kinematics {
         let velocity = master.velocity;
         Kinematics {
@@ -60,12 +60,12 @@ impl Sub for Path {
     }
 }
 
-/// Where a plate lies. TF5050 chapter 4.4:
+/// Placement of a plate. TF5050 chapter 4.4:
 /// master on the plate = (master + master offset) / master scaling,
 /// slave = slave on the plate · slave scaling + slave offset.
 ///
-/// A cyclic plate with lift goes on from `base_turn`: that turn counts as the base cycle, and the
-/// strokes done before are kept in slave units, so that a scaling leaves them alone.
+/// A cyclic plate with lift continues from `base_turn`: that turn counts as the base cycle. The strokes
+/// completed before are kept in slave units, so that a scaling does not change them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placement {
     pub(super) master_offset: f64,
@@ -74,35 +74,35 @@ pub(super) struct Placement {
     pub(super) slave_scaling: f64,
     base_turn: f64,
     strokes: f64,
-    /// All that is added to the scaled slave of the plate.
+    /// Sum of all additions to the scaled slave of the plate.
     shift: f64,
-    /// What slopes and curvatures of the plate are multiplied by.
+    /// Factors of the slopes and curvatures of the plate.
     slope_ratio: f64,
     curvature_ratio: f64,
 }
 
-/// A plate and where it lies.
+/// A plate and its placement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed<'a> {
     pub(super) placement: &'a Placement,
     pub(super) plate: &'a Plate,
 }
 
-/// What a plate's new place depends on.
+/// Inputs of a new placement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Situation<'a> {
-    /// When it is placed.
+    /// Moment of the placement.
     pub(super) moment: Moment,
-    /// The plate whose place it takes; itself if it is but scaled.
+    /// The plate that it replaces; the plate itself if it is only scaled.
     pub(super) before: Option<Placed<'a>>,
-    /// The strokes done so far, u; 0 where a plate starts in its base cycle.
+    /// Strokes completed so far, u; 0 for a plate that starts in its base cycle.
     pub(super) strokes: f64,
-    /// What the plate must give so that the slave does not jump, u.
+    /// Slave value of the plate for which the slave does not jump, u.
     pub(super) reference: f64,
 }
 
 impl Placement {
-    /// The place that `scaling` asks for. The master is settled first, then the slave.
+    /// Finds the placement for `scaling`, first of the master, then of the slave.
     pub(super) fn settle(scaling: &ScalingData, plate: &Plate, at: &Situation<'_>) -> Self {
         let (master_offset, master_scaling) = master_place(&scaling.master, plate, at);
         let AxisScaling {
@@ -136,29 +136,29 @@ impl Placement {
         placed
     }
 
-    /// The same place with an offset of the slave that makes it pass through `reference`.
+    /// Returns the placement with an offset of the slave that makes it pass through `reference`.
     pub(super) fn through(mut self, plate: &Plate, master: f64, reference: f64) -> Self {
         self.slave_offset += reference - self.at(plate, master).position;
         self.sum_up(plate);
         self
     }
 
-    /// Where the master is on the unscaled plate, x.
+    /// Position of the master on the unscaled plate, x.
     pub(super) fn on_plate(&self, master: f64) -> f64 {
         (master + self.master_offset) / self.master_scaling
     }
 
-    /// The master axis's position for one on the unscaled plate, u.
+    /// Position of the master axis for one on the unscaled plate, u.
     pub(super) fn on_axis(&self, cam_master: f64) -> f64 {
         cam_master * self.master_scaling - self.master_offset
     }
 
-    /// What the plate gives at a position of the master axis.
+    /// Course of the slave at a position of the master axis.
     pub(super) fn at(&self, plate: &Plate, master: f64) -> Path {
         self.path(&plate.at(self.on_plate(master)))
     }
 
-    /// The course on the plate, in the axes.
+    /// Returns the course on the plate, in the axes.
     pub(super) fn path(&self, motion: &Motion) -> Path {
         Path {
             position: motion.position * self.slave_scaling + self.shift,
@@ -167,16 +167,17 @@ impl Placement {
         }
     }
 
-    /// The strokes done from the base cycle to a position of the master axis, u.
+    /// Strokes completed from the base cycle to a position of the master axis, u.
     pub(super) fn strokes_at(&self, plate: &Plate, master: f64) -> f64 {
         let (turn, _) = self.turns(plate, master);
         self.strokes + self.slave_scaling * plate.lift() * (turn - self.base_turn)
     }
 
-    /// Whole cycles done at a position of the master axis, and the part done of the present one.
+    /// Whole cycles completed at a position of the master axis, and the completed part of the present
+    /// one.
     ///
-    /// At the seam, what rounding did to the master must not decide which cycle it is: a scaling
-    /// there would be off by a whole stroke.
+    /// At the seam, rounding of the master must not decide which cycle it is: a scaling there would be
+    /// off by a whole stroke.
     pub(super) fn turns(&self, plate: &Plate, master: f64) -> (f64, f64) {
         let (start, _) = plate.master_range();
         if plate.course() == Course::Linear {
@@ -187,8 +188,8 @@ impl Placement {
         (whole, turns - whole)
     }
 
-    /// Cycles from a position of the plate to where the master is. What misses a whole number by
-    /// rounding only, is that number.
+    /// Cycles from a position of the plate to the master. A number within rounding of a whole number
+    /// becomes that number.
     pub(super) fn turns_from(&self, position: f64, plate: &Plate, master: f64) -> f64 {
         let period = plate.period();
         let turns = (self.on_plate(master) - position) / period;
@@ -237,10 +238,10 @@ fn master_place(master: &AxisScaling, plate: &Plate, at: &Situation<'_>) -> (f64
     }
 }
 
-/// How far the master is in the cycle, as a part of it, in the new plate as it is in the old one.
+/// Position of the master in the cycle, as a part of it, equal in the new and the old plate.
 fn fraction_kept(before: &Placed<'_>, plate: &Plate, moment: &Moment) -> f64 {
     let linear = |plate: &Plate| plate.course() == Course::Linear;
-    // From one plate to the next at an edge: the end of one is the start of the other.
+    // At an edge from one plate to the next: the end of one is the start of the other.
     if let Some(direction) = moment.edge
         && (linear(before.plate) || linear(plate))
     {

@@ -1,4 +1,4 @@
-//! Planning a command: everything that can be refused before it is due, and what it comes to.
+//! Planning a command: all refusals that are possible before it is due, and its change.
 
 use super::checks::{check_activation, check_mode};
 use super::error::{CouplingError, TableId};
@@ -12,31 +12,31 @@ use coaxle_axis::Awaits;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::Course;
 
-/// What a command to a coupling by cam plates comes to.
+/// Change by a command to a coupling by cam plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CamChange(pub(super) Change);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// The coupling ends.
+    /// End of the coupling.
     End,
-    /// What is queued for a place is discarded.
+    /// Discards the queue of a place.
     DeleteQueued { index: usize },
-    /// Nothing at all.
+    /// No change.
     Nothing,
-    /// A plate is queued for a place, or its removal.
+    /// Queues a plate for a place, or its removal.
     Plate {
         index: usize,
         table: Option<TableRef>,
         terms: Terms,
-        /// Set for the first of a coupling.
+        /// Set for the first plate of a coupling.
         first: Option<First>,
     },
-    /// A scaling of the plate in a place is queued.
+    /// Queues a scaling of the plate in a place.
     Scaling { index: usize, terms: Terms },
 }
 
-/// How a coupling begins.
+/// Begin of a coupling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct First {
     pub(super) kind: Kind,
@@ -52,7 +52,7 @@ struct Axes<'a> {
 }
 
 impl CamChange {
-    /// What can still be refused when it is due.
+    /// Conditions with which it can still be refused when it is due.
     pub(super) fn awaits(&self) -> Awaits {
         let (terms, more) = match &self.0 {
             Change::End | Change::DeleteQueued { .. } | Change::Nothing => return Awaits::empty(),
@@ -80,13 +80,13 @@ impl Terms {
 }
 
 impl CamCoupling {
-    /// What a command would come to. `master` and `slave` are the present set values; the slave's
-    /// count only while it is not coupled.
+    /// Plans a command. `master` and `slave` are the present set values; the slave's are only used while
+    /// it is not coupled.
     ///
     /// # Errors
-    /// [`CouplingError`]. Of a change that waits, a jump is found when it is due: its job is `Failed`
-    /// then, and nothing has changed. Whether the slave could follow its new course is looked at here,
-    /// for a master as fast as now, and again when it is due.
+    /// [`CouplingError`]. For a change that waits, a jump is found when it is due: its job is `Failed`
+    /// then, and nothing has changed. Whether the slave could follow its new course is checked here, for
+    /// a master as fast as now, and again when it is due.
     pub fn plan(
         &self,
         tables: &Tables,
@@ -196,7 +196,7 @@ impl CamCoupling {
         })
     }
 
-    /// A plate for a place: the first coupling, one more, or in the place of another.
+    /// Plans a plate for a place: the first coupling, one more, or an exchange.
     fn plan_plate(
         &self,
         tables: &Tables,
@@ -262,7 +262,7 @@ impl CamCoupling {
         Ok(Change::Scaling { index, terms })
     }
 
-    /// What every change of a place has to fulfil. `table`: the plate to come, if one does.
+    /// Checks of every change of a place. `table`: the plate to come, if there is one.
     fn check_terms(
         &self,
         tables: &Tables,
@@ -325,13 +325,13 @@ impl CamCoupling {
         self.kind.map(|_| ()).ok_or(CouplingError::NotCoupled)
     }
 
-    /// The place of a plate that is active; of the only one for 0.
+    /// The place of an active plate; of the only one for 0.
     pub(super) fn coupled_place(&self, kind: Kind, table: TableId) -> Result<usize, CouplingError> {
         self.coupled_as(kind)?;
         self.place_of(table)
     }
 
-    /// As [`Self::coupled_place`], in either world.
+    /// As [`Self::coupled_place`], for either kind of coupling.
     pub(super) fn place_of(&self, table: TableId) -> Result<usize, CouplingError> {
         let coupled = self.layers.iter().flatten().count();
         let is_it = |id: TableId| table == 0 || id == table;
@@ -355,7 +355,8 @@ impl CamCoupling {
             .position(|queue| queue.table.as_ref().is_some_and(is_it))
     }
 
-    /// A plate superposed twice could not be named any more. `except`: the place that it takes.
+    /// Checks that a plate is not superposed twice, since it could not be identified any more. `except`:
+    /// the place to replace.
     fn is_new_here(&self, table: TableId, except: Option<usize>) -> Result<(), CouplingError> {
         let is_it =
             |place: &Option<Layer>| place.as_ref().is_some_and(|layer| layer.table.id == table);

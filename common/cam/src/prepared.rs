@@ -9,19 +9,19 @@ use coaxle_plate::{CamError, Plate, PlateSource};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReservedPlate(pub(super) usize);
 
-/// A plate with all the room that it needs in a store, calculated beforehand: where a cycle takes it in, nothing is
-/// allocated, and what it replaces comes back to be freed elsewhere.
+/// A plate with all the memory that it needs in a store, calculated beforehand. When a cycle inserts it,
+/// nothing is allocated, and the plate that it replaces is returned to be freed elsewhere.
 #[derive(Debug)]
 pub struct PreparedTable {
     pub(super) versions: Versions,
-    /// What it was made of, to be read by others: those of its points that were written since are listed by the versions.
+    /// Source of the plate, for readers. The points written since are listed by the versions.
     pub(super) source: Arc<PlateSource>,
-    /// Where it belongs when nobody needs it, if that is not with who brought it.
+    /// Place to return to when it is not in use; none if it returns to the order that brought it.
     pub(super) home: Option<ReservedPlate>,
 }
 
 impl PreparedTable {
-    /// Calculates the plate. This allocates.
+    /// Calculates the plate. Allocates.
     ///
     /// # Errors
     /// As [`PlateSource::plate`].
@@ -34,7 +34,7 @@ impl PreparedTable {
         })
     }
 
-    /// A plate that is calculated already.
+    /// Takes a plate that is calculated already.
     pub(super) fn of(plate: Plate) -> Self {
         let source = Arc::new(plate.source());
         Self {
@@ -44,7 +44,7 @@ impl PreparedTable {
         }
     }
 
-    /// How many points or rows it has.
+    /// Number of its points or rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.source.len()

@@ -1,11 +1,12 @@
-//! The jump-free way onto a plate.
+//! The jump-free transition onto a plate.
 
 use super::placement::Path;
 
-/// What is left of a step between the old course and the new one: it fades over a distance of the
-/// master, to either side, and starts and ends without a step in position, slope or curvature.
+/// Remainder of a step between the old course and the new one. It fades over a distance of the master, to
+/// either side, and starts and ends without a step in position, slope or curvature.
 ///
-/// The slave follows the new course plus this, so it needs no plan that a moving plate could break.
+/// The slave follows the new course plus this remainder, so it needs no plan that a moving plate could
+/// break.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ramp {
     start: f64,
@@ -20,19 +21,19 @@ impl Ramp {
         Self { start, length, gap }
     }
 
-    /// How much of the master it takes, u.
+    /// Distance of the master that it takes, u.
     pub(super) const fn length(&self) -> f64 {
         self.length
     }
 
-    /// What the slave is off the new course; None once that is reached.
+    /// Deviation of the slave from the new course; none once that is reached.
     pub(super) fn at(&self, master: f64) -> Option<Path> {
         let way = master - self.start;
         let z = way.abs() / self.length;
         if z >= 1.0 {
             return None;
         }
-        // Mirrored behind the start, where the slope counts the other way.
+        // Mirrored behind the start, where the slope has the opposite sign.
         let side = if way < 0.0 { -1.0 } else { 1.0 };
         let Path {
             position,

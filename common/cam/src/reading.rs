@@ -1,4 +1,4 @@
-//! A plate on its way to somebody who reads it elsewhere.
+//! A plate on its way to a reader outside of the cycle.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -7,11 +7,12 @@ use super::error::{CouplingError, TableId};
 use super::tables::Tables;
 use coaxle_plate::{MotionPoint, PlateSource};
 
-/// Most points that can have been written since a table was selected, for it still to be read.
+/// Greatest number of points that may have been written since a table was selected, for it still to be
+/// read.
 pub const MOST_POINTS_CHANGED: usize = 4096;
 
-/// A plate as it is in force, taken out of a cycle without calculating anything: what it was made of, shared, and the
-/// points that were written since. [`PlateSource::plate`] of it answers every question.
+/// A plate in force, taken out of a cycle without calculating anything: its source, shared, and the
+/// points written since. [`PlateSource::plate`] of it returns the complete plate.
 #[derive(Debug)]
 pub struct PlateReading {
     source: Option<Arc<PlateSource>>,
@@ -19,7 +20,7 @@ pub struct PlateReading {
 }
 
 impl Default for PlateReading {
-    /// With room for the points. This allocates.
+    /// Allocates the memory for the points.
     fn default() -> Self {
         Self {
             source: None,
@@ -29,7 +30,7 @@ impl Default for PlateReading {
 }
 
 impl PlateReading {
-    /// What the plate is made of; none before it was read.
+    /// Source of the plate; none before it was read.
     #[must_use]
     pub fn source(&self) -> Option<PlateSource> {
         let source = self.source.as_ref()?;
@@ -38,7 +39,7 @@ impl PlateReading {
 }
 
 impl Tables {
-    /// Reads a plate, as it is in force, for somebody who does not share the cycle. Nothing is allocated.
+    /// Reads a plate in force for a reader outside of the cycle. Nothing is allocated.
     ///
     /// # Errors
     /// 0x4216 for an unknown table, 0x4B31 if more points were written than can be read.

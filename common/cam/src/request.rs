@@ -1,4 +1,4 @@
-//! All commands in one form, as a coupling looks at them.
+//! Common form of all commands for a coupling.
 
 use super::command::{
     Activation, CamAdd, CamExchange, CamIn, CamInV2, CamOut, CamRemove, CamScaling, CamScalingV2,
@@ -16,7 +16,7 @@ pub struct CamRequest {
     pub(super) terms: Terms,
 }
 
-/// What is to be done.
+/// Operation of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum What {
     Out,
@@ -24,18 +24,18 @@ pub(super) enum What {
     In(TableId),
     /// Scales the only plate.
     Scale,
-    /// Couples by the first of several plates, or adds one, or what else the mode says.
+    /// Couples by the first of several plates, adds one, or whatever the mode is.
     InOfSeveral(OperationMode, TableId, TableId),
-    /// Superposes one more.
+    /// Superposes another plate.
     Add(TableId),
-    /// Puts the first in the place of the second.
+    /// Puts the first plate in place of the second.
     Exchange(TableId, TableId),
     Remove(TableId),
     /// Scales one of several.
     ScaleOfSeveral(TableId),
 }
 
-/// The inputs that all commands have.
+/// Inputs that all commands have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Terms {
     pub(super) activation: Activation,
@@ -44,7 +44,7 @@ pub(super) struct Terms {
 }
 
 impl CamRequest {
-    /// The PLC's name of the command.
+    /// PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name

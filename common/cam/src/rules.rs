@@ -1,27 +1,28 @@
-//! Which activation mode goes with which operation.
+//! Activation modes allowed for each operation.
 
 use super::modes::ActivationMode;
 
-/// Most points of a plate that can be replaced while a slave is on it: they are copied in the cycle.
+/// Greatest number of points of a plate that can be replaced while a slave is on it: they are copied in
+/// the cycle.
 pub const MOST_POINTS_REPLACED_IN_USE: usize = 4096;
 
-/// What a change does, as TF5050 chapter 8.3 divides them.
+/// Operation of a change, as TF5050 chapter 8.3 divides them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operation {
-    /// A plate becomes active where none was: first coupling, and adding to a multi cam.
+    /// Activation of a plate in an empty place: first coupling, and adding to a multi cam.
     Couple,
-    /// A plate takes the place of another, or is removed from a multi cam.
+    /// Exchange of a plate for another, or removal from a multi cam.
     Switch,
-    /// A plate is scaled or offset.
+    /// Scaling or offset of a plate.
     Scale,
-    /// Points of a motion function in use change.
+    /// Change of points of a motion function in use.
     OnlineChange,
 }
 
 impl Operation {
-    /// Whether TF5050 chapter 8.3 has the mode for this operation.
+    /// True if TF5050 chapter 8.3 has the mode for this operation.
     ///
-    /// `NextCycleOnce` is not implemented in the original; here it goes wherever `NextCycle` does.
+    /// `NextCycleOnce` is not implemented in the original; here it is allowed wherever `NextCycle` is.
     #[must_use]
     pub const fn allows(self, mode: ActivationMode) -> bool {
         use ActivationMode as Mode;

@@ -1,4 +1,5 @@
-//! `MC_CamTableSelect` while the axis runs: tables come and go as a whole, and nothing is allocated or freed.
+//! `MC_CamTableSelect` while the axis runs: tables are inserted and removed as a whole, and nothing is
+//! allocated or freed.
 
 use alloc::boxed::Box;
 
@@ -8,28 +9,28 @@ use super::prepared::PreparedTable;
 use super::rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
 use super::tables::{Table, TableRef, Tables, check_id};
 
-/// How a table would be selected.
+/// Kind of selection of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Way {
-    /// There is none of that number.
+    /// A new number.
     New,
-    /// Nobody is on the one that there is.
+    /// Replacement of a table without slaves.
     InPlaceOf(usize),
-    /// A slave is on it: its points change as the mode of the table says.
+    /// Replacement of a table with slaves: its points change by the mode of the table.
     Online(usize),
 }
 
 impl Tables {
-    /// `MC_CamTableSelect`: takes a table in. With `replace` it may take the place of one of that id: at once if nobody is
-    /// on that; else as an [online change](Self::write) of all its points, which needs motion functions of as many
-    /// points and of the same course. What was replaced is in `table` afterwards, or something else that is not needed any more,
-    /// to be freed by somebody who has the time.
+    /// `MC_CamTableSelect`: inserts a table. With `replace` it may replace the table of that id: at once
+    /// if no slave is on it; else as an [online change](Self::write) of all its points, which needs
+    /// motion functions with equal numbers of points and equal courses. On return, `table` holds what was
+    /// replaced, or another table that is no longer needed, to be freed outside of the cycle.
     ///
     /// # Errors
-    /// 0x4B32 for an id outside 1 to 255, 0x4A11 without a table, if the store is full, or for more than `room` rows,
-    /// 0x4063 if there is a table of that id and it is not to be replaced, 0x4259 if it is in use and no online change
-    /// is possible, 0x4283 if the table takes no changes, 0x4287 if a change before is in force for some
-    /// slaves but not for all. Then everything is as it was.
+    /// 0x4B32 for an id outside 1 to 255, 0x4A11 without a table, if the store is full, or for more than
+    /// `room` rows, 0x4063 if there is a table of that id and it is not to be replaced, 0x4259 if it is
+    /// in use and no online change is possible, 0x4283 if the table takes no changes, 0x4287 if a
+    /// previous change is in force for some slaves but not for all. Then everything is unchanged.
     #[doc(alias = "MC_CamTableSelect")]
     pub fn select(
         &mut self,
@@ -64,7 +65,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Whether [`Self::select`] would do it.
+    /// Checks [`Self::select`] without applying it.
     ///
     /// # Errors
     /// As there.
@@ -78,10 +79,10 @@ impl Tables {
         self.way_to_select(id, replace, table, room).map(drop)
     }
 
-    /// Takes a table out of the store; what is to be freed is in `table` afterwards.
+    /// Removes a table from the store. On return, `table` holds what is to be freed.
     ///
     /// # Errors
-    /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued to be.
+    /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued for coupling.
     pub fn delete(
         &mut self,
         id: TableId,
@@ -94,7 +95,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Whether [`Self::delete`] would do it.
+    /// Checks [`Self::delete`] without applying it.
     ///
     /// # Errors
     /// As there.
@@ -131,7 +132,7 @@ impl Tables {
         let place = self.get(&found)?;
         let freed = match place.prepared.home {
             None => place.prepared.rows(),
-            // It goes on waiting where it belongs.
+            // It continues to wait where it belongs.
             Some(_) => 0,
         };
         check_rows(rows, room.saturating_add(freed))?;
@@ -150,7 +151,7 @@ const fn check_rows(received: usize, room: usize) -> Result<(), CouplingError> {
     Ok(())
 }
 
-/// Whether all points of a plate that is in use can change to those of another.
+/// Checks whether all points of a plate in use can change to those of another.
 fn check_online(id: TableId, place: &Table, new: &PreparedTable) -> Result<(), CouplingError> {
     let (present, next) = (place.prepared.versions.plate(), new.versions.plate());
     let functions = present.function().zip(next.function());

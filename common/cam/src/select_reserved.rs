@@ -1,4 +1,4 @@
-//! `MC_CamTableSelect` by a program, which has its tables from the start and can free nothing.
+//! `MC_CamTableSelect` by a program, which has its tables from the start and cannot free memory.
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -12,7 +12,7 @@ use super::tables::{TableRef, Tables, check_id};
 use coaxle_plate::PlateSource;
 
 impl Tables {
-    /// Reserves a table that is to be [selected](Self::select_reserved) under this number later. This allocates.
+    /// Reserves a table to be [selected](Self::select_reserved) under this number later. Allocates.
     ///
     /// # Errors
     /// 0x4B32 for an id outside 1 to 255, 0x4A11 for a motion function of more than 4096 points, and those of
@@ -42,10 +42,11 @@ impl Tables {
         Ok(reserved)
     }
 
-    /// `MC_CamTableSelect` of a table that was reserved, as [`Self::select`] of one that is handed in. Nothing is allocated or freed.
+    /// `MC_CamTableSelect` of a reserved table, as [`Self::select`] of one that is passed in. Nothing is
+    /// allocated or freed.
     ///
     /// # Errors
-    /// As there; 0x4A11 for what was never reserved. Then everything is as it was.
+    /// As there; 0x4A11 for a table that was never reserved. Then everything is unchanged.
     pub fn select_reserved(
         &mut self,
         reserved: ReservedPlate,
@@ -70,7 +71,7 @@ impl Tables {
                         let old = core::mem::replace(&mut place.prepared, new);
                         self.reserve.put_away(old);
                     }
-                    // It is there itself, maybe with other points.
+                    // It is in the store itself, perhaps with other points.
                     None => place.prepared.versions.restore(kept.made.versions.plate()),
                 }
             }
@@ -85,7 +86,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Whether [`Self::select_reserved`] would do it.
+    /// Checks [`Self::select_reserved`] without applying it.
     ///
     /// # Errors
     /// As there.
@@ -97,7 +98,7 @@ impl Tables {
         self.way_to_select_reserved(reserved, replace).map(drop)
     }
 
-    /// Takes a table out of the store, as [`Self::delete`], for somebody who cannot free it.
+    /// Removes a table from the store, as [`Self::delete`], for a caller that cannot free it.
     ///
     /// # Errors
     /// As there.
@@ -116,7 +117,7 @@ impl Tables {
         replace: bool,
     ) -> Result<Way, CouplingError> {
         let kept = self.reserve.kept.get(n).ok_or(CouplingError::NoTable)?;
-        // The room that it takes was taken when it was reserved.
+        // Its memory was counted when it was reserved.
         self.way_to_select(kept.id, replace, Some(&kept.made), usize::MAX)
     }
 }

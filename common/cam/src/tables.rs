@@ -12,25 +12,26 @@ use coaxle_plate::{CamError, MotionFunction, MotionPoint, Plate};
 /// The ids a table can have.
 const IDS: core::ops::RangeInclusive<TableId> = 1..=255;
 
-/// How many tables there are ids for.
+/// Number of ids for tables.
 pub const MOST_TABLES: usize = 255;
 
-/// The plates that couplings can use: what `MC_CamTableSelect` loads, TF5050 chapter 4.1.
+/// The plates that couplings can use: those loaded by `MC_CamTableSelect`, TF5050 chapter 4.1.
 ///
-/// Any number of slaves can be on a plate, each at its own place. Points that change do so for each of them at its own
-/// moment; until all have taken a change, no other can begin.
+/// Any number of slaves can be on a plate, each at its own place. A change of points takes effect for
+/// each slave at its own moment; until all have taken it, no other change can begin.
 ///
-/// [`insert`](Self::insert) and [`remove`](Self::remove) allocate; using, writing and reading never do, and neither do
-/// [`select`](Self::select) and [`delete`](Self::delete), which are handed tables as a whole.
+/// [`insert`](Self::insert) and [`remove`](Self::remove) allocate; using, writing and reading never do,
+/// and neither do [`select`](Self::select) and [`delete`](Self::delete), which are passed tables as a
+/// whole.
 #[derive(Debug)]
 pub struct Tables {
-    /// A table keeps its place as long as it is there.
+    /// A table keeps its slot as long as it is there.
     pub(super) slots: Vec<Option<Table>>,
-    /// Counts the writes, so that couplings need not look for them in every cycle.
+    /// Counter of writes, so that couplings need not look for them in every cycle.
     writes: u32,
-    /// Counts the tables that came or went, for who knows which ids there are.
+    /// Counter of inserted and removed tables, for readers of the ids.
     selections: u32,
-    /// Tables that programs load again and again, and what they took out.
+    /// Tables that programs load repeatedly, and tables that they took out.
     pub(super) reserve: Reserve,
 }
 
@@ -41,7 +42,7 @@ pub(super) struct Table {
     pub(super) uses: u32,
 }
 
-/// Where a table is in the store.
+/// Slot and id of a table in the store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TableRef {
     pub(super) slot: usize,
@@ -49,7 +50,7 @@ pub(super) struct TableRef {
 }
 
 impl Tables {
-    /// A store for so many plates.
+    /// Makes a store for this number of plates.
     #[must_use]
     pub fn new(capacity: usize) -> Self {
         let mut slots = Vec::new();
@@ -62,7 +63,7 @@ impl Tables {
         }
     }
 
-    /// `MC_CamTableSelect`: takes a plate into the store.
+    /// `MC_CamTableSelect`: inserts a plate into the store.
     ///
     /// # Errors
     /// 0x4B32 for an id outside 1 to 255, 0x4063 if there is a table of that id, 0x4A11 if the store
@@ -78,10 +79,10 @@ impl Tables {
         Ok(())
     }
 
-    /// Takes a plate out of the store.
+    /// Removes a plate from the store.
     ///
     /// # Errors
-    /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued to be.
+    /// 0x4216 if there is none of that id, 0x4259 if it is coupled or queued for coupling.
     pub fn remove(&mut self, id: TableId) -> Result<Plate, CouplingError> {
         let TableRef { slot, .. } = self.find(id)?;
         match self.slots[slot].take() {
@@ -99,7 +100,7 @@ impl Tables {
         }
     }
 
-    /// The plate of an id, as it is in force.
+    /// The plate in force of an id.
     ///
     /// # Errors
     /// 0x4216 if there is none.
@@ -113,13 +114,13 @@ impl Tables {
         self.slots.iter().flatten().map(|table| table.id)
     }
 
-    /// `MC_SetCamOnlineChangeMode`: when points take effect that are written from now on;
-    /// `DeleteQueuedData` discards those that wait and leaves the mode as it is.
+    /// `MC_SetCamOnlineChangeMode`: activation of points that are written from now on; `DeleteQueuedData`
+    /// discards those that wait and keeps the mode.
     ///
     /// # Errors
-    /// 0x4216 for an unknown table, 0x4262 for a position table, 0x4283 for a mode that does not go
-    /// with online changes or with this plate, 0x422B for a position outside the plate, 0x4287 if
-    /// the queued data are in force for some slaves already.
+    /// 0x4216 for an unknown table, 0x4262 for a position table, 0x4283 for a mode that is not allowed
+    /// for online changes or for this plate, 0x422B for a position outside the plate, 0x4287 if the
+    /// queued data are already in force for some slaves.
     #[doc(alias = "MC_SetCamOnlineChangeMode")]
     pub fn set_online_change_mode(
         &mut self,
@@ -131,7 +132,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Whether [`Self::set_online_change_mode`] would do it.
+    /// Checks [`Self::set_online_change_mode`] without applying it.
     ///
     /// # Errors
     /// As there.
@@ -145,15 +146,14 @@ impl Tables {
         self.get(&table)?.prepared.versions.check_mode(id, mode)
     }
 
-    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
-    /// with the same index. They take effect as the mode of the table says; if no slave is on it, at
-    /// once.
+    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: replaces the points with the same
+    /// indices. They take effect by the mode of the table; at once if no slave is on it.
     ///
-    /// Points that are queued already stay so, except where these replace them.
+    /// Points that are already queued stay queued, except those that are replaced.
     ///
     /// # Errors
-    /// 0x4216 for an unknown table, 0x4287 if the change before is in force for some slaves but not
-    /// for all, and those of [`MotionFunction::change`]. Then everything is as it was.
+    /// 0x4216 for an unknown table, 0x4287 if the previous change is in force for some slaves but not for
+    /// all, and those of [`MotionFunction::change`]. Then everything is unchanged.
     #[doc(alias = "MC_WriteMotionFunction")]
     #[doc(alias = "MC_WriteMotionFunctionPoint")]
     pub fn write(&mut self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
@@ -161,7 +161,7 @@ impl Tables {
         self.get_mut(id)?.prepared.versions.write(id, points)
     }
 
-    /// Whether [`Self::write`] would do it.
+    /// Checks [`Self::write`] without applying it.
     ///
     /// # Errors
     /// As there.
@@ -170,8 +170,8 @@ impl Tables {
         self.get(&table)?.prepared.versions.check_write(id, points)
     }
 
-    /// `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint`: up to `count` points in force from an
-    /// index on, all that follow for 0.
+    /// `MC_ReadMotionFunction`, `MC_ReadMotionFunctionPoint`: up to `count` points in force from an index
+    /// on, all following ones for 0.
     ///
     /// # Errors
     /// 0x4216 for an unknown table, 0x4262 for a position table, 0x4B33 for an unknown point.
@@ -186,13 +186,14 @@ impl Tables {
         Ok(self.function(id)?.read(first, count)?)
     }
 
-    /// How many tables have come or gone so far, wrapping around: the ids are as they were while this is.
+    /// Number of tables inserted and removed so far, wrapping around: while it is unchanged, so are the
+    /// ids.
     #[must_use]
     pub const fn selections(&self) -> u32 {
         self.selections
     }
 
-    /// Whether points wait for their activation.
+    /// True if points wait for their activation.
     ///
     /// # Errors
     /// 0x4216 for an unknown table.
@@ -215,8 +216,8 @@ impl Tables {
         }
     }
 
-    /// The plate's versions. A coupling's own tables are always there; another store may be handed in
-    /// by mistake.
+    /// The plate's versions. A coupling's own tables are always there; another store may be passed in by
+    /// mistake.
     #[inline]
     pub(super) fn versions(&self, table: &TableRef) -> Result<&Versions, CouplingError> {
         Ok(&self.get(table)?.prepared.versions)
@@ -250,7 +251,7 @@ impl Tables {
         }
     }
 
-    /// How many points and rows all its plates have together, those that are reserved included.
+    /// Number of points and rows of all its plates, reserved ones included.
     #[must_use]
     pub fn rows(&self) -> usize {
         let tables = self.slots.iter().flatten();
@@ -258,7 +259,7 @@ impl Tables {
         others.map(|table| table.prepared.rows()).sum::<usize>() + self.reserve.rows()
     }
 
-    /// Room for one more.
+    /// Checks for a free slot.
     pub(super) fn check_free_slot(&self) -> Result<(), CouplingError> {
         let capacity = self.slots.len();
         let is_free = self.slots.iter().any(Option::is_none);
@@ -267,7 +268,7 @@ impl Tables {
             .ok_or(CouplingError::StoreFull { capacity })
     }
 
-    /// Into a free slot, which there is.
+    /// Puts a table into a free slot, which exists.
     pub(super) fn put(&mut self, id: TableId, prepared: Box<PreparedTable>) {
         if let Some(free) = self.slots.iter_mut().find(|slot| slot.is_none()) {
             let uses = 0;
@@ -276,12 +277,12 @@ impl Tables {
         }
     }
 
-    /// Another table has come or gone.
+    /// Counts an inserted or removed table.
     pub(super) const fn note_selection(&mut self) {
         self.selections = self.selections.wrapping_add(1);
     }
 
-    /// Couplings look for changes again.
+    /// Makes couplings look for changes again.
     pub(super) const fn note_write(&mut self) {
         self.writes = self.writes.wrapping_add(1);
     }

@@ -1,4 +1,4 @@
-//! When a queued change is due.
+//! Moment at which a queued change is due.
 
 use super::command::Activation;
 use super::modes::ActivationMode;
@@ -6,8 +6,9 @@ use super::moment::{Direction, Moment, Step};
 use super::placement::Placed;
 use coaxle_plate::Course;
 
-/// Whether and where the activation falls in this step. `first`: the first step after the command,
-/// when a master that stands on the position is enough. `plate`: the one positions refer to.
+/// Returns the moment of the activation, if it falls in this step. `first`: the first step after the
+/// command, in which a master that stands on the position is enough. `plate`: the plate that positions
+/// refer to.
 pub(super) fn due(
     activation: &Activation,
     plate: Option<&Placed<'_>>,
@@ -31,7 +32,7 @@ pub(super) fn due(
     }
 }
 
-/// Whether the step passes a position in one of the directions asked for.
+/// True if the step passes a position in one of the requested directions.
 fn passes(step: Step, position: f64, first: bool, forwards: bool, backwards: bool) -> bool {
     let Step { from, to } = step;
     let stands_there = first && from == position;
@@ -51,7 +52,8 @@ fn at_cam_position(placed: &Placed<'_>, position: f64, step: Step, first: bool) 
     })
 }
 
-/// Where the plate passes to another cycle; a linear one, where the master leaves its range.
+/// Place at which the plate passes to another cycle; of a linear one, at which the master leaves its
+/// range.
 pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
     let (start, end) = placed.plate.master_range();
     if placed.plate.course() == Course::Cyclic {
@@ -60,7 +62,7 @@ pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
     let from = placed.placement.on_plate(step.from);
     let to = placed.placement.on_plate(step.to);
     let on_axis = |cam_master| placed.placement.on_axis(cam_master);
-    // A master that is outside already has left.
+    // A master that is already outside has left.
     let (master, direction) = if from > end {
         (step.from, Direction::Forwards)
     } else if from < start {

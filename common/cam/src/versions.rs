@@ -1,8 +1,8 @@
 //! A plate whose points change while slaves are on it.
 //!
-//! A motion function is kept twice: as it is in force and as it shall be. A change is compiled into
-//! the second when it is written; when it is due, a slave only has to look at the other one. Each
-//! slave does so at its own moment; once all have, the two have changed roles.
+//! A motion function is kept twice: in force and as changed. A change is compiled into the second when it
+//! is written; when it is due, a slave only has to switch to the other one. Each slave does so at its own
+//! moment; once all have, the two have changed roles.
 
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -14,11 +14,10 @@ use super::modes::{ActivationMode, JumpHandling, ScalingMode};
 use super::rules::Operation;
 use coaxle_plate::{Course, MotionPoint, Plate};
 
-/// The inputs of `MC_SetCamOnlineChangeMode`, TF5050 chapter 6.5: when points take effect that are
-/// written from now on.
+/// The inputs of `MC_SetCamOnlineChangeMode`, TF5050 chapter 6.5: activation of points that are written
+/// from now on.
 ///
-/// A change that would make a slave jump stays queued until it would not, unless `jump` says
-/// otherwise.
+/// A change that would make a slave jump stays queued until it would not, unless `jump` permits it.
 #[doc(alias = "MC_SetCamOnlineChangeMode")]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -28,21 +27,21 @@ use coaxle_plate::{Course, MotionPoint, Plate};
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct OnlineChangeMode {
-    /// When.
+    /// Activation of the change.
     pub activation: Activation,
-    /// `AutoOffset` keeps the relative position of the master if the period changes, else the place
-    /// of the plate stays.
+    /// `AutoOffset` keeps the relative position of the master if the period changes; otherwise the
+    /// placement of the plate is kept.
     #[doc(alias = "MasterScalingMode")]
     pub master_scaling_mode: ScalingMode,
-    /// `AutoOffset` keeps the position of the slave, else the place of the plate stays.
+    /// `AutoOffset` keeps the position of the slave; otherwise the placement of the plate is kept.
     #[doc(alias = "SlaveScalingMode")]
     pub slave_scaling_mode: ScalingMode,
-    /// What to do if a slave would jump.
+    /// Handling of a jump of a slave.
     pub jump: JumpHandling,
 }
 
 impl OnlineChangeMode {
-    /// Offsets and scalings stay, except those that are automatic.
+    /// Keeps offsets and scalings, except automatic ones.
     pub(super) fn scaling(&self, master_scaling: f64, slave_scaling: f64) -> ScalingData {
         let axis = |mode, scaling| AxisScaling {
             mode: match mode {
@@ -59,7 +58,7 @@ impl OnlineChangeMode {
     }
 }
 
-/// A slave's use of a plate: which of the two it is on.
+/// A slave's use of a plate: which of the two versions it is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lease {
     epoch: u32,
@@ -68,15 +67,15 @@ pub(super) struct Lease {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// On what is in force.
+    /// Slave on the version in force.
     Old,
-    /// On what shall be in force.
+    /// Slave on the changed version.
     New,
-    /// Back again, after a change for one cycle.
+    /// Slave back on the version in force, after a change for one cycle.
     Returned,
 }
 
-/// What a slave has to do about a queued change.
+/// Next action of a slave for a queued change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     Take,
@@ -85,25 +84,25 @@ pub(super) enum Next {
 
 #[derive(Debug)]
 pub(super) struct Versions {
-    /// Two of a motion function, one of a position table.
+    /// Two versions of a motion function, one of a position table.
     plates: Vec<Plate>,
     in_force: usize,
     mode: OnlineChangeMode,
-    /// The points in which the plates may differ, ascending by index.
+    /// Points in which the plates may differ, ascending by index.
     points: Vec<MotionPoint>,
     /// The indices of all points that were ever written, ascending.
     touched: Vec<u32>,
     /// Set while `points` wait for slaves to take them.
     queued: Option<OnlineChangeMode>,
-    /// Where the course of the two differs, in masters of the base cycle.
+    /// Range in which the two courses differ, in masters of the base cycle.
     changed: Range<f64>,
-    /// Counts the changes, so that a lease knows whether its phase is about the present one.
+    /// Counter of changes, so that a lease knows whether its phase belongs to the present one.
     epoch: u32,
-    /// How many there are, of all slaves.
+    /// Number of leases, of all slaves.
     leases: u32,
-    /// How many of them have taken the queued change.
+    /// Number of leases that have taken the queued change.
     taken: u32,
-    /// How many of them have given it back.
+    /// Number of leases that have given it back.
     returned: u32,
 }
 
@@ -137,7 +136,7 @@ impl Versions {
         &self.plates[self.in_force]
     }
 
-    /// The plate a slave is on.
+    /// The plate that a slave is on.
     #[inline]
     pub(super) fn plate_of(&self, lease: &Lease) -> &Plate {
         match self.phase(lease) {
@@ -146,7 +145,7 @@ impl Versions {
         }
     }
 
-    /// The plate as it shall be.
+    /// The plate with the change.
     pub(super) fn changed_plate(&self) -> &Plate {
         &self.plates[self.plates.len() - 1 - self.in_force]
     }
@@ -155,18 +154,18 @@ impl Versions {
         &self.mode
     }
 
-    /// The mode of the change that waits for slaves, if one does.
+    /// The mode of the change that waits for slaves, if there is one.
     #[inline]
     pub(super) const fn queued(&self) -> Option<&OnlineChangeMode> {
         self.queued.as_ref()
     }
 
-    /// Where the queued change alters the course, in masters of the base cycle.
+    /// Range in which the queued change alters the course, in masters of the base cycle.
     pub(super) const fn changed(&self) -> &Range<f64> {
         &self.changed
     }
 
-    /// Whether points can take effect so.
+    /// Checks whether points can take effect with this mode.
     pub(super) fn check_mode(
         &self,
         id: TableId,
@@ -196,14 +195,14 @@ impl Versions {
         }
     }
 
-    /// Whether the points could be queued.
+    /// Checks whether the points could be queued.
     pub(super) fn check_write(
         &self,
         id: TableId,
         points: &[MotionPoint],
     ) -> Result<(), CouplingError> {
         self.check_not_under_way(id)?;
-        // What is queued adds up; else the change begins with what is in force.
+        // Queued changes add up; otherwise the change begins with the plate in force.
         let before = if self.queued.is_some() || self.mode.activation.mode == ActivationMode::Off {
             self.changed_plate()
         } else {
@@ -243,23 +242,23 @@ impl Versions {
         Ok(())
     }
 
-    /// Queues all points of another plate in the place of these, which `new` has afterwards. That it is possible was
-    /// checked: both are motion functions of as many points. Where they differ is not looked for: the whole plate
-    /// counts as changed.
+    /// Queues all points of another plate in place of these, which `new` holds afterwards. It has been
+    /// checked that both are motion functions with equal numbers of points. Their differences are not
+    /// searched for: the whole plate counts as changed.
     pub(super) fn replace(&mut self, new: &mut Self) {
         let changed = self.plates.len() - 1 - self.in_force;
         core::mem::swap(&mut self.plates[changed], &mut new.plates[0]);
         self.queue_all();
     }
 
-    /// The same, with a plate that stays as it is.
+    /// Queues all points of another plate, which stays unchanged.
     pub(super) fn replace_by_copy(&mut self, new: &Plate) {
         let changed = self.plates.len() - 1 - self.in_force;
         self.plates[changed].copy_from(new);
         self.queue_all();
     }
 
-    /// Nobody is on the plate, and it becomes what it was made of: this plate. Nothing is allocated.
+    /// Restores the plate without slaves to its source: this plate. Nothing is allocated.
     pub(super) fn restore(&mut self, new: &Plate) {
         if !self.touched.is_empty() {
             for plate in &mut self.plates {
@@ -299,7 +298,7 @@ impl Versions {
         &self.touched
     }
 
-    /// A slave comes onto the plate.
+    /// Counts a slave that comes onto the plate.
     pub(super) fn acquire(&mut self) -> Lease {
         self.leases += 1;
         Lease {
@@ -308,7 +307,7 @@ impl Versions {
         }
     }
 
-    /// A slave leaves the plate.
+    /// Counts a slave that leaves the plate.
     pub(super) fn leave(&mut self, lease: &Lease) {
         self.leases = self.leases.saturating_sub(1);
         match self.phase(lease) {
@@ -319,7 +318,7 @@ impl Versions {
         self.settle();
     }
 
-    /// What a slave has to do about the queued change, if anything.
+    /// Next action of a slave for the queued change, if there is one.
     pub(super) fn next_of(&self, lease: &Lease) -> Option<(Next, &OnlineChangeMode)> {
         let mode = self.queued.as_ref()?;
         match self.phase(lease) {
@@ -329,7 +328,7 @@ impl Versions {
         }
     }
 
-    /// The slave takes the change, or gives it back after its cycle.
+    /// Applies the change for a slave, or gives it back after its cycle.
     pub(super) fn advance(&mut self, lease: &mut Lease, next: Next) {
         let phase = match next {
             Next::Take => {
@@ -349,7 +348,8 @@ impl Versions {
         self.settle();
     }
 
-    /// A change that is in force for some slaves can neither be added to nor taken back.
+    /// Checks that no change is under way: one that is in force for some slaves can neither be extended
+    /// nor cancelled.
     pub(super) const fn check_not_under_way(&self, id: TableId) -> Result<(), CouplingError> {
         if self.queued.is_some() && self.is_under_way() {
             Err(CouplingError::Pending { table: id })
@@ -358,8 +358,8 @@ impl Versions {
         }
     }
 
-    /// Ends the change once every slave has done what it has to. A plate without slaves changes at
-    /// once, unless the change is for one cycle: that waits for a slave to go through it.
+    /// Ends the change once every slave has completed it. A plate without slaves changes at once, unless
+    /// the change is for one cycle: that waits for a slave to run through it.
     fn settle(&mut self) {
         let Some(mode) = &self.queued else {
             return;
@@ -381,7 +381,7 @@ impl Versions {
         self.returned = 0;
     }
 
-    /// Makes the plate that is not in force the same as the one that is.
+    /// Makes the plate that is not in force equal to the one that is.
     fn make_equal(&mut self) -> Result<(), CouplingError> {
         let other = self.plates.len() - 1 - self.in_force;
         if let Some(function) = self.plates[self.in_force].function() {

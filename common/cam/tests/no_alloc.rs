@@ -1,4 +1,4 @@
-//! Nothing a cam coupling does once it has its plates asks for memory: commands, writes, cycles.
+//! Commands, writes and cycles of a cam coupling allocate no memory once it has its plates.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_cam::{

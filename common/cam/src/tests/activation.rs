@@ -1,5 +1,5 @@
-//! TF5050 chapter 8.3, mode by operation: what the manual allows takes effect where it should, what
-//! it does not list is refused.
+//! TF5050 chapter 8.3, mode by operation: modes that the manual allows take effect at the right place,
+//! all others are refused.
 
 mod multi;
 
@@ -12,11 +12,11 @@ use ActivationMode::{
     NextCycleOnce, Off,
 };
 
-/// What a mode does with an operation.
+/// Effect of a mode with an operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Is {
-    /// Takes effect where the master, led from 100 up, reaches this; for downwards only, from there
-    /// down.
+    /// Takes effect where the master, led from 100 up, reaches this position; for downward modes, from
+    /// there down.
     At(f64),
     /// Takes effect at 360 and returns a cycle later.
     Once,
@@ -27,7 +27,7 @@ enum Is {
 }
 use Is::{At, No, Nothing, Once};
 
-/// The activation position, where one is needed: a quarter of a cycle further than the master is.
+/// The activation position, where one is needed: a quarter of a cycle beyond the master.
 const POSITION: f64 = 190.0;
 
 #[rustfmt::skip]
@@ -73,7 +73,7 @@ fn the_rules_are_those_of_the_table() {
     }
 }
 
-/// Leads the master from 100 and compares the slave with the old course and the new one all the way.
+/// Leads the master from 100 and compares the slave with the old course and the new one all along.
 fn follow(
     rig: &mut Rig,
     is: Is,
@@ -126,7 +126,7 @@ fn couple() {
         }
         let ticket = started.unwrap();
         if is == Once {
-            // There is nothing to return to: the coupling lasts one cycle.
+            // There is no previous plate to return to: the coupling lasts one cycle.
             rig.lead(359.0, 2.5);
             assert_eq!(rig.state(ticket), CommandState::Waiting);
             rig.lead(700.0, 2.5);
@@ -239,7 +239,7 @@ fn online_change() {
             continue;
         }
         set.unwrap();
-        // As the discarding mode is none to write with, what it discards is written before.
+        // The discarding mode is not for writing, so the points are written before.
         let points = if mode == AsSoonAsPossible {
             // Only the first half changes, and that is where the slave is.
             std::vec![rest(2, 90.0, 25.0)]

@@ -39,7 +39,7 @@ fn velocity_and_acceleration_are_the_chain_rule_s() {
         ..cam_in(WITH_LIFT)
     }))
     .unwrap();
-    // The master at constant acceleration: what the slave does must fit its own positions.
+    // The master at constant acceleration: the slave's derivatives must fit its positions.
     let master_at = |t: f64| Kinematics {
         position: 700.0 + 90.0 * t + 15.0 * t * t,
         velocity: 90.0 + 30.0 * t,
@@ -133,7 +133,7 @@ fn a_jump_is_refused_and_nothing_has_changed() {
     let at_once = rig.start(CamRequest::from(cam_in(BACK_AND_FORTH)));
     assert_eq!(at_once.unwrap_err().code(), 0x421A);
     assert_eq!(rig.coupling.state(), CommandState::Idle);
-    // What waits is refused when it is due.
+    // A waiting command is refused when it is due.
     let ticket = rig
         .start(CamRequest::from(CamIn {
             activation: activation(ActivationMode::AtMasterAxisPos, 0.5),

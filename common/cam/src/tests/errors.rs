@@ -1,4 +1,4 @@
-//! Every refusal, with its code and what it says.
+//! Refusals of every kind, with code and text.
 
 use std::string::ToString;
 
@@ -8,7 +8,7 @@ fn refused(rig: &mut Rig, command: CamRequest) -> CouplingError {
     rig.start(command).expect_err("a refusal")
 }
 
-/// The code, and that the text begins with it.
+/// Checks the code, and that the text begins with it.
 fn is_refused(error: CouplingError, code: u32, says: &str) {
     assert_eq!(error.code(), code, "{error}");
     let text = error.to_string();
@@ -202,7 +202,8 @@ fn of_values_too_extreme_to_be_numbers() {
     assert_eq!(after, error, "until it is uncoupled");
 }
 
-/// `narrow-peak`: a plate ten times too fast for its slave was accepted or refused by the millisecond.
+/// `narrow-peak`: a plate ten times too fast for its slave was accepted or refused depending on the
+/// millisecond.
 #[test]
 fn a_narrow_peak_is_seen_wherever_the_master_is() {
     let points = [
@@ -251,7 +252,7 @@ fn a_narrow_peak_is_seen_wherever_the_master_is() {
     }
 }
 
-/// Two plates with peaks that only together are too much, in the same narrow place.
+/// Two plates with peaks that only together are too great, in the same narrow place.
 #[test]
 fn the_peaks_of_several_plates_add_up() {
     let points = [(0.0, 0.0), (102.3, 0.0), (103.5, 10.0), (360.0, 0.0)];

@@ -27,9 +27,9 @@ const BACK_AND_FORTH: TableId = 1;
 const WITH_LIFT: TableId = 2;
 /// From 0 to 40 over 0 to 100, linear, at rest at both ends.
 const LINEAR: TableId = 3;
-/// As `BACK_AND_FORTH`, of a quarter of the height and half the period.
+/// As `BACK_AND_FORTH`, with a quarter of the height and half the period.
 const SMALL: TableId = 4;
-/// One more of those with lift, for a fifth plate.
+/// Spare plate with lift, for a fifth plate.
 const SPARE: TableId = 5;
 
 fn plate(points: &[(f64, f64)], course: Course) -> Plate {
@@ -41,7 +41,7 @@ fn plate(points: &[(f64, f64)], course: Course) -> Plate {
     Plate::from_function(function, course)
 }
 
-/// 1e-3 u of a jump, and whatever velocity.
+/// Jumps of up to 1e-3 u, and any velocity.
 const LIMITS: CamLimits = CamLimits {
     velocity: 1e12,
     acceleration: 1e24,
@@ -121,7 +121,7 @@ impl Rig {
             .start(&mut self.tables, &command, &self.master, &self.slave)
     }
 
-    /// One cycle with the master at a position.
+    /// Runs one cycle with the master at a position.
     fn go(&mut self, position: f64) -> f64 {
         self.master = Kinematics {
             position,
@@ -132,7 +132,8 @@ impl Rig {
         self.slave.position
     }
 
-    /// To a position in steps of at most `step`; the largest step of the slave on the way.
+    /// Leads the master to a position in steps of at most `step`; returns the largest step of the slave
+    /// on the way.
     fn lead(&mut self, to: f64, step: f64) -> f64 {
         let mut largest = 0.0_f64;
         while self.master.position != to {

@@ -81,7 +81,7 @@ fn operations_of_cam_in_v2_do_what_the_blocks_do() {
     };
     rig.start(v2(OperationMode::Additive, SMALL, 0)).unwrap();
     rig.lead(180.0 * 2.0, 1.0);
-    // Its place in the axes is absolute, so it would jump to where it is after 360.
+    // Its placement in the axes is absolute, so it would jump to its position after 360.
     let jumps = rig.start(v2(OperationMode::Exchange, SPARE, SMALL));
     assert_eq!(jumps.unwrap_err().code(), 0x421A);
     rig.go(360.0);

@@ -217,7 +217,8 @@ fn a_position_table_takes_no_points() {
     assert_eq!(tables.read(1, 1, 1).unwrap_err().code(), 0x4262);
 }
 
-/// `own-points-waiting`: the slave took the waiting points at once, 32 u in a cycle, although a jump was to be refused.
+/// `own-points-waiting`: the slave took the waiting points at once, 32 u in a cycle, although a jump
+/// should be refused.
 #[test]
 fn coupled_again_while_its_own_points_wait_they_go_on_waiting() {
     for jump in [
@@ -254,7 +255,7 @@ fn coupled_again_while_its_own_points_wait_they_go_on_waiting() {
     }
 }
 
-/// Points for a place of the plate where they make the slave jump waited for ever, and nobody was told.
+/// Points for a place of the plate where they make the slave jump waited for ever, without a report.
 #[test]
 fn what_is_held_back_is_said_once() {
     let mut rig = rig();

@@ -1,4 +1,4 @@
-//! What holds for any plate, any place in the axes and any command.
+//! Properties of any plate, any placement in the axes and any command.
 
 mod random;
 
@@ -207,7 +207,7 @@ proptest! {
         prop_assert!((after.position - before.position).abs() < 1e-9 * scale);
         prop_assert!((after.velocity - before.velocity).abs() < 1e-9 * scale);
         prop_assert!((after.acceleration - before.acceleration).abs() < 1e-8 * scale);
-        // At its end the plate takes over where the ramp leaves.
+        // At its end the plate continues where the ramp ends.
         let end = master + velocity * length;
         let off = length * 1e-7;
         let near = rig.coupling.update(&mut rig.tables, &at(end - velocity * off));

@@ -1,4 +1,4 @@
-//! TF5050 chapter 4.1: plates that come and go while the axis runs, and are read by others.
+//! TF5050 chapter 4.1: plates that are inserted and removed while the axis runs, and their readers.
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
@@ -62,7 +62,7 @@ fn more_rows_than_there_is_room_for_are_refused() {
         .unwrap();
     let refused = tables.select(2, false, &mut prepared(&three(1.0)), 2);
     assert_eq!(code(refused), 0x4A11);
-    // The room of the one that goes counts.
+    // The memory of the replaced plate counts as free.
     tables
         .select(1, true, &mut prepared(&three(2.0)), 0)
         .unwrap();

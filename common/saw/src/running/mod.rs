@@ -62,7 +62,7 @@ pub struct SawCoupling {
 /// Source of the slave's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Its own velocity, until the master has come near; `since` is the time in this phase.
+    /// Velocity of its own, until the master has come near; `since` is the time in this phase.
     Prephase { profile: Profile, since: f64 },
     /// The profile over the master's position.
     OverMaster,

@@ -1,4 +1,4 @@
-//! The same table for superposed plates.
+//! Modes by operation for superposed plates.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Any command, of any sense or none.
+//! Random commands, sensible or not.
 
 use super::*;
 
