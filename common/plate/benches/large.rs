@@ -1,4 +1,4 @@
-//! What large plates cost: made of as many points as a long table has rows, checked, and judged.
+//! Cost of large plates: made of as many points as a long table has rows, checked, and judged.
 
 use std::hint::black_box;
 
@@ -10,7 +10,7 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 
 const POINTS: u32 = 100_000;
 
-/// A wave with all derivatives, so that the slave turns inside segments and none is like the next.
+/// A wave with all derivatives, so that the slave has extremes inside segments and every segment differs.
 fn wave(row: u32) -> MotionPoint {
     let (sin, cos) = (f64::from(row) * 0.7).sin_cos();
     MotionPoint {

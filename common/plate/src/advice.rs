@@ -1,4 +1,4 @@
-//! Which law would lead best from one point to the next.
+//! Comparison of the laws that can lead from one point to the next.
 
 use alloc::vec::Vec;
 
@@ -9,68 +9,70 @@ use super::point::{MotionPoint, PointType};
 use super::source::{PlateSource, SourceRows};
 use coaxle_curve::law::{Motion, MotionLaw, Segment};
 
-/// What laws are compared by.
+/// Quantity by which laws are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Demand {
-    /// The highest |v|, u/s.
+    /// The greatest |v|, u/s.
     Velocity,
-    /// The highest |a|, u/s²: the force on what is moved.
+    /// The greatest |a|, u/s²: the force on the moved mass.
     #[default]
     Acceleration,
-    /// The highest |j|, u/s³: how hard it is shaken.
+    /// The greatest |j|, u/s³: the excitation of vibrations.
     Jerk,
-    /// The highest |v·a|, u²/s³: the power per mass, which the drive's torque at its speed has to give.
+    /// The greatest |v·a|, u²/s³: the power per mass, which the drive's torque at its speed has to
+    /// supply.
     Torque,
 }
 
 impl Demand {
-    /// All of them.
+    /// Complete list.
     pub const ALL: [Self; 4] = [Self::Velocity, Self::Acceleration, Self::Jerk, Self::Torque];
 }
 
-/// What the slave can do; nothing is asked of what is not said.
+/// Limits of the slave; omitted ones do not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawLimits {
-    /// The highest |v|, u/s.
+    /// Greatest |v|, u/s.
     pub velocity: Option<f64>,
-    /// The highest |a|, u/s².
+    /// Greatest |a|, u/s².
     pub acceleration: Option<f64>,
-    /// The highest |j|, u/s³.
+    /// Greatest |j|, u/s³.
     pub jerk: Option<f64>,
-    /// The highest |v·a|, u²/s³.
+    /// Greatest |v·a|, u²/s³.
     pub torque: Option<f64>,
 }
 
-/// What is asked of the laws.
+/// Criteria of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawQuestion {
     /// The constant velocity of the master, x/s.
     pub master_velocity: f64,
-    /// What the slave can do.
+    /// Limits of the slave.
     pub limits: LawLimits,
-    /// What shall be least.
+    /// Quantity to minimise.
     pub least: Demand,
 }
 
-/// What a law would ask of the slave between two points.
+/// Demands of a law on the slave between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawAdvice {
     /// The law.
     pub law: MotionLaw,
-    /// Its highest velocity, u/s, acceleration, u/s², jerk, u/s³, and |v·a|, u²/s³, within the segment.
+    /// Greatest velocity, u/s, acceleration, u/s², jerk, u/s³, and |v·a|, u²/s³, within the segment.
     demands: [f64; 4],
-    /// By how much its velocity differs from that of the points at its ends, the larger one, u/s; 0 but for rounding.
+    /// Difference of its velocity from that of the points at its ends, the larger one, u/s; 0 within
+    /// rounding.
     pub velocity_step: f64,
-    /// By how much its acceleration differs from that of the segments before and after, the larger one, u/s².
+    /// Difference of its acceleration from that of the segments before and after, the larger one, u/s².
     pub acceleration_step: f64,
-    /// Whether it joins and keeps the limits.
+    /// True if it joins without a step of the velocity and keeps the limits.
     pub passes: bool,
 }
 
 impl LawAdvice {
-    /// What it asks. A law whose acceleration steps at an end has no highest jerk: infinity.
+    /// Value of a demand. The jerk of a law whose acceleration steps at an end is infinite.
     #[must_use]
     pub const fn demand(&self, demand: Demand) -> f64 {
         match demand {
@@ -79,13 +81,13 @@ impl LawAdvice {
         }
     }
 
-    /// The highest jerk between the ends, u/s³, whatever happens at them.
+    /// The greatest jerk between the ends, u/s³, without steps at the ends.
     #[must_use]
     pub const fn inner_jerk(&self) -> f64 {
         self.demands[Demand::Jerk as usize]
     }
 
-    /// Which limits it breaks.
+    /// Limits that it exceeds.
     pub fn broken(&self, limits: &LawLimits) -> impl Iterator<Item = Demand> + use<> {
         let (advice, limits) = (*self, *limits);
         let exceeds = move |demand: &Demand| {
@@ -97,7 +99,7 @@ impl LawAdvice {
 }
 
 impl LawLimits {
-    /// The limit of one of them.
+    /// The limit of a quantity.
     #[must_use]
     pub const fn of(&self, demand: Demand) -> Option<f64> {
         match demand {
@@ -109,19 +111,20 @@ impl LawLimits {
     }
 }
 
-/// Slack for rounding, relative to the magnitudes at hand.
+/// Slack for rounding, relative to the magnitudes involved.
 const ROUNDING: f64 = 1e-9;
 
 impl PlateSource {
-    /// Every law that the points at both ends allow from a point of this number to the next one, the best one first: those
-    /// that join their points without a step of the velocity and keep the limits, and of them those whose acceleration
-    /// goes on, by what shall be least; then the others.
+    /// Returns the laws that the points at both ends allow from a point of this number to the next one,
+    /// the best first: those that join their points without a step of the velocity and keep the limits,
+    /// and of them those with a continuous acceleration, by the quantity to minimise; then the others.
     ///
-    /// The points themselves stay, and so does the rest of the plate, which need not be in order.
+    /// The points themselves stay, and so does the rest of the plate, which need not be valid.
     ///
     /// # Errors
-    /// 0x4262 for a position table, 0x4B33 for a point that is not there, 0x4A1C for one that leads nowhere or within a
-    /// spline, whose pieces have no laws of their own, and for a velocity of the master or a limit that is none.
+    /// 0x4262 for a position table, 0x4B33 for a point that does not exist, 0x4A1C for one from which no
+    /// segment begins or within a spline, whose pieces have no laws of their own, and for an invalid
+    /// velocity of the master or limit.
     pub fn law_advice(
         &self,
         point: u32,
@@ -174,28 +177,28 @@ impl LawQuestion {
     }
 }
 
-/// Two points, and what the slave does before and after.
+/// Two points, and the motion of the slave before and after.
 struct Stretch {
     point: MotionPoint,
     next: MotionPoint,
-    /// What it comes with and goes on with.
+    /// Motion on arrival and after departure.
     before: Beyond,
     after: Beyond,
 }
 
-/// What the slave does on the other side of a point.
+/// Motion of the slave on the other side of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Beyond {
-    /// Its acceleration, and the highest of its segment, u/x².
+    /// Its acceleration, and the greatest of its segment, u/x².
     Acceleration(f64, f64),
-    /// The segment that is looked at, which follows itself: the only one of a cyclic plate.
+    /// The examined segment, which follows itself: the only one of a cyclic plate.
     Itself,
-    /// The segment there is not in order.
+    /// A segment that is not valid.
     Unknown,
 }
 
 impl Beyond {
-    /// By how much it steps from here, or to here; 0 but for rounding, of the magnitudes on both sides.
+    /// Size of the step from here, or to here; 0 within rounding, of the magnitudes on both sides.
     fn step(self, here: f64, other_end: f64, size: f64) -> f64 {
         let (there, its_size) = match self {
             Self::Acceleration(there, size) => (there, size),
@@ -248,7 +251,7 @@ impl Stretch {
         })
     }
 
-    /// None if the points do not allow the law.
+    /// Returns the demands of a law; none if the points do not allow it.
     fn advice(&self, law: MotionLaw, question: &LawQuestion) -> Option<LawAdvice> {
         let point = MotionPoint {
             function: law,
@@ -284,12 +287,12 @@ impl Stretch {
     }
 }
 
-/// A step, if it is more than rounding may make of numbers of that size.
+/// Returns a step if it exceeds the rounding of numbers of that size, else 0.
 fn over_rounding(step: f64, size: f64) -> f64 {
     if step <= ROUNDING * size { 0.0 } else { step }
 }
 
-/// What steps are compared with: the magnitudes at hand, and what the stroke makes of a segment of that length.
+/// Reference magnitudes for steps: those involved, and those of the stroke over a segment of that length.
 fn size_of(segment: &Segment, first: &Motion, last: &Motion) -> Motion {
     let length = segment.end() - segment.start();
     let mean = (last.position - first.position).abs() / length;
@@ -301,11 +304,11 @@ fn size_of(segment: &Segment, first: &Motion, last: &Motion) -> Motion {
     }
 }
 
-/// What the slave does on the other sides of the points.
+/// Motion of the slave on the other sides of the points.
 struct Neighbours<'a> {
     points: &'a [MotionPoint],
     course: Course,
-    /// Known if the plate is in order: then the pieces of splines are, too.
+    /// Set if the plate is valid: then the pieces of splines are known, too.
     plate: Option<super::Plate>,
 }
 
@@ -318,7 +321,7 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// At the end of the segment that leads to a row. Before a linear plate the slave rests.
+    /// Motion at the end of the segment that leads to a row. Before a linear plate the slave rests.
     fn before(&self, row: usize) -> Beyond {
         let last = self.points.len() - 1;
         let here = match (row, self.course) {
@@ -334,7 +337,8 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// At the start of the segment that begins at the row which another one leads to. After a linear plate the slave rests.
+    /// Motion at the start of the segment that begins at the row `next`. After a linear plate the slave
+    /// rests.
     fn after(&self, row: usize, next: usize) -> Beyond {
         let last = self.points.len() - 1;
         let here = match (next == last, self.course) {

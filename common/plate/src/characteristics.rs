@@ -1,4 +1,4 @@
-//! `MC_ReadCamTableCharacteristics`: what a plate demands of the slave.
+//! `MC_ReadCamTableCharacteristics`: the demands of a plate on the slave.
 
 use super::error::CamError;
 use super::kind::{Course, TableType};
@@ -16,20 +16,20 @@ pub struct Characteristics {
     /// The velocity of the master, x/s.
     #[doc(alias = "fMasterVeloNom")]
     pub master_velocity: f64,
-    /// Where the plate starts.
+    /// The start of the plate.
     pub start: PlateEnd,
-    /// Where it ends.
+    /// The end of the plate.
     pub end: PlateEnd,
-    /// The least and the most of position, velocity, acceleration and jerk, and where.
+    /// Minima and maxima of position, velocity, acceleration and jerk, with their places.
     pub extremes: Extremes,
-    /// The velocity where the acceleration is least.
+    /// The velocity at the minimum acceleration.
     #[doc(alias = "fSVeloAtSAccMin")]
     pub velocity_at_minimum_acceleration: f64,
-    /// The velocity where the acceleration is highest.
+    /// The velocity at the maximum acceleration.
     #[doc(alias = "fSVeloAtSAccMax")]
     pub velocity_at_maximum_acceleration: f64,
-    /// The least and the highest product of velocity and acceleration, u²/s³: what a drive must
-    /// brake and what it must give, up to the mass. The original leaves it out.
+    /// The minimum and maximum product of velocity and acceleration, u²/s³: the braking and the driving
+    /// power, up to the mass. The original leaves it out.
     #[doc(alias = "fSlaveDynMomMin")]
     #[doc(alias = "fSlaveDynMomMax")]
     pub dynamic_momentum: MinMax,
@@ -39,24 +39,24 @@ pub struct Characteristics {
     /// The root of the mean square of the acceleration. The original leaves it out.
     #[doc(alias = "fSlaveAccEff")]
     pub effective_acceleration: f64,
-    /// At how many places inside the plate, and at the seam of a cyclic one, the velocity steps:
-    /// [`Plate::velocity_steps`]. The original says nothing of them.
+    /// Number of places inside the plate, and at the seam of a cyclic one, at which the velocity steps:
+    /// [`Plate::velocity_steps`]. The original does not report them.
     pub velocity_steps: usize,
     /// The largest of these steps, over time.
     pub largest_velocity_step: Option<VelocityStep>,
-    /// How many rows or points the plate has.
+    /// Number of rows or points of the plate.
     #[doc(alias = "NumberOfRows")]
     pub rows: usize,
-    /// How many columns.
+    /// Number of columns.
     #[doc(alias = "NumberOfColumns")]
     pub columns: usize,
-    /// What it is made from.
+    /// Type of the plate.
     pub table_type: TableType,
-    /// Whether it is repeated.
+    /// Course: linear or cyclic.
     pub course: Course,
 }
 
-/// An end of a plate, with the slave as it moves there.
+/// An end of a plate, with the slave's motion there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateEnd {
     /// Position of the master, x.
@@ -112,7 +112,7 @@ impl Plate {
         })
     }
 
-    /// The least and the highest position of the slave in the base cycle, u, and where.
+    /// The minimum and maximum position of the slave in the base cycle, u, with their places.
     #[must_use]
     pub fn slave_range(&self) -> MinMax {
         let (first, _) = self.ends();
@@ -166,13 +166,13 @@ fn scaled(range: MinMax, factor: f64) -> MinMax {
     }
 }
 
-/// What a part of the plate demands at a master velocity of 1.
+/// Demands of a part of the plate at a master velocity of 1.
 struct Demands {
     extremes: Extremes,
     velocity_at_minimum_acceleration: f64,
     velocity_at_maximum_acceleration: f64,
     momentum: MinMax,
-    /// The slave's whole way, forwards and backwards: the integral of |v|.
+    /// The slave's whole path length, forwards and backwards: the integral of |v|.
     path: f64,
     /// The integral of a².
     square: f64,

@@ -6,8 +6,8 @@ use coaxle_curve::curve::Curve;
 use coaxle_curve::law::{Knot, LawError, Motion, MotionLaw, Segment, Turn};
 use coaxle_curve::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
 
-/// Checks all points and leaves the segments between those in use in `curve`. It allocates only if
-/// there is less room than rows.
+/// Checks all points and leaves the segments between those in use in `curve`. Allocates only if its
+/// capacity is less than the number of rows.
 pub(super) fn compile(
     points: &[MotionPoint],
     splines: &mut SplineSolver,
@@ -26,7 +26,7 @@ pub(super) fn compile(
     Ok(())
 }
 
-/// What can be said of each point on its own.
+/// Checks that concern each point on its own.
 fn check(points: &[MotionPoint]) -> Result<(), CamError> {
     let [first, .., last] = points else {
         return Err(CamError::TooFewPoints {
@@ -92,7 +92,7 @@ fn check_values(point: &MotionPoint) -> Result<(), CamError> {
     Ok(())
 }
 
-/// The row that follows on the course.
+/// The next row on the course.
 pub(super) fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
     let point = &points[row];
     let most = points.len() - 1 - row;
@@ -138,8 +138,7 @@ pub(super) fn segment(point: &MotionPoint, next: &MotionPoint) -> Result<Segment
     Segment::with_turn(point.function, &knot(point), &knot(next), turn(point, next))
 }
 
-/// An acceleration at the turning end of a harmonic combination says where its inner turning point
-/// is.
+/// Place of the inner turning point of a harmonic combination, from the acceleration at its turning end.
 fn turn(point: &MotionPoint, next: &MotionPoint) -> Turn {
     let turning = match point.function {
         MotionLaw::HarmonicKombiRt | MotionLaw::HarmonicKombiVt => next,
@@ -165,7 +164,7 @@ fn knot(point: &MotionPoint) -> Knot {
     }
 }
 
-/// One spline from `row` over all inner spline points to the point after them.
+/// Adds one spline from `row` over all inner spline points to the point after them.
 fn push_spline_from(
     points: &[MotionPoint],
     row: usize,
@@ -191,7 +190,7 @@ fn push_spline_from(
     Ok(end_row)
 }
 
-/// Gives the solver the points of the spline; returns the row it ends at.
+/// Passes the points of the spline to the solver; returns the row it ends at.
 fn collect_knots(
     points: &[MotionPoint],
     start: usize,
@@ -213,8 +212,8 @@ fn collect_knots(
     }
 }
 
-/// The end conditions. The last point of a spline may name its own; if another law goes on from
-/// there, or it names none, both ends are alike.
+/// The end conditions. The last point of a spline may name its own; if another law continues from there,
+/// or it names none, both ends are equal.
 fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<Ends, CamError> {
     let start_law = start.function;
     let end_law = match end.function {
@@ -246,7 +245,7 @@ fn end_condition(law: MotionLaw, velocity: f64) -> End {
     }
 }
 
-/// A spline through two points is one cubic, but one period needs a point inside.
+/// Least number of points: a spline through two points is one cubic, but one period needs a point inside.
 fn least_points(ends: Ends) -> usize {
     match ends {
         Ends::Open(..) => 2,

@@ -1,4 +1,4 @@
-//! What is wrong with a plate, a change to it or a question about it.
+//! Errors of a plate, a change to it or a query about it.
 
 use core::fmt;
 
@@ -7,32 +7,32 @@ use super::point::PointType;
 use coaxle_curve::law::{LawError, MotionLaw, Quantity, Side};
 use coaxle_curve::spline::NoFiniteSlopes;
 
-/// A plate that cannot be made, or cannot be asked that. [`CamError::code`] is the NC's number,
-/// the text names the place, what was received and what is expected.
+/// A plate that cannot be made, or a query that it refuses. [`CamError::code`] is the NC's number, the
+/// text names the place, the received and the expected value.
 #[doc(alias = "MC_TableErrorCodes")]
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CamError {
     /// 0x4A23: a motion function needs at least two points.
     #[error("{:#06x}: received {received} points, expected at least 2", self.code())]
     TooFewPoints {
-        /// How many there are.
+        /// Number of points.
         received: usize,
     },
     /// 0x4A1F: the numbers of the points leave a gap, repeat or do not begin at 1.
     #[error("{:#06x}: row {row}: received point index {received}, expected {expected}", self.code())]
     PointIndex {
-        /// Which row, from 0.
+        /// Row, from 0.
         row: usize,
-        /// The number it has.
+        /// The number of the point.
         received: u32,
-        /// The number it should have.
+        /// The number expected.
         expected: u32,
     },
     /// 0x4B33: there is no point of that number.
     #[doc(alias = "MC_ERROR_POINTID_INVALID")]
     #[error("{:#06x}: received point index {received}, expected 1 to {last}", self.code())]
     UnknownPoint {
-        /// The number asked for.
+        /// The number received.
         received: u32,
         /// The number of the last point.
         last: u32,
@@ -41,30 +41,30 @@ pub enum CamError {
     #[doc(alias = "MC_ERROR_NUMPOINTS_INVALID")]
     #[error("{:#06x}: received no points to change, expected at least 1", self.code())]
     NoPoints,
-    /// 0x4A1C: a number that is none.
+    /// 0x4A1C: a number that is not finite.
     #[error("{:#06x}: {place}, {field}: received {received}, expected a finite number", self.code())]
     NotFinite {
-        /// Where.
+        /// Place in the plate.
         place: Place,
-        /// Which field or column.
+        /// Field or column.
         field: &'static str,
-        /// What it is.
+        /// Value received.
         received: f64,
     },
     /// 0x4A1C: a number that is larger than any axis.
     #[error("{:#06x}: {place}, {field}: received {received:e}, expected a number from -1e15 to 1e15", self.code())]
     TooLarge {
-        /// Where.
+        /// Place in the plate.
         place: Place,
-        /// Which field or column.
+        /// Field or column.
         field: &'static str,
-        /// What it is.
+        /// Value received.
         received: f64,
     },
     /// 0x4A06: the master does not ascend strictly.
     #[error("{:#06x}: {place}, master: received {received}, expected above {above}", self.code())]
     NotAscending {
-        /// Where.
+        /// Place in the plate.
         place: Place,
         /// The master position there.
         received: f64,
@@ -74,23 +74,23 @@ pub enum CamError {
     /// 0x42DB: the first or the last point is to be ignored.
     #[error("{:#06x}: point {point}: received point type ignore, expected the first and the last point in use", self.code())]
     EndIgnored {
-        /// Which point.
+        /// Number of the point.
         point: u32,
     },
     /// 0x42DB: a point leads backwards, nowhere or beyond the last one.
     #[error("{:#06x}: point {point}, relative next: received {relative_next}, expected 1 to {most}", self.code())]
     NextPoint {
-        /// Which point.
+        /// Number of the point.
         point: u32,
-        /// How far it leads.
+        /// Step to the next point received.
         relative_next: i32,
-        /// How far the last point is.
+        /// Step to the last point.
         most: u32,
     },
-    /// 0x42DB: a point leads to one that is to be ignored.
+    /// 0x42DB: the next point of a point is an ignored one.
     #[error("{:#06x}: point {point}, relative next: leads to point {next}, which is ignored, expected a point in use", self.code())]
     NextPointIgnored {
-        /// Which point.
+        /// Number of the point.
         point: u32,
         /// The point it leads to.
         next: u32,
@@ -98,19 +98,19 @@ pub enum CamError {
     /// 0x42DA: a point's value contradicts its kind.
     #[error("{:#06x}: point {point}, {field}: received {received}, expected 0 at a point of type {:?}", self.code(), .point_type.file_name())]
     PointContradicts {
-        /// Which point.
+        /// Number of the point.
         point: u32,
-        /// Its kind.
+        /// Type of the point.
         point_type: PointType,
-        /// Which of its values.
+        /// Name of the value.
         field: &'static str,
-        /// The value, where the kind says 0.
+        /// The value, for which the type requires 0.
         received: f64,
     },
     /// 0x4A12: points that add segments have no defined course.
     #[error("{:#06x}: point {point}: received point type add, which has no defined course, expected another one", self.code())]
     AddNotAvailable {
-        /// Which point.
+        /// Number of the point.
         point: u32,
     },
     /// The code of the law's own error: the law cannot lead from this point to the next one.
@@ -122,13 +122,13 @@ pub enum CamError {
         next: u32,
         /// The law between them.
         law: MotionLaw,
-        /// Why not.
+        /// Reason of the law.
         error: LawError,
     },
     /// 0x42DA: an inner spline point where no spline has begun.
     #[error("{:#06x}: point {point}: received an inner spline point, expected it after the first point of a spline", self.code())]
     SplineNotBegun {
-        /// Which point.
+        /// Number of the point.
         point: u32,
     },
     /// 0x42DA: a spline that is periodic at one end only.
@@ -144,31 +144,31 @@ pub enum CamError {
     TooFewSplinePoints {
         /// The point it starts at.
         start: u32,
-        /// How many it has.
+        /// Number of its points.
         received: usize,
-        /// How many it needs.
+        /// Number of points it needs.
         least: usize,
     },
     /// 0x4A20: the slopes of a spline or a table are not finite: positions or distances are too
     /// extreme.
     #[error("{:#06x}: from {start}: received slopes that are not finite, expected less extreme positions", self.code())]
     NoFiniteSlopes {
-        /// Where the spline or the table starts.
+        /// Start of the spline or the table.
         start: Place,
     },
     /// 0x4B36: a position table has no rows. 0x4A02: it has too few.
     #[doc(alias = "MC_ERROR_NUMROWS_INVALID")]
     #[error("{:#06x}: received {received} rows, expected at least {least}", self.code())]
     TooFewRows {
-        /// How many there are.
+        /// Number of rows.
         received: usize,
-        /// How many its interpolation needs.
+        /// Number of rows that its interpolation needs.
         least: usize,
     },
-    /// 0x4A04: a table that is to be equidistant is not.
+    /// 0x4A04: a table declared equidistant is not.
     #[error("{:#06x}: row {row}, master: received {received}, expected {expected} at equal steps", self.code())]
     StepSize {
-        /// Which row, from 0.
+        /// Row, from 0.
         row: usize,
         /// The master position there.
         received: f64,
@@ -181,10 +181,10 @@ pub enum CamError {
     /// 0x4262: the plate is a position table where a motion function is needed.
     #[error("{:#06x}: received a table of type {received:?}, expected a motion function", self.code())]
     NotAMotionFunction {
-        /// What it is.
+        /// Type of the plate.
         received: TableType,
     },
-    /// 0x4B38: an increment that leads nowhere.
+    /// 0x4B38: an increment that never reaches the end.
     #[doc(alias = "MC_ERROR_INCREMENT_INVALID")]
     #[error("{:#06x}: increment: received {received}, expected a number other than 0 towards a distance of {distance}", self.code())]
     Increment {
@@ -193,45 +193,45 @@ pub enum CamError {
         /// The distance it should cover.
         distance: f64,
     },
-    /// 0x4B36: a reading of values has more rows than there is room for.
+    /// 0x4B36: a reading of values has too many rows.
     #[doc(alias = "MC_ERROR_NUMROWS_INVALID")]
     #[error("{:#06x}: received {received} rows of values, expected at most {most}: read the rest by another order", self.code())]
     TooManyValues {
-        /// How many rows it has.
+        /// Number of rows.
         received: usize,
-        /// How many there is room for.
+        /// Greatest number of rows.
         most: usize,
     },
-    /// 0x4B37: a selection of values with unknown bits, or none.
+    /// 0x4B37: a selection of values with unknown bits, or empty.
     #[doc(alias = "MC_ERROR_NUMCOLUMNS_INVALID")]
     #[error("{:#06x}: value selection: received {received:#06x}, expected a sum of some of 1, 2, 4 and 8", self.code())]
     NoColumns {
-        /// The bits that were given.
+        /// The bits received.
         received: u16,
     },
-    /// 0x4A1C: a parameter of a reading is not allowed.
+    /// 0x4A1C: a parameter of a reading is not permitted.
     #[error("{:#06x}: {name}: received {received}, expected {expected}", self.code())]
     Parameter {
-        /// Which one.
+        /// Name of the parameter.
         name: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
-        /// What is allowed.
+        /// Permitted values.
         expected: &'static str,
     },
 }
 
-/// Where in a plate.
+/// Place in a plate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// The point of that index, in a motion function.
+    /// The point with that index, in a motion function.
     Point(u32),
     /// The row, from 0, in a position table.
     Row(usize),
 }
 
 impl Place {
-    /// From 0.
+    /// Row, from 0.
     const fn row(self) -> usize {
         match self {
             Self::Point(point) => (point as usize).saturating_sub(1),
@@ -241,13 +241,13 @@ impl Place {
 }
 
 impl CamError {
-    /// A spline's error, and where the spline or the table starts.
+    /// Makes the error of a spline, with the start of the spline or the table.
     pub(super) const fn from_spline(error: NoFiniteSlopes, start: Place) -> Self {
         let NoFiniteSlopes = error;
         Self::NoFiniteSlopes { start }
     }
 
-    /// The point or the row that it names, or where what it names begins; from 0.
+    /// The point or the row of the error, or the start of the piece; from 0.
     #[must_use]
     pub const fn row(&self) -> Option<usize> {
         match *self {
@@ -286,7 +286,7 @@ impl CamError {
         }
     }
 
-    /// The number the NC gives to this error.
+    /// The NC error code.
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
@@ -326,7 +326,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong between two points, in the words of a cam file.
+/// Error between two points, in the words of a cam file.
 struct Between<'a> {
     point: u32,
     next: u32,
@@ -367,7 +367,7 @@ impl fmt::Display for Between<'_> {
     }
 }
 
-/// What a cam file calls it.
+/// Name of the quantity in a cam file.
 const fn field_of(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Master => "master",

@@ -14,7 +14,7 @@ use coaxle_curve::spline::SplineSolver;
 
 /// A motion function: points, checked and compiled to segments. TF5050 chapters 2 and 6.
 ///
-/// The number of rows is fixed. Points that shall come into use later are kept as
+/// The number of rows is fixed. Points for later use are kept as
 /// [`PointType::Ignore`](super::PointType::Ignore).
 #[doc(alias = "MC_TABLETYPE_MOTIONFUNCTION")]
 #[doc(alias = "MC_WriteMotionFunction")]
@@ -24,8 +24,8 @@ use coaxle_curve::spline::SplineSolver;
 pub struct MotionFunction {
     points: Vec<MotionPoint>,
     curve: Curve,
-    /// A change is built here in full before it replaces what is in force. What is left of it says
-    /// nothing about the function.
+    /// A change is built here in full before it replaces the function in force. Its remains are not part
+    /// of the function.
     stage: RefCell<Stage>,
 }
 
@@ -36,10 +36,10 @@ struct Stage {
 }
 
 impl MotionFunction {
-    /// A motion function of at least two points, in the order of their indices.
+    /// Makes a motion function of at least two points, in the order of their indices.
     ///
     /// # Errors
-    /// [`CamError`] names the first point that is not right, and what is expected of it.
+    /// [`CamError`] names the first invalid point, and the expected value.
     pub fn new(points: Vec<MotionPoint>) -> Result<Self, CamError> {
         let mut function = Self::with_room_for(points);
         compile(
@@ -50,13 +50,13 @@ impl MotionFunction {
         Ok(function)
     }
 
-    /// All rows, ignored points included.
+    /// Rows, ignored points included.
     #[must_use]
     pub fn points(&self) -> &[MotionPoint] {
         &self.points
     }
 
-    /// `MC_ReadMotionFunctionPoint`: the point of an index.
+    /// `MC_ReadMotionFunctionPoint`: the point with an index.
     ///
     /// # Errors
     /// 0x4B33 if there is none.
@@ -64,24 +64,24 @@ impl MotionFunction {
         Ok(&self.points[self.row(index)?])
     }
 
-    /// `MC_ReadMotionFunction`: up to `count` points from an index on, all that follow for 0.
+    /// `MC_ReadMotionFunction`: up to `count` points from an index on, all following ones for 0.
     ///
     /// # Errors
-    /// 0x4B33 if there is no first one.
+    /// 0x4B33 if the first one does not exist.
     pub fn read(&self, first: u32, count: usize) -> Result<&[MotionPoint], CamError> {
         let from_first = &self.points[self.row(first)?..];
         let count = if count == 0 { usize::MAX } else { count };
         Ok(&from_first[..count.min(from_first.len())])
     }
 
-    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
-    /// with the same index, all at once. Of two with one index the later one counts.
+    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: replaces the points with the same
+    /// indices, all at once. Of two with one index the later one counts.
     ///
     /// Nothing is allocated; it may run in the cycle.
     ///
     /// # Errors
-    /// As [`Self::new`], 0x4B33 for an index beyond the rows, 0x4B34 without points. Then
-    /// everything is as it was.
+    /// As [`Self::new`], 0x4B33 for an index beyond the rows, 0x4B34 without points. Then everything is
+    /// unchanged.
     pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
         self.check_change(points)?;
         let stage = self.stage.get_mut();
@@ -90,7 +90,7 @@ impl MotionFunction {
         Ok(())
     }
 
-    /// Whether [`Self::change`] would accept these points; nothing in force changes.
+    /// Checks whether [`Self::change`] would accept these points; nothing in force changes.
     ///
     /// # Errors
     /// As [`Self::change`].
@@ -113,9 +113,8 @@ impl MotionFunction {
         compile(points, splines, curve)
     }
 
-    /// The stretch of the master, in x, in which the course would be another one after
-    /// [`Self::change`]: from the first segment that differs to the last, the old and the new ones.
-    /// It is empty if the course stays.
+    /// The range of the master, in x, in which [`Self::change`] would alter the course: from the first
+    /// segment that differs to the last, of the old and the new ones. Empty if the course stays.
     ///
     /// # Errors
     /// As [`Self::change`].
@@ -124,7 +123,7 @@ impl MotionFunction {
         Ok(difference(&self.curve, &self.stage.get_mut().curve))
     }
 
-    /// Takes over another motion function, of as many points: then nothing is allocated.
+    /// Copies another motion function with an equal number of points: then nothing is allocated.
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.points.clear();
         self.points.extend_from_slice(&other.points);
@@ -135,12 +134,12 @@ impl MotionFunction {
         &self.curve
     }
 
-    /// The points [`Self::check_change`] has seen last.
+    /// The points last checked by [`Self::check_change`].
     pub(super) fn staged_points(&mut self) -> &[MotionPoint] {
         &self.stage.get_mut().points
     }
 
-    /// What it has built from them.
+    /// Curve built from them.
     pub(super) fn staged_curve(&mut self) -> &Curve {
         &self.stage.get_mut().curve
     }
@@ -157,7 +156,7 @@ impl MotionFunction {
         }
     }
 
-    /// The points, not compiled yet, with the room every change to them can need.
+    /// Takes the points, not compiled yet, and allocates the memory that any change to them can need.
     fn with_room_for(points: Vec<MotionPoint>) -> Self {
         let rows = points.len();
         Self {
@@ -181,7 +180,7 @@ impl fmt::Debug for MotionFunction {
     }
 }
 
-/// By hand, since a cloned vector keeps no spare room.
+/// Implemented by hand, since a cloned vector keeps no spare capacity.
 impl Clone for MotionFunction {
     fn clone(&self) -> Self {
         let mut copy = Self::with_room_for(self.points.clone());
@@ -190,7 +189,7 @@ impl Clone for MotionFunction {
     }
 }
 
-/// From the start of the first segment that is not in both to the end of the last.
+/// Range from the start of the first segment that is not in both to the end of the last.
 fn difference(old: &Curve, new: &Curve) -> Range<f64> {
     let same = |(a, b): &(_, _)| a == b;
     let (before, after) = (old.segments(), new.segments());

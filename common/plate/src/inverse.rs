@@ -1,32 +1,32 @@
-//! `MC_ReadCamTableMasterPosition`: where the master is when the slave is somewhere.
+//! `MC_ReadCamTableMasterPosition`: the master positions for a slave position.
 //!
-//! One master has one slave, but a slave may have many masters. Each segment names all of its own
-//! exactly; here they are put in order, over the turns of a cyclic plate.
+//! A master position has one slave position, but a slave position may have many masters. Each segment
+//! finds all of its own exactly; here they are put in order, over the turns of a cyclic plate.
 
 use super::error::CamError;
 use super::kind::Course;
 use super::plate::Plate;
 use coaxle_curve::law::MinMax;
 
-/// What `MC_ReadCamTableMasterPosition` asks, TF5050 chapter 7.5: axis positions of a coupling with
-/// its offsets and scalings.
+/// Inputs of `MC_ReadCamTableMasterPosition`, TF5050 chapter 7.5: axis positions of a coupling with its
+/// offsets and scalings.
 #[doc(alias = "MC_ReadCamTableMasterPosition")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MasterQuery {
     /// Position of the slave axis, u.
     pub slave_position: f64,
-    /// What is added to the position of the master axis, x.
+    /// Offset added to the position of the master axis, x.
     pub master_offset: f64,
-    /// What is added to the position of the slave in the plate, u.
+    /// Offset added to the position of the slave in the plate, u.
     pub slave_offset: f64,
-    /// How much longer the plate is for the master axis.
+    /// Scaling of the plate for the master axis.
     pub master_scaling: f64,
-    /// How much higher the plate is for the slave axis.
+    /// Scaling of the plate for the slave axis.
     pub slave_scaling: f64,
-    /// Position of the master axis to look from, x.
+    /// Position of the master axis at which the search starts, x.
     pub master_start: f64,
-    /// Masters no farther than this from the start count as on both sides of it, x. Places are
-    /// found to full precision whatever it is.
+    /// Masters no farther than this from the start count as on both sides of it, x. Places are found to
+    /// full precision for any accuracy.
     pub accuracy: f64,
 }
 
@@ -44,7 +44,7 @@ impl Default for MasterQuery {
     }
 }
 
-/// `CamMasterData`, TF5050 chapter 8.17; where `Valid` is false there is none.
+/// `CamMasterData`, TF5050 chapter 8.17; none where `Valid` is false.
 #[doc(alias = "CamMasterData")]
 #[doc(alias = "ST_CamMasterData")]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,15 +55,15 @@ pub struct MasterPosition {
     /// Position of the master in the base cycle of the plate, x.
     #[doc(alias = "MasterCamPosition")]
     pub cam: f64,
-    /// The slave offset with which a coupling there, which begins in the base cycle, finds the
-    /// slave in its place: the one of the query and the lifts up to there, u.
+    /// The slave offset with which a coupling there, which begins in the base cycle, leaves the slave in
+    /// its position: the one of the query and the lifts up to there, u.
     #[doc(alias = "SlaveOffset")]
     pub slave_offset: f64,
 }
 
 impl Plate {
-    /// `MC_ReadCamTableMasterPosition`: the nearest masters below and above the start at which the
-    /// slave axis is where the query says. Either is None if there is no such master.
+    /// `MC_ReadCamTableMasterPosition`: the nearest masters below and above the start at which the slave
+    /// axis has the position of the query. Either is none if there is no such master.
     ///
     /// # Errors
     /// 0x4A1C for a number that is not finite, a scaling of 0 or an accuracy below 0.
@@ -86,24 +86,25 @@ impl Plate {
         Ok(found.map(|master| master.map(|master| self.located(master, query))))
     }
 
-    /// The highest master not above `start` at which the slave is at `slave`; one up to `accuracy`
-    /// above counts too. In x and u, raw.
+    /// The greatest master not above `start` at which the slave is at `slave`; one up to `accuracy` above
+    /// counts too. In x and u, raw.
     #[must_use]
     pub fn master_below(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
         self.neighbour(slave, start, accuracy, Side::Below)
     }
 
-    /// The lowest master not below `start` at which the slave is at `slave`; one up to `accuracy`
-    /// below counts too. In x and u, raw.
+    /// The least master not below `start` at which the slave is at `slave`; one up to `accuracy` below
+    /// counts too. In x and u, raw.
     #[must_use]
     pub fn master_above(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
         self.neighbour(slave, start, accuracy, Side::Above)
     }
 
-    /// All masters of the base cycle at which the slave is at `slave`, ascending, in x and u, raw.
+    /// Returns the masters of the base cycle at which the slave is at `slave`, ascending, in x and u,
+    /// raw.
     ///
-    /// Where the slave rests there, the begin of the rest stands for it. The end of a cyclic plate
-    /// is the begin of the next cycle and so does not count.
+    /// Of a rest of the slave, only its begin is returned. The end of a cyclic plate is the begin of the
+    /// next cycle and so does not count.
     pub fn masters_at(&self, slave: f64) -> impl Iterator<Item = f64> + '_ {
         let (start, end) = self.master_range();
         let excluded = match self.course() {
@@ -113,7 +114,7 @@ impl Plate {
         self.crossings(slave).take_while(move |&m| m < excluded)
     }
 
-    /// The same, the end of a cyclic plate included.
+    /// Returns these masters, the end of a cyclic plate included.
     fn crossings(&self, slave: f64) -> impl Iterator<Item = f64> + '_ {
         let (start, end) = self.master_range();
         let mut last = f64::NEG_INFINITY;
@@ -163,7 +164,7 @@ impl Plate {
             })
     }
 
-    /// Whether the start lies where the slave stands still in its place: there is no nearer master.
+    /// True if the slave stands still in its place at the start: there is no nearer master.
     fn rests_at(&self, slave: f64, start: f64) -> bool {
         let (first, last) = self.master_range();
         let on_plate = self.course() == Course::Cyclic || (first..=last).contains(&start);
@@ -174,11 +175,11 @@ impl Plate {
                 <= 4.0 * f64::EPSILON * here.position.abs().max(slave.abs())
     }
 
-    /// Where the slave is in the base cycle. After many lifts it may miss the range by rounding.
+    /// Position of the slave in the base cycle. After many lifts it may miss the range by rounding.
     fn base_slave(&self, slave: f64, turn: f64, range: MinMax) -> f64 {
         let lifted = turn * self.lift();
         let base = slave - lifted;
-        // A plate of huge numbers may have a range that is none, at which a clamp would panic.
+        // A plate of huge numbers may have an empty range, at which a clamp would panic.
         let nearest = base.max(range.minimum.value).min(range.maximum.value);
         let rounding = 4.0 * f64::EPSILON * slave.abs().max(lifted.abs());
         if (base - nearest).abs() <= rounding {
@@ -188,11 +189,11 @@ impl Plate {
         }
     }
 
-    /// The turns in which the neighbour can be, the nearest first.
+    /// The turns in which the nearest master can be, the nearest first.
     ///
-    /// The slave is continuous, so each turn whose range holds it well inside has a master. Hence,
-    /// beginning at the turn of the start or at the nearest in range, the next few are enough; the
-    /// one nearer still is for an accuracy across the edge.
+    /// The slave is continuous, so each turn whose range contains it well inside has a master. Hence,
+    /// beginning at the turn of the start or at the nearest in range, the next few are enough; the one
+    /// nearer still is for an accuracy across the edge.
     fn turns_to_search(
         &self,
         slave: f64,
@@ -212,7 +213,7 @@ impl Plate {
         all.map(move |i| first + f64::from(i) * step)
     }
 
-    /// The first and the last turn in which the slave can get there.
+    /// The first and the last turn in which the slave can reach the position.
     fn turns_reaching(&self, slave: f64, range: MinMax) -> (f64, f64) {
         if self.course() == Course::Linear {
             return (0.0, 0.0);
@@ -268,7 +269,7 @@ enum Side {
     Above,
 }
 
-/// How far two ways of computing one master may be apart.
+/// Greatest difference between two ways of computing one master.
 fn rounding(start: f64, end: f64) -> f64 {
     16.0 * f64::EPSILON * start.abs().max(end.abs())
 }

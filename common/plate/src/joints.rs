@@ -1,27 +1,28 @@
-//! Where one segment of a plate ends and the next begins: what goes on there, and what steps.
+//! Joints between the segments of a plate: continuous derivatives and steps.
 
 use super::kind::Course;
 use super::plate::Plate;
 use coaxle_curve::law::{Motion, Segment};
 
-/// A place where segments meet; the slave on both sides.
+/// A joint of two segments, with the slave on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// Position of the master, x. Of the seam of a cyclic plate, where its cycle begins.
+    /// Position of the master, x. For the seam of a cyclic plate, the start of its cycle.
     pub master: f64,
-    /// The slave as it comes, u and derivatives with respect to the master.
+    /// The slave before the joint, u and derivatives with respect to the master.
     pub before: Motion,
-    /// The slave as it goes on.
+    /// The slave after the joint.
     pub after: Motion,
-    /// How much may be rounding.
+    /// Tolerance for rounding.
     slack: Motion,
 }
 
-/// Derivatives that agree to so many of the magnitudes at hand go on; those at the ends of a spline's pieces are the least exact.
+/// Tolerance of continuous derivatives, relative to the magnitudes involved; those at the ends of a
+/// spline's pieces are the least exact.
 const ROUNDING: f64 = 1e-7;
 
 impl Joint {
-    /// By how much velocity, acceleration and jerk step, u/x, u/x² and u/x³; 0 what goes on.
+    /// Steps of velocity, acceleration and jerk, u/x, u/x² and u/x³; 0 for continuous ones.
     #[must_use]
     pub fn steps(&self) -> [f64; 3] {
         let Self {
@@ -58,7 +59,8 @@ impl Joint {
     }
 }
 
-/// A segment at a joint, and how large its derivatives are: their extremes, and what its stroke makes of its length.
+/// A segment at a joint, and the magnitudes of its derivatives: their extremes, and those of its stroke
+/// over its length.
 #[derive(Clone, Copy)]
 struct Side<'a> {
     segment: &'a Segment,
@@ -93,8 +95,9 @@ impl<'a> Side<'a> {
 }
 
 impl Plate {
-    /// All places where segments meet, by the master. Those of a cyclic plate begin with its seam, where its end meets its
-    /// start; at both ends of a linear one the slave comes from standstill and stays in it.
+    /// Returns the joints of the segments, by the master. Those of a cyclic plate begin with its seam,
+    /// where its end meets its start; at both ends of a linear one the slave comes from standstill and
+    /// returns to it.
     pub fn joints(&self) -> impl Iterator<Item = Joint> + '_ {
         let segments = self.curve().segments();
         let [first, last] = [&segments[0], &segments[segments.len() - 1]].map(Side::of);

@@ -1,6 +1,6 @@
-//! What kinds of plates there are.
+//! Kinds of plates.
 
-/// Whether a plate is passed once or repeated: `Periodic` of `MC_CamTableSelect`.
+/// Course of a plate, passed once or repeated: `Periodic` of `MC_CamTableSelect`.
 #[doc(alias = "Periodic")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -10,8 +10,8 @@ pub enum Course {
     /// The slave holds still outside the master's range.
     #[default]
     Linear,
-    /// The plate goes on for ever in both directions. What the slave has gained over one cycle (the
-    /// lift) is added each turn forwards and taken away each turn backwards.
+    /// The plate repeats for ever in both directions. The slave's gain over one cycle (the lift) is added
+    /// each turn forwards and subtracted each turn backwards.
     Cyclic,
 }
 
@@ -35,13 +35,13 @@ pub enum TableType {
 }
 
 impl TableType {
-    /// The number the PLC has for it.
+    /// The PLC's number of the type.
     #[must_use]
     pub const fn code(self) -> u16 {
         self as u16
     }
 
-    /// The type of that number, if there is one.
+    /// The type with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u16) -> Option<Self> {
         [

@@ -44,8 +44,8 @@
 //! | `MC_ReadCamTableMasterPosition` | 7.5 | [`Plate::master_positions`], [`MasterQuery`] |
 //! | `CamMasterData` | 8.17 | [`MasterPosition`] |
 //!
-//! The crate is `no_std` and asks no machine for the time. A plate allocates when it is made; reading
-//! and changing it does not.
+//! The crate is `no_std` and reads no clock. A plate allocates when it is made; reading and changing it
+//! does not.
 #![no_std]
 
 extern crate alloc;

@@ -1,19 +1,21 @@
-//! Where a plate asks most of its slave.
+//! Places of the greatest demands of a plate on its slave.
 
 use super::plate::Plate;
 use coaxle_curve::law::Segment;
 
-/// Of plates with more segments than this only the ends of the segments are looked at: they are tables, whose segments are
-/// lines and cubics, with the extremes of the curvature at their ends.
+/// Greatest number of segments that are searched. Of plates with more, only the ends of the segments
+/// count: they are tables, whose segments are lines and cubics, with the extremes of the curvature at
+/// their ends.
 const SEGMENTS_SEARCHED: usize = 256;
 
-/// How far inside a segment its ends are looked at, relative to its length: where segments meet, a derivative may have two
-/// values.
+/// Distance of the evaluated places inside a segment from its ends, relative to its length: at a joint, a
+/// derivative may have two values.
 const INSIDE: f64 = 1e-9;
 
 impl Plate {
-    /// The masters of the base cycle, x, at which slope or curvature can be extreme: for each segment both ends, just inside it,
-    /// and where slope and curvature are extreme by the law itself, or the slave turns round.
+    /// The masters of the base cycle, x, at which slope or curvature can be extreme: for each segment
+    /// both ends, just inside it, and the places at which the law's slope and curvature are extreme or
+    /// the slave reverses.
     pub fn peaks(&self) -> impl Iterator<Item = f64> + '_ {
         let segments = self.curve().segments();
         let is_searched = segments.len() <= SEGMENTS_SEARCHED;

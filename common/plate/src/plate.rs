@@ -11,7 +11,7 @@ use coaxle_curve::curve::Curve;
 use coaxle_curve::law::Motion;
 use coaxle_curve::profile::Kinematics;
 
-/// A cam plate, ready to be evaluated: what `MC_CamTableSelect` loads.
+/// A cam plate, ready to be evaluated: loaded by `MC_CamTableSelect`.
 ///
 /// Masters are in master units (x), slaves in slave units (u), both raw: without a coupling's
 /// offsets and scalings.
@@ -29,7 +29,7 @@ enum Source {
     Table(PositionTable),
 }
 
-/// Where the last look at a plate ended, so that the next one near by is quick. Any cursor is good
+/// Place of the last evaluation of a plate, so that the next one near by is quick. Any cursor is valid
 /// for any plate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cursor {
@@ -38,8 +38,7 @@ pub struct Cursor {
 }
 
 impl Cursor {
-    /// How many cycles the plate had done: 0 in the base cycle, below it negative. Always 0 on a
-    /// linear plate.
+    /// Number of cycles of the plate: 0 in the base cycle, negative below it. Always 0 on a linear plate.
     #[must_use]
     pub const fn turn(&self) -> f64 {
         self.turn
@@ -47,7 +46,7 @@ impl Cursor {
 }
 
 impl Plate {
-    /// A plate from a motion function.
+    /// Makes a plate from a motion function.
     #[must_use]
     pub fn from_function(function: MotionFunction, course: Course) -> Self {
         Self {
@@ -57,7 +56,7 @@ impl Plate {
         }
     }
 
-    /// A plate from a position table, with the table's course.
+    /// Makes a plate from a position table, with the table's course.
     #[must_use]
     pub fn from_table(table: PositionTable) -> Self {
         Self {
@@ -67,7 +66,7 @@ impl Plate {
         }
     }
 
-    /// What it is made from.
+    /// Type of the plate.
     #[must_use]
     pub const fn table_type(&self) -> TableType {
         match &self.source {
@@ -76,13 +75,13 @@ impl Plate {
         }
     }
 
-    /// Whether it is passed once or repeated.
+    /// Course: passed once or repeated.
     #[must_use]
     pub const fn course(&self) -> Course {
         self.course
     }
 
-    /// The motion function it is made from, if it is.
+    /// The motion function it is made from, if any.
     #[must_use]
     pub const fn function(&self) -> Option<&MotionFunction> {
         match &self.source {
@@ -91,7 +90,7 @@ impl Plate {
         }
     }
 
-    /// The position table it is made from, if it is.
+    /// The position table it is made from, if any.
     #[must_use]
     pub const fn table(&self) -> Option<&PositionTable> {
         match &self.source {
@@ -107,7 +106,7 @@ impl Plate {
             .map_or_else(Interpolation::default, PositionTable::interpolation)
     }
 
-    /// How many rows or points it has, those ignored included.
+    /// Number of its rows or points, ignored ones included.
     #[must_use]
     pub fn rows(&self) -> usize {
         match &self.source {
@@ -116,7 +115,7 @@ impl Plate {
         }
     }
 
-    /// How many columns it has: 1 for a motion function, 2 for a position table.
+    /// Number of its columns: 1 for a motion function, 2 for a position table.
     #[must_use]
     pub const fn columns(&self) -> usize {
         match self.source {
@@ -131,21 +130,20 @@ impl Plate {
         (self.curve().start(), self.curve().end())
     }
 
-    /// The master's way from the first to the last position, x.
+    /// The master's distance from the first to the last position, x.
     #[must_use]
     pub fn period(&self) -> f64 {
         let (start, end) = self.master_range();
         end - start
     }
 
-    /// The slave's way from the first to the last position, u. It counts as 0 if it is no more than
-    /// rounding.
+    /// The slave's distance from the first to the last position, u; 0 if it is within rounding.
     #[must_use]
     pub const fn lift(&self) -> f64 {
         self.lift
     }
 
-    /// The motion at any master position, x.
+    /// Returns the motion at any master position, x.
     #[must_use]
     pub fn at(&self, master: f64) -> Motion {
         match self.course {
@@ -157,7 +155,7 @@ impl Plate {
         }
     }
 
-    /// The same as [`Self::at`], to the last bit, quicker the nearer it is to the last look.
+    /// Returns exactly the result of [`Self::at`], quicker the nearer it is to the last place.
     #[must_use]
     pub fn along(&self, cursor: &mut Cursor, master: f64) -> Motion {
         match self.course {
@@ -177,17 +175,17 @@ impl Plate {
         }
     }
 
-    /// `MC_ReadCamTableSlaveDynamics`: the slave's set values where the master is and as it moves.
+    /// `MC_ReadCamTableSlaveDynamics`: the slave's set values for those of the master.
     ///
-    /// For a master velocity of 1 and no acceleration these are the plate's own derivatives. Unlike
-    /// the original, position tables answer with velocity and acceleration too.
+    /// For a master velocity of 1 and no acceleration these are the plate's own derivatives. Unlike the
+    /// original, position tables give velocity and acceleration too.
     #[doc(alias = "MC_ReadCamTableSlaveDynamics")]
     #[must_use]
     pub fn slave_dynamics(&self, master: &Kinematics) -> Kinematics {
         slave_of(&self.at(master.position), master)
     }
 
-    /// How many whole cycles lie between the base cycle and a master position: 0 on a linear plate.
+    /// Number of whole cycles between the base cycle and a master position: 0 on a linear plate.
     #[must_use]
     pub fn turn(&self, master: f64) -> f64 {
         match self.course {
@@ -196,7 +194,8 @@ impl Plate {
         }
     }
 
-    /// Takes over another plate. Nothing is allocated where both are motion functions of as many points.
+    /// Copies another plate. Nothing is allocated if both are motion functions with equal numbers of
+    /// points.
     pub fn copy_from(&mut self, other: &Self) {
         match (&mut self.source, &other.source) {
             (Source::Function(function), Source::Function(other)) => function.copy_from(other),
@@ -255,7 +254,7 @@ impl Plate {
         }
     }
 
-    /// What is added to the position in a turn.
+    /// Adds the lift of a turn to the position.
     fn lifted(&self, motion: Motion, turn: f64) -> Motion {
         Motion {
             position: motion.position + turn * self.lift,
@@ -272,7 +271,7 @@ impl Plate {
         }
     }
 
-    /// Outside the range of a linear plate: the slave stands where it came to the edge.
+    /// Motion outside the range of a linear plate: the slave stands at the edge.
     fn held(&self, master: f64) -> Option<Motion> {
         let (start, end) = self.master_range();
         let edge = if master < start {
@@ -288,8 +287,8 @@ impl Plate {
         })
     }
 
-    /// The turn a master position is in. One correction makes up for what rounding did, so that
-    /// [`Self::is_in_turn`] agrees.
+    /// The turn of a master position. One correction compensates rounding, so that [`Self::is_in_turn`]
+    /// agrees.
     fn turn_of(&self, master: f64) -> f64 {
         let (start, end) = self.master_range();
         let guess = libm::floor((master - start) / (end - start));
@@ -311,15 +310,15 @@ impl Plate {
         start + turn * (end - start)
     }
 
-    /// The same place in the base cycle. Far out a master has few digits left, so it may miss the
-    /// range by its rounding.
+    /// The corresponding place in the base cycle. Far out a master has few digits left, so it may miss
+    /// the range by its rounding.
     fn base_master(&self, turn: f64, master: f64) -> f64 {
         let (start, end) = self.master_range();
         (master - turn * (end - start)).clamp(start, end)
     }
 }
 
-/// The slave of a moving master, by the chain rule: v = f'·V, a = f''·V² + f'·A.
+/// Set values of the slave for a moving master, by the chain rule: v = f'·V, a = f''·V² + f'·A.
 #[must_use]
 pub fn slave_of(cam: &Motion, master: &Kinematics) -> Kinematics {
     Kinematics {
@@ -330,7 +329,7 @@ pub fn slave_of(cam: &Motion, master: &Kinematics) -> Kinematics {
     }
 }
 
-/// From the positions of its ends themselves: a segment meets its end only to the last few bits,
+/// Lift from the positions of the ends themselves: a segment meets its end only to the last few bits,
 /// which would add up over the turns.
 fn lift_of(first: f64, last: f64) -> f64 {
     let lift = last - first;

@@ -1,4 +1,4 @@
-//! `MC_MotionFunctionPoint`: where the slave is at one position of the master, and how it goes on.
+//! `MC_MotionFunctionPoint`: a pair of master and slave positions, and the law to the next one.
 
 use coaxle_curve::law::MotionLaw;
 
@@ -23,17 +23,15 @@ pub struct MotionPoint {
     #[doc(alias = "PointIndex")]
     #[doc(alias = "MC_MotionFunctionPoint_ID")]
     pub index: u32,
-    /// The law from this point to the next one. For the last point it only matters where it ends a
-    /// spline.
+    /// The law from this point to the next one. For the last point it is only used if it ends a spline.
     #[doc(alias = "FunctionType")]
     #[cfg_attr(feature = "serde", serde(alias = "law"))]
     pub function: MotionLaw,
-    /// What kind of point it is.
+    /// Type of the point.
     #[doc(alias = "PointType")]
     #[cfg_attr(feature = "serde", serde(alias = "type"))]
     pub point_type: PointType,
-    /// How many rows further the next point is; 1 unless points are skipped. The last point's is
-    /// not read.
+    /// Number of rows to the next point; 1 unless points are skipped. That of the last point is not used.
     #[doc(alias = "RelIndexNextPoint")]
     #[cfg_attr(feature = "serde", serde(default = "one_row_further"))]
     pub relative_next: i32,
@@ -57,7 +55,7 @@ pub struct MotionPoint {
     pub jerk: f64,
 }
 
-/// A cam file says `law` and `type`, as its points do.
+/// Adds the names `law` and `type`, as points have them in a cam file.
 #[cfg(feature = "schema")]
 fn with_aliases(schema: &mut schemars::Schema) {
     for (field, alias) in [("function", "law"), ("point-type", "type")] {
@@ -73,7 +71,7 @@ fn with_aliases(schema: &mut schemars::Schema) {
 }
 
 impl MotionPoint {
-    /// A point at which the slave rests, and which it leaves by a quintic.
+    /// Makes a point at which the slave rests, and which it leaves by a quintic.
     #[must_use]
     pub const fn rest(index: u32, master: f64, slave: f64) -> Self {
         Self {
@@ -103,34 +101,33 @@ const fn one_row_further() -> i32 {
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[repr(u16)]
 pub enum PointType {
-    /// Not part of the course: a place kept free. Never the first or the last row.
+    /// Not part of the course: a reserved row. Never the first or the last row.
     #[doc(alias = "MOTIONPOINTTYPE_IGNORE")]
     Ignore = 0,
-    /// The slave rests: velocity and acceleration are 0.
+    /// Rest of the slave: velocity and acceleration are 0.
     #[doc(alias = "MOTIONPOINTTYPE_REST")]
     #[default]
     Rest = 0x0001,
-    /// The slave passes at a velocity: the acceleration is 0.
+    /// Point passed at a velocity: the acceleration is 0.
     #[doc(alias = "MOTIONPOINTTYPE_VELOCITY")]
     Velocity = 0x0002,
-    /// The slave turns round: the velocity is 0.
+    /// Reversal of the slave: the velocity is 0.
     #[doc(alias = "MOTIONPOINTTYPE_TURN")]
     Turn = 0x0004,
-    /// The slave passes at a velocity and an acceleration.
+    /// Point passed at a velocity and an acceleration.
     #[doc(alias = "MOTIONPOINTTYPE_MOTION")]
     Motion = 0x0008,
-    /// Adds segments. The manual gives the name and no course, so such a point is refused: plates
-    /// are superposed by coupling more than one.
+    /// Adds segments. The manual gives the name without a course, so such a point is refused: plates are
+    /// superposed by coupling more than one.
     #[doc(alias = "MOTIONPOINTTYPE_ADD")]
     Add = 0x0F00,
-    /// A marked point. The manual gives it no effect on the course: it is passed like a motion
-    /// point.
+    /// A marked point. In the manual it has no effect on the course: it is passed like a motion point.
     #[doc(alias = "MOTIONPOINTTYPE_ACTIVATION")]
     Activation = 0x2000,
 }
 
 impl PointType {
-    /// All kinds, by their codes.
+    /// Types by their codes.
     pub const ALL: [Self; 7] = [
         Self::Ignore,
         Self::Rest,
@@ -141,19 +138,19 @@ impl PointType {
         Self::Activation,
     ];
 
-    /// The number the PLC has for it.
+    /// The PLC's number of the type.
     #[must_use]
     pub const fn code(self) -> u16 {
         self as u16
     }
 
-    /// The kind of that number, if there is one.
+    /// The type with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u16) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
-    /// Its name in cam files and orders.
+    /// Name of the type in cam files and orders.
     #[must_use]
     pub const fn file_name(self) -> &'static str {
         match self {
@@ -167,13 +164,13 @@ impl PointType {
         }
     }
 
-    /// Whether the kind says that the slave stands still for a moment.
+    /// True if the slave stands still for a moment in a point of this type.
     #[must_use]
     pub const fn stands_still(self) -> bool {
         matches!(self, Self::Rest | Self::Turn)
     }
 
-    /// Whether the kind says that the slave's velocity does not change for a moment.
+    /// True if the slave's velocity is constant for a moment in a point of this type.
     #[must_use]
     pub const fn keeps_its_velocity(self) -> bool {
         matches!(self, Self::Rest | Self::Velocity)

@@ -1,4 +1,4 @@
-//! What a plate is made of: plain data, before it is calculated.
+//! Source data of a plate, before it is calculated.
 
 use alloc::vec::Vec;
 
@@ -9,13 +9,13 @@ use super::plate::Plate;
 use super::point::MotionPoint;
 use super::table::{Interpolation, PositionTable};
 
-/// What `MC_CamTableSelect` is given, TF5050 chapters 4.1 and 8.2: the data of a plate and whether it is repeated.
+/// Input of `MC_CamTableSelect`, TF5050 chapters 4.1 and 8.2: the data of a plate and its course.
 ///
 /// Unlike a [`Plate`] it can be shared between threads, and compared.
 #[doc(alias = "MC_CAM_REF")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateSource {
-    /// Whether it is passed once or repeated.
+    /// Course: passed once or repeated.
     pub course: Course,
     /// The data.
     pub rows: SourceRows,
@@ -24,27 +24,29 @@ pub struct PlateSource {
 /// The rows of a plate.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SourceRows {
-    /// Of a motion function.
+    /// Points of a motion function.
     Points(Vec<MotionPoint>),
-    /// Of a position table.
+    /// Rows of a position table.
     Positions {
         /// Master, x, and slave, u.
         rows: Vec<(f64, f64)>,
-        /// How to find the positions between the rows.
+        /// Interpolation between the rows.
         interpolation: Interpolation,
-        /// Whether the steps of the master are said to be equal.
+        /// True if the steps of the master are declared equal.
         equidistant: bool,
     },
 }
 
 impl PlateSource {
-    /// The largest number of a point or a row that is taken from outside, as a magnitude, x, u and their quotients.
+    /// Greatest number accepted in a point or a row from outside, as a magnitude, x, u and their
+    /// quotients.
     pub const LARGEST: f64 = 1e15;
 
-    /// That no number is larger than any axis. What is no number at all [`Self::plate`] refuses itself.
+    /// Checks that no number is larger than any axis. Numbers that are not finite are refused by
+    /// [`Self::plate`].
     ///
     /// # Errors
-    /// 0x4A1C with the first one that is.
+    /// 0x4A1C with the first one that is too large.
     pub fn check_size(&self) -> Result<(), CamError> {
         let check = |place: Place, field: &'static str, received: f64| {
             if received.is_finite() && received.abs() > Self::LARGEST {
@@ -99,8 +101,8 @@ impl PlateSource {
         }
     }
 
-    /// The same plate with these points in the place of those with the same index; a position table, and what has no
-    /// such index, stays.
+    /// Returns the plate with these points in place of those with the same index. Points without such an
+    /// index are ignored, and a position table stays unchanged.
     #[must_use]
     pub fn with_points(&self, changed: &[MotionPoint]) -> Self {
         let mut source = self.clone();
@@ -115,7 +117,7 @@ impl PlateSource {
         source
     }
 
-    /// How many points or rows it has.
+    /// Number of its points or rows.
     #[must_use]
     pub const fn len(&self) -> usize {
         match &self.rows {
@@ -124,7 +126,7 @@ impl PlateSource {
         }
     }
 
-    /// Whether it has none.
+    /// True if it has none.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
@@ -132,7 +134,7 @@ impl PlateSource {
 }
 
 impl Plate {
-    /// What it is made of, as it is in force.
+    /// Source of the plate in force.
     #[must_use]
     pub fn source(&self) -> PlateSource {
         let rows = match (self.function(), self.table()) {

@@ -1,34 +1,33 @@
-//! Where the velocity of the slave steps.
+//! Steps of the slave's velocity.
 
 use super::kind::Course;
 use super::plate::Plate;
 use coaxle_curve::law::Segment;
 
-/// A place at which the slave's velocity is another one right after it than right before it. No slave can follow that
-/// but slowly.
+/// A place at which the slave's velocity steps. No slave can follow it except slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityStep {
-    /// Where the master is, x.
+    /// Position of the master, x.
     pub master: f64,
-    /// The velocity before it, u/x, or over time where the characteristics say so.
+    /// The velocity before it, u/x, or over time in the characteristics.
     pub before: f64,
-    /// The velocity after it, likewise.
+    /// The velocity after it, in that unit.
     pub after: f64,
 }
 
 impl VelocityStep {
-    /// How large it is.
+    /// Size of the step.
     #[must_use]
     pub const fn size(&self) -> f64 {
         (self.after - self.before).abs()
     }
 }
 
-/// What cannot be told from rounding, beside the velocities of the plate.
+/// Steps that are within rounding, relative to the velocities of the plate.
 const ROUNDING: f64 = 1e-9;
 
 impl Plate {
-    /// The largest of [`Self::velocity_steps`], the first of several that are; none without any.
+    /// The largest of [`Self::velocity_steps`], the first of equal ones; none without any.
     #[must_use]
     pub fn largest_velocity_step(&self) -> Option<VelocityStep> {
         self.velocity_steps().reduce(|most, step| {
@@ -40,11 +39,12 @@ impl Plate {
         })
     }
 
-    /// The places inside the plate at which the slave's velocity steps, in the order of the master; of a cyclic plate its
-    /// seam, too, where the end leads to the start. What a linear plate does at its edges is up to whoever passes them.
+    /// Returns the places inside the plate at which the slave's velocity steps, in the order of the
+    /// master; of a cyclic plate its seam, too, where the end leads to the start. The edges of a linear
+    /// plate do not count.
     ///
-    /// Laws that lead from or to a point with another velocity than it says make one, and so does each row of a
-    /// table with straight lines.
+    /// A law that leads from or to a point with a velocity other than the point's makes a step, and so
+    /// does each row of a table with straight lines.
     pub fn velocity_steps(&self) -> impl Iterator<Item = VelocityStep> + '_ {
         let segments = self.curve().segments();
         let seam = match self.course() {
@@ -52,7 +52,7 @@ impl Plate {
             Course::Cyclic => segments.last().zip(segments.first()),
         };
         let inner = segments.iter().zip(segments.iter().skip(1));
-        // Of the seam the start of the next cycle is shown.
+        // The seam is reported at the start of the next cycle.
         inner.chain(seam).filter_map(|(before, after)| {
             let step = VelocityStep {
                 master: before.end(),

@@ -9,8 +9,7 @@ use coaxle_curve::spline::{
     End, Ends, NoFiniteSlopes, SplineKnot, SplineSolver, push_hermite, push_lines, push_spline,
 };
 
-/// `MC_InterpolationType`, TF5050 chapter 8.6: the way from one row of a position table to the
-/// next.
+/// `MC_InterpolationType`, TF5050 chapter 8.6: the course from one row of a position table to the next.
 #[doc(alias = "MC_InterpolationType")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -25,9 +24,9 @@ pub enum Interpolation {
     /// No longer supported, and refused.
     #[doc(alias = "MC_INTERPOLATIONTYPE_4POINT")]
     FourPoint = 1,
-    /// One cubic spline through all rows: position, velocity and acceleration are continuous.
-    /// In a linear cam its end slopes are those of the parabola through the three rows at that
-    /// end; in a cyclic one it is periodic.
+    /// A single cubic spline through all rows: position, velocity and acceleration are continuous. In a
+    /// linear cam its end slopes are those of the parabola through the three rows at that end; in a
+    /// cyclic one it is periodic.
     #[doc(alias = "MC_INTERPOLATIONTYPE_SPLINE")]
     Spline = 2,
     /// Local cubics: position and velocity are continuous, and a row has no effect beyond its
@@ -38,7 +37,7 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// All kinds, by their codes.
+    /// Types by their codes.
     pub const ALL: [Self; 4] = [
         Self::Linear,
         Self::FourPoint,
@@ -46,19 +45,19 @@ impl Interpolation {
         Self::SlidingSpline,
     ];
 
-    /// The number the PLC has for it.
+    /// The PLC's number of the type.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// The kind of that number, if there is one.
+    /// The type with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
-    /// How many rows it needs.
+    /// Number of rows that it needs.
     fn least_rows(self) -> Result<usize, CamError> {
         match self {
             Self::Linear => Ok(2),
@@ -80,12 +79,12 @@ pub struct PositionTable {
     curve: Curve,
 }
 
-/// How far a row of an equidistant table may be from its place, in steps: a file with a few decimal
-/// places is still equidistant.
+/// Greatest deviation of a row of an equidistant table from its place, in steps: a file with a few
+/// decimal places is still equidistant.
 const STEP_TOLERANCE: f64 = 1e-3;
 
 impl PositionTable {
-    /// A table whose masters may be at any distance: at least two rows for linear interpolation,
+    /// Makes a table whose masters may be at any distance: at least two rows for linear interpolation,
     /// four for splines.
     ///
     /// # Errors
@@ -116,7 +115,7 @@ impl PositionTable {
         })
     }
 
-    /// A table whose masters are at equal distances, to a thousandth of a step. The segment of a
+    /// Makes a table whose masters are at equal distances, to a thousandth of a step. The segment of a
     /// master is then computed, not searched.
     ///
     /// # Errors
@@ -145,7 +144,7 @@ impl PositionTable {
         Ok(table)
     }
 
-    /// The same rows with another interpolation. It allocates.
+    /// Makes a table of these rows with another interpolation. Allocates.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -164,19 +163,19 @@ impl PositionTable {
         &self.rows
     }
 
-    /// The way between rows.
+    /// The interpolation between rows.
     #[must_use]
     pub const fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
 
-    /// Whether it was made for one pass or to be repeated.
+    /// Course: passed once or repeated.
     #[must_use]
     pub const fn course(&self) -> Course {
         self.course
     }
 
-    /// Whether it was made as an equidistant table.
+    /// Type of the table: equidistant or not.
     #[must_use]
     pub const fn table_type(&self) -> TableType {
         if self.equidistant {
@@ -251,8 +250,8 @@ fn push_sliding_spline(
     push_hermite(rows.iter().copied().map(knot).zip(slopes), curve)
 }
 
-/// The slope at a row of the parabola through it and its neighbours. Beyond the end of a cyclic
-/// table its first rows follow again, one lift further.
+/// The slope at a row of the parabola through it and its neighbours. Beyond the end of a cyclic table its
+/// first rows follow, one lift further.
 fn sliding_slope(rows: &[(f64, f64)], course: Course, row: usize) -> f64 {
     let last = rows.len() - 1;
     match course {

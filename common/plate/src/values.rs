@@ -7,8 +7,7 @@ use super::plate::{Cursor, Plate};
 use coaxle_curve::law::Motion;
 
 bitflags! {
-    /// `MC_ValueSelectType`, TF5050 chapter 8.14: which columns a table of values has beside the
-    /// master.
+    /// `MC_ValueSelectType`, TF5050 chapter 8.14: the columns of a table of values beside the master.
     #[doc(alias = "MC_ValueSelectType")]
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct ValueSelect: u16 {
@@ -27,8 +26,8 @@ bitflags! {
     }
 }
 
-/// A row of such a table: the master, then the selected values in the order of their bits. Reads
-/// as a slice.
+/// A row of such a table: the master, then the selected values in the order of their bits. Dereferences
+/// to a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValueRow {
     columns: [f64; 5],
@@ -43,22 +42,22 @@ impl core::ops::Deref for ValueRow {
     }
 }
 
-/// Grid points this close to the end, in increments, are at the end.
+/// Distance from the end, in increments, within which grid points are at the end.
 const END_TOLERANCE: f64 = 1e-9;
 
-/// More rows than anybody can read are a mistyped increment.
+/// Greatest number of rows: more than can be read are a mistyped increment.
 const MOST_ROWS: f64 = 1e7;
 
 impl Plate {
-    /// `MC_ReadMotionFunctionValues`: the values at `from`, and each `increment` further up to `to`,
-    /// all in x. The increment has the sign of the way. If `to` is not a whole number of increments
+    /// `MC_ReadMotionFunctionValues`: the values at `from`, and each `increment` further up to `to`, all
+    /// in x. The increment has the sign of the direction. If `to` is not a whole number of increments
     /// away, the last row is the one before it.
     ///
     /// The masters may lie anywhere, over several cycles too, and the plate may be of any type.
     ///
     /// # Errors
-    /// 0x4B37 if no column is selected, 0x4B38 for an increment that is 0 or leads away from
-    /// `to`, 0x4A1C for an end that is not finite.
+    /// 0x4B37 if no column is selected, 0x4B38 for an increment that is 0 or leads away from `to`, 0x4A1C
+    /// for an end that is not finite.
     #[doc(alias = "MC_ReadMotionFunctionValues")]
     pub fn values(
         &self,
@@ -101,7 +100,7 @@ fn count_rows(from: f64, to: f64, increment: f64) -> Result<u64, CamError> {
     }
     let distance = to - from;
     let increments = distance / increment;
-    // Not a number if the increment is none, or if both are 0; infinite if only the increment is.
+    // NaN if the increment is, or if both are 0; infinite if only the increment is 0.
     if !(increment.is_finite() && (0.0..MOST_ROWS).contains(&increments)) {
         return Err(CamError::Increment {
             received: increment,

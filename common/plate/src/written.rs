@@ -1,24 +1,24 @@
-//! Points as people write them, in files and orders.
+//! Points as written in files and orders.
 
 use alloc::vec::Vec;
 
 use super::point::{MotionPoint, PointType};
 use coaxle_curve::law::MotionLaw;
 
-/// A point of a motion function. What is left out is 0; the kind of point follows from what is there.
+/// A point of a motion function. Omitted values are 0; the type of the point follows from its values.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", schemars(rename = "CamPoint"))]
 pub struct WrittenPoint {
-    /// Its number; its place in the list by default, from 1.
+    /// Number of the point; its place in the list by default, from 1.
     pub index: Option<u32>,
     /// The motion law from here to the next point. The last point needs none.
     pub law: Option<MotionLaw>,
-    /// What kind of point it is; by default what its velocity and acceleration make it.
+    /// Type of the point; by default that of its velocity and acceleration.
     #[serde(rename = "type")]
     pub point_type: Option<PointType>,
-    /// How many rows further the next point is; 1 by default.
+    /// Number of rows to the next point; 1 by default.
     #[serde(default = "next_row")]
     pub relative_next: i32,
     /// Position of the master, x.
@@ -41,10 +41,10 @@ const fn next_row() -> i32 {
 }
 
 impl WrittenPoint {
-    /// The points with what may be left out filled in.
+    /// Returns the points with omitted values filled in.
     ///
     /// # Errors
-    /// The row, from 0, of the first whose law is missing: only the last point and ignored ones need none.
+    /// The row, from 0, of the first point without a law: only the last point and ignored ones need none.
     pub fn to_points(written: &[Self]) -> Result<Vec<MotionPoint>, usize> {
         let last = written.len().saturating_sub(1);
         let rows = written.iter().enumerate();
@@ -52,7 +52,7 @@ impl WrittenPoint {
             .collect()
     }
 
-    /// None if its law is missing.
+    /// Fills in omitted values; none if its law is missing.
     fn filled_in(&self, row: usize, is_last: bool) -> Option<MotionPoint> {
         let point_type = self.point_type.unwrap_or_else(|| self.implied_type());
         let unused = is_last || point_type == PointType::Ignore;
@@ -69,7 +69,7 @@ impl WrittenPoint {
         })
     }
 
-    /// The kind of point that has its values.
+    /// The type of point that has its values.
     #[must_use]
     pub fn implied_type(&self) -> PointType {
         match (self.velocity != 0.0, self.acceleration != 0.0) {
@@ -81,7 +81,7 @@ impl WrittenPoint {
     }
 }
 
-/// With everything said.
+/// Writes all values explicitly.
 impl From<&MotionPoint> for WrittenPoint {
     fn from(point: &MotionPoint) -> Self {
         Self {

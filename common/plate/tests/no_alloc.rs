@@ -1,4 +1,4 @@
-//! Nothing a cam plate does in the cycle asks for memory.
+//! Operations of a cam plate in the cycle allocate no memory.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_curve::law::MotionLaw;

@@ -27,7 +27,7 @@ fn source(points: impl Into<Vec<MotionPoint>>, course: Course) -> PlateSource {
     }
 }
 
-/// From 0 to 1 while the master goes from 0 to 1.
+/// Stroke from 0 to 1 while the master moves from 0 to 1.
 fn unit(start_velocity: f64, end_velocity: f64) -> PlateSource {
     let point = |index, at, velocity| MotionPoint {
         point_type: PointType::Motion,
@@ -42,7 +42,7 @@ fn of(advice: &[LawAdvice], law: MotionLaw) -> LawAdvice {
     *found.expect("it is allowed")
 }
 
-/// Velocity, acceleration and jerk that the laws of TF5050 8.9 ask of a unit step.
+/// Velocity, acceleration and jerk of the laws of TF5050 8.9 over a unit step.
 #[test]
 fn what_laws_ask_is_what_the_manuals_say() {
     use MotionLaw as L;
@@ -82,7 +82,7 @@ fn what_laws_ask_is_what_the_manuals_say() {
     }
 }
 
-/// The highest |v·a| of a 3-4-5 polynomial, where 30z²(1−z)²·60z(1−z)(1−2z) turns.
+/// The greatest |v·a| of a 3-4-5 polynomial, where 30z²(1−z)²·60z(1−z)(1−2z) is extreme.
 #[test]
 fn torque_is_the_highest_product_of_velocity_and_acceleration() {
     let advice = unit(0.0, 0.0).law_advice(1, &AT_ONE).unwrap();
@@ -107,7 +107,7 @@ fn the_best_law_of_each_kind_between_rests() {
             Course::Cyclic,
         );
         let advice = plate.law_advice(1, &question).unwrap();
-        // What steps where the neighbours rest has no highest jerk, however little it asks of the rest.
+        // A law that steps beside neighbours at rest has infinite jerk, however small its other demands.
         let smooth = advice
             .iter()
             .find(|advice| advice.passes && advice.acceleration_step == 0.0);
@@ -139,7 +139,7 @@ fn limits_are_kept_before_anything_is_least() {
     };
     let advice = unit(0.0, 0.0).law_advice(1, &with(limits)).unwrap();
     assert_eq!(advice[0].law, MotionLaw::Polynom5);
-    // The one from motion to motion is the same between rests.
+    // The law from motion to motion is equal between rests.
     assert_eq!(advice.iter().filter(|advice| advice.passes).count(), 2);
     let broken: Vec<_> = of(&advice, MotionLaw::Beschltrapez)
         .broken(&limits)
@@ -183,7 +183,7 @@ fn what_comes_before_and_after_counts() {
         function: MotionLaw::HarmonicKombiRt,
         ..rest(1, 0.0, 0.0)
     };
-    // Up and down by mirror images: the acceleration goes on at the top.
+    // Up and down by mirror images: the acceleration is continuous at the top.
     let points = [rise, turn(MotionLaw::HarmonicKombiTr), rest(3, 2.0, 0.0)];
     for (course, point) in [(Course::Linear, 1), (Course::Cyclic, 2)] {
         let advice = source(points, course).law_advice(point, &AT_ONE).unwrap();
@@ -191,7 +191,7 @@ fn what_comes_before_and_after_counts() {
         assert_eq!(of(&advice, law).acceleration_step, 0.0, "{course:?}");
         assert!(of(&advice, MotionLaw::Polynom5).acceleration_step > 1.0);
     }
-    // A plate that is not in order yet is what advice is asked for.
+    // Advice is for a plate that is not valid yet.
     let wrong = [
         rise,
         MotionPoint {

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::plates::{motion, plate, points, rest};
 use crate::{CamError, Course, MotionFunction, MotionPoint, Plate, PointType};
 
-/// Everything a plate says, at many places.
+/// Values of a plate at many places.
 fn course_of(plate: &Plate) -> Vec<u64> {
     let (start, end) = (-150.0, 600.0);
     (0..=200)
@@ -144,7 +144,7 @@ fn points_come_into_use_and_go_out_of_it() {
     assert_eq!(plate.segments_changed(&all[1..3]), Ok(10.0..30.0));
     plate.change(&all[1..3]).unwrap();
     assert!((plate.at(20.0).position - 5.0).abs() < 1e-12);
-    // A point that still leads to the ignored one is found out.
+    // A point that still leads to the ignored one is refused.
     let refused = plate.change(&points[2..3]).unwrap_err();
     assert_eq!(refused, CamError::NextPointIgnored { point: 2, next: 3 });
     plate.change(&points[1..3]).unwrap();

@@ -1,4 +1,4 @@
-//! What a plate demands, against samples and closed forms.
+//! Demands of a plate, against samples and closed forms.
 
 use core::f64::consts::PI;
 
@@ -16,7 +16,7 @@ fn assert_close(received: f64, expected: f64) {
     );
 }
 
-/// Whether some segment has that value at that place: at a joint there may be two.
+/// True if a segment has that value at that place: at a joint there may be two.
 fn touches(plate: &Plate, range: MinMax, value: impl Fn(Motion) -> f64) -> bool {
     let tolerance = 1e-12 * range.magnitude();
     [range.minimum, range.maximum].iter().all(|extreme| {
@@ -95,7 +95,7 @@ proptest! {
     }
 }
 
-/// From 0 to 50 over 20 of the master, by one law.
+/// Stroke from 0 to 50 over 20 of the master, by one law.
 fn stroke(function: MotionLaw) -> Plate {
     let start = MotionPoint {
         function,
@@ -175,7 +175,7 @@ fn the_way_back_counts_as_way() {
     assert_eq!(found.effective_acceleration, 0.0);
     assert_eq!(found.extremes.velocity.minimum.value, -8.0);
     assert_eq!(found.columns, 2);
-    // Both velocities at the steps are seen, though only one of them is in force there.
+    // Both velocities at the steps count, though only one of them is in force there.
     assert_eq!(found.extremes.velocity.maximum.value, 4.0);
 }
 

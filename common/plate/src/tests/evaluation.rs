@@ -110,7 +110,7 @@ proptest! {
     #[test]
     fn at_its_points_the_slave_is_where_they_say(points in super::plates::points()) {
         let plate = plate(&points, Course::Linear);
-        // Rounding is relative to the terms that a position is added up of.
+        // Rounding is relative to the terms of the position's sum.
         let length = |pair: &[MotionPoint]| pair[1].master - pair[0].master;
         let longest = points.windows(2).map(length).fold(0.0, f64::max);
         let terms = |p: &MotionPoint| {
@@ -126,7 +126,7 @@ proptest! {
     }
 }
 
-/// From motion to motion, so that all derivatives are given; the last point repeats the first.
+/// Segments from motion to motion, so that all derivatives are given; the last point repeats the first.
 fn running(lift: f64) -> [MotionPoint; 3] {
     let with = |index, master, slave, velocity, acceleration, jerk| MotionPoint {
         function: MotionLaw::Polynom7Mm,

@@ -8,7 +8,7 @@ use super::plates::{any_plate, plate, rest};
 use crate::{Course, MasterQuery, MotionPoint, Plate};
 use coaxle_curve::law::MotionLaw;
 
-/// How far a position may be off through the rounding of the master and of the lifts.
+/// Greatest error of a position by rounding of the master and of the lifts.
 fn tolerance(plate: &Plate, master: f64) -> f64 {
     let extremes = plate.characteristics(1.0).unwrap().extremes;
     let (start, end) = plate.master_range();
@@ -31,7 +31,7 @@ proptest! {
         }
         let velocity = plate.at(master).velocity.abs();
         let most = plate.characteristics(1.0).unwrap().extremes.velocity.magnitude();
-        // Near a turn a position tells the master only roughly.
+        // Near an extreme a position determines the master only roughly.
         if velocity > 1e-3 * most {
             let near = 1e-9 * (end - start);
             prop_assert!(found.iter().any(|m| (m - master).abs() <= near), "{master} {found:?}");
@@ -60,7 +60,7 @@ proptest! {
         let above = plate.master_above(slave, from, 0.0);
         let rests = below == Some(from) && above == Some(from);
         prop_assume!(!rests);
-        // Far away ones are beyond what was listed.
+        // Far away masters are beyond the list.
         let listed = |m: &f64| (m - from).abs() < 250.0 * (end - start);
         let same = |a: Option<f64>, b: Option<f64>| match (a, b) {
             (Some(a), Some(b)) => (a - b).abs() <= near,

@@ -28,7 +28,7 @@ fn what_steps_is_told_for_each_derivative() {
         rest(6, 60.0, 0.0),
     ];
     let (no, jerk, acceleration) = ([false; 3], [false, false, true], [false, true, true]);
-    // A straight line has neither acceleration nor jerk, which the law before has at its end.
+    // A straight line has neither acceleration nor jerk, unlike the law before it at its end.
     let all = [true, true, true];
     let expected = [(10.0, no), (30.0, jerk), (40.0, acceleration), (50.0, all)];
     let cyclic = steps(&points, Course::Cyclic);

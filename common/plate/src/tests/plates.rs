@@ -31,7 +31,7 @@ pub(super) fn plate(points: &[MotionPoint], course: Course) -> Plate {
     )
 }
 
-/// Laws that may lead from one kind of point to another.
+/// Laws allowed from one type of point to another.
 fn laws_between(from: PointType, to: PointType) -> &'static [MotionLaw] {
     use MotionLaw as L;
     use PointType as P;
@@ -59,7 +59,7 @@ fn laws_between(from: PointType, to: PointType) -> &'static [MotionLaw] {
     }
 }
 
-/// What a random point is made of: master step, slave, kind, derivatives, choice of law.
+/// Data of a random point: master step, slave, type, derivatives, choice of law.
 type Draft = (f64, f64, PointType, [f64; 3], usize);
 
 fn draft() -> impl Strategy<Value = Draft> {

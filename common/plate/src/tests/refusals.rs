@@ -1,4 +1,4 @@
-//! Each way in which a plate or a question is wrong, with its code and its words.
+//! Errors of plates and queries, with their codes and texts.
 
 use std::string::ToString;
 use std::vec::Vec;
@@ -10,7 +10,7 @@ use coaxle_curve::law::MotionLaw;
 
 const NAN: f64 = f64::NAN;
 
-/// Three points at rest, of which one row is replaced.
+/// Three points at rest, one of them replaced by `point`.
 fn with(point: MotionPoint) -> Vec<MotionPoint> {
     let mut points = [rest(1, 0.0, 0.0), rest(2, 10.0, 5.0), rest(3, 20.0, 0.0)].to_vec();
     let row = points.iter().position(|p| p.index == point.index);
@@ -148,7 +148,7 @@ fn motion_functions() {
 fn only_the_last_point_may_lead_anywhere() {
     let points = with(leading(-7, rest(3, 20.0, 0.0)));
     assert!(MotionFunction::new(points).is_ok());
-    // An ignored point may say anything but its index.
+    // In an ignored point, only the index is checked.
     let mut points = with(of_type(PointType::Ignore, leading(9, rest(2, NAN, NAN))));
     points[0].relative_next = 2;
     assert!(MotionFunction::new(points).is_ok());

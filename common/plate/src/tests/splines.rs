@@ -1,4 +1,4 @@
-//! Splines against another way to compute them: second derivatives instead of slopes, and full
+//! Splines against another method of computing them: second derivatives instead of slopes, and full
 //! elimination with pivoting instead of three diagonals.
 
 use std::vec;
@@ -10,7 +10,7 @@ use super::plates::{motion, plate, rest, rows, spline_points};
 use crate::{Course, Interpolation, MotionPoint, Plate, PositionTable};
 use coaxle_curve::law::MotionLaw;
 
-/// What holds at an end.
+/// Condition at an end.
 #[derive(Clone, Copy, Debug)]
 enum End {
     Natural,
@@ -76,7 +76,7 @@ fn moments(knots: &[(f64, f64)], ends: Option<[End; 2]>) -> Vec<f64> {
             }
         }
         None => {
-            // Curvature and slope at both ends are the same.
+            // Curvature and slope are equal at both ends.
             (a[0][0], a[0][last]) = (1.0, -1.0);
             let (first, second) = (h(0), h(last - 1));
             a[last][0] += first / 3.0;

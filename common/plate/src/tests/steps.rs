@@ -8,7 +8,7 @@ use crate::{
 use alloc::vec::Vec;
 use coaxle_curve::law::MotionLaw;
 
-/// Follows the master for a while, and comes back: the synchronous piece tells nobody its slope.
+/// Follows the master for a while, and returns: the synchronous piece does not state its slope.
 fn synchronous(slope_at_its_ends: f64) -> Vec<MotionPoint> {
     let point = |index, function, master, slave, velocity| MotionPoint {
         index,
