@@ -1,23 +1,23 @@
-//! Segments one after the other, found quickly.
+//! Consecutive segments with a fast search.
 
 use alloc::vec::Vec;
 
 use crate::law::{Motion, Segment};
 
-/// A course over the master, such as a plate's over one cycle: at least one segment, each begins where the one before
-/// ends.
+/// A course over the master, such as a plate's over one cycle: at least one segment, each of which begins
+/// at the end of the previous one.
 #[derive(Clone, Debug, Default)]
 pub struct Curve {
-    /// Where each segment begins, and where the last one ends: apart from the segments, so that a
-    /// search stays within few cache lines.
+    /// Begin of each segment, and end of the last one: kept apart from the segments, so that a search
+    /// stays within few cache lines.
     masters: Vec<f64>,
     segments: Vec<Segment>,
-    /// Segments per master unit if they are all of one length, else 0.
+    /// Segments per master unit if they all have the same length, else 0.
     density: f64,
 }
 
 impl Curve {
-    /// Room for so many segments.
+    /// Makes a curve with capacity for this number of segments.
     #[must_use]
     pub fn with_capacity(segments: usize) -> Self {
         Self {
@@ -27,14 +27,14 @@ impl Curve {
         }
     }
 
-    /// Leaves no segment; the room stays.
+    /// Removes all segments; the capacity stays.
     pub fn clear(&mut self) {
         self.masters.clear();
         self.segments.clear();
         self.density = 0.0;
     }
 
-    /// Appends a segment, which begins where the one before ends.
+    /// Appends a segment, which begins at the end of the previous one.
     pub fn push(&mut self, segment: Segment) {
         if self.segments.is_empty() {
             self.masters.push(segment.start());
@@ -43,12 +43,12 @@ impl Curve {
         self.segments.push(segment);
     }
 
-    /// Says that all segments are about of one length.
+    /// Declares that all segments are about of the same length.
     pub fn settle_equidistant(&mut self) {
         self.density = self.segments.len() as f64 / (self.end() - self.start());
     }
 
-    /// The same segments, in the room there is.
+    /// Copies the segments of another curve into the present capacity.
     pub fn copy_from(&mut self, other: &Self) {
         self.clear();
         self.masters.extend_from_slice(&other.masters);
@@ -56,34 +56,34 @@ impl Curve {
         self.density = other.density;
     }
 
-    /// Where the first segment begins.
+    /// Begin of the first segment.
     #[must_use]
     #[inline]
     pub fn start(&self) -> f64 {
         self.masters[0]
     }
 
-    /// Where the last segment ends.
+    /// End of the last segment.
     #[must_use]
     #[inline]
     pub fn end(&self) -> f64 {
         self.masters[self.segments.len()]
     }
 
-    /// All segments in their order.
+    /// Segments in their order.
     #[must_use]
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// The motion at a master position from start to end.
+    /// Returns the motion at a master position from start to end.
     #[must_use]
     #[inline]
     pub fn at(&self, master: f64) -> Motion {
         self.segments[self.find(master)].at(master)
     }
 
-    /// The same, looking first where the last look ended.
+    /// Returns the motion at a master position, searching from the last segment found.
     #[inline]
     pub fn along(&self, segment: &mut usize, master: f64) -> Motion {
         *segment = self
@@ -92,11 +92,11 @@ impl Curve {
         self.segments[*segment].at(master)
     }
 
-    /// Which segment a master position belongs to: the one that begins there, or before.
+    /// Index of the segment of a master position: the one that begins there, or before.
     #[inline]
     fn find(&self, master: f64) -> usize {
         if self.density > 0.0 {
-            // The segments are only about of one length, so it may be the next one.
+            // The lengths of the segments are only about equal, so it may be the next one.
             let guess = ((master - self.start()) * self.density) as usize;
             if let Some(segment) = self.near(guess, master) {
                 return segment;
@@ -106,7 +106,7 @@ impl Curve {
         inner_bounds.partition_point(|&bound| bound <= master)
     }
 
-    /// The same if it is this segment or one beside it.
+    /// Index of the segment if it is this one or one beside it.
     #[inline]
     fn near(&self, hint: usize, master: f64) -> Option<usize> {
         let last = self.segments.len() - 1;

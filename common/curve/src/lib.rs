@@ -2,16 +2,15 @@
 //!
 //! * [`profile`]: from one state of an axis to another, over time, within limits of velocity,
 //!   acceleration and jerk.
-//! * [`ramp`]: to a velocity that moves itself, from cycle to cycle.
-//! * [`law`]: how the slave of a cam gets from one point to the next, over the master.
+//! * [`ramp`]: to a changing velocity, from cycle to cycle.
+//! * [`law`]: the slave of a cam from one point to the next, over the master.
 #![cfg_attr(
     feature = "alloc",
     doc = "* [`curve`]: such pieces one after the other, found quickly; [`spline`]: the cubics through many points."
 )]
 //! * [`quadrature`]: integrals over them.
 //!
-//! Whatever is planned is planned once, and read at any place: with its derivatives, and knowing its
-//! own extremes.
+//! A motion is planned once, and evaluated at any place: with its derivatives and its own extremes.
 //!
 //! ```
 //! use coaxle_clock::Seconds;
@@ -37,8 +36,7 @@
 //! |--|--|--|
 //! | `MC_MotionFunctionType`, `MOTIONFUNCTYPE_…` | TF5050 8.9 | [`law::MotionLaw`] |
 //!
-//! The crate is `no_std`, allocates nothing without its feature `alloc`, and asks no machine for the
-//! time.
+//! The crate is `no_std`, allocates nothing without its feature `alloc`, and reads no clock.
 #![no_std]
 
 #[cfg(feature = "alloc")]

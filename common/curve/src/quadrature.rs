@@ -10,18 +10,18 @@ const GAUSS: [(f64, f64); 5] = [
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
 
-/// More halvings than a stretch has bits are of no use.
+/// Greatest number of bisections: an interval has no more bits.
 const MOST_HALVINGS: u32 = 52;
 
-/// The integral of a continuous function that is nowhere below 0. Where it is not smooth (at a bend
-/// of a law, or a change of sign under a magnitude) the stretch around it is halved until it no
+/// Returns the integral of a continuous function that is nowhere below 0. Where it is not smooth (at a
+/// bend of a law, or a change of sign under a magnitude) the interval around it is bisected until it no
 /// longer counts.
 pub fn integral(start: f64, end: f64, f: impl Fn(f64) -> f64) -> f64 {
     let whole = gauss(start, end, &f);
     refined(start, end, whole, whole, MOST_HALVINGS, &f)
 }
 
-/// The integral of a polynomial up to degree 19.
+/// Returns the integral of a polynomial up to degree 19.
 pub fn integral_of_polynomial(start: f64, end: f64, f: impl Fn(f64) -> f64) -> f64 {
     gauss(start, end, &f)
 }
@@ -38,7 +38,7 @@ fn refined(
     let (left, right) = (gauss(start, middle, f), gauss(middle, end, f));
     let better = left + right;
     let settled = (better - estimate).abs() <= 4.0 * f64::EPSILON * total.max(better);
-    // What has overflowed is not settled by ever finer halves either.
+    // An overflow is not resolved by ever finer intervals either.
     if settled || !better.is_finite() || halvings == 0 {
         return better;
     }

@@ -1,24 +1,24 @@
-//! The way of a slave to a velocity that moves itself: decided from cycle to cycle, not planned.
+//! The path of a slave to a changing velocity: decided from cycle to cycle, not planned.
 
 use crate::profile::{Kinematics, Limits};
 
-/// By which part of what the jerk can do in a cycle the acceleration may be off its target's as the
-/// velocity lands on that, to go on with it: with the full jerk before it and a quarter after it, the
+/// Greatest deviation of the acceleration from its target's when the velocity reaches the target, as a
+/// part of what the jerk permits per cycle: with the full jerk before it and a quarter after it, the
 /// differences of the positions still keep the limit.
 const LANDING: f64 = 0.25;
 
-/// Which part of that is left in the next cycle of a target that moves on by jerks: it fades, and does
-/// not swing to and fro.
+/// Part of that deviation that is left in the next cycle of a target that moves by jerks: it fades
+/// without oscillation.
 const FADING: f64 = 0.75;
 
-/// Leads a slave to a velocity that may move in every cycle, within velocity, acceleration,
-/// deceleration and jerk, and lands on it exactly. It goes on from the slave's own acceleration.
+/// Leads a slave to a velocity that may change in every cycle, within velocity, acceleration,
+/// deceleration and jerk, and reaches it exactly. It starts from the slave's own acceleration.
 ///
-/// In a cycle of T the jerk is constant, so that the positions keep the limits too when they are
-/// differenced. Relative to the target, with the jerk limit j, let `b` be the acceleration in units of
-/// jT, and `w` what the velocity comes to if the acceleration is led to zero evenly within a cycle,
-/// in units of jT². Then a cycle is `b' = b + u, |u| ≤ 1`, `w' = w + b'`, so that the fastest way to
-/// `w = b = 0` has a closed form, and nothing that was planned can go stale when the target moves.
+/// In a cycle of T the jerk is constant, so that the differences of the positions keep the limits too.
+/// Relative to the target, with the jerk limit j, let `b` be the acceleration in units of jT, and `w` the
+/// velocity reached if the acceleration is led to zero evenly within a cycle, in units of jT². Then a
+/// cycle is `b' = b + u, |u| ≤ 1`, `w' = w + b'`, so that the fastest path to `w = b = 0` has a closed
+/// form, and no plan can go stale when the target moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     limits: Limits,
@@ -27,7 +27,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// From the slave's motion; `target` is the velocity that it should have at the same moment.
+    /// Starts from the slave's motion; `target` is the target velocity at the same moment.
     #[must_use]
     pub const fn new(slave: &Kinematics, target: f64, limits: Limits) -> Self {
         Self {
@@ -43,18 +43,18 @@ impl Ramp {
         &self.slave
     }
 
-    /// Other limits from now on.
+    /// Sets other limits from now on.
     pub const fn limit(&mut self, limits: Limits) {
         self.limits = limits;
     }
 
-    /// Whether the velocity is the target's.
+    /// True if the velocity is the target's.
     #[must_use]
     pub fn is_there(&self) -> bool {
         self.slave.velocity == self.target
     }
 
-    /// One cycle of `dt` seconds in which something else leads the slave, whatever the limits say.
+    /// Follows another leader of the slave for one cycle of `dt` seconds, without limits.
     pub fn follow(&mut self, led: &Kinematics, dt: f64) {
         let acceleration = self.acceleration_of(led.velocity, led.acceleration, dt);
         self.target = led.velocity;
@@ -64,7 +64,7 @@ impl Ramp {
         };
     }
 
-    /// One cycle of `dt` seconds towards a target velocity, which says how it accelerates.
+    /// Computes one cycle of `dt` seconds towards a target velocity with its stated acceleration.
     pub fn step(&mut self, target: f64, stated_acceleration: f64, dt: f64) {
         let fastest = self.limits.velocity();
         let reachable = target.max(-fastest).min(fastest);
@@ -85,7 +85,7 @@ impl Ramp {
         self.target = target;
     }
 
-    /// A cycle of constant jerk that ends with this acceleration.
+    /// Runs a cycle of constant jerk that ends with this acceleration.
     fn go(&mut self, acceleration: f64, dt: f64) {
         let before = self.slave;
         let change = acceleration - before.acceleration;
@@ -97,14 +97,14 @@ impl Ramp {
         };
     }
 
-    /// The limits that bind in cycles of this length: with a jerk that means "none", rounding relative to it would
-    /// forgive every acceleration.
+    /// Returns the limits that are effective in cycles of this length: with a jerk that means "none",
+    /// rounding relative to it would accept every acceleration.
     fn binding(&self, dt: f64) -> Limits {
         self.limits.binding_in_cycles(dt)
     }
 
-    /// Whether this acceleration at the end of the cycle, which brings the velocity to its target, is
-    /// within the limits, and so near to how the target accelerates that the slave can go on with it.
+    /// True if this acceleration at the end of the cycle, which brings the velocity to its target, is
+    /// within the limits, and near enough to the target's acceleration for the slave to continue with it.
     fn can_land(&self, landing: f64, at: f64, dt: f64) -> bool {
         let per_cycle = self.binding(dt).jerk() * dt;
         let (lowest, highest) = self.bounds(dt);
@@ -115,7 +115,7 @@ impl Ramp {
             && landing <= highest * per_cycle + rounding
     }
 
-    /// The acceleration at the end of this cycle on the fastest way to a target.
+    /// Returns the acceleration at the end of this cycle on the fastest path to a target.
     fn towards(&self, reachable: f64, at: f64, dt: f64) -> f64 {
         let per_cycle = self.binding(dt).jerk() * dt;
         let unit = per_cycle * dt;
@@ -130,7 +130,7 @@ impl Ramp {
         at + wanted * per_cycle
     }
 
-    /// How the target accelerates: as its velocities say; if they jump, as it says itself.
+    /// Acceleration of the target: by its velocities; if they jump, the stated one.
     fn acceleration_of(&self, target: f64, stated: f64, dt: f64) -> f64 {
         let seen = (target - self.target) / dt;
         [seen, stated]
@@ -139,13 +139,13 @@ impl Ramp {
             .unwrap_or(0.0)
     }
 
-    /// Whether a target that accelerates so can be followed.
+    /// True if a target with this acceleration can be followed.
     fn can_follow(&self, acceleration: f64) -> bool {
         let most = self.limits.acceleration().min(self.limits.deceleration());
         acceleration.abs() <= most
     }
 
-    /// The lowest and the highest acceleration at the end of a cycle, per jT.
+    /// The least and the greatest acceleration at the end of a cycle, per jT.
     fn bounds(&self, dt: f64) -> (f64, f64) {
         let limits = self.binding(dt);
         let per_cycle = limits.jerk() * dt;
@@ -157,12 +157,12 @@ impl Ramp {
         } = self.slave;
         let (v, b) = (velocity / unit, acceleration / per_cycle);
         let faster = limits.acceleration() / per_cycle;
-        // A deceleration has to be an acceleration by the time the direction changes.
+        // A deceleration has to be an acceleration limit by the time the direction changes.
         let left = (v.abs() - b.abs() - 1.0).max(0.0);
         let in_time = optimal(left + faster + gained(faster));
         let slower = (limits.deceleration() / per_cycle).min(in_time);
-        // From any of these the acceleration can be led to zero before the velocity is beyond its limit,
-        // even if the target stops to accelerate at once.
+        // From any of these the acceleration can be led to zero before the velocity exceeds its limit,
+        // even if the target stops accelerating at once.
         let fastest = limits.velocity() / unit;
         let up = optimal(fastest - v - b / 2.0);
         let down = optimal(fastest + v + b / 2.0);
@@ -177,14 +177,14 @@ impl Ramp {
     }
 }
 
-/// What the velocity still gains, in units of jT², while an acceleration b is led to zero.
+/// Velocity still gained, in units of jT², while an acceleration b is led to zero.
 fn gained(b: f64) -> f64 {
     let n = libm::floor(b.abs());
     (n * b.abs() - 0.5 * n * (n + 1.0)).copysign(b)
 }
 
-/// The acceleration from which the velocity is led by c until the acceleration is zero:
-/// c = b + [`gained`]`(b)`, solved for b.
+/// The acceleration from which the velocity changes by c until the acceleration is zero: c = b +
+/// [`gained`]`(b)`, solved for b.
 fn optimal(c: f64) -> f64 {
     let size = c.abs();
     let n = libm::floor((libm::sqrt(1.0 + 8.0 * size) - 1.0) / 2.0);
@@ -269,8 +269,8 @@ mod tests {
         assert_eq!(ramp.slave().velocity, target);
     }
 
-    /// From rest to a velocity, with all limits that a config admits: it gets there in the time that the limits say,
-    /// and never past it.
+    /// From rest to a velocity, with all limits that a config admits: it arrives in the time given by the
+    /// limits, and never passes its target.
     #[test]
     fn it_never_passes_its_target_in_all_decades_of_its_limits() {
         let decades = |exponent: f64| libm::pow(10.0, exponent);
@@ -326,7 +326,7 @@ mod tests {
                     target = to;
                 }
                 let next: f64 = target + pull * DT;
-                // It stops to accelerate at once, with time left to land.
+                // The target stops accelerating at once, with time left to reach it.
                 if next.abs() < 950.0 && cycle < 3_000 {
                     target = next;
                 }

@@ -1,30 +1,30 @@
 //! Cubic splines: the slopes at the knots that make the second derivative continuous.
 //!
-//! The equations for the slopes have three unknowns each and a dominant diagonal, so elimination
-//! without pivoting is stable (Carl de Boor, A Practical Guide to Splines, chapter IV). A periodic
-//! spline joins the last knot to the first; its two corner entries are taken out as a rank-one
-//! change (Sherman and Morrison).
+//! The equations for the slopes have three unknowns each and a dominant diagonal, so elimination without
+//! pivoting is stable (Carl de Boor, A Practical Guide to Splines, chapter IV). A periodic spline joins
+//! the last knot to the first; its two corner entries are separated as a rank-one change (Sherman and
+//! Morrison).
 
 use alloc::vec::Vec;
 
 use crate::curve::Curve;
 use crate::law::{Motion, Segment};
 
-/// The knots lie so that a slope between them is no finite number.
+/// Error of knots between which a slope is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the spline has a slope that is not finite, expected knots farther apart")]
 pub struct NoFiniteSlopes;
 
-/// A place the spline passes through.
+/// A place that the spline passes through.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SplineKnot {
-    /// Where on the master.
+    /// Position of the master.
     pub master: f64,
-    /// Where the slave is there.
+    /// Position of the slave there.
     pub slave: f64,
 }
 
-/// What holds at an end of an open spline.
+/// Condition at an end of an open spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
     /// No curvature.
@@ -35,16 +35,16 @@ pub enum End {
     Secant,
 }
 
-/// What holds at both ends.
+/// Conditions at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ends {
-    /// An open spline: what holds at its start, and at its end.
+    /// An open spline: conditions at its start and at its end.
     Open(End, End),
     /// Slope and curvature at the end are those of the start.
     Periodic,
 }
 
-/// Room for solving; it allocates no more once it has seen the longest spline.
+/// Memory of the solver; it allocates no more once it has solved the longest spline.
 #[derive(Clone, Debug, Default)]
 pub struct SplineSolver {
     knots: Vec<SplineKnot>,
@@ -52,8 +52,8 @@ pub struct SplineSolver {
     slopes: Vec<f64>,
 }
 
-/// One equation: `below`·previous slope + `diagonal`·slope + `above`·next slope = `right`.
-/// `border` is a second right-hand side, used by periodic splines only.
+/// Equation: `below`·previous slope + `diagonal`·slope + `above`·next slope = `right`. `border` is a
+/// second right-hand side, used by periodic splines only.
 #[derive(Clone, Copy, Debug, Default)]
 struct Row {
     below: f64,
@@ -64,7 +64,7 @@ struct Row {
 }
 
 impl SplineSolver {
-    /// Room for so many knots.
+    /// Makes a solver with capacity for this number of knots.
     #[must_use]
     pub fn with_capacity(knots: usize) -> Self {
         Self {
@@ -74,12 +74,12 @@ impl SplineSolver {
         }
     }
 
-    /// Forgets the knots of the last spline.
+    /// Removes the knots of the last spline.
     pub fn clear(&mut self) {
         self.knots.clear();
     }
 
-    /// The next knot, with a master above the one before.
+    /// Appends a knot, with a master above the one before.
     pub fn push(&mut self, knot: SplineKnot) {
         self.knots.push(knot);
     }
@@ -90,8 +90,7 @@ impl SplineSolver {
         &self.knots
     }
 
-    /// Finds the slopes at the knots, of which there are at least two, or three for a periodic
-    /// spline.
+    /// Finds the slopes at the knots, of which there are at least two, or three for a periodic spline.
     fn solve(&mut self, ends: Ends) {
         self.rows.clear();
         self.slopes.clear();
@@ -121,7 +120,7 @@ impl SplineSolver {
 
     fn solve_periodic(&mut self) {
         let last = self.knots.len() - 1;
-        // The last knot is the first one again, so its slope is not an unknown of its own.
+        // The last knot equals the first one, so its slope is not an unknown of its own.
         let mut before = secant(&self.knots[last - 1..]);
         for i in 0..last {
             let after = secant(&self.knots[i..]);
@@ -149,8 +148,8 @@ fn secant(knots: &[SplineKnot]) -> Secant {
     }
 }
 
-/// The second derivative is the same on both sides of a knot. Widths are taken relative to each
-/// other, so that no product of two can overflow.
+/// Makes the equation of a second derivative that is equal on both sides of a knot. Widths are relative
+/// to each other, so that no product of two can overflow.
 fn inner_row(before: Secant, after: Secant) -> Row {
     let both = before.width + after.width;
     let (below, above) = (after.width / both, before.width / both);
@@ -195,7 +194,7 @@ fn eliminate(rows: &mut [Row]) {
     }
 }
 
-/// The same where the first row also reaches the last unknown by its `below`, and the last row the
+/// Solves the system whose first row also has the last unknown by its `below`, and whose last row has the
 /// first unknown by its `above`. The corners are w·vᵀ with w = (γ, 0…, above), v = (1, 0…, below/γ).
 fn solve_bordered(rows: &mut [Row]) {
     let last = rows.len() - 1;
@@ -274,7 +273,7 @@ fn push_cubic(
     curve: &mut Curve,
 ) -> Result<(), NoFiniteSlopes> {
     let segment = Segment::cubic(from.master, to.master, coefficients);
-    // A number that is not finite at the end was not at the start, or has become so on the way.
+    // A number that is not finite at the end was not at the start, or has overflowed on the way.
     let Motion {
         position,
         velocity,
@@ -291,8 +290,8 @@ fn push_cubic(
     Ok(())
 }
 
-/// The cubic between two knots with the slopes it leaves and arrives with: coefficients in powers
-/// of the distance from the first.
+/// The cubic between two knots with its slopes on leaving and arriving: coefficients in powers of the
+/// distance from the first.
 fn cubic(from: SplineKnot, to: SplineKnot, leaving: f64, arriving: f64) -> [f64; 4] {
     let Secant { width, slope } = secant(&[from, to]);
     [

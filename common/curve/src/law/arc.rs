@@ -1,4 +1,4 @@
-//! Arcs: pieces of a parabola plus sines, of which the trigonometric laws are chained.
+//! Arcs: pieces of a parabola plus sines, which are chained to the trigonometric laws.
 
 use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
 
@@ -6,7 +6,7 @@ use super::motion::{MinMax, Motion};
 use super::roots::{Reaching, Roots, Smooth, roots_between_turns};
 use super::wave::Wave;
 
-/// How far the angle of an arc turns, with its sine and cosine: exact, unlike computed ones.
+/// Angle of an arc, with its sine and cosine: exact, unlike computed ones.
 #[derive(Clone, Copy)]
 pub(super) struct Angle {
     radians: f64,
@@ -15,7 +15,7 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// No wave at all.
+    /// Zero angle: no wave.
     pub(super) const ZERO: Self = Self::new(0.0, 0.0, 1.0);
     /// 45°.
     pub(super) const EIGHTH: Self = Self::new(FRAC_PI_4, FRAC_1_SQRT_2, FRAC_1_SQRT_2);
@@ -27,7 +27,7 @@ impl Angle {
     }
 }
 
-/// A stretch of an acceleration law: `constant` + `wave`, while its angle turns from 0 by `angle`.
+/// A piece of an acceleration law: `constant` + `wave`, while its angle turns from 0 by `angle`.
 #[derive(Clone, Copy)]
 pub(super) struct Acceleration {
     pub(super) length: f64,
@@ -69,7 +69,7 @@ pub(super) struct Arc {
 }
 
 impl Arc {
-    /// At z, derivatives with respect to z.
+    /// Value and derivatives at z, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         let x = z - self.begin;
@@ -95,7 +95,7 @@ impl Arc {
         }
     }
 
-    /// The places from z = `begin` to `end` where velocity, acceleration, jerk and snap vanish.
+    /// The places from z = `begin` to `end` at which velocity, acceleration, jerk and snap vanish.
     fn turns(&self, end: f64) -> [Roots; 4] {
         let second = self.wave.derivative(self.omega).derivative(self.omega);
         let third = second.derivative(self.omega);
@@ -155,18 +155,18 @@ impl Smooth for Velocity<'_> {
     }
 }
 
-/// Arcs in a row, from z = 0 to z = 1.
+/// Consecutive arcs, from z = 0 to z = 1.
 pub(super) trait Chain {
-    /// How many there are.
+    /// Number of arcs.
     fn len(&self) -> usize;
 
-    /// The arc of a number below [`len`](Self::len).
+    /// The arc with an index below [`len`](Self::len).
     fn arc(&self, index: usize) -> Arc;
 
-    /// The number of the arc that z lies on.
+    /// The index of the arc that z lies on.
     fn index_at(&self, z: f64) -> usize;
 
-    /// Where an arc ends.
+    /// End of an arc.
     fn end_of(&self, index: usize) -> f64 {
         if index + 1 < self.len() {
             self.arc(index + 1).begin
@@ -277,7 +277,7 @@ pub(super) const fn chained<const N: usize>(
     arcs
 }
 
-/// The law from rest whose stroke is 1 and whose acceleration has the shape given.
+/// The law from rest with a stroke of 1 and an acceleration of the given shape.
 pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) -> [Arc; N] {
     let mut law = *shape;
     let stroke = stroke(shape);
@@ -290,7 +290,7 @@ pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) 
     chained(&law, 0.0, 0.0)
 }
 
-/// How far an acceleration law leads from rest.
+/// Stroke of an acceleration law from rest.
 const fn stroke<const N: usize>(law: &[Acceleration; N]) -> f64 {
     let arcs = chained(law, 0.0, 0.0);
     let Acceleration { length, angle, .. } = law[N - 1];

@@ -10,7 +10,7 @@ pub(super) struct Part {
     pub(super) arcs: &'static [Arc],
 }
 
-/// `start` + `slope`·z plus two fixed laws, whose arcs have their joints and angles in common.
+/// `start` + `slope`·z plus two fixed laws with arcs of equal joints and angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Blend {
     start: f64,
@@ -38,7 +38,7 @@ impl Blend {
         Self::new(start, 0.0, [law, nothing])
     }
 
-    /// At the share `z` of the segment, derivatives with respect to z.
+    /// Value and derivatives at the share `z` of the segment, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         self.arc(self.index_at(z)).at(z)

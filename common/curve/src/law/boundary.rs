@@ -1,13 +1,13 @@
-//! What a law demands of its points.
+//! Conditions of a law at its points.
 
 use super::error::{LawError, Quantity, Side};
 use super::motion::{Knot, Motion};
 use super::motion_law::MotionLaw;
 
-/// What a law does at one end.
+/// Condition of a law at one end.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// Whatever the point says, or whatever comes out.
+    /// Value of the point, or of the law.
     Free,
     /// No acceleration.
     Steady,
@@ -17,12 +17,12 @@ enum End {
     Rest,
 }
 
-/// Refuses points which contradict what the law does there.
+/// Refuses points that contradict the law's conditions.
 pub(super) fn check(law: MotionLaw, start: &Knot, end: &Knot) -> Result<(), LawError> {
     finite(Side::Start, start)?;
     finite(Side::End, end)?;
     let length = end.master - start.master;
-    // The reciprocal is what derivatives are scaled by.
+    // Derivatives are scaled by the reciprocal.
     if !(length > 0.0 && length.is_finite() && (1.0 / length).is_finite()) {
         return Err(LawError::NoLength {
             start: start.master,
@@ -31,7 +31,7 @@ pub(super) fn check(law: MotionLaw, start: &Knot, end: &Knot) -> Result<(), LawE
     }
     let size = start.motion.position.abs().max(end.motion.position.abs());
     let stroke = (end.motion.position - start.motion.position).abs();
-    // What cannot be told from nothing beside the stroke and the rounding of the positions.
+    // Smaller values count as zero, beside the stroke and the rounding of the positions.
     let slack = 1e-9 * stroke + 1e-12 * size;
     let [at_start, at_end] = conditions(law);
     for (side, condition, knot) in [(Side::Start, at_start, start), (Side::End, at_end, end)] {

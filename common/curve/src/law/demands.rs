@@ -1,4 +1,4 @@
-//! What a law demands beyond its extremes: of a drive, and as a mean.
+//! Demands of a law beyond its extremes: on a drive, and as a mean.
 
 use super::motion::{MinMax, Motion};
 use super::polynomial::Polynomial;
@@ -16,7 +16,7 @@ impl Segment {
         }
     }
 
-    /// The slave's whole way, forwards and backwards: the integral of |velocity|.
+    /// The slave's whole path length, forwards and backwards: the integral of |velocity|.
     #[must_use]
     pub fn way(&self) -> f64 {
         match self.shape() {
@@ -49,8 +49,8 @@ impl Segment {
         MinMax::at(self.master_at(share), motion.velocity * motion.acceleration)
     }
 
-    /// Of a polynomial: at the ends, and where the slope of the product of its derivatives is zero. `M` coefficients hold the
-    /// product.
+    /// Momentum range of a polynomial: at the ends, and where the slope of the product of its derivatives
+    /// is zero. `M` coefficients hold the product.
     fn momentum_at_turns<const N: usize, const M: usize>(&self, law: &Polynomial<N>) -> MinMax {
         let velocity = law.derivative();
         let product = velocity.product::<N, M>(&velocity.derivative());
@@ -61,7 +61,8 @@ impl Segment {
             .fold(ends, |range, &share| range.joined(self.momentum_at(share)))
     }
 
-    /// Of any law. Each turn is told by a change of sign of the slope a² + v·j, and then narrowed down to the last bit.
+    /// Momentum range of any law. Each extreme is found by a change of sign of the slope a² + v·j, and
+    /// narrowed down to the last bit.
     fn momentum_by_stretches(&self) -> MinMax {
         let share_of = |i: u32| f64::from(i) / f64::from(STRETCHES);
         let rises_at = |share: f64| {
@@ -98,12 +99,13 @@ impl Segment {
     }
 }
 
-/// Into how many stretches a law is cut to tell the turns of v·a apart. All laws together have fewer than a tenth as many.
+/// Number of intervals in which the extremes of v·a are searched for. All laws together have fewer than a
+/// tenth as many.
 const STRETCHES: u32 = 64;
 
-/// Between two turns a curve goes one way, and so far as its values differ.
+/// Path length: between two extremes a curve is monotone, so its length is the difference of its values.
 fn way<const N: usize>(law: &Polynomial<N>) -> f64 {
-    // Far from zero positions are rounded, and their differences with them.
+    // Far from zero positions are rounded, and so are their differences.
     let mut from_start = *law;
     from_start.0[0] = 0.0;
     let turns = law.derivative().roots_in(0.0, 1.0);
@@ -157,7 +159,8 @@ mod tests {
         })
     }
 
-    /// Between its turns, each of which bends |v|: a bend near an end is between the places that an integral looks at.
+    /// Path length by quadrature between the extremes, each of which bends |v|: a bend near an end could
+    /// lie between the nodes of an integral.
     fn way_by_numbers(segment: &Segment) -> f64 {
         let turns = match segment.shape() {
             Shape::Quintic(law) => law.derivative().roots_in(0.0, 1.0),

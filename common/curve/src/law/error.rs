@@ -1,4 +1,4 @@
-//! Why a law refuses its points.
+//! Reasons why a law refuses its points.
 
 use core::fmt;
 
@@ -7,9 +7,9 @@ use super::MotionLaw;
 /// An end of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// At the lower master position.
+    /// The lower master position.
     Start,
-    /// At the higher master position.
+    /// The higher master position.
     End,
 }
 
@@ -49,10 +49,10 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Two points between which a law cannot lead.
+/// Refusal of two points between which a law cannot lead.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LawError {
-    /// The segment has no length.
+    /// A segment without length.
     #[error("master position at the end: received {end}, expected more than {start}")]
     NoLength {
         /// Master position of the start.
@@ -60,64 +60,64 @@ pub enum LawError {
         /// Master position of the end.
         end: f64,
     },
-    /// A number is not finite, or not beside the length of the segment.
+    /// A number that is not finite, or not finite relative to the length of the segment.
     #[error(
         "{quantity} at the {side}: received {received}, expected a finite number that \
             stays finite over the length of the segment"
     )]
     NotFinite {
-        /// At which end.
+        /// End of the segment.
         side: Side,
-        /// Which number.
+        /// Quantity.
         quantity: Quantity,
-        /// What was given.
+        /// Value received.
         received: f64,
     },
-    /// The law has a condition of its own here, and the point contradicts it.
+    /// A point that contradicts a condition of the law.
     #[error("{quantity} at the {side}: received {received}, expected {expected} for {}", .law.name())]
     Boundary {
-        /// Which law.
+        /// Motion law.
         law: MotionLaw,
-        /// At which end.
+        /// End of the segment.
         side: Side,
-        /// Which number.
+        /// Quantity.
         quantity: Quantity,
-        /// What was given.
+        /// Value received.
         received: f64,
-        /// What the law does there.
+        /// Value of the law.
         expected: f64,
     },
-    /// The turning point of the harmonic combination is not within the segment.
+    /// A turning point of the harmonic combination outside of the segment.
     #[error("turning point: received {received}, expected a share between 0 and 1")]
     TurnShare {
-        /// The share that was given.
+        /// The share received.
         received: f64,
     },
-    /// No turning point within the segment gives the harmonic combination this acceleration.
+    /// An acceleration that no turning point of the harmonic combination within the segment gives.
     #[error(
         "acceleration at the turn: received {received}, expected one that a turning point \
             within the segment gives"
     )]
     TurnAcceleration {
-        /// The acceleration that was given.
+        /// The acceleration received.
         received: f64,
     },
-    /// No turning point makes the jerk of the harmonic combination continuous at this velocity.
+    /// A velocity at which no turning point makes the jerk of the harmonic combination continuous.
     #[error(
         "velocity: received {received}, expected at most {} or at least 2 times the mean \
             velocity {mean}, or a given turning point",
         core::f64::consts::FRAC_PI_2
     )]
     TurnVelocity {
-        /// The velocity that was given.
+        /// The velocity received.
         received: f64,
         /// The mean velocity of the segment.
         mean: f64,
     },
-    /// A spline is no law between two points: its pieces depend on all of its points.
+    /// A spline, which is no law between two points: its pieces depend on all of its points.
     #[error("motion law: received {}, expected a law between two points", .law.name())]
     Spline {
-        /// Which kind.
+        /// Kind of spline point.
         law: MotionLaw,
     },
 }

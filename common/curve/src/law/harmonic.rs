@@ -1,9 +1,9 @@
-//! The harmonic combinations: half a sine of acceleration, then a quarter sine that brakes into
-//! the turn. See VDI 2143.
+//! The harmonic combinations: half a sine of acceleration, then a quarter sine that brakes into the turn.
+//! See VDI 2143.
 //!
-//! With z = 0..1, the half sine A over the share λ, the quarter sine −B over μ = 1 − λ, a start
-//! velocity v and a stroke h, velocity zero at the end and the stroke ask for
-//! Aλ = Bμ − πv/2 and Bμ(πλ + 4μ) = π²(h − vλ/2).
+//! With z = 0..1, the half sine A over the share λ, the quarter sine −B over μ = 1 − λ, a start velocity
+//! v and a stroke h, the conditions of zero velocity at the end and of the stroke are Aλ = Bμ − πv/2 and
+//! Bμ(πλ + 4μ) = π²(h − vλ/2).
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -11,17 +11,17 @@ use super::arc::{Acceleration, Arc, Chain, chained};
 use super::motion::Motion;
 use super::polynomial::Polynomial;
 
-/// Where the acceleration of a harmonic combination (HARMONIC_KOMBI) changes its sign: the inner
-/// turning point. Other laws have none to choose and take no notice.
+/// Inner turning point of a harmonic combination (HARMONIC_KOMBI), at which its acceleration changes its
+/// sign. Other laws have none and ignore it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Turn {
-    /// Where the jerk is continuous.
+    /// Place with a continuous jerk.
     #[default]
     Default,
-    /// The share of the segment, between 0 and 1, that the half sine takes. It lies at the end
-    /// that is not the turn.
+    /// Share of the half sine in the segment, between 0 and 1. The half sine lies at the end without the
+    /// turn.
     At(f64),
-    /// So that the slave has this acceleration at the turn, in slave units per squared master
+    /// Place at which the slave has this acceleration at the turn, in slave units per squared master
     /// unit.
     Acceleration(f64),
 }
@@ -31,7 +31,7 @@ pub enum Turn {
 pub(super) struct Combination([Arc; 3]);
 
 impl Combination {
-    /// From a position and velocity, with the half sine over the share `half_sine` (below 1).
+    /// Starts from a position and velocity, with the half sine over the share `half_sine` (below 1).
     pub(super) fn new(start: &Motion, stroke: f64, half_sine: f64) -> Self {
         let (lambda, mu) = (half_sine, 1.0 - half_sine);
         let velocity = start.velocity;
@@ -50,7 +50,7 @@ impl Combination {
         Self(chained(&law, start.position, velocity))
     }
 
-    /// At the share `z` of the segment, derivatives with respect to z.
+    /// Value and derivatives at the share `z` of the segment, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         self.0[self.index_at(z)].at(z)
@@ -72,8 +72,7 @@ impl Chain for Combination {
     }
 }
 
-/// The share λ with continuous jerk: A/λ = B/2μ. From rest it is 2 − √2. None at all exists where
-/// 1/2 < h/v < 2/π.
+/// The share λ with continuous jerk: A/λ = B/2μ. From rest it is 2 − √2. None exists for 1/2 < h/v < 2/π.
 pub(super) fn share_with_continuous_jerk(velocity: f64, stroke: f64) -> Option<f64> {
     // v(λq + λ³/2 + 4μ³/π) = hq with q = 2μ² − λ², by powers of λ.
     let (v, h) = (velocity, stroke);
@@ -89,7 +88,7 @@ pub(super) fn share_with_continuous_jerk(velocity: f64, stroke: f64) -> Option<f
     .find(|&share| share < 1.0)
 }
 
-/// The share λ with which the slave turns at the acceleration −B.
+/// The share λ for which the acceleration at the turn is −B.
 pub(super) fn share_with_acceleration(velocity: f64, stroke: f64, at_turn: f64) -> Option<f64> {
     let b = -at_turn;
     // b((4 − π)μ² + πμ) = π²(h − v(1 − μ)/2)

@@ -1,8 +1,8 @@
 //! The polynomial laws of degree 8 to 11 from rest to rest.
 //!
-//! Coefficients of up to 6615 cancel at the far end, which would cost four digits there. So each
-//! law is written twice, from either end, and evaluated from the nearer one. All start with the
-//! fourth power at least, which is taken out: few terms, and full relative precision at the ends.
+//! Coefficients of up to 6615 cancel at the far end, which would cost four digits there. So each law is
+//! written twice, from either end, and evaluated from the nearer one. The lowest power of each is at
+//! least the fourth, which is factored out: few terms, and full relative precision at the ends.
 
 use super::motion::{MinMax, Motion};
 use super::polynomial::Polynomial;
@@ -51,7 +51,7 @@ pub(super) struct RestToRest {
 }
 
 impl RestToRest {
-    /// At the share `z` of the segment, derivatives with respect to z.
+    /// Value and derivatives at the share `z` of the segment, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         let stroke = self.end - self.start;
@@ -91,7 +91,7 @@ impl RestToRest {
             curve: *self,
             target: position,
         };
-        // The laws never turn round in between.
+        // The laws never reverse in between.
         roots_between_turns(&reaching, &[], 0.0, 1.0)
     }
 }

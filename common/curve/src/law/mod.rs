@@ -1,8 +1,8 @@
-//! Motion laws: how the slave of a cam gets from one point to the next (TF5050 8.9, VDI 2143).
+//! Motion laws: the slave of a cam from one point to the next (TF5050 8.9, VDI 2143).
 //!
-//! A [`Segment`] is a law compiled between two [`Knot`]s. It is read at any master position, knows
-//! its exact extremes, and finds the master positions of a slave position, all in closed form up
-//! to the roots of its formulas and without allocating:
+//! A [`Segment`] is a law compiled between two [`Knot`]s. It can be evaluated at any master position, has
+//! exact extremes, and finds the master positions of a slave position, all in closed form up to the roots
+//! of its formulas and without allocating:
 //!
 //! ```
 //! use coaxle_curve::law::{Knot, Motion, MotionLaw, Segment};

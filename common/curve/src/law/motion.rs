@@ -1,7 +1,6 @@
-//! What a law says at one master position, and what it says at most.
+//! Values of a law at one master position, and its extremes.
 
-/// The slave at one master position: position and its first three derivatives with respect to the
-/// master.
+/// The slave at one master position: position and its first three derivatives with respect to the master.
 ///
 /// Master and slave positions are in user units, derivatives in slave units per master unit, its
 /// square and its cube.
@@ -17,7 +16,7 @@ pub struct Motion {
     pub jerk: f64,
 }
 
-/// One end of a segment: where on the master, and the slave there.
+/// End of a segment: master position, and the slave there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Knot {
     /// Master position.
@@ -26,26 +25,26 @@ pub struct Knot {
     pub motion: Motion,
 }
 
-/// A value and where it is taken.
+/// A value and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// Where on the master.
+    /// Place on the master.
     pub master: f64,
     /// The value there.
     pub value: f64,
 }
 
-/// The smallest and the largest value of a quantity, each with one of the places where it is taken.
+/// The minimum and the maximum of a quantity, each with one of its places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MinMax {
-    /// The smallest value.
+    /// Minimum.
     pub minimum: Extreme,
-    /// The largest value.
+    /// Maximum.
     pub maximum: Extreme,
 }
 
 impl MinMax {
-    /// One value only.
+    /// Makes a range of a single value.
     #[must_use]
     pub const fn at(master: f64, value: f64) -> Self {
         let extreme = Extreme { master, value };
@@ -55,7 +54,7 @@ impl MinMax {
         }
     }
 
-    /// The extremes of both; of equal values, those of `self` stay.
+    /// The extremes of both; of equal values, those of `self`.
     #[must_use]
     pub fn joined(self, other: Self) -> Self {
         let lower = other.minimum.value < self.minimum.value;
@@ -66,7 +65,7 @@ impl MinMax {
         }
     }
 
-    /// The extremes of `factor` times the quantity, its places led through `place`.
+    /// The extremes of `factor` times the quantity, their places mapped by `place`.
     pub(super) fn map(self, factor: f64, place: impl Fn(f64) -> f64) -> Self {
         let map = |extreme: Extreme| Extreme {
             master: place(extreme.master),
@@ -89,18 +88,18 @@ impl MinMax {
     }
 }
 
-/// The smallest and largest position, velocity, acceleration and jerk of a course.
+/// Minimum and maximum position, velocity, acceleration and jerk of a course.
 ///
 /// Where a derivative jumps, its values on both sides count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extremes {
-    /// Of the position.
+    /// Extremes of the position.
     pub position: MinMax,
-    /// Of the first derivative.
+    /// Extremes of the first derivative.
     pub velocity: MinMax,
-    /// Of the second derivative.
+    /// Extremes of the second derivative.
     pub acceleration: MinMax,
-    /// Of the third derivative.
+    /// Extremes of the third derivative.
     pub jerk: MinMax,
 }
 

@@ -1,11 +1,11 @@
 //! The names and codes of the motion laws.
 
-/// Which law moves the slave from one point to the next: `MC_MotionFunctionType` (TF5050 8.9).
+/// Law that moves the slave from one point to the next: `MC_MotionFunctionType` (TF5050 8.9).
 ///
-/// The letters after a name say what a law does at its two ends: `R` rest (no velocity, no
-/// acceleration), `T` turn (no velocity, an acceleration of the law's own), `V` a velocity of the
-/// point and no acceleration, `M` velocity and acceleration of the point. Laws without letters lead
-/// from rest to rest.
+/// The letters after a name are the conditions of a law at its two ends: `R` rest (no velocity, no
+/// acceleration), `T` turn (no velocity, an acceleration of the law's own), `V` a velocity of the point
+/// and no acceleration, `M` velocity and acceleration of the point. Laws without letters lead from rest
+/// to rest.
 #[doc(alias = "MC_MotionFunctionType")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -76,7 +76,7 @@ pub enum MotionLaw {
     /// Modified acceleration trapezoid, velocity to rest.
     #[doc(alias = "MOTIONFUNCTYPE_BESCHLTRAPEZ_VR")]
     BeschltrapezVr = 39,
-    /// Cubic between two velocities, whatever the acceleration at the points.
+    /// Cubic between two velocities, for any acceleration at the points.
     #[doc(alias = "MOTIONFUNCTYPE_POLYNOM3_VV")]
     Polynom3Vv = 40,
     /// Degree 11: the first five derivatives vanish at the ends.
@@ -103,7 +103,7 @@ pub enum MotionLaw {
 }
 
 impl MotionLaw {
-    /// Every law, by ascending code.
+    /// Laws by ascending code.
     pub const ALL: &[Self] = &[
         Self::Polynom1,
         Self::Polynom3,
@@ -142,7 +142,7 @@ impl MotionLaw {
         self as u16
     }
 
-    /// The law of a number; none if no law has it.
+    /// The law with a code; none if no law has it.
     #[must_use]
     pub const fn from_code(code: u16) -> Option<Self> {
         let mut i = 0;
@@ -227,7 +227,7 @@ impl MotionLaw {
         }
     }
 
-    /// Whether the law is a point of a spline, whose pieces depend on all points of the spline.
+    /// True if the law is a point of a spline, whose pieces depend on all points of the spline.
     #[must_use]
     pub const fn is_spline(self) -> bool {
         self.code() >= Self::Spline.code()

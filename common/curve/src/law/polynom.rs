@@ -1,7 +1,7 @@
 //! The polynomial laws between points (POLYNOM1 to 7, and those with `M` and `V` ends).
 //!
-//! All are Hermite interpolations: the lowest polynomial with the given derivatives at both ends.
-//! Over the share z = 0..1 of the segment, so derivatives are those with respect to z.
+//! The laws are Hermite interpolations: the lowest polynomial with the given derivatives at both ends,
+//! over the share z = 0..1 of the segment, so derivatives are with respect to z.
 
 use super::motion::Motion;
 use super::polynomial::Polynomial;
@@ -23,7 +23,7 @@ pub(super) fn cubic(start: &Motion, end: &Motion) -> Polynomial<6> {
 /// Degree 5: position, velocity and acceleration at both ends.
 pub fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
     let (c1, c2) = (start.velocity, start.acceleration / 2.0);
-    // What the terms above leave to do at the end.
+    // Remainder at the end after the terms above.
     let d = (end.position - start.position) - c1 - c2;
     let e = end.velocity - c1 - 2.0 * c2;
     let f = end.acceleration - 2.0 * c2;
@@ -40,7 +40,7 @@ pub fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
 /// Degree 7: position, velocity, acceleration and jerk at both ends.
 pub(super) fn septic(start: &Motion, end: &Motion) -> Polynomial<8> {
     let (c1, c2, c3) = (start.velocity, start.acceleration / 2.0, start.jerk / 6.0);
-    // What the terms above leave to do at the end.
+    // Remainder at the end after the terms above.
     let d = (end.position - start.position) - c1 - c2 - c3;
     let e = end.velocity - c1 - 2.0 * c2 - 3.0 * c3;
     let f = end.acceleration - 2.0 * c2 - 6.0 * c3;

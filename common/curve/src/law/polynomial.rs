@@ -31,7 +31,7 @@ impl<const N: usize> Polynomial<N> {
         Self(derivative)
     }
 
-    /// The product with another polynomial, of `P` coefficients; higher powers than they hold must not come out.
+    /// The product with another polynomial, of `P` coefficients, which must be enough for all its powers.
     #[must_use]
     pub fn product<const O: usize, const P: usize>(&self, other: &Polynomial<O>) -> Polynomial<P> {
         let mut product = [0.0; P];
@@ -43,7 +43,7 @@ impl<const N: usize> Polynomial<N> {
         Polynomial(product)
     }
 
-    /// All real roots from `lo` to `hi`, both included, ascending, to the last bits. A polynomial
+    /// Returns the real roots from `lo` to `hi`, both included, ascending, to the last bits. A polynomial
     /// that is zero everywhere has the root `lo`.
     #[must_use]
     pub fn roots_in(&self, lo: f64, hi: f64) -> Roots {
@@ -64,7 +64,7 @@ impl<const N: usize> Polynomial<N> {
         let first = self.derivative();
         let second = first.derivative();
         let third = second.derivative();
-        // The roots of a derivative are what the roots of the one before are found by.
+        // The roots of a derivative are needed for the roots of the one before.
         let snap = third.derivative().roots_in(lo, hi);
         let jerk = roots_between_turns(&third, &snap, lo, hi);
         let acceleration = roots_between_turns(&second, &jerk, lo, hi);

@@ -1,11 +1,11 @@
-//! Where a curve is zero.
+//! Roots of a curve.
 
 use core::ops::Deref;
 
-/// Eleven roots of the highest polynomial; the joints and turns of the longest chain of arcs.
+/// Eleven roots of the highest polynomial; the joints and extremes of the longest chain of arcs.
 const CAPACITY: usize = 16;
 
-/// A few places in ascending order, held in place. Reads as a slice.
+/// A few places in ascending order, stored inline. Dereferences to a slice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Roots {
     places: [f64; CAPACITY],
@@ -13,7 +13,7 @@ pub struct Roots {
 }
 
 impl Roots {
-    /// No place.
+    /// An empty list.
     #[must_use]
     pub const fn none() -> Self {
         Self {
@@ -22,7 +22,7 @@ impl Roots {
         }
     }
 
-    /// Adds a place behind the others, unless it is the last one up to rounding.
+    /// Appends a place, unless it equals the last one up to rounding.
     pub fn push(&mut self, place: f64) {
         let known = self
             .last()
@@ -33,14 +33,14 @@ impl Roots {
         }
     }
 
-    /// The same places in the opposite order.
+    /// Returns the places in the opposite order.
     #[must_use]
     pub fn reversed(mut self) -> Self {
         self.places[..self.len].reverse();
         self
     }
 
-    /// Every place led through `f`, which must be monotone.
+    /// Maps every place by `f`, which must be monotone.
     #[must_use]
     pub fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
         for place in &mut self.places[..self.len] {
@@ -58,16 +58,16 @@ impl Deref for Roots {
     }
 }
 
-/// A smooth curve whose roots are looked for.
+/// A smooth curve whose roots are searched for.
 pub trait Smooth {
     /// Value and slope at `x`.
     fn at(&self, x: f64) -> (f64, f64);
 
-    /// How far off rounding can make the value at `x`.
+    /// Greatest rounding error of the value at `x`.
     fn rounding(&self, x: f64) -> f64;
 }
 
-/// A curve on its way to a value other than zero.
+/// A curve minus a target value.
 pub struct Reaching<C> {
     /// The curve.
     pub curve: C,
@@ -86,11 +86,11 @@ impl<C: Smooth> Smooth for Reaching<C> {
     }
 }
 
-/// All roots of `curve` between `lo` and `hi`, both included, given its `turns`: all roots of its
+/// Returns the roots of `curve` between `lo` and `hi`, both included, given its `turns`: all roots of its
 /// slope there.
 ///
-/// Between two turns the curve is monotone, so the signs at the turns tell where the roots are. A
-/// turn at which the curve is zero up to rounding is a root.
+/// Between two turns the curve is monotone, so the roots follow from the signs at the turns. A turn at
+/// which the curve is zero up to rounding is a root.
 pub fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64) -> Roots {
     let mut roots = Roots::none();
     let mut left = Sample::of(curve, lo);
@@ -103,7 +103,8 @@ pub fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64)
         }
         let right = Sample::of(curve, turn);
         if right.is_root() {
-            // Zero at both ends of a monotone stretch is zero all along: its begin stands for it.
+            // If both ends of a monotone interval are zero, it is zero throughout: its begin counts as
+            // the root.
             if !left.is_root() {
                 roots.push(right.x);
             }
@@ -139,14 +140,14 @@ impl Sample {
     }
 }
 
-/// Narrows a change of sign down to the last bit: Newton's steps, and a halving wherever they
-/// leave the bracket or are slower than that.
+/// Narrows a change of sign down to the last bit: Newton's steps, and a bisection whenever they leave the
+/// bracket or are slower than that.
 fn refine(curve: &impl Smooth, left: Sample, right: Sample) -> f64 {
     let rising = right.value > 0.0;
     let (mut low, mut high) = (left.x, right.x);
     let mut x = low - (high - low) * (left.value / (right.value - left.value));
     let mut last_step = high - low;
-    // Halving alone would be through after some thousand steps, from any bracket.
+    // Bisection alone would take some thousand steps at most, from any bracket.
     for _ in 0..2_000 {
         let (value, slope) = curve.at(x);
         if value == 0.0 {

@@ -15,11 +15,11 @@ use super::{sine, trapezoid};
 
 /// A piece of a cam between two points: a motion law in closed form. Plain data of a fixed size.
 ///
-/// Beyond its ends its formula goes on; whoever asks keeps within them.
+/// Its formula continues beyond its ends; the caller keeps within them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Master position where the share z of the segment is 0: the start, or the end of a law that
-    /// is the mirror image of another.
+    /// Master position at the share z = 0 of the segment: the start, or the end of a law that is the
+    /// mirror image of another.
     from: f64,
     /// Master position where z = 1.
     to: f64,
@@ -39,7 +39,7 @@ pub(super) enum Shape {
 }
 
 impl Segment {
-    /// A law from one point to the next; a harmonic combination with its default turning point.
+    /// Compiles a law from one point to the next; a harmonic combination with its default turning point.
     ///
     /// # Errors
     /// See [`Segment::with_turn`].
@@ -47,12 +47,11 @@ impl Segment {
         Self::with_turn(law, start, end, Turn::Default)
     }
 
-    /// A law from one point to the next, with the turning point of a harmonic combination.
+    /// Compiles a law from one point to the next, with the turning point of a harmonic combination.
     ///
     /// # Errors
-    /// [`LawError`] if a number is not finite, the segment has no length, a point contradicts what
-    /// the law does there (to 1e-9 of the stroke), no such turning point exists, or the law is a
-    /// spline.
+    /// [`LawError`] if a number is not finite, the segment has no length, a point contradicts the law's
+    /// condition there (to 1e-9 of the stroke), no such turning point exists, or the law is a spline.
     pub fn with_turn(
         law: MotionLaw,
         start: &Knot,
@@ -128,27 +127,28 @@ impl Segment {
         if self.rate < 0.0 { self.from } else { self.to }
     }
 
-    /// The slave at a master position.
+    /// Returns the slave at a master position.
     #[inline]
     #[must_use]
     pub fn at(&self, master: f64) -> Motion {
         self.at_z((master - self.from) * self.rate)
     }
 
-    /// The slave at a share of the segment, 0 at its start and 1 at its end. What is computed over many places of one
-    /// segment is computed over shares: far from zero masters are rounded, and their differences are noise.
+    /// Returns the slave at a share of the segment, 0 at its start and 1 at its end. Computations over
+    /// many places of one segment use shares: far from zero masters are rounded, and their differences
+    /// are noise.
     #[must_use]
     pub fn at_share(&self, share: f64) -> Motion {
         self.at_z(self.z_of(share))
     }
 
-    /// The master position of a share, 0 at the start and 1 at the end.
+    /// Returns the master position of a share, 0 at the start and 1 at the end.
     #[must_use]
     pub fn master_at(&self, share: f64) -> f64 {
         self.master(self.z_of(share))
     }
 
-    /// The formula. Of polynomials the share is that of the segment.
+    /// The formula. For polynomials the share is that of the segment.
     pub(super) const fn shape(&self) -> &Shape {
         &self.shape
     }
@@ -190,8 +190,8 @@ impl Segment {
         }
     }
 
-    /// All master positions from start to end at which the slave reaches `position`, ascending. A
-    /// stretch along which it stays there counts by its begin.
+    /// Returns the master positions from start to end at which the slave reaches `position`, ascending.
+    /// Of a range along which it rests there, only the begin is returned.
     #[must_use]
     pub fn masters_at(&self, position: f64) -> Roots {
         let shares = match &self.shape {
@@ -209,7 +209,7 @@ impl Segment {
         }
     }
 
-    /// The master position of a share, from the nearer end: exact at both.
+    /// Returns the master position of a share, from the nearer end: exact at both.
     fn master(&self, z: f64) -> f64 {
         let length = self.to - self.from;
         if z <= 0.5 {
@@ -220,14 +220,14 @@ impl Segment {
     }
 }
 
-/// Whether a law, and be it a mirrored one, keeps the slave where it is.
+/// True if a law, mirrored or not, keeps the slave at rest.
 fn dwells(law: MotionLaw, start: &Knot, end: &Knot) -> bool {
     let (start, end) = (&start.motion, &end.motion);
     let may_leave = matches!(law, MotionLaw::Polynom5Mm | MotionLaw::Polynom7Mm) || law.is_spline();
     start.position == end.position && start.velocity == 0.0 && end.velocity == 0.0 && !may_leave
 }
 
-/// Laws that are another one run backwards, from the end.
+/// True for laws that are another one reversed, from the end.
 const fn is_mirrored(law: MotionLaw) -> bool {
     matches!(
         law,
@@ -334,7 +334,7 @@ const fn motion([position, velocity, acceleration, jerk]: [f64; 4]) -> Motion {
     }
 }
 
-/// The same motion over a variable that is 1/`factor` of the old one.
+/// Returns the motion over a variable that is 1/`factor` of the old one.
 #[inline]
 fn scaled(motion: &Motion, factor: f64) -> Motion {
     let squared = factor * factor;
@@ -346,7 +346,7 @@ fn scaled(motion: &Motion, factor: f64) -> Motion {
     }
 }
 
-/// Whether everything is finite; otherwise whether it is not at the second point, and which.
+/// Checks that all numbers are finite; otherwise names the quantity, and `true` for the second point.
 fn representable(points: &[Motion; 2]) -> Result<(), (bool, Quantity)> {
     if !(points[1].position - points[0].position).is_finite() {
         return Err((true, Quantity::Position));

@@ -17,8 +17,7 @@ pub(super) static BESTEHORN: [Arc; 4] = with_unit_stroke(&[
     Acceleration::quarter(0.25, 0.0, -1.0),
 ]);
 
-/// The acceleration rises over the first eighth, falls over the six in the middle, and rises
-/// again.
+/// The acceleration rises over the first eighth, falls over the six in the middle, and rises again.
 pub(super) static MODSINUSLINIE: [Arc; 4] = MODIFIED_SINE;
 
 /// The integral of the modified sine: its velocity leads from 0 to 1.
@@ -31,8 +30,8 @@ const MODIFIED_SINE: [Arc; 4] = with_unit_stroke(&[
     Acceleration::quarter(0.125, 0.0, -1.0),
 ]);
 
-/// MODSINUSLINIE_VV: the velocity follows the modified sine from one value to the other, and its
-/// bell is added for what is missing in the stroke.
+/// MODSINUSLINIE_VV: the velocity follows the modified sine from one value to the other, plus a bell for
+/// the rest of the stroke.
 pub(super) const fn between_velocities(
     start: f64,
     stroke: f64,

@@ -30,7 +30,7 @@ static PULSE: [Arc; 8] = with_unit_stroke(&eighths([
     once(-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
 ]));
 
-/// The ramp of the trapezoid from rest to turn, where the velocity comes out as zero.
+/// The ramp of the trapezoid from rest to turn, for which the end velocity is zero.
 const RAMP: f64 = 1.0 / (7.0 + FRAC_2_PI);
 
 /// The trapezoid without its last ramp: it ends braking.
@@ -42,7 +42,7 @@ pub(super) static BESCHLTRAPEZ_RT: [Arc; 5] = with_unit_stroke(&[
     Acceleration::constant(1.0 - 5.0 * RAMP, -1.0),
 ]);
 
-/// BESCHLTRAPEZ_RV: the pulse gives the velocity, the trapezoid the rest of the stroke.
+/// BESCHLTRAPEZ_RV: the pulse for the velocity, the trapezoid for the rest of the stroke.
 pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> Blend {
     let pulse = Part {
         weight: 0.5 * end_velocity,
@@ -55,8 +55,8 @@ pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> B
     Blend::new(start, 0.0, [pulse, trapezoid])
 }
 
-/// Eight equal stretches, given by constant acceleration and wave. Pulse and trapezoid have them
-/// in common, so that they can be added.
+/// Eight equal intervals, by constant acceleration and wave. Pulse and trapezoid have them in common, so
+/// that they can be added.
 const fn eighths(law: [(f64, Wave); 8]) -> [Acceleration; 8] {
     let mut stretches = [Acceleration::constant(0.125, 0.0); 8];
     let mut i = 0;

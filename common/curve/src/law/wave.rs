@@ -71,8 +71,8 @@ impl Wave {
         self.sin.abs() + self.cos.abs() + self.sin2.abs() + self.cos2.abs()
     }
 
-    /// The angles from 0 to `last` (half a turn at most, exclusively) where `constant` plus the
-    /// wave is zero. With t = tan(u/2) that is a polynomial of degree 4.
+    /// The angles from 0 to `last` (half a turn at most, exclusively) at which `constant` plus the wave
+    /// is zero. With t = tan(u/2) that is a polynomial of degree 4.
     pub(super) fn zeros(&self, constant: f64, last: f64) -> Roots {
         let Self {
             sin,

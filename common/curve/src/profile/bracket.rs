@@ -1,26 +1,26 @@
-//! Where a function of one number changes its sign.
+//! Search for a change of sign of a function of one number.
 
-/// Steps after which an interval of any size has shrunk to two numbers next to each other, even by
-/// halves.
+/// Greatest number of steps: an interval of any size has then shrunk to two adjacent numbers, even by
+/// bisection.
 const MOST_STEPS: usize = 200;
 
-/// Two numbers, next to each other as far as that can be told, between which a function passes from
-/// below zero to above it.
+/// Two numbers, adjacent as far as their precision allows, between which a function passes from below
+/// zero to above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bracket {
-    /// Where the function is at most zero.
+    /// Number at which the function is at most zero.
     pub below: f64,
-    /// Where it is at least zero.
+    /// Number at which it is at least zero.
     pub above: f64,
 }
 
-/// Shrinks an interval at whose first end `f` is at most zero and at whose second it is at least zero,
-/// with the values there. A jump is found like a zero.
+/// Shrinks an interval at whose first end `f` is at most zero and at whose second end it is at least
+/// zero, given the values there. A jump is found like a zero.
 ///
-/// Chandrupatla's method: inverse quadratic interpolation where that is safe, halving elsewhere. A smooth
-/// function takes about ten steps.
+/// Chandrupatla's method: inverse quadratic interpolation where that is safe, bisection elsewhere. A
+/// smooth function takes about ten steps.
 pub fn bracket(below: (f64, f64), above: (f64, f64), mut f: impl FnMut(f64) -> f64) -> Bracket {
-    // A zero at the end is one already; in between, zero counts as below.
+    // A zero at the end is the result; in between, zero counts as below.
     if above.1 == 0.0 {
         return Bracket {
             below: above.0,
@@ -58,7 +58,7 @@ pub fn bracket(below: (f64, f64), above: (f64, f64), mut f: impl FnMut(f64) -> f
     Bracket { below, above }
 }
 
-/// How far from `new` to `old` the zero is to be expected.
+/// Expected place of the zero, as a part of the distance from `new` to `old`.
 fn interpolated(new: (f64, f64), old: (f64, f64), oldest: (f64, f64)) -> f64 {
     let place = (new.0 - old.0) / (oldest.0 - old.0);
     let height = (new.1 - old.1) / (oldest.1 - old.1);

@@ -1,27 +1,27 @@
-//! How far and how fast a profile goes.
+//! Extremes of a profile.
 
 use coaxle_clock::Seconds;
 
 use super::phases::{Kinematics, Profile};
 
-/// How far and how fast a profile goes until it is at its end.
+/// Extremes of position and velocity of a profile until its end.
 #[derive(Clone, Copy, Debug)]
 pub struct ProfileExtremes {
-    /// The lowest position, u.
+    /// The least position, u.
     pub low: f64,
-    /// The highest position, u.
+    /// The greatest position, u.
     pub high: f64,
-    /// The highest speed, u/s.
+    /// The greatest speed, u/s.
     pub speed: f64,
-    /// The lowest velocity, u/s.
+    /// The least velocity, u/s.
     pub slowest: f64,
-    /// The highest velocity, u/s.
+    /// The greatest velocity, u/s.
     pub fastest: f64,
 }
 
 impl ProfileExtremes {
-    /// Those of a profile. Exact: within a phase of constant jerk they lie at its ends or where the velocity, or the
-    /// acceleration, passes through zero.
+    /// Finds the extremes of a profile. Exact: within a phase of constant jerk they lie at its ends, or
+    /// where the velocity or the acceleration passes through zero.
     #[must_use]
     pub fn of(profile: &Profile) -> Self {
         let end = profile.end();
@@ -37,7 +37,7 @@ impl ProfileExtremes {
             let jerk = profile.jerk_at(begin);
             extremes.take(&from);
             for turn in turning_times(&from, jerk) {
-                // Beyond the phase this looks at a state of the next one, which does no harm.
+                // Beyond the phase this is a state of the next one, which is harmless.
                 if turn > 0.0 && turn <= profile.duration().0 - begin.0 {
                     extremes.take(&profile.at(begin + Seconds(turn)));
                 }
@@ -55,8 +55,8 @@ impl ProfileExtremes {
     }
 }
 
-/// When the velocity, and when the acceleration passes through zero under a constant jerk, in
-/// seconds from now; not a number where it does not.
+/// Times at which the velocity and the acceleration pass through zero under a constant jerk, in seconds
+/// from now; NaN if they do not.
 fn turning_times(from: &Kinematics, jerk: f64) -> [f64; 3] {
     let (v, a) = (from.velocity, from.acceleration);
     // v + a·t + jerk/2·t² = 0 in the form that does not cancel.

@@ -1,11 +1,11 @@
-//! What a profile must keep within.
+//! Limits of a profile.
 
 use super::phases::Kinematics;
 
 /// Limits of a motion, all finite and above zero.
 ///
-/// `acceleration` bounds what makes the axis faster, `deceleration` what makes it slower. A change
-/// of velocity that passes through standstill keeps to the smaller of the two all the way.
+/// `acceleration` limits speeding up, `deceleration` slowing down. A change of velocity through
+/// standstill keeps to the smaller of the two all along.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     velocity: f64,
@@ -33,7 +33,7 @@ impl Limits {
         })
     }
 
-    /// The same limits with another velocity, in u/s.
+    /// Returns these limits with another velocity, in u/s.
     ///
     /// # Errors
     /// [`InvalidLimit`] unless it is a finite number above zero.
@@ -42,8 +42,8 @@ impl Limits {
         Ok(Self { velocity, ..self })
     }
 
-    /// A state with no more acceleration than can be led to zero, within the jerk, before the axis is
-    /// faster than it may be: a motion that goes on from there keeps the velocity limit.
+    /// Reduces the acceleration of a state to one that can be led to zero, within the jerk, before the
+    /// axis exceeds its velocity: a motion from there keeps the velocity limit.
     #[must_use]
     pub fn without_overspeed(&self, state: &Kinematics) -> Kinematics {
         let along = state.velocity * state.acceleration.signum();
@@ -55,13 +55,13 @@ impl Limits {
         }
     }
 
-    /// The limits that bind positions one cycle of `cycle_time` seconds apart. Between two velocities within
-    /// their limit lies no more acceleration than 2v/T, between two accelerations no more jerk than 2a/T: a limit
-    /// beyond that, which means "none", binds nothing, and numbers calculated with it would have no digits
-    /// in common with the others.
+    /// Returns the limits that are effective for positions one cycle of `cycle_time` seconds apart.
+    /// Between two velocities within their limit there is no more acceleration than 2v/T, between two
+    /// accelerations no more jerk than 2a/T. A greater limit, which means "none", has no effect, and
+    /// numbers calculated with it would have no digits in common with the others.
     #[must_use]
     pub fn binding_in_cycles(&self, cycle_time: f64) -> Self {
-        // A little more than the bound, so that rounding takes nothing from a limit that does bind.
+        // A little more than the bound, so that rounding does not reduce an effective limit.
         const MARGIN: f64 = 1.0 + 1e-6;
         let per_cycle = 2.0 * MARGIN / cycle_time;
         let acceleration = self.acceleration.min(self.velocity * per_cycle);
@@ -74,25 +74,25 @@ impl Limits {
         }
     }
 
-    /// Highest speed, u/s.
+    /// Greatest speed, u/s.
     #[must_use]
     pub const fn velocity(&self) -> f64 {
         self.velocity
     }
 
-    /// Highest acceleration, u/s².
+    /// Greatest acceleration, u/s².
     #[must_use]
     pub const fn acceleration(&self) -> f64 {
         self.acceleration
     }
 
-    /// Highest deceleration, u/s².
+    /// Greatest deceleration, u/s².
     #[must_use]
     pub const fn deceleration(&self) -> f64 {
         self.deceleration
     }
 
-    /// Highest jerk, u/s³.
+    /// Greatest jerk, u/s³.
     #[must_use]
     pub const fn jerk(&self) -> f64 {
         self.jerk
@@ -111,9 +111,9 @@ fn checked(field: &'static str, received: f64) -> Result<f64, InvalidLimit> {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{field}: received {received}, expected a finite number above 0")]
 pub struct InvalidLimit {
-    /// Which limit.
+    /// Name of the limit.
     pub field: &'static str,
-    /// What was given.
+    /// Value received.
     pub received: f64,
 }
 

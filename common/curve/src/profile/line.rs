@@ -1,19 +1,20 @@
-//! The way to a line that moves: where a slave has to be is a matter of where its master is.
+//! The path to a moving line: the position of a slave depends on that of its master.
 
 use super::band::Band;
 use super::bracket::bracket;
 use super::phases::{Kinematics, Profile};
 use super::velocity_change::VelocityChange;
 
-/// Doublings of the time for which the axis heads for its velocity limit: beyond, the line gets away.
+/// Greatest number of doublings of the time for which the axis accelerates to its velocity limit: beyond,
+/// the line cannot be caught.
 const DOUBLINGS: usize = 40;
 
-/// The fastest way from a state onto a line that moves as `line` does, of the same moment as `start`:
-/// at the end position, velocity and acceleration are those of the line. None if the line is too fast to
-/// be caught, or changes its velocity faster than the axis can.
+/// Plans the fastest path from a state onto a line that moves as `line`, given at the same moment as
+/// `start`: at the end, position, velocity and acceleration are those of the line. None if the line is
+/// too fast to be caught, or changes its velocity faster than the axis can.
 ///
-/// As long as the line keeps its velocity, which has to lie within the band, no motion within the band is
-/// there earlier. A line that accelerates is taken to do so until the end.
+/// As long as the line keeps its velocity, which has to lie within the band, no motion within the band
+/// arrives earlier. A line that accelerates is assumed to do so until the end.
 #[must_use]
 pub fn to_line(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<Profile> {
     // Distances, not positions: far from zero a position has few digits left.
@@ -32,7 +33,7 @@ pub fn to_line(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<Pro
     Some(profile)
 }
 
-/// The fastest change to a velocity within a band, which then goes on for ever.
+/// Plans the fastest change to a velocity within a band, which is kept for ever.
 #[must_use]
 pub fn towards(start: &Kinematics, velocity: f64, band: &Band) -> Profile {
     let mut profile = Profile::starting_from(start);
@@ -47,7 +48,7 @@ const fn at_zero(line: &Kinematics) -> Kinematics {
     }
 }
 
-/// A line that is at 0 now, and what the axis can do.
+/// A line that is at 0 now, and the limits of the axis.
 struct Chase {
     line: Kinematics,
     band: Band,
@@ -74,8 +75,8 @@ impl Chase {
         }
     }
 
-    /// Heads for the velocity limit first, for as long as it takes to make up what is missing when the
-    /// line's motion is taken up at once. The longer, the farther the axis gets.
+    /// Accelerates to the velocity limit first, for as long as needed to cover the distance that is
+    /// missing if the line's motion is taken up at once. The longer it takes, the farther the axis gets.
     fn upwards(&self, start: &Kinematics, ahead: f64) -> Option<Profile> {
         let heading = VelocityChange::directed(start, self.band.highest, &self.band);
         let lasting = |time: f64| {
@@ -112,7 +113,7 @@ impl Chase {
             .flatten()
     }
 
-    /// Takes up the line's motion from the end of a profile, wherever that is; none if the line is out of
+    /// Takes up the line's motion from the end of a profile, at any place; none if the line is out of
     /// reach.
     fn matched(&self, mut profile: Profile) -> Option<Profile> {
         let (end, line) = (profile.end(), self.line_after(&profile));
@@ -135,7 +136,7 @@ impl Chase {
         Some(profile)
     }
 
-    /// How far the end of a profile is ahead of the line.
+    /// Distance of the end of a profile ahead of the line.
     fn ahead(&self, profile: &Profile) -> f64 {
         profile.end().position - self.line_after(profile).position
     }

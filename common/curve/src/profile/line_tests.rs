@@ -1,4 +1,4 @@
-//! The way onto a moving line, beside that of an independent generator and against itself.
+//! The path onto a moving line, compared with an independent generator and with itself.
 
 use coaxle_clock::Seconds;
 use proptest::prelude::*;
@@ -48,7 +48,8 @@ fn chase() -> impl Strategy<Value = (Kinematics, Kinematics, Band)> {
     })
 }
 
-/// Seen from the line, the way there is one to rest. A few take the other generator longer than need be.
+/// Seen from the line, the path is one to rest. For a few the result of the other generator is longer
+/// than necessary.
 fn independent(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<f64> {
     let mut input = InputParameter::<1>::new(None);
     input.current_position[0] = start.position - line.position;
@@ -122,7 +123,7 @@ proptest! {
             prop_assert!((found.position - end.position).abs() <= 1e-12 * size);
             prop_assert!((found.velocity - end.velocity).abs() <= SLACK * (1.0 + end.velocity.abs()));
             prop_assert!((found.acceleration - end.acceleration).abs() <= SLACK * band.up.max(band.down));
-            // What the phases come to, and what the end says.
+            // Values of the phases, and of the end.
             let last = profile.at(Seconds(duration * (1.0 - 1e-12)));
             let far = (last.position - end.position).abs();
             let fast = last.velocity.abs() + end.velocity.abs() + band.highest;
@@ -147,7 +148,7 @@ fn a_line_at_the_velocity_limit_is_not_caught() {
         acceleration: 0.0,
     };
     assert!(to_line(&Kinematics::at_rest(0.0), &line, &band).is_none());
-    // From ahead of it there is a way.
+    // From ahead of it there is a path.
     assert!(to_line(&Kinematics::at_rest(40.0), &line, &band).is_some());
     let too_steep = Kinematics {
         velocity: 0.0,

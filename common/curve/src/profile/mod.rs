@@ -1,6 +1,6 @@
 //! Motion profiles: from one state to another within limits of velocity, acceleration and jerk.
 //!
-//! A profile is planned once, in closed form up to one bisection, and then read at any time since
+//! A profile is planned once, in closed form up to one bisection, and then evaluated at any time since
 //! its start:
 //!
 //! ```

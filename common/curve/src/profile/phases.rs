@@ -1,4 +1,4 @@
-//! A profile: phases of constant jerk, one after the other.
+//! A profile: consecutive phases of constant jerk.
 
 use coaxle_clock::Seconds;
 
@@ -24,7 +24,7 @@ impl Kinematics {
         }
     }
 
-    /// The state after `duration` seconds of constant jerk, u/s³; before it where that is negative.
+    /// Returns the state after `duration` seconds of constant jerk, u/s³; before it if that is negative.
     #[must_use]
     pub fn after(&self, duration: f64, jerk: f64) -> Self {
         let Self {
@@ -40,7 +40,7 @@ impl Kinematics {
         }
     }
 
-    /// The same motion seen from the other side.
+    /// Returns the motion mirrored.
     #[must_use]
     pub(super) fn mirrored(&self) -> Self {
         Self {
@@ -51,12 +51,12 @@ impl Kinematics {
     }
 }
 
-/// Turn round (3), speed up or slow down (3), cruise (1), stop (3).
+/// Reverse (3), speed up or slow down (3), cruise (1), stop (3).
 const MAX_PHASES: usize = 10;
 
-/// A motion planned ahead: read it with [`Profile::at`].
+/// A motion planned ahead, evaluated by [`Profile::at`].
 ///
-/// It holds its few phases in itself and is plain data.
+/// It stores its few phases inline and is plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     phases: [Phase; MAX_PHASES],
@@ -65,7 +65,7 @@ pub struct Profile {
     duration: f64,
 }
 
-/// A stretch of constant jerk, from the state at its begin.
+/// A phase of constant jerk, from the state at its begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Phase {
     begin: f64,
@@ -74,8 +74,8 @@ struct Phase {
 }
 
 impl Profile {
-    /// The state `since_start` after the start. Before it, the state at the start; after the end,
-    /// the motion goes on at its final velocity.
+    /// Returns the state `since_start` after the start. Before it, the state at the start; after the end,
+    /// the motion continues at its final velocity.
     #[must_use]
     #[inline]
     pub fn at(&self, since_start: Seconds) -> Kinematics {
@@ -87,7 +87,7 @@ impl Profile {
         phase.from.after(t - phase.begin, phase.jerk)
     }
 
-    /// The jerk `since_start` after the start, u/s³: zero before it and from the end on.
+    /// Returns the jerk `since_start` after the start, u/s³: zero before it and from the end on.
     #[must_use]
     pub fn jerk_at(&self, since_start: Seconds) -> f64 {
         let t = since_start.0;
@@ -98,7 +98,7 @@ impl Profile {
         }
     }
 
-    /// How long the motion takes until it is at its target.
+    /// Duration of the motion to its target.
     #[must_use]
     pub const fn duration(&self) -> Seconds {
         Seconds(self.duration)
@@ -110,8 +110,8 @@ impl Profile {
         self.end
     }
 
-    /// When each phase begins, in seconds since the start: between two of these (and the end) the
-    /// jerk is constant.
+    /// Begins of the phases, in seconds since the start: between two of them (and the end) the jerk is
+    /// constant.
     pub fn phase_begins(&self) -> impl Iterator<Item = Seconds> + '_ {
         self.phases[..self.len]
             .iter()
@@ -137,7 +137,7 @@ impl Profile {
         }
     }
 
-    /// Appends a phase unless it takes no time. `acceleration` is what it ends with, known better
+    /// Appends a phase unless its duration is zero. `acceleration` is its end value, known more exactly
     /// than the sum of rounded steps.
     #[inline]
     pub(super) fn push(&mut self, jerk: f64, duration: f64, acceleration: f64) {
@@ -154,17 +154,17 @@ impl Profile {
         self.end.acceleration = acceleration;
     }
 
-    /// Says what velocity the last phase ends with, known better than the sum of rounded steps.
+    /// Sets the end velocity of the last phase, known more exactly than the sum of rounded steps.
     pub(super) fn settle_velocity(&mut self, velocity: f64) {
         self.end.velocity = velocity;
     }
 
-    /// Says where the motion ends, known better than the sum of rounded steps.
+    /// Sets the end position of the motion, known more exactly than the sum of rounded steps.
     pub(super) fn settle_position(&mut self, position: f64) {
         self.end.position = position;
     }
 
-    /// Appends a motion whose positions count from where this one ends.
+    /// Appends a motion whose positions are relative to the end of this one.
     pub(super) fn followed_by(mut self, next: &Self) -> Self {
         let next = next.shifted(self.end.position);
         for phase in &next.phases[..next.len] {
@@ -179,7 +179,7 @@ impl Profile {
         self
     }
 
-    /// The same motion seen from the other side.
+    /// Returns the motion mirrored.
     pub(super) fn mirrored(mut self) -> Self {
         for phase in &mut self.phases[..self.len] {
             phase.from = phase.from.mirrored();

@@ -4,10 +4,10 @@ use super::limits::Limits;
 use super::phases::{Kinematics, Profile};
 use super::velocity_change::VelocityChange;
 
-/// The fastest change to a velocity, which then goes on for ever; to zero it is a halt.
+/// Plans the fastest change to a velocity, which is kept for ever; to zero it is a halt.
 ///
-/// `target` is in u/s and is cut to the velocity limit. The change itself is time-optimal from any
-/// start velocity and acceleration.
+/// `target` is in u/s and is cut to the velocity limit. The change itself is time-optimal from any start
+/// velocity and acceleration.
 #[must_use]
 #[inline]
 pub fn to_velocity(start: &Kinematics, target: f64, limits: &Limits) -> Profile {
@@ -17,14 +17,14 @@ pub fn to_velocity(start: &Kinematics, target: f64, limits: &Limits) -> Profile 
     profile
 }
 
-/// The way to a position where the axis stands still, from any start velocity and acceleration.
+/// Plans the motion to a position where the axis stands still, from any start velocity and acceleration.
 ///
-/// `target` is in u. An axis that cannot stop in time passes the target and comes back. A start
-/// beyond the limits is led back within them first.
+/// `target` is in u. An axis that cannot stop in time passes the target and returns. A start beyond the
+/// limits is led back within them first.
 ///
-/// The axis heads for its velocity limit and is stopped early enough. Each moment of stopping
-/// leads to another place, later ones to farther ones, so the right moment is found by bisection,
-/// to the last bit.
+/// The axis accelerates to its velocity limit and is stopped early enough. Each moment of stopping leads
+/// to another place, later ones to farther ones, so the right moment is found by bisection, to the last
+/// bit.
 #[must_use]
 pub fn to_position(start: &Kinematics, target: f64, limits: &Limits) -> Profile {
     // Distances, not positions: far from zero a position has few digits left.
@@ -48,11 +48,10 @@ pub fn to_position(start: &Kinematics, target: f64, limits: &Limits) -> Profile 
     profile
 }
 
-/// Travels a `distance` that lies beyond where the axis could stop at once.
+/// Travels a `distance` that lies beyond the place of an immediate stop.
 fn onwards(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
     let straight = without_pause(start, distance, limits);
-    // Turning round without a pause keeps to the smaller limit all the way, which may be the
-    // longer way.
+    // Reversing without a pause keeps to the smaller limit all along, which may take longer.
     if start.velocity < 0.0 && limits.acceleration() != limits.deceleration() {
         let paused = with_pause(start, distance, limits);
         if paused.duration() < straight.duration() {
@@ -62,7 +61,7 @@ fn onwards(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
     straight
 }
 
-/// Stops first, then travels what is left.
+/// Stops first, then travels the rest.
 fn with_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
     let stop = to_velocity(start, 0.0, limits);
     let rest = Kinematics::at_rest(0.0);
@@ -73,7 +72,7 @@ fn with_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
     ))
 }
 
-/// Heads straight for the target.
+/// Moves straight to the target.
 fn without_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
     let top_speed = limits.velocity();
     let without_cruise = cruising_for(start, 0.0, limits).end().position;
@@ -87,7 +86,7 @@ fn without_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile 
     stopping_after(start, after, limits)
 }
 
-/// Heads for the velocity limit, stays there for `cruise` seconds and stops.
+/// Accelerates to the velocity limit, stays there for `cruise` seconds and stops.
 fn cruising_for(start: &Kinematics, cruise: f64, limits: &Limits) -> Profile {
     let mut profile = to_velocity(start, limits.velocity(), limits);
     profile.push(0.0, cruise, 0.0);
@@ -95,7 +94,7 @@ fn cruising_for(start: &Kinematics, cruise: f64, limits: &Limits) -> Profile {
     profile
 }
 
-/// Heads for the velocity limit for `after` seconds only and stops.
+/// Accelerates towards the velocity limit for `after` seconds only and stops.
 fn stopping_after(start: &Kinematics, after: f64, limits: &Limits) -> Profile {
     let mut profile = Profile::starting_from(start);
     VelocityChange::new(start, limits.velocity(), limits).append_first(after, &mut profile);
@@ -107,7 +106,7 @@ fn stop(profile: &mut Profile, limits: &Limits) {
     VelocityChange::new(&profile.end(), 0.0, limits).append_to(profile);
 }
 
-/// The largest number from 0 to `bound` that is `early` enough, where 0 is and `bound` is not.
+/// Returns the greatest number from 0 to `bound` that is `early` enough, where 0 is and `bound` is not.
 fn latest(bound: f64, early: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, bound);
     loop {

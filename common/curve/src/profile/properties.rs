@@ -1,4 +1,4 @@
-//! What every profile keeps, whatever the numbers.
+//! Properties of all profiles, for any numbers.
 
 use coaxle_clock::Seconds;
 use proptest::prelude::*;
@@ -42,7 +42,7 @@ fn start(limits: &Limits) -> impl Strategy<Value = Kinematics> + use<> {
     })
 }
 
-/// A start with nothing to rely on.
+/// A start without any guarantees.
 fn wild_start() -> impl Strategy<Value = Kinematics> {
     (-1e4..1e4, -1e5..1e5, -1e5..1e5).prop_map(|(position, velocity, acceleration)| Kinematics {
         position,
@@ -59,14 +59,14 @@ fn job() -> impl Strategy<Value = (Limits, Kinematics, f64)> {
     limits().prop_flat_map(|limits| (Just(limits), start(&limits), distance()))
 }
 
-/// Where phases begin, the end included.
+/// Begins of the phases, and the end.
 fn knots(profile: &Profile) -> Vec<f64> {
     let mut knots: Vec<f64> = profile.phase_begins().map(|t| t.0).collect();
     knots.push(profile.duration().0);
     knots
 }
 
-/// Every state in which a quantity can be extreme: phase ends, and where the acceleration passes
+/// States in which a quantity can be extreme: phase ends, and places where the acceleration passes
 /// through zero.
 fn extremes(profile: &Profile) -> Vec<Kinematics> {
     let knots = knots(profile);
@@ -81,7 +81,7 @@ fn extremes(profile: &Profile) -> Vec<Kinematics> {
     states
 }
 
-/// The sizes that rounding errors are measured against.
+/// Reference magnitudes of rounding errors.
 struct Scale {
     position: f64,
     velocity: f64,
@@ -104,8 +104,8 @@ fn scale(profile: &Profile) -> Scale {
     }
 }
 
-/// No jump from the last moment of a phase to the first of the next. That moment is as early as
-/// the resolution of the time makes it, which is little where the motion is long and the jerk high.
+/// Checks that there is no jump from the last moment of a phase to the first of the next. That moment is
+/// as early as the resolution of the time allows, which is coarse for a long motion with a high jerk.
 fn assert_continuous(profile: &Profile, limits: &Limits) {
     let scale = scale(profile);
     for t in knots(profile) {
@@ -243,7 +243,7 @@ proptest! {
         assert_close(profile.duration().0, rest_to_rest(distance, &limits));
     }
 
-    /// Every limit that a config admits, in every combination.
+    /// Limits that a config admits, in every combination.
     #[test]
     fn rest_to_rest_is_that_in_all_decades(
         (v, a, j) in (decades(-9, 15), decades(-9, 15), decades(-9, 15)),
@@ -313,7 +313,7 @@ fn a_start_above_the_velocity_limit_is_slowed_to_it() {
     let profile = to_position(&start, 1_000.0, &limits);
     assert_eq!(profile.at(Seconds(2.0)).velocity, 10.0);
     assert!(extremes(&profile).iter().all(|s| s.velocity <= 80.0));
-    // Little farther than a stop: slowed, but neither faster than at the start nor back again.
+    // Little farther than a stop: slowed down, but neither faster than at the start nor reversed.
     let stop = to_velocity(&start, 0.0, &limits).end().position;
     let short = to_position(&start, stop + 0.05, &limits);
     assert!(

@@ -4,18 +4,18 @@ use super::band::Band;
 use super::limits::Limits;
 use super::phases::{Kinematics, Profile};
 
-/// The shortest way from a velocity and acceleration to another velocity without acceleration:
-/// lead the acceleration to a peak, hold it there, lead it back to zero.
+/// The shortest change from a velocity and acceleration to another velocity without acceleration: lead
+/// the acceleration to a peak, hold it there, lead it back to zero.
 ///
-/// A start acceleration beyond the limit is first led back to it, so the peak may also lie below
-/// the start.
+/// A start acceleration beyond the limit is first led back to it, so the peak may also lie below the
+/// start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VelocityChange {
     ramps: [Ramp; 3],
     target: f64,
 }
 
-/// A stretch of constant jerk that ends with a known acceleration.
+/// A phase of constant jerk with a known end acceleration.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ramp {
     jerk: f64,
@@ -31,13 +31,13 @@ impl VelocityChange {
         Self::within(start, target, limits.jerk(), bound, bound)
     }
 
-    /// The same within limits by direction.
+    /// Plans the change within limits by direction.
     pub(super) fn directed(start: &Kinematics, target: f64, band: &Band) -> Self {
         Self::within(start, target, band.jerk, |_, _| band.up, |_, _| band.down)
     }
 
-    /// What bounds a push up, and one down, is said of the velocities between which it happens; those of
-    /// a push down with the other sign.
+    /// Plans the change within limits `up` and `down` that depend on the velocities between which the
+    /// axis is pushed; for a push down, these have the opposite sign.
     fn within(
         start: &Kinematics,
         target: f64,
@@ -45,8 +45,8 @@ impl VelocityChange {
         up: impl Fn(f64, f64) -> f64,
         down: impl Fn(f64, f64) -> f64,
     ) -> Self {
-        // The velocity that would be reached by leading the acceleration to zero at once decides
-        // which way the axis must be pushed.
+        // The velocity reached by leading the acceleration to zero at once decides the direction in which
+        // the axis must be pushed.
         let a0 = start.acceleration;
         let coasting = start.velocity + a0 * a0.abs() / (2.0 * jerk);
         if target >= coasting {
@@ -64,7 +64,7 @@ impl VelocityChange {
         }
     }
 
-    /// How long it takes, in seconds.
+    /// Duration of the change, in seconds.
     pub(super) fn duration(&self) -> f64 {
         self.ramps.iter().map(|ramp| ramp.duration).sum()
     }
@@ -78,8 +78,8 @@ impl VelocityChange {
         profile.settle_velocity(self.target);
     }
 
-    /// Appends the change as one in a frame that moves as `frame` does where the change ends: so much
-    /// acceleration comes to every ramp.
+    /// Appends the change, relative to a frame that moves as `frame` where the change ends: the frame's
+    /// acceleration is added to every ramp.
     pub(super) fn append_to_moving(&self, profile: &mut Profile, frame: &Kinematics) {
         for ramp in &self.ramps {
             profile.push(
@@ -91,7 +91,7 @@ impl VelocityChange {
         profile.settle_velocity(frame.velocity);
     }
 
-    /// Appends no more than the first `duration` seconds of it.
+    /// Appends only the first `duration` seconds of it.
     pub(super) fn append_first(&self, duration: f64, profile: &mut Profile) {
         let mut left = duration;
         for ramp in &self.ramps {
@@ -114,7 +114,7 @@ fn push_up(
     bound: impl Fn(f64, f64) -> f64,
 ) -> [Ramp; 3] {
     let a0 = start.acceleration;
-    // Where the axis begins to be pushed: a negative acceleration is led to zero before that.
+    // Start of the push: a negative acceleration is led to zero before it.
     let pushed_from = if a0 < 0.0 { coasting } else { start.velocity };
     let limit = bound(pushed_from, target);
 
@@ -145,13 +145,13 @@ fn push_up(
     [lead, hold, back]
 }
 
-/// How long the peak is held so that the three ramps together span the change.
+/// Time at the peak for which the three ramps together span the change.
 fn hold_time(span: f64, lead: &Ramp, back: &Ramp, a0: f64, peak: f64) -> f64 {
     let ramped = (a0 + peak) / 2.0 * lead.duration + peak / 2.0 * back.duration;
     ((span - ramped) / peak).max(0.0)
 }
 
-/// What bounds a push towards larger velocities.
+/// Limit of a push towards larger velocities.
 fn acceleration_limit(from: f64, target: f64, limits: &Limits) -> f64 {
     if target <= 0.0 {
         limits.deceleration()

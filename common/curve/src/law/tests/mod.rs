@@ -1,4 +1,4 @@
-//! Every law against its textbook, and what all of them keep.
+//! Laws against their textbooks, and their common properties.
 
 mod peaks;
 mod points;
@@ -16,7 +16,7 @@ fn laws() -> Vec<MotionLaw> {
     all.filter(|law| !law.is_spline()).collect()
 }
 
-/// A point by master position and the slave's position, velocity, acceleration and jerk.
+/// Makes a point of a master position and the slave's position, velocity, acceleration and jerk.
 fn knot(master: f64, [position, velocity, acceleration, jerk]: [f64; 4]) -> Knot {
     Knot {
         master,

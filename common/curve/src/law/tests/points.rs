@@ -1,11 +1,11 @@
-//! What a law does at its points, and which points it refuses.
+//! Behaviour of a law at its points, and its refusals.
 
 use std::string::ToString;
 
 use super::super::{LawError, Motion, MotionLaw, Quantity, Segment, Side, Turn};
 use super::{knot, laws, unit, values};
 
-/// What the points say, laws with `V` and `M` ends take over.
+/// Laws with `V` and `M` ends take over the values of the points.
 #[test]
 fn general_laws_take_over_their_points() {
     let start = knot(-7.0, [3.0, 0.4, -1.5, 20.0]);
@@ -80,7 +80,7 @@ fn inner_joints_are_continuous() {
         let segment = unit(law, [0.0; 2]);
         let places = joints.iter().chain(&ramps).chain([&turn, &0.421_87]);
         for place in places.flat_map(|&z| [z, 1.0 - z]) {
-            // Wider than the rounding of the joint, narrower than the tolerance allows to move.
+            // Wider than the rounding of the joint, narrower than the tolerance.
             let (before, after) = (place - 4e-16, place + 4e-16);
             let (before, after) = (segment.at(before), segment.at(after));
             let bound = segment.extremes();
@@ -207,7 +207,7 @@ fn points_which_contradict_the_law_are_refused() {
     }
     // At a turn the acceleration is the law's own.
     assert!(Segment::new(MotionLaw::HarmonicKombiTr, &curved, &rest).is_ok());
-    // What rounding leaves of a rest is one.
+    // A rest within rounding counts as one.
     let almost = knot(2.0, [5.0, 1e-12, -1e-12, 0.0]);
     assert!(Segment::new(MotionLaw::Bestehorn, &rest, &almost).is_ok());
 }
@@ -277,7 +277,7 @@ fn impossible_turning_points_are_refused() {
             mean: 0.5
         })
     );
-    // Other laws have none to choose.
+    // Other laws have no turning point.
     let plain = Segment::new(MotionLaw::Polynom5, &start, &end);
     let told = Segment::with_turn(MotionLaw::Polynom5, &start, &end, Turn::At(7.0));
     assert_eq!(plain, told);

@@ -1,4 +1,4 @@
-//! What every law keeps, whatever the points.
+//! Properties of all laws, for any points.
 
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ fn segment() -> impl Strategy<Value = Segment> {
     )
 }
 
-/// Whether a law takes over the velocities of its points.
+/// True for each end at which a law takes over the velocity of its point.
 fn taken_over(law: MotionLaw) -> (bool, bool) {
     match law {
         MotionLaw::Polynom3Vv
@@ -126,7 +126,7 @@ proptest! {
             let off = (segment.at(reached).position - here.position).abs();
             prop_assert!(off <= 4.0 * noise, "{off} off at {reached}");
         }
-        // Where the slave creeps, a rounding error of the position is a long way.
+        // If the slave creeps, a rounding error of the position is a great distance.
         let length = segment.end() - segment.start();
         let creeps = here.velocity.abs() <= 1e-3 * velocity.magnitude();
         let slack = if creeps {
@@ -137,7 +137,7 @@ proptest! {
         prop_assert!(masters.iter().any(|reached| (reached - master).abs() <= slack));
     }
 
-    /// As many crossings as a dense sampling shows.
+    /// Finds as many crossings as a dense sampling.
     #[test]
     fn no_crossing_is_missed(segment in segment(), level in 0.0..1.0) {
         let [position, ..] = ranges(&segment);

@@ -1,4 +1,4 @@
-//! Laws by their textbook definition: an acceleration in pieces, integrated by numbers.
+//! Laws by their textbook definition: an acceleration in pieces, integrated numerically.
 //!
 //! Nothing here shares a formula with the laws: positions and velocities come from Gauss-Legendre
 //! quadrature, amplitudes from a system of equations.
@@ -73,7 +73,7 @@ impl Reference {
         ]
     }
 
-    /// Where a piece begins or ends.
+    /// Begins and ends of the pieces.
     pub(super) fn joints(&self) -> Vec<f64> {
         core::iter::once(0.0)
             .chain(self.pieces.iter().map(|piece| piece.until))
@@ -170,7 +170,7 @@ pub(super) fn harmonic_combination(velocity: f64, lambda: f64) -> Reference {
     with(velocity, a, b)
 }
 
-/// The same with continuous jerk, its joint found by bisection.
+/// Harmonic combination with continuous jerk, its joint found by bisection.
 pub(super) fn smooth_harmonic_combination(velocity: f64, range: [f64; 2]) -> Reference {
     let jump = |lambda: f64| {
         let pieces = harmonic_combination(velocity, lambda).pieces;

@@ -7,7 +7,7 @@ use super::reference::{
 };
 use super::{knot, unit, values};
 
-/// Relative to the largest value that the law takes.
+/// Relative to the greatest value of the law.
 const TOLERANCE: f64 = 1e-12;
 
 /// Evenly spread, with joints, ends and places close to both ends.
@@ -83,7 +83,7 @@ fn polynomials_agree_with_whole_numbers() {
     for (law, coefficients) in POLYNOMIALS {
         let segment = unit(law, [0.0; 2]);
         let mut magnitude = magnitudes(&segment);
-        // Lines and parabolas have no derivative to compare with.
+        // Lines and parabolas have no such derivative to compare with.
         magnitude.iter_mut().for_each(|m| *m = m.max(1.0));
         for k in 0..=1024 {
             assert_equal(
@@ -177,7 +177,7 @@ fn harmonic_combinations_have_continuous_jerk() {
         let reference = smooth_harmonic_combination(velocity, [1e-3, 0.59]);
         assert_is(&vt(velocity), &reference);
     }
-    // Backwards at first, or so fast that the slave overshoots and comes back.
+    // Backwards at first, or so fast that the slave overshoots and returns.
     for velocity in [-0.1, -2.0, 2.5, 8.0] {
         let reference = smooth_harmonic_combination(velocity, [0.58, 0.999]);
         assert_is(&vt(velocity), &reference);
