@@ -15,13 +15,12 @@ pub use error::FlyingGearError;
 pub use stretch::FlyingGearStretch;
 use window::{Course, Window};
 
-/// What a flying gear shall do.
+/// Parameters of a flying gear.
 ///
-/// `MC_FlyingGear_BkPlcMc`. The *working direction* of the slave is the one that leads it from where
-/// it stands to `slave_sync_position`; the master's is the same, or the opposite one if the ratio is
-/// negative.
+/// `MC_FlyingGear_BkPlcMc`. The *working direction* of the slave leads from its standstill position to
+/// `slave_sync_position`; the master's is equal, or opposite if the ratio is negative.
 ///
-/// Positions are numbers wherever it is enabled; whoever says them in another way has a `P` for that.
+/// Positions are numbers when it is enabled; `P` is for other ways to state them.
 #[doc(alias = "MC_FlyingGear")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -38,27 +37,28 @@ pub struct FlyingGearParameters<P = f64> {
     /// Slave units per master unit while fully coupled, not 0.
     #[doc(alias = "Ratio")]
     pub ratio: f64,
-    /// Where the master is when the gear is fully engaged, master u.
+    /// Position of the master at which the gear is fully engaged, master u.
     #[doc(alias = "MasterSyncPosition")]
     pub master_sync_position: P,
-    /// Where the slave is when the gear is fully engaged, u.
+    /// Position of the slave at which the gear is fully engaged, u.
     #[doc(alias = "SlaveSyncPosition")]
     pub slave_sync_position: P,
-    /// Where the slave begins to be released, u.
+    /// Position at which the release of the slave begins, u.
     #[doc(alias = "SlaveDesyncPosition")]
     pub slave_desync_position: P,
-    /// Where the slave is fully released and stands, u. Beyond the desync position seen in the
-    /// working direction, the slave is released on the way out, before it, on the way back.
+    /// Position at which the slave is fully released and stands, u. If it lies beyond the desync position
+    /// in the working direction, the slave is released on the way out; if it lies before it, on the way
+    /// back.
     #[doc(alias = "SlaveStopPosition")]
     pub slave_stop_position: P,
-    /// The working direction of a slave that already stands at its sync position, where nothing
-    /// else tells it: towards smaller positions.
+    /// The working direction of a slave that already stands at its sync position, and thus has no other:
+    /// towards smaller positions.
     #[doc(alias = "DefaultSlaveNegative")]
     #[cfg_attr(feature = "serde", serde(default))]
     pub default_slave_negative: bool,
 }
 
-/// Where a flying gear is in its course.
+/// Phase of a flying gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -90,19 +90,19 @@ impl From<FlyingGearPhase> for CouplingPhase {
 
 /// A flying gear, enabled.
 ///
-/// The slave follows the master's position, whatever its velocity and direction:
+/// The slave follows the master's position at any velocity and direction of the master:
 ///
 /// * The gear is engaged over a master distance of 2·|slave distance|/|ratio| that ends at the sync
 ///   positions. Over it the slope leads from 0 to the ratio along `3x² − 2x³`, a symmetric ramp.
 /// * Then the gear is rigid.
-/// * It is released over the like distance from the desync to the stop position.
+/// * It is released over the corresponding distance from the desync to the stop position.
 ///
-/// A master that turns round inside a window leads the slave back the way it came. A slave that is
-/// released where it started is engaged again by the master's next stroke.
+/// A master that reverses inside a window leads the slave back the way it came. A slave that is released
+/// at its start position is engaged again by the master's next stroke.
 #[doc(alias = "MC_FlyingGear")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyingGear {
-    /// Where the progress of both counts from: their sync positions.
+    /// Reference of the progress of both: their sync positions.
     master_sync: f64,
     slave_sync: f64,
     /// Working directions, ±1.
@@ -110,12 +110,12 @@ pub struct FlyingGear {
     slave_direction: f64,
     engaging: Window,
     releasing: Window,
-    /// Whether the release leads back against the working direction.
+    /// True if the release leads back against the working direction.
     returns: bool,
-    /// Whether the slave is released where it started.
+    /// True if the slave is released at its start position.
     stops_at_start: bool,
     phase: FlyingGearPhase,
-    /// Whether the master has been beyond the point where a release on the way back begins.
+    /// True if the master has been beyond the begin of a release on the way back.
     armed: bool,
 }
 
@@ -123,8 +123,8 @@ impl FlyingGear {
     /// Enables the gear for a slave that stands at `slave_position`.
     ///
     /// # Errors
-    /// [`FlyingGearError`] names the parameter that makes no gear, or how far the master is past
-    /// the point where it should have begun.
+    /// [`FlyingGearError`] with the invalid parameter, or the position at which the gear should have
+    /// begun.
     pub fn enable(
         parameters: &FlyingGearParameters,
         master: &Kinematics,
@@ -191,7 +191,7 @@ impl FlyingGear {
 
     fn check_master(&self, master: &Kinematics) -> Result<(), FlyingGearError> {
         let past = self.master_progress(master) - self.engaging.free_master();
-        // Written so that a position that is no number is refused too.
+        // Written so that a position that is NaN is refused too.
         if past <= 0.0 {
             Ok(())
         } else {
@@ -202,7 +202,7 @@ impl FlyingGear {
         }
     }
 
-    /// Whether a slave can follow while its master runs at this speed, u/s, and keeps it.
+    /// Checks whether a slave can follow while its master keeps this speed, u/s.
     fn check_demands(
         &self,
         ability: &Ability,
@@ -213,13 +213,13 @@ impl FlyingGear {
         ability.check(&self.releasing, speed, cycle)
     }
 
-    /// Where the master begins to engage the gear, master u.
+    /// Position of the master at which engaging begins, master u.
     #[must_use]
     pub fn start_position(&self) -> f64 {
         self.master_sync + self.master_direction * self.engaging.free_master()
     }
 
-    /// Where master and slave are when it is fully engaged.
+    /// Positions of master and slave at which it is fully engaged.
     #[must_use]
     pub const fn sync_positions(&self) -> SyncPositions {
         SyncPositions {
@@ -234,13 +234,13 @@ impl FlyingGear {
         self.slave_direction * self.master_direction * self.engaging.slope
     }
 
-    /// Where the gear is in its course.
+    /// Phase of the gear.
     #[must_use]
     pub const fn phase(&self) -> FlyingGearPhase {
         self.phase
     }
 
-    /// The slave's set values for the master's.
+    /// Returns the slave's set values for those of the master.
     pub fn update(&mut self, master: &Kinematics) -> Kinematics {
         let progress = self.master_progress(master);
         self.phase = self.next_phase(progress);
@@ -294,7 +294,7 @@ impl FlyingGear {
         } else if self.armed && way >= 0.0 {
             FlyingGearPhase::Releasing
         } else if progress < 0.0 && !(self.returns && self.armed) {
-            // The master turned round before there was anything to release.
+            // The master reversed before the release began.
             self.armed = false;
             self.engage(progress)
         } else {

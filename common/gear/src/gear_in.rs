@@ -1,4 +1,4 @@
-//! `MC_GearIn`: a constant ratio, on a ramp from whatever the slave does.
+//! `MC_GearIn`: a constant ratio, on a ramp from the slave's present motion.
 
 use coaxle_axis::{
     Awaits, Coupling, CouplingPhase, Dynamics, Engage, Job, Manner, NoFault, NotPlanned,
@@ -10,14 +10,13 @@ use coaxle_curve::ramp::Ramp;
 use super::linear::{LinearGear, RatioZero};
 use super::ramp_limits::ramp_limits;
 
-/// Which part of what the limits let the slave do in a cycle is taken for none: the guard of the axis passes it.
+/// Part of the slave's limits per cycle that counts as none: the guard of the axis accepts it.
 const NEARLY: f64 = 0.05;
 
 /// `MC_GearIn`: couples the slave by a constant ratio.
 ///
-/// The slave is led to the velocity of the gear by a ramp, from whatever velocity and acceleration it
-/// has; where they meet is where it happens to be. If it moves as the gear does already, it is coupled
-/// at once.
+/// The slave is led to the velocity of the gear by a ramp, from its present velocity and acceleration,
+/// and coupled at the position where they meet. If it already moves with the gear, it is coupled at once.
 #[doc(alias = "MC_GearIn")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -39,7 +38,7 @@ pub struct GearIn {
 }
 
 impl GearIn {
-    /// With the dynamics of the axis.
+    /// Makes a gear with the dynamics of the axis.
     #[must_use]
     pub const fn of(ratio: f64) -> Self {
         Self {
@@ -67,24 +66,24 @@ enum State {
     Rigid(LinearGear),
 }
 
-/// On the way to the velocity of the gear.
+/// Ramp to the velocity of the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ramping {
     ratio: f64,
-    /// Of the slave's own, whatever the master's positions do meanwhile.
+    /// Ramp of the slave alone, independent of the master's positions.
     ramp: Ramp,
-    /// The master in the last cycle.
+    /// The master in the previous cycle.
     master: Kinematics,
 }
 
-/// What [`GearIn`] comes to.
+/// Change by a [`GearIn`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearChange {
     state: State,
 }
 
 impl From<LinearGear> for GearChange {
-    /// Coupled at once: the slave is where the gear has it.
+    /// Couples at once: the slave is in its position of the gear.
     fn from(gear: LinearGear) -> Self {
         let state = State::Rigid(gear);
         Self { state }
@@ -126,8 +125,8 @@ impl Engage for Gear {
     }
 }
 
-/// Whether the slave moves as its gear has it, but for a small part of what it can do in a cycle: by its jerk, and by its
-/// acceleration where the jerk is not what limits it.
+/// True if the slave moves with its gear, but for a small part of its limits per cycle: of its jerk, and
+/// of its acceleration where the jerk is not the limit.
 fn moves_as(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
     let cycle = inputs.cycle.0;
     let jerk = NEARLY * inputs.guard.limits().binding_in_cycles(cycle).jerk();
@@ -191,7 +190,7 @@ impl Ramping {
         *self.ramp.slave()
     }
 
-    /// The gear as it is where the slave is now.
+    /// Returns the gear through the present position of the slave.
     fn gear(&self) -> LinearGear {
         LinearGear::through(self.ratio, self.ramp.slave().position, self.master.position)
     }

@@ -1,7 +1,7 @@
 //! Gears: a slave that follows its master in proportion.
 //!
-//! The [`LinearGear`] couples for good, the [`FlyingGear`] is engaged and released while the master
-//! moves. Both say where the slave should be; whether it can be there is the axis's business.
+//! The [`LinearGear`] couples permanently, the [`FlyingGear`] is engaged and released while the master
+//! moves. Both give the slave's position; its limits are the axis's business.
 //!
 //! ```
 //! use coaxle_curve::profile::Kinematics;
@@ -25,12 +25,12 @@
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
-//! | `MC_GearIn` | TS5055 | [`GearIn`], [`Gear`]; once it is there it is a [`LinearGear`] |
+//! | `MC_GearIn` | TS5055 | [`GearIn`], [`Gear`]; once engaged it is a [`LinearGear`] |
 //! | `MC_GearInMultiMaster`; `MC_GearInDyn`, `MC_CombineAxes` as cases of it | Tc2_MC2, PLCopen part 1 | [`GearInMultiMaster`], [`MultiMasterGear`] |
 //! | `POSSYNC1`, `POSSYNC2` of its options | Tc2_MC2 | [`MultiMasterSync`] |
 //! | `MC_FlyingGear`, `MC_FlyingGear_BkPlcMc` | `MC_FlyingGear_BkPlcMc` | [`FlyingGearParameters`], [`FlyingGearCoupling`], [`FlyingGear`] |
 //!
-//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+//! The crate is `no_std`, allocates nothing and reads no clock.
 #![no_std]
 
 #[cfg(feature = "serde")]
@@ -54,7 +54,7 @@ pub use multi_master::{
     GearInMultiMaster, MultiMasterChange, MultiMasterGear, MultiMasterSync, Ratios, WrongRatios,
 };
 
-/// What an order leaves out need not be written.
+/// True for default values, which orders omit.
 #[cfg(feature = "serde")]
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()

@@ -9,15 +9,15 @@ pub struct LinearGear {
     offset: f64,
 }
 
-/// A gear ratio or offset that couples nothing: NC error 0x421B.
+/// Error of an invalid gear ratio or offset: NC error 0x421B.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "0x421b: gear ratio {ratio} with offset {offset}, expected a finite ratio other than 0 and a finite offset"
 )]
 pub struct RatioZero {
-    /// The ratio that was given.
+    /// The ratio received.
     pub ratio: f64,
-    /// The offset that was given, u.
+    /// The offset received, u.
     pub offset: f64,
 }
 
@@ -30,7 +30,7 @@ impl RatioZero {
 }
 
 impl LinearGear {
-    /// A gear: slave units per master unit, and the slave's position at master position 0.
+    /// Makes a gear of slave units per master unit, and the slave's position at master position 0.
     ///
     /// # Errors
     /// [`RatioZero`] unless the ratio is finite and not 0, and the offset finite.
@@ -42,7 +42,7 @@ impl LinearGear {
         }
     }
 
-    /// The gear of a ratio, not checked, that has the slave at a position for one of the master.
+    /// Makes the gear of a ratio, unchecked, through a position of the slave and one of the master.
     pub(super) const fn through(ratio: f64, slave: f64, master: f64) -> Self {
         Self {
             ratio,
@@ -62,7 +62,7 @@ impl LinearGear {
         self.offset
     }
 
-    /// The slave's set values for the master's.
+    /// Returns the slave's set values for those of the master.
     #[must_use]
     pub fn slave_of(&self, master: &Kinematics) -> Kinematics {
         Kinematics {

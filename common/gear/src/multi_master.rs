@@ -1,4 +1,4 @@
-//! `MC_GearInMultiMaster`: the sum of several masters, each by a ratio that may change all the time.
+//! `MC_GearInMultiMaster`: the sum of several masters, each by a ratio that may change at any time.
 
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
@@ -13,13 +13,13 @@ use super::ramp_limits::ramp_limits;
 
 /// `MC_GearInMultiMaster`: couples the slave to the sum of up to four masters.
 ///
-/// The slave's velocity is the sum of the masters', each multiplied by its ratio. A ratio of 0 leaves
-/// a master out, which may be missing then. The slave is led to that velocity by a ramp; once it is
-/// there it follows the masters' positions.
+/// The slave's velocity is the sum of the masters', each multiplied by its ratio. A ratio of 0 leaves a
+/// master out, which may be missing then. The slave is led to that velocity by a ramp; in sync it follows
+/// the masters' positions.
 ///
-/// Given again to a slave that it couples, it changes the ratios: from cycle to cycle if need be. What
-/// they ask for beyond the dynamics the slave does later. `MC_GearInDyn` is the case of one master,
-/// `MC_CombineAxes` that of two with ratios of the same sign (added) or of opposite ones (subtracted).
+/// Commanded again to a slave that it couples, it changes the ratios: from cycle to cycle if need be.
+/// Motion beyond the dynamics is done later. `MC_GearInDyn` is the case of one master, `MC_CombineAxes`
+/// that of two with ratios of equal sign (added) or opposite sign (subtracted).
 #[doc(alias = "MC_GearInMultiMaster")]
 #[doc(alias = "MC_GearInDyn")]
 #[doc(alias = "MC_CombineAxes")]
@@ -40,7 +40,7 @@ pub struct GearInMultiMaster {
         serde(default, skip_serializing_if = "super::is_default")
     )]
     pub dynamics: Dynamics,
-    /// What becomes of the way that a change of the ratios leaves behind.
+    /// Handling of the distance left behind by a change of the ratios.
     #[cfg_attr(
         feature = "serde",
         serde(default, skip_serializing_if = "super::is_default")
@@ -48,27 +48,27 @@ pub struct GearInMultiMaster {
     pub sync_mode: MultiMasterSync,
 }
 
-/// What becomes of the way that a slave is behind its masters after a change of their ratios, the one it is
-/// coupled by included: the dynamics do not let it follow at once.
+/// Handling of the distance that a slave is behind its masters after a change of their ratios, the
+/// coupling itself included: the dynamics do not let it follow at once.
 ///
-/// What limits leave behind otherwise is the business of the axis, whatever couples it: its
+/// Distances left behind by limits are handled by the axis for any coupling: its
 /// [`DistancePolicy`](coaxle_axis::set_value_guard::DistancePolicy).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum MultiMasterSync {
-    /// It stays: the slave follows the masters' positions from where its velocity is theirs.
+    /// Kept: the slave follows the masters' positions from where it reaches their velocity.
     #[doc(alias = "VELOSYNC")]
     #[doc(alias = "POSSYNC1")]
     #[default]
     PosSync1,
-    /// It is caught up: in sync, the slave has gone what it would have gone if it had followed at once.
+    /// Made up: in sync, the slave has travelled as far as if it had followed at once.
     #[doc(alias = "POSSYNC2")]
     PosSync2,
 }
 
-/// One to four ratios.
+/// Ratios of one to four masters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -81,35 +81,35 @@ pub enum MultiMasterSync {
     serde(try_from = "alloc::vec::Vec<f64>", into = "alloc::vec::Vec<f64>")
 )]
 pub struct Ratios {
-    /// 0 where there is none.
+    /// 0 for missing ones.
     all: [f64; Masters::MOST],
     given: usize,
 }
 
-/// A set of ratios that couples nothing.
+/// An invalid set of ratios.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum WrongRatios {
-    /// None, or more than a slave has masters.
+    /// No ratios, or more than a slave has masters.
     #[error("0x421b: received {received} ratios, expected 1 to {}", Masters::MOST)]
     Count {
-        /// How many were given.
+        /// Number of ratios received.
         received: usize,
     },
-    /// One that is no number.
+    /// A ratio that is not finite.
     #[error("0x421b: ratio of master {master}: received {received}, expected a finite number")]
     NotFinite {
-        /// Which, from 1.
+        /// Number of the master, from 1.
         master: usize,
-        /// The ratio.
+        /// The ratio received.
         received: f64,
     },
 }
 
 impl Ratios {
-    /// Takes the ratios.
+    /// Makes a set of ratios.
     ///
     /// # Errors
-    /// [`WrongRatios`] with none, more than four, or one that is not finite.
+    /// [`WrongRatios`] for none, more than four, or one that is not finite.
     pub fn new(ratios: &[f64]) -> Result<Self, WrongRatios> {
         let given = ratios.len();
         if !(1..=Masters::MOST).contains(&given) {
@@ -138,7 +138,7 @@ impl Ratios {
         &self.all[..self.given]
     }
 
-    /// How far the slave is to go for what the masters went since they were there; none if one that counts is
+    /// Distance of the slave for the masters' motion since `before`; none if a master with a ratio is
     /// missing.
     fn way(&self, masters: &Masters, before: &[f64; Masters::MOST]) -> Option<f64> {
         let mut way = 0.0;
@@ -150,7 +150,7 @@ impl Ratios {
         Some(way)
     }
 
-    /// The sum of the masters; none if one that counts is missing.
+    /// The sum of the masters; none if a master with a ratio is missing.
     fn sum(&self, masters: &Masters) -> Option<Kinematics> {
         let mut sum = Kinematics::default();
         for (number, ratio) in self.all.iter().enumerate() {
@@ -201,41 +201,41 @@ struct Engaged {
     way: Way,
 }
 
-/// How the slave is led to the masters.
+/// Motion of the slave to the masters.
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated in a cycle")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
-    /// To their velocity.
+    /// Motion to their velocity.
     Velocity(ToVelocity),
-    /// To their velocity and to where it would be.
+    /// Motion to their velocity and to their position.
     Position(ToPosition),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ToVelocity {
     ramp: Ramp,
-    /// The slave's position less that of the masters' sum, once it is there.
+    /// The slave's position less that of the masters' sum, once in sync.
     offset: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ToPosition {
-    /// Where the slave would be if it had followed every ratio at once.
+    /// Position of a slave that had followed every ratio at once.
     target: f64,
-    /// The masters in the last cycle; those that are missing where they were.
+    /// The masters in the previous cycle; missing ones at their last position.
     masters: [f64; Masters::MOST],
     guard: SetValueGuard,
-    /// Once it was in sync it is as long as it is no farther from its target, u.
+    /// Greatest distance from the target at which it stays in sync, u.
     window: f64,
     in_sync: bool,
 }
 
-/// What [`GearInMultiMaster`] comes to.
+/// Change by a [`GearInMultiMaster`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiMasterChange {
     ratios: Ratios,
     limits: Limits,
-    /// How the slave is led there, from where it is with its masters at the same moment.
+    /// Motion of the slave to the masters, from its state and theirs at the same moment.
     way: Way,
 }
 
@@ -292,7 +292,7 @@ impl Engage for MultiMasterGear {
 }
 
 impl Way {
-    /// The way of the next command, from where the slave is on this one.
+    /// Returns the motion of the next command, from the slave's state in this one.
     fn with(self, next: Self, limits: Limits, same_ratios: bool) -> Self {
         match (self, next) {
             (Self::Velocity(way), Self::Velocity(_)) => {
@@ -319,7 +319,7 @@ impl Way {
 }
 
 impl Engaged {
-    /// One cycle; none if a master that counts is missing.
+    /// Computes one cycle; none if a master with a ratio is missing.
     fn update(&mut self, scan: &Scan) -> Option<Kinematics> {
         let sum = self.ratios.sum(&scan.masters)?;
         match &mut self.way {

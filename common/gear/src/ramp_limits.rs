@@ -1,14 +1,14 @@
-//! What a ramp of a gear may use.
+//! Limits of the ramp of a gear.
 
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::{Dynamics, PlanInputs};
 use coaxle_curve::profile::Limits;
 
-/// The limits of a ramp with these dynamics, or the slave's own where those are too slow to keep the
-/// highest velocity from the acceleration that it has.
+/// Returns the limits of a ramp with these dynamics, or the slave's own if those are too slow to keep the
+/// greatest velocity from its acceleration.
 ///
 /// # Errors
-/// [`GuardRefusal`]: more than the slave can do, or no limit.
+/// [`GuardRefusal`]: dynamics beyond the slave's, or an invalid limit.
 pub(super) fn ramp_limits(
     dynamics: &Dynamics,
     inputs: &PlanInputs,

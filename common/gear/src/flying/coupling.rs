@@ -10,8 +10,8 @@ use super::{Ability, FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGe
 
 /// The coupling by a [`FlyingGear`].
 ///
-/// A gear is refused that asks more of its slave's velocity, acceleration or jerk than that can do at
-/// the speed of the master: of the command, and again where the master has it engaged.
+/// A gear is refused if its demands on the slave's velocity, acceleration or jerk exceed its limits at
+/// the speed of the master: at the command, and again when engaging begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlyingGearCoupling {
     state: State,
@@ -22,11 +22,11 @@ enum State {
     #[default]
     Idle,
     Enabled(FlyingGearChange),
-    /// When it was due.
+    /// Refusal when engaging begins.
     Refused(FlyingGearError),
 }
 
-/// What a command to a flying gear comes to.
+/// Change by a command to a flying gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyingGearChange {
     gear: FlyingGear,
@@ -122,13 +122,13 @@ impl FlyingGearCoupling {
 }
 
 impl FlyingGearChange {
-    /// Where master and slave are when the gear is fully engaged.
+    /// Positions of master and slave at which the gear is fully engaged.
     #[must_use]
     pub const fn sync_positions(&self) -> SyncPositions {
         self.gear.sync_positions()
     }
 
-    /// One cycle; where the gear begins to be engaged, the master may have become too fast.
+    /// Computes one cycle. When engaging begins, the master may have become too fast.
     fn update(&mut self, master: &Kinematics, cycle: f64) -> Result<Kinematics, FlyingGearError> {
         let waited = self.gear.phase() == FlyingGearPhase::Waiting;
         let slave = self.gear.update(master);

@@ -1,4 +1,4 @@
-//! What the windows of a flying gear demand of the slave.
+//! Demands of the windows of a flying gear on the slave.
 
 use coaxle_curve::profile::Limits;
 
@@ -8,11 +8,11 @@ use super::window::Window;
 /// Slack for rounding, relative to the limit.
 const ROUNDING: f64 = 1e-9;
 
-/// What the slave can do.
+/// Limits of the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ability {
     velocity: f64,
-    /// Either way: a master that turns round in a window makes of one the other.
+    /// Limit in either direction: a master that reverses in a window turns one into the other.
     acceleration: f64,
     jerk: f64,
 }
@@ -26,7 +26,7 @@ impl Ability {
         }
     }
 
-    /// Whether the slave can follow a window, in cycles of so many seconds, while its master runs at
+    /// Checks whether the slave can follow a window, with this cycle time, s, while its master runs at
     /// this speed, u/s.
     ///
     /// # Errors
@@ -51,7 +51,7 @@ impl Ability {
         Ok(())
     }
 
-    /// What a window demands, and what the slave can do.
+    /// Demands of a window, with the limits of the slave.
     fn demands(&self, window: &Window, speed: f64, cycle: f64) -> [(&'static str, f64, f64); 3] {
         let [velocity, acceleration, jerk] = window.demands(speed, cycle);
         [
@@ -61,7 +61,7 @@ impl Ability {
         ]
     }
 
-    /// The master's highest speed at which the slave can follow, u/s.
+    /// The master's greatest speed at which the slave can follow, u/s.
     pub(super) fn fastest(&self, window: &Window, cycle: f64) -> f64 {
         let (slope, length) = (window.slope, window.master_length);
         let by_velocity = self.velocity / slope;

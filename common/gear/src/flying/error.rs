@@ -1,48 +1,48 @@
-//! Why a flying gear is refused.
+//! Reasons why a flying gear is refused.
 
-/// Why a flying gear is not enabled.
+/// Reason why a flying gear is not enabled.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FlyingGearError {
-    /// The ratio couples nothing.
+    /// A ratio of zero or not finite.
     #[error("{:#06x}: ratio: received {received}, expected a finite number other than 0", self.code())]
     Ratio {
-        /// What was given.
+        /// Value received.
         received: f64,
     },
-    /// A position that makes no gear.
+    /// An invalid position.
     #[error("{:#06x}: {parameter}: received {received}, expected {expected}", self.code())]
     WrongParameter {
-        /// Which one.
+        /// Name of the parameter.
         parameter: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
-        /// What it may be.
+        /// Permitted values.
         expected: &'static str,
     },
-    /// The master is already past the point where the gear begins to be engaged.
+    /// A master already past the position where engaging begins.
     #[error("{:#06x}: master position: received {master}, expected one not past {start}, where the gear begins to be engaged", self.code())]
     MasterPastStart {
-        /// Where the master is, master u.
+        /// Position of the master, master u.
         master: f64,
-        /// Where it must not be past, master u.
+        /// Position at which engaging begins, master u.
         start: f64,
     },
-    /// At the master's speed the slave would have to do more than it can.
+    /// A demand beyond the slave's limit at the master's speed.
     #[error(
         "{:#06x}: {quantity}: received {received}, expected at most {limit}, with a master at {speed} u/s: lead it \
          at up to {fastest} u/s, or give the slave longer ways to its sync and its stop position",
         self.code()
     )]
     TooFast {
-        /// Which limit.
+        /// Limited quantity.
         quantity: &'static str,
-        /// What would be needed.
+        /// Value needed.
         received: f64,
-        /// What the slave can do.
+        /// Limit of the slave.
         limit: f64,
-        /// How fast the master is, master u/s.
+        /// Speed of the master, master u/s.
         speed: f64,
-        /// How fast it may be, master u/s.
+        /// Greatest speed of the master, master u/s.
         fastest: f64,
     },
 }

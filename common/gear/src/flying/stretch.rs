@@ -1,4 +1,4 @@
-//! The course of a flying gear, known before it is driven.
+//! The course of a flying gear, calculated in advance.
 
 use coaxle_curve::profile::{Kinematics, Limits};
 
@@ -6,48 +6,50 @@ use super::demands::Ability;
 use super::window::Window;
 use super::{FlyingGear, FlyingGearError};
 
-/// A stretch of the master over which a flying gear is engaged or released, and what it asks of the slave there.
+/// The range of the master over which a flying gear is engaged or released, and its demands on the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyingGearStretch {
-    /// Where the master is when the slave stands, u.
+    /// Position of the master when the slave stands, u.
     pub master_free: f64,
-    /// Where the master is when the slave is fully coupled, u.
+    /// Position of the master when the slave is fully coupled, u.
     pub master_coupled: f64,
-    /// Where the slave stands, u.
+    /// Position of the slave when it stands, u.
     pub slave_free: f64,
-    /// Where the slave is when it is fully coupled, u.
+    /// Position of the slave when it is fully coupled, u.
     pub slave_coupled: f64,
-    /// The slave's highest |velocity|, u/s.
+    /// The slave's greatest |velocity|, u/s.
     pub velocity: f64,
-    /// The slave's highest |acceleration|, u/s². Without a length it is that of a step within a cycle.
+    /// The slave's greatest |acceleration|, u/s². For a length of zero it is that of a step within a
+    /// cycle.
     pub acceleration: f64,
-    /// The slave's highest |jerk|, u/s³.
+    /// The slave's greatest |jerk|, u/s³.
     pub jerk: f64,
 }
 
 impl FlyingGear {
-    /// Where it is engaged and where it is released, with a master of this speed, u/s, in cycles of so many seconds.
+    /// Ranges of engaging and release, with a master of this speed, u/s, and this cycle time, s.
     #[must_use]
     pub fn stretches(&self, speed: f64, cycle: f64) -> [FlyingGearStretch; 2] {
         [&self.engaging, &self.releasing].map(|window| self.stretch(window, speed.abs(), cycle))
     }
 
-    /// Which way the master goes to engage it: 1 or -1.
+    /// Direction of the master for engaging: 1 or -1.
     #[must_use]
     pub const fn master_direction(&self) -> f64 {
         self.master_direction
     }
 
-    /// Whether the release is on the way back, against the working direction.
+    /// True if the release is on the way back, against the working direction.
     #[must_use]
     pub const fn returns(&self) -> bool {
         self.returns
     }
 
-    /// Whether a slave can follow while its master runs at this speed, u/s, in cycles of so many seconds.
+    /// Checks whether a slave can follow while its master runs at this speed, u/s, with this cycle time,
+    /// s.
     ///
     /// # Errors
-    /// [`FlyingGearError::TooFast`] with the highest speed at which it can.
+    /// [`FlyingGearError::TooFast`] with the greatest speed at which it can.
     pub fn check_limits(
         &self,
         limits: &Limits,
@@ -57,7 +59,7 @@ impl FlyingGear {
         self.check_demands(&Ability::of(limits), speed.abs(), cycle)
     }
 
-    /// The master's highest speed at which a slave can follow, u/s.
+    /// The master's greatest speed at which a slave can follow, u/s.
     #[must_use]
     pub fn fastest(&self, limits: &Limits, cycle: f64) -> f64 {
         let ability = Ability::of(limits);

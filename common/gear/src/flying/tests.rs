@@ -1,4 +1,4 @@
-//! The samples of the manual, with its numbers, and what every flying gear keeps.
+//! The samples of the manual, with its numbers, and properties of all flying gears.
 
 use proptest::prelude::*;
 use std::string::ToString;
@@ -15,7 +15,7 @@ fn moving(position: f64, velocity: f64) -> Kinematics {
     }
 }
 
-/// Sample 1: master and slave in the same direction, both back to where they started.
+/// Sample 1: master and slave in the same direction, both back to their start.
 const SAMPLE_1: FlyingGearParameters = FlyingGearParameters {
     ratio: 1.0,
     master_sync_position: 460.0,
@@ -38,7 +38,7 @@ const SAMPLE_3: FlyingGearParameters = FlyingGearParameters {
     ..SAMPLE_1
 };
 
-/// Leads the master to each position in small steps and looks there.
+/// Leads the master to each position in small steps and returns the slave there.
 fn travel(gear: &mut FlyingGear, from: f64, to: f64) -> (f64, FlyingGearPhase) {
     let mut slave = f64::NAN;
     for k in 0..=1000 {
@@ -209,8 +209,8 @@ fn gears() -> impl Strategy<Value = (FlyingGearParameters, f64, f64)> {
         })
 }
 
-/// The gear of a slave whose working direction is `direction`, by its ways: in, to the desync
-/// position, out (negative: on the way back), and the master's before it begins.
+/// The gear of a slave with working direction `direction`, by its distances: in, to the desync position,
+/// out (negative: on the way back), and the master's before it begins.
 fn gear_of(
     ratio: f64,
     direction: f64,
@@ -233,8 +233,8 @@ fn gear_of(
 }
 
 proptest! {
-    /// Whatever way the master takes, the slave's position is continuous in the master's and never
-    /// steeper than the ratio; its velocity is the slope times the master's.
+    /// On any path of the master, the slave's position is continuous in the master's and never steeper
+    /// than the ratio; its velocity is the slope times the master's.
     #[test]
     fn the_slave_is_never_faster_than_the_rigid_gear(
         (parameters, master_start, slave_start) in gears(),
@@ -258,8 +258,8 @@ proptest! {
         }
     }
 
-    /// Engaging as flying-saw.md's ramp has it: velocity and acceleration are the derivatives of
-    /// the position, with the peak acceleration 1.5·ratio·V²/L.
+    /// Engaging as the ramp in flying-saw.md: velocity and acceleration are the derivatives of the
+    /// position, with the peak acceleration 1.5·ratio·V²/L.
     #[test]
     fn the_ramp_is_the_derivative_of_its_position(
         (parameters, master_start, slave_start) in gears(),
@@ -282,7 +282,7 @@ proptest! {
     }
 }
 
-/// The manual's ways of 50 take 100 of the master, and what is said of them is what the gear does.
+/// The manual's distances of 50 take 100 of the master, and the predicted values are those of the gear.
 #[test]
 fn stretches_are_known_before_they_are_driven() {
     for (sample, start, stop, returns) in [

@@ -1,4 +1,4 @@
-//! The stretches over which a flying gear is engaged and released.
+//! The ranges over which a flying gear is engaged and released.
 
 /// The slave's progress over the master's, and its first two derivatives.
 pub(super) struct Course {
@@ -7,7 +7,7 @@ pub(super) struct Course {
     pub(super) curvature: f64,
 }
 
-/// The stretch over which the slave changes between standing and being coupled.
+/// The range over which the slave changes between standstill and coupled motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window {
     /// The master's progress at the coupled end.
@@ -41,9 +41,9 @@ impl Window {
         self.coupled_master + self.side * self.master_length
     }
 
-    /// The highest velocity, acceleration and jerk of the slave while its master runs at this speed, u/s, in cycles of so
-    /// many seconds. The slope runs along 3x² − 2x³: its acceleration is highest half way, its jerk at both ends. Without a
-    /// length it is a step, which takes a cycle.
+    /// The greatest velocity, acceleration and jerk of the slave while its master runs at this speed,
+    /// u/s, with this cycle time, s. The slope runs along 3x² − 2x³: its acceleration is greatest half
+    /// way, its jerk at both ends. For a length of zero it is a step, which takes a cycle.
     pub(super) fn demands(&self, speed: f64, cycle: f64) -> [f64; 3] {
         let velocity = self.slope * speed;
         if self.master_length > 0.0 {
@@ -58,7 +58,7 @@ impl Window {
         }
     }
 
-    /// Inside the window: x runs from 0 where the slave stands to 1 where it is coupled.
+    /// Course inside the window: x runs from 0 where the slave stands to 1 where it is coupled.
     pub(super) fn at(&self, master: f64) -> Course {
         let x = (self.free_master() - master) * self.side / self.master_length;
         Course {
@@ -77,7 +77,7 @@ impl Window {
         }
     }
 
-    /// Between the windows. Progress counts from the sync positions, so there is no offset.
+    /// Course between the windows. Progress is relative to the sync positions, so there is no offset.
     pub(super) fn rigid(&self, master: f64) -> Course {
         Course {
             progress: self.slope * master,
