@@ -1,4 +1,4 @@
-//! An axis of a config, opened.
+//! An axis of a config with its source.
 
 use coaxle_axis::{Modulo, NcToPlcAxis};
 use coaxle_clock::Span;
@@ -21,7 +21,7 @@ impl SourceAxis {
     /// Opens the axis that a config describes; reads the file of a replay.
     ///
     /// # Errors
-    /// [`ReplayError`] where that file cannot be replayed.
+    /// [`ReplayError`] if that file cannot be replayed.
     pub fn open(config: &AxisConfig) -> Result<Self, ReplayError> {
         Ok(Self {
             id: config.id.get(),
@@ -36,7 +36,8 @@ impl SourceAxis {
         self.id
     }
 
-    /// What it does so long after the start of its node, which must not go back. How it shows that is written to `shown`.
+    /// Returns its motion at a time after the start of its node, which must not go back, and writes its
+    /// axis structure to `shown`.
     pub fn at(&mut self, since_start: Span, shown: &mut NcToPlcAxis) -> AxisSample {
         let sample = self.source.sample(since_start);
         write_axis_struct(self.id, self.modulo, &sample, shown);

@@ -1,11 +1,11 @@
-//! What an axis shows of itself: its axis structure.
+//! The axis structure of an axis.
 
 use coaxle_axis::{AxisState, CoupleState, Modulo, NcToPlcAxis, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 use crate::source::{Activity, AxisSample};
 
-/// Writes the axis structure of an axis, in its units, to where it is published from: every field of it.
+/// Writes all fields of the axis structure of an axis, in its units, into the published structure.
 pub fn write_axis_struct(
     axis_id: u32,
     modulo: Option<Modulo>,

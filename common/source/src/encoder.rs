@@ -9,10 +9,10 @@ use crate::config::EncoderConfig;
 use crate::program::Program;
 use crate::source::{Activity, AxisSample, Source};
 
-/// An axis seen through an encoder: what its controller knows is a number of increments.
+/// An axis measured by an encoder: its controller only knows a number of increments.
 ///
 /// Velocity is the difference quotient of such numbers, acceleration either zero or the difference
-/// quotient of those. Neither is good enough to extrapolate an acceleration with.
+/// quotient of those. Neither is good enough for extrapolation with an acceleration.
 #[derive(Debug)]
 pub struct Encoder {
     moved_by: Program,
@@ -31,7 +31,7 @@ struct Reading {
 }
 
 impl Encoder {
-    /// The encoder on an axis at the start of its program.
+    /// Makes the encoder on an axis at the start of its program.
     #[must_use]
     pub fn new(config: &EncoderConfig) -> Self {
         let window = usize::from(config.velocity_window_cycles.get());
@@ -44,9 +44,9 @@ impl Encoder {
         }
     }
 
-    /// What the controller makes of an encoder that shows `position`.
+    /// Values in the controller for an encoder at `position`.
     fn read(&mut self, at: Span, position: f64) -> Kinematics {
-        // A counter shows the last increment passed.
+        // A counter holds the last increment passed.
         let increments = (position / self.resolution).floor();
         let (velocity, acceleration) = match self.readings.front() {
             Some(oldest) if at > oldest.at => {
@@ -161,7 +161,7 @@ mod tests {
             .iter()
             .map(|sample| sample.seen.acceleration.abs())
             .fold(0.0, f64::max);
-        // The axis moves at constant velocity; one increment per cycle² is what shows.
+        // The axis moves at constant velocity; one increment per cycle² is the error.
         assert!(worst > 1_000.0, "{worst}");
     }
 

@@ -8,7 +8,7 @@ use coaxle_node::config::{AtLeastZero, AxisLimit};
 
 use crate::config::{ProgramConfig, Repeat, StepConfig};
 
-/// One instruction of a flat program.
+/// Instruction of a flat program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Instruction {
     Enable(bool),
@@ -26,19 +26,19 @@ pub(crate) enum Instruction {
     },
     Halt,
     Dwell(Span),
-    /// Begins `passes` passes (none: without end) up to the matching end, counted at `depth`.
+    /// Begins `passes` passes (none: endless) up to the matching end, counted at `depth`.
     LoopBegin {
         depth: usize,
         passes: Option<NonZeroU32>,
     },
-    /// Ends a pass of the loop whose body begins at the instruction `body`.
+    /// Ends a pass of the loop with its body at the instruction `body`.
     LoopEnd {
         depth: usize,
         body: usize,
     },
 }
 
-/// The instructions of a program, and how deep its loops are nested: the whole is one, too.
+/// Returns the instructions of a program, and the depth of its loops: the whole counts as one, too.
 pub(crate) fn compile(program: &ProgramConfig) -> (Vec<Instruction>, usize) {
     let mut compiler = Compiler {
         limits: program.limits.limits(),

@@ -1,9 +1,9 @@
-//! Where an axis comes from: what a sender publishes, and a receiver's own virtual axes.
+//! Sources of axes: those that a sender publishes, and a receiver's own virtual axes.
 //!
-//! A [`Source`] says what an axis does at an instant: a [`Program`] of moves, the same seen through an
-//! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] is how a config file describes an axis and its source,
-//! [`open()`] makes the one of the other, and [`write_axis_struct()`] shows an axis as its controller does; a
-//! [`SourceAxis`] is all of it.
+//! A [`Source`] gives the motion of an axis at an instant: a [`Program`] of moves, one measured by an
+//! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] describes an axis and its source in a
+//! config file, [`open()`] makes the source, and [`write_axis_struct()`] writes the axis structure of its
+//! controller; a [`SourceAxis`] is all of it.
 //!
 //! ```
 //! use coaxle_axis::NcToPlcAxis;

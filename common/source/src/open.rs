@@ -1,4 +1,4 @@
-//! From a config to the source that it describes.
+//! Opening the source that a config describes.
 
 use crate::config::SourceConfig;
 use crate::encoder::Encoder;
@@ -9,7 +9,7 @@ use crate::source::Source;
 /// Opens the source that a config describes; reads the file of a replay.
 ///
 /// # Errors
-/// [`ReplayError`] where that file cannot be replayed.
+/// [`ReplayError`] if that file cannot be replayed.
 pub fn open(config: &SourceConfig) -> Result<Box<dyn Source>, ReplayError> {
     Ok(match config {
         SourceConfig::Program(program) => Box::new(Program::new(program)),

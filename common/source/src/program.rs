@@ -7,7 +7,7 @@ use crate::config::ProgramConfig;
 use crate::instructions::{Instruction, compile};
 use crate::source::{Activity, AxisSample, Source};
 
-/// Instructions run in one cycle at most. A node that slept through more of them than that catches
+/// Greatest number of instructions run in one cycle. A node that has slept through more of them catches
 /// up over its next cycles.
 const INSTRUCTIONS_PER_CYCLE: usize = 256;
 
@@ -16,11 +16,11 @@ const INSTRUCTIONS_PER_CYCLE: usize = 256;
 pub struct Program {
     limits: Limits,
     instructions: Vec<Instruction>,
-    /// The passes under way, by depth.
+    /// The passes in progress, by depth.
     passes: Vec<Pass>,
-    /// The instruction that comes next.
+    /// The next instruction.
     next: usize,
-    /// When it is due.
+    /// Time at which it is due.
     due: Span,
     motion: Motion,
     enabled: bool,
@@ -31,11 +31,11 @@ pub struct Program {
 #[derive(Clone, Copy, Debug, Default)]
 struct Pass {
     began: Span,
-    /// Passes that follow it; none: without end.
+    /// Remaining passes after it; none: endless.
     left: Option<u32>,
 }
 
-/// The motion under way, and what it leaves behind.
+/// The motion in progress, and the state that it leaves.
 #[derive(Clone, Copy, Debug)]
 struct Motion {
     began: Span,
@@ -53,7 +53,7 @@ impl Motion {
         self.profile.at(Seconds::from(at - self.began))
     }
 
-    /// The first nanosecond at which it is over for sure.
+    /// The first nanosecond at which it is certainly over.
     fn end(&self) -> Span {
         let nanos = (self.profile.duration().0 * 1e9).ceil();
         if nanos > 0.0 {
@@ -65,7 +65,7 @@ impl Motion {
 }
 
 impl Program {
-    /// The axis at the start of its program.
+    /// Makes the axis at the start of its program.
     #[must_use]
     pub fn new(config: &ProgramConfig) -> Self {
         let limits = config.limits.limits();
@@ -151,7 +151,7 @@ impl Program {
             left => left.map(|count| count - 1),
         };
         self.next = body;
-        // A pass that took no time lasts until the next cycle, or it would be run without end.
+        // A pass without duration lasts until the next cycle, or it would be run endlessly.
         if self.due == pass.began {
             self.due += Span::from_nanos(1);
         }

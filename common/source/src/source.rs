@@ -1,4 +1,4 @@
-//! What moves an axis.
+//! Interface of a source of an axis.
 
 use std::fmt;
 
@@ -6,44 +6,44 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
 
-/// What moves one axis.
+/// Source of the motion of one axis.
 ///
-/// A source depends on nothing but the time: the same times give the same motion, so a second one
-/// opened from the same config knows what the first one does. Sampling allocates nothing.
+/// A source depends on nothing but the time: the same times give the same motion, so a second one opened
+/// from the same config knows the motion of the first. Sampling allocates nothing.
 pub trait Source: fmt::Debug + Send {
-    /// What the axis does `since_start` after the start of the node. Times never go back.
+    /// Returns the axis `since_start` after the start of the node. Times never go back.
     fn sample(&mut self, since_start: Span) -> AxisSample;
 }
 
-/// What an axis does at one instant.
+/// State of an axis at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisSample {
-    /// How it really moves.
+    /// Actual motion.
     pub motion: Kinematics,
-    /// How its controller sees it move: what it is set to, or measures.
+    /// Motion in its controller: set or measured values.
     pub seen: Kinematics,
-    /// Whether it is ready for motions.
+    /// True if it is ready for motions.
     pub enabled: bool,
-    /// What it is doing.
+    /// Present activity.
     pub activity: Activity,
-    /// Counts its motions, wrapping.
+    /// Counter of its motions, wrapping.
     pub command_number: u16,
-    /// Where the current motion ends, u; the present position where it has no end.
+    /// End position of the current motion, u; the present position if it has none.
     pub target_position: f64,
 }
 
-/// What an axis is doing.
+/// Activity of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activity {
-    /// Nothing.
+    /// No motion.
     #[default]
     Idle,
     /// On its way to a position.
     Positioning,
-    /// In the position it was sent to.
+    /// In the target position.
     InTarget,
-    /// At, or on its way to, a velocity that it keeps.
+    /// At, or on its way to, a constant velocity.
     Continuous,
     /// Coming to a standstill.
     Halting,
@@ -51,6 +51,6 @@ pub enum Activity {
     Halted,
     /// Following set points from outside.
     Following,
-    /// Being measured; whatever moves it is not known.
+    /// Measured, with an unknown source of motion.
     Measured,
 }

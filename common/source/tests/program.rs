@@ -1,4 +1,4 @@
-//! What a virtual axis does with its program.
+//! Motion of a virtual axis by its program.
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
@@ -195,7 +195,7 @@ fn sampling_rarely_or_often_gives_the_same_motion() {
 
 #[test]
 fn passes_that_take_no_time_never_hold_up_the_cycle() {
-    // The axis is where it is sent: each pass is over at once, for ever.
+    // The axis is at its target: each pass is over at once, for ever.
     let mut axis = program(
         "repeat = true\nsteps = [{ enable = true }, \
          { loop = { count = 4000000000, steps = [{ move-absolute = { position = 0.0 } }] } }]",
@@ -205,7 +205,7 @@ fn passes_that_take_no_time_never_hold_up_the_cycle() {
     }
 }
 
-/// Any step that moves the axis or waits, within the limits above.
+/// Random step that moves the axis or waits, within the limits above.
 fn step() -> impl Strategy<Value = StepConfig> {
     let coordinate =
         |range: std::ops::Range<f64>| range.prop_map(|x| Coordinate::new(x).expect("in range"));
@@ -235,7 +235,7 @@ proptest! {
             prop_assert!(b.velocity.abs() <= 100.0 * (1.0 + 1e-9), "{b:?}");
             prop_assert!(b.acceleration.abs() <= 1_000.0 * (1.0 + 1e-9), "{b:?}");
             prop_assert!((b.acceleration - a.acceleration).abs() <= 10_000.0 * 1e-3 * (1.0 + 1e-6));
-            // What the trapezoidal rule leaves of a motion of bounded jerk in one millisecond.
+            // Error of the trapezoidal rule for a motion of bounded jerk in one millisecond.
             let mean = (a.velocity + b.velocity) / 2.0;
             let left = (b.position - a.position - mean * 1e-3).abs();
             prop_assert!(left <= 10_000.0 * 1e-9, "{a:?} {b:?}");

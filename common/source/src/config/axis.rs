@@ -1,4 +1,4 @@
-//! One axis: who it is and what moves it.
+//! Config of an axis and of its source.
 
 use std::num::{NonZeroU16, NonZeroU32};
 use std::path::{Path, PathBuf};
@@ -10,24 +10,24 @@ use serde::{Deserialize, Serialize};
 
 use super::program::ProgramConfig;
 
-/// An axis: who it is and what moves it.
+/// An axis and its source.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct AxisConfig {
     /// The axis id, 1 or more; receivers pick a sender's axis by it.
     pub id: NonZeroU32,
-    /// Its name, for people: 1 to 64 characters.
+    /// Name for people: 1 to 64 characters.
     pub name: String,
-    /// What its position is in; `u` by default.
+    /// Unit of its position; `u` by default.
     pub unit: Unit,
-    /// The length of a modulo turn in u, say 360 for degrees; none for an axis without.
+    /// The length of a modulo turn in u, say 360 for degrees; none for a linear axis.
     pub modulo: Option<Modulo>,
-    /// What moves it.
+    /// Source of its motion.
     pub source: SourceConfig,
 }
 
 impl AxisConfig {
-    /// Takes the file that its source names by a relative path from `folder`, say the config's own.
+    /// Resolves a relative path in its source against `folder`, say the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         if let SourceConfig::Replay(replay) = &mut self.source {
             replay.file = folder.join(&replay.file);
@@ -35,12 +35,12 @@ impl AxisConfig {
     }
 }
 
-/// What moves an axis.
+/// Source of the motion of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SourceConfig {
     /// `program`: a virtual axis that runs a program.
     Program(ProgramConfig),
-    /// `encoder`: such an axis, seen through an encoder.
+    /// `encoder`: a virtual axis measured by an encoder.
     Encoder(EncoderConfig),
     /// `replay`: a recorded motion.
     Replay(ReplayConfig),
@@ -48,22 +48,22 @@ pub enum SourceConfig {
 
 /// An axis that is only measured: its position comes in increments.
 ///
-/// Its velocity is differentiated, and its acceleration, if there is one at all, is too coarse to
-/// extrapolate with: receivers of such an axis must not use it.
+/// Its velocity is differentiated, and its acceleration, if there is one at all, is too coarse for
+/// extrapolation: receivers of such an axis must not use it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct EncoderConfig {
     /// Length of one increment, u.
     pub resolution: Increment,
-    /// Over how many cycles the velocity is differentiated: more are smoother and later. 8 by
+    /// Number of cycles over which the velocity is differentiated: more are smoother and later. 8 by
     /// default.
     #[serde(default = "default_window")]
     pub velocity_window_cycles: NonZeroU16,
-    /// Differentiate the velocity once more, over as many cycles; otherwise the acceleration is
-    /// zero. Off by default.
+    /// Differentiate the velocity once more, over an equal number of cycles; otherwise the acceleration
+    /// is zero. Off by default.
     #[serde(default)]
     pub differentiate_acceleration: bool,
-    /// How the measured axis really moves.
+    /// Actual motion of the measured axis.
     pub program: ProgramConfig,
 }
 
@@ -78,20 +78,20 @@ const fn default_window() -> NonZeroU16 {
 pub struct ReplayConfig {
     /// The file.
     pub file: PathBuf,
-    /// Which axis of a recording, `*.mcap`: its name there, `table` or `press/table`. Its motion begins with the first cycle in
-    /// which it is known where it is.
+    /// Axis of a recording, `*.mcap`: its name there, `table` or `press/table`. Its motion begins with
+    /// the first cycle in which its position is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<String>,
-    /// Begin again after the last row, each pass going on where the last one ended. Otherwise the
-    /// axis stands still from then on, the default.
+    /// Begin again after the last row; each pass continues where the last one ended. Otherwise the axis
+    /// stands still from then on, the default.
     #[serde(default)]
     pub repeat: bool,
-    /// How the motion goes on between two rows.
+    /// Interpolation between two rows.
     #[serde(default)]
     pub interpolation: Interpolation,
 }
 
-/// How a recorded motion goes on between two rows.
+/// Interpolation of a recorded motion between two rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "ReplayInterpolation")]
@@ -103,27 +103,27 @@ pub enum Interpolation {
     Linear,
 }
 
-/// The axis as it is written: one table for each kind of source, of which one is there.
+/// The axis as written: one table for each kind of source, of which exactly one is present.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Written {
     /// The axis id, 1 or more; receivers pick a sender's axis by it.
     id: NonZeroU32,
-    /// Its name, for people: 1 to 64 characters.
+    /// Name for people: 1 to 64 characters.
     name: String,
-    /// What its position is in; `u` by default.
+    /// Unit of its position; `u` by default.
     #[serde(default)]
     unit: Unit,
-    /// The length of a modulo turn in u, say 360 for degrees; none for an axis without.
+    /// The length of a modulo turn in u, say 360 for degrees; none for a linear axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
-    /// It is a virtual axis that runs a program. One of program, encoder and replay.
+    /// A virtual axis that runs a program. One of program, encoder and replay.
     #[serde(skip_serializing_if = "Option::is_none")]
     program: Option<ProgramConfig>,
-    /// It is such an axis, seen through an encoder.
+    /// A virtual axis measured by an encoder.
     #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderConfig>,
-    /// It is a recorded motion.
+    /// A recorded motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     replay: Option<ReplayConfig>,
 }

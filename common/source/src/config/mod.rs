@@ -1,4 +1,4 @@
-//! What a config file says of an axis and of what moves it.
+//! Config of an axis and of its source, in a file.
 
 mod axis;
 mod program;

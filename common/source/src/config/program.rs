@@ -12,26 +12,26 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 pub use check::InvalidProgram;
 
-/// How deep loops may be nested.
+/// Greatest depth of nested loops.
 pub const MAX_LOOP_DEPTH: usize = 8;
 
-/// What a virtual axis does, step by step.
+/// Program of a virtual axis, step by step.
 ///
-/// Steps follow each other without a gap, at the very instant the one before is over, whether or
-/// not that is the start of a cycle. After the last step the axis goes on as that one left it:
-/// standing still, or at constant velocity.
+/// Steps follow each other without a gap, at the instant at which the previous one ends, whether or not
+/// that is the start of a cycle. After the last step the axis stays in its state: at standstill, or at
+/// constant velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct ProgramConfig {
-    /// Where the axis is at the start, u.
+    /// Position of the axis at the start, u.
     pub start_position: Coordinate,
-    /// How fast it is at the start, u/s. An axis that moves at the start is enabled from the start.
+    /// Velocity of the axis at the start, u/s. An axis that moves at the start is enabled from the start.
     pub start_velocity: Coordinate,
-    /// What all its motions keep to.
+    /// Limits of all its motions.
     pub limits: LimitsConfig,
-    /// How often the steps are run.
+    /// Number of runs of the steps.
     pub repeat: Repeat,
-    /// The steps. Without any, the axis goes on as it starts.
+    /// The steps. Without any, the axis keeps its start velocity.
     pub steps: Vec<StepConfig>,
 }
 
@@ -39,19 +39,19 @@ pub struct ProgramConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct LimitsConfig {
-    /// Highest speed, u/s.
+    /// Greatest speed, u/s.
     pub velocity: AxisLimit,
-    /// Highest acceleration, u/s².
+    /// Greatest acceleration, u/s².
     pub acceleration: AxisLimit,
-    /// Highest deceleration, u/s². The same as the acceleration by default.
+    /// Greatest deceleration, u/s². Equal to the acceleration by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deceleration: Option<AxisLimit>,
-    /// Highest jerk, u/s³.
+    /// Greatest jerk, u/s³.
     pub jerk: AxisLimit,
 }
 
 impl LimitsConfig {
-    /// The limits as the planners take them.
+    /// Returns the limits for the planners.
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits::new(
@@ -64,7 +64,7 @@ impl LimitsConfig {
     }
 }
 
-/// One step of a program.
+/// Step of a program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     rename_all = "kebab-case",
@@ -73,24 +73,24 @@ impl LimitsConfig {
 )]
 #[schemars(rename = "ProgramStep")]
 pub enum StepConfig {
-    /// `MC_Power`: makes the axis ready for motions, or takes that away after halting it.
+    /// `MC_Power`: makes the axis ready for motions, or disables it after halting it.
     #[doc(alias = "MC_Power")]
     Enable(bool),
     /// `MC_MoveAbsolute`: goes to a position.
     #[doc(alias = "MC_MoveAbsolute")]
     MoveAbsolute {
-        /// Where to, u.
+        /// Target position, u.
         position: Coordinate,
-        /// Highest speed on the way, u/s; that of the limits by default.
+        /// Greatest speed on the way, u/s; that of the limits by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         velocity: Option<AxisLimit>,
     },
-    /// `MC_MoveRelative`: goes a distance from where the step begins.
+    /// `MC_MoveRelative`: travels a distance from the position at the begin of the step.
     #[doc(alias = "MC_MoveRelative")]
     MoveRelative {
-        /// How far, u.
+        /// Distance, u.
         distance: Coordinate,
-        /// Highest speed on the way, u/s; that of the limits by default.
+        /// Greatest speed on the way, u/s; that of the limits by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         velocity: Option<AxisLimit>,
     },
@@ -99,33 +99,33 @@ pub enum StepConfig {
     Velocity {
         /// The velocity, u/s.
         value: Coordinate,
-        /// How long it is kept once reached before the next step begins, s. 0 by default.
+        /// Time at the velocity before the next step begins, s. 0 by default.
         #[serde(default)]
         for_s: AtLeastZero,
     },
     /// `MC_Halt`: comes to a standstill.
     #[doc(alias = "MC_Halt")]
     Halt {},
-    /// Waits. An axis that moves goes on moving.
+    /// Waits. A moving axis keeps moving.
     Dwell {
-        /// How long, s.
+        /// Time, s.
         for_s: AtLeastZero,
     },
-    /// Runs steps several times. Loops may be nested [`MAX_LOOP_DEPTH`] deep.
+    /// Runs steps several times. Loops may be nested up to [`MAX_LOOP_DEPTH`] deep.
     Loop {
-        /// How often.
+        /// Number of passes.
         count: NonZeroU32,
         /// The steps.
         steps: Vec<StepConfig>,
     },
 }
 
-/// How often a program is run: `true` for ever, `false` once, or a count.
+/// Number of runs of a program: `true` for ever, `false` once, or a count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Repeat {
     /// For ever.
     Forever,
-    /// So many times.
+    /// This number of times.
     Times(NonZeroU32),
 }
 
@@ -205,22 +205,22 @@ impl de::Visitor<'_> for RepeatVisitor {
     }
 }
 
-/// The program as it is written, before its steps are checked against each other.
+/// The program as written, before its steps are checked against each other.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Written {
-    /// Where the axis is at the start, u.
+    /// Position of the axis at the start, u.
     #[serde(default)]
     start_position: Coordinate,
-    /// How fast it is at the start, u/s. An axis that moves at the start is enabled from the start.
+    /// Velocity of the axis at the start, u/s. An axis that moves at the start is enabled from the start.
     #[serde(default)]
     start_velocity: Coordinate,
-    /// What all its motions keep to.
+    /// Limits of all its motions.
     limits: LimitsConfig,
-    /// How often the steps are run: true for ever, false once, or a count.
+    /// Number of runs of the steps: true for ever, false once, or a count.
     #[serde(default)]
     repeat: Repeat,
-    /// The steps. Without any, the axis goes on as it starts.
+    /// The steps. Without any, the axis keeps its start velocity.
     #[serde(default)]
     steps: Vec<StepConfig>,
 }

@@ -14,7 +14,7 @@ use crate::source::{Activity, AxisSample, Source};
 
 /// A recorded motion, replayed.
 ///
-/// Times count from the start of the node. Before the first row the axis stands at the first
+/// Times are relative to the start of the node. Before the first row the axis stands at the first
 /// position, after the last one at the last, unless the motion is repeated.
 #[derive(Debug)]
 pub struct Replay {
@@ -28,7 +28,7 @@ impl Replay {
     /// Reads the file.
     ///
     /// # Errors
-    /// [`ReplayError`], naming the file and, where there is one, line and column.
+    /// [`ReplayError`] with the file and, if there is one, line and column.
     pub fn open(config: &ReplayConfig) -> Result<Self, ReplayError> {
         let motion = read(config)?;
         Ok(Self {
@@ -39,7 +39,7 @@ impl Replay {
         })
     }
 
-    /// The motion at `seconds`, or none where the axis stands.
+    /// The motion at `seconds`, or none while the axis stands.
     fn motion_at(&self, seconds: f64) -> Option<Kinematics> {
         let (first, last) = self.ends();
         let length = last.time - first.time;
@@ -49,7 +49,7 @@ impl Replay {
         } else {
             0.0
         };
-        // Rounding may put the remainder a trifle outside the pass.
+        // Rounding may put the remainder slightly outside the pass.
         let within = (since_first - passes * length).min(length);
         if since_first < 0.0 || (!self.repeat && since_first >= length) {
             return None;
@@ -178,15 +178,15 @@ mod tests {
         coaxle_node::signals! {
             /// An axis.
             pub struct MovedSignals of Axis {
-                /// Where it is; none before that is known.
+                /// Position of the axis; none before it is known.
                 position: Option<f64> ["u"],
-                /// How fast it is.
+                /// Velocity of the axis.
                 velocity: f64 ["u/s"],
             }
         }
     }
 
-    /// A parabola in cycles of 10 ms, of which the first two are not known.
+    /// A parabola in cycles of 10 ms; the first two have no position.
     fn recording(end: usize) -> Vec<u8> {
         let table = Table {
             name: "press".to_owned(),
@@ -285,7 +285,7 @@ mod tests {
         assert!((received - expected).abs() < slack, "{received} {expected}");
     }
 
-    /// p = t², exactly what a cubic can be.
+    /// p = t², exact for a cubic.
     fn parabola(columns: usize) -> String {
         let header = ["time_s", "position", "velocity", "acceleration"][..columns].join(",");
         let rows = (0..=20).map(|k| {

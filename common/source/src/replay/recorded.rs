@@ -9,19 +9,20 @@ use coaxle_recording::{Item, ReadTable, Reader, Row as Recorded, Value};
 
 use super::table::{MOST, MOST_ROWS, Motion, ReplayError, Row, differentiate};
 
-/// What the signals of a motion are called: those of an axis or a slave, and those of a far axis.
+/// Names of the signals of a motion: of an axis or a slave, and of a far axis.
 const POSITION: [&str; 2] = ["position", "corrected_position"];
 const VELOCITY: [&str; 2] = ["velocity", "corrected_velocity"];
 const ACCELERATION: [&str; 1] = ["acceleration"];
 
-/// Whether a file is a recording, by its name.
+/// True if a file is a recording, by its name.
 pub(super) fn is_recording(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "mcap")
 }
 
-/// Reads how an axis moved, from the first cycle in which it is known where it is. Cycles in which it is not are left out.
+/// Reads the motion of an axis, from the first cycle in which its position is known. Cycles without a
+/// position are left out.
 pub(super) fn read(path: &Path, axis: &str) -> Result<Motion, ReplayError> {
-    // It is not kept: of whatever length it is, only rows of the axis are.
+    // The file is not kept: it may be of any length, only rows of the axis are.
     let file = text_file::open(path, u64::MAX)?;
     let name = path.display().to_string();
     let mut reading = Reading {
@@ -35,7 +36,7 @@ pub(super) fn read(path: &Path, axis: &str) -> Result<Motion, ReplayError> {
     reading.all_of(Reader::new(BufReader::new(file)))
 }
 
-/// An axis on its way out of a recording.
+/// An axis while it is read from a recording.
 struct Reading<'a> {
     axis: &'a str,
     file: &'a str,
@@ -46,7 +47,7 @@ struct Reading<'a> {
     velocity_recorded: bool,
 }
 
-/// Where the values of an axis are in a row.
+/// Columns of the values of an axis in a row.
 struct Places {
     table: usize,
     position: usize,
@@ -159,7 +160,8 @@ impl Reading<'_> {
     }
 }
 
-/// Where the axis is in rows of this table, if it is there: by its name, or by that of the table and its own.
+/// Columns of the axis in rows of this table, if it is there: by its name, or by that of the table and
+/// its own.
 fn places(tables: &[ReadTable], table: usize, axis: &str) -> Option<Places> {
     let of = &tables[table];
     let own = axis

@@ -6,12 +6,12 @@ use coaxle_node::one_line;
 use coaxle_node::text_file::{self, Unreadable};
 use coaxle_recording::Damage;
 
-/// Most bytes of a recording: an hour in cycles of a millisecond.
+/// Greatest length of a recording, bytes: an hour in cycles of a millisecond.
 const MOST_BYTES: u64 = 128 << 20;
-/// Most rows of it.
+/// Greatest number of its rows.
 pub(super) const MOST_ROWS: usize = 4_000_000;
-/// The largest number in it, and the shortest time between two rows, s: with these, whatever is calculated of them is
-/// finite. What no axis can be is told in the cycle in which it comes.
+/// The greatest number in it, and the least time between two rows, s: with these, all calculated values
+/// are finite. A value that no axis can have is reported in the cycle in which it occurs.
 pub(super) const MOST: f64 = 1e100;
 const SHORTEST: f64 = 1e-9;
 
@@ -22,31 +22,31 @@ pub(super) struct Motion {
     pub(super) velocity_recorded: bool,
 }
 
-/// One row of a recording.
+/// Row of a recording.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     pub(super) time: f64,
     pub(super) position: f64,
     pub(super) velocity: f64,
-    /// None where it was not recorded.
+    /// Acceleration; none if it was not recorded.
     pub(super) acceleration: Option<f64>,
 }
 
-/// A file that cannot be replayed.
+/// Error of a file that cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The file cannot be read.
     #[error(transparent)]
     Unreadable(#[from] Unreadable),
-    /// A line is no CSV, or has too few or too many values.
+    /// A line that is not CSV, or has too few or too many values.
     #[error("{file}: {reason}")]
     Syntax {
         /// The file.
         file: String,
-        /// Where and why.
+        /// Line and reason.
         reason: csv::Error,
     },
-    /// The header has not the columns it must have.
+    /// A header without the required columns.
     #[error(
         "{file}: line 1: received the columns {received}, expected `time_s`, `position` and at \
          most `velocity` and `acceleration`, each once"
@@ -57,7 +57,7 @@ pub enum ReplayError {
         /// The header.
         received: String,
     },
-    /// A value is not what it must be.
+    /// An invalid value.
     #[error("{file}: line {line}: {column}: received {received:?}, expected {expected}")]
     Value {
         /// The file.
@@ -66,30 +66,31 @@ pub enum ReplayError {
         line: usize,
         /// The column's name.
         column: &'static str,
-        /// What is there.
+        /// Value received.
         received: String,
-        /// What should be.
+        /// Value expected.
         expected: String,
     },
-    /// A recording in MCAP is damaged, or was not ended.
+    /// A recording in MCAP that is damaged, or was not finished.
     #[error("{file}: {damage}: `coaxle recover` keeps what is whole of it")]
     Recording {
         /// The file.
         file: String,
-        /// What is wrong, and where.
+        /// Kind and place of the damage.
         damage: Box<Damage>,
     },
-    /// It is not said which axis of a recording in MCAP is replayed, or there is none of that name, or the file has only one.
+    /// A missing or unknown axis name for a recording in MCAP, or an axis name for a file with only one
+    /// axis.
     #[error("{file}: axis: received {received}, expected {expected}")]
     Axis {
         /// The file.
         file: String,
-        /// The name.
+        /// The name received.
         received: String,
-        /// The names that there are.
+        /// The names in the recording.
         expected: String,
     },
-    /// A cycle of a recording in MCAP is not what it must be.
+    /// An invalid value in a cycle of a recording in MCAP.
     #[error("{file}: {axis}: cycle at {at_ns} ns: received {received}, expected {expected}")]
     Cycle {
         /// The file.
@@ -98,20 +99,20 @@ pub enum ReplayError {
         axis: String,
         /// The cycle, by the clock of the recording.
         at_ns: i64,
-        /// What is there.
+        /// Value received.
         received: f64,
-        /// What should be.
+        /// Value expected.
         expected: String,
     },
-    /// There is nothing to move along.
+    /// A file with too few rows for a motion.
     #[error("{file}: received {received} rows, expected at least 2")]
     TooShort {
         /// The file.
         file: String,
-        /// How many rows there are.
+        /// Number of rows.
         received: usize,
     },
-    /// There are more rows than a node keeps.
+    /// A file with more rows than a node keeps.
     #[error("{file}: received more than {MOST_ROWS} rows, expected at most that many")]
     TooLong {
         /// The file.
@@ -126,7 +127,7 @@ pub(super) fn read(path: &Path) -> Result<Motion, ReplayError> {
     Text { file, text }.parse()
 }
 
-/// A file and what is in it.
+/// A file and its content.
 struct Text {
     file: String,
     text: String,
@@ -204,8 +205,8 @@ impl Text {
         }
     }
 
-    /// The line a record is on. Its own position is where the record before it ended, which is
-    /// another line where some are blank.
+    /// The line of a record. Its own position is the end of the record before it, which is another line
+    /// if there are blank ones.
     fn line(&self, record: &csv::StringRecord) -> usize {
         let ended = record
             .position()
@@ -219,7 +220,7 @@ impl Text {
     }
 }
 
-/// Where each column is.
+/// Index of each column.
 struct Columns {
     time: usize,
     position: usize,

@@ -1,4 +1,4 @@
-//! What the steps of a program must keep to among each other.
+//! Checks of the steps of a program against each other.
 
 use coaxle_node::config::AxisLimit;
 
@@ -13,8 +13,8 @@ pub struct InvalidProgram {
     expected: String,
 }
 
-/// Checks a program: its velocities keep to its limits, it moves the axis only where it is
-/// enabled, and running it for ever takes time.
+/// Checks a program: its velocities keep to its limits, it moves the axis only while it is enabled, and
+/// running it for ever takes time.
 pub(super) fn program(program: &ProgramConfig) -> Result<(), InvalidProgram> {
     let check = Check {
         fastest: program.limits.velocity.get(),
@@ -50,8 +50,8 @@ struct Check {
 }
 
 impl Check {
-    /// Checks steps that are run with the axis `enabled` or not, and says how they leave it. Steps
-    /// run more than once also have to fit what they leave behind.
+    /// Checks steps that are run with the axis `enabled` or not, and returns the state that they leave.
+    /// Steps that are run more than once also have to fit that state.
     fn steps(
         &self,
         path: &str,
