@@ -1,4 +1,4 @@
-//! Function blocks of a slave axis, as a PLC program calls them: once per scan, with levels.
+//! Function blocks of a slave axis, called by a PLC program once per scan, with levels.
 
 use coaxle_axis::{CommandState, CouplingPhase, Job};
 use coaxle_gear::FlyingGearParameters;
@@ -6,7 +6,7 @@ use coaxle_slave::{Command, JobError, Refusal, SlaveAxis};
 
 use crate::{Execute, Outputs};
 
-/// A function block with an `Execute` input; which one, the [`Command`] says.
+/// A function block with an `Execute` input, for any [`Command`].
 ///
 /// `InVelocity` of `MC_MoveVelocity` and `InGear` of `MC_GearIn` are
 /// [`InSync`](CommandState::InSync). `MC_Stop` keeps the axis in `Stopping` as long as it is executed.
@@ -26,7 +26,7 @@ pub struct CommandBlock {
 }
 
 impl CommandBlock {
-    /// One scan. The command is read on the rising edge of `execute`.
+    /// Runs one scan. The command is read on the rising edge of `execute`.
     pub fn scan(
         &mut self,
         execute: bool,
@@ -60,12 +60,12 @@ pub struct Power {
     enabled: bool,
 }
 
-/// What [`Power`] shows.
+/// Outputs of [`Power`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct PowerOutputs {
     /// `Status`: the axis has power and takes commands.
     pub status: bool,
-    /// `Busy`: `Enable` is there.
+    /// `Busy`: `Enable` is set.
     pub busy: bool,
     /// `Error`: the axis is in error stop.
     pub error: bool,
@@ -74,7 +74,7 @@ pub struct PowerOutputs {
 }
 
 impl Power {
-    /// One scan.
+    /// Runs one scan.
     pub fn scan(&mut self, enable: bool, axis: &mut SlaveAxis) -> PowerOutputs {
         if enable != self.enabled && axis.command(&Command::Power(enable)).is_ok() {
             self.enabled = enable;
@@ -97,14 +97,14 @@ pub struct EnableFlyingGear {
     refused: Option<Refusal>,
 }
 
-/// What [`EnableFlyingGear`] shows.
+/// Outputs of [`EnableFlyingGear`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct FlyingGearOutputs {
-    /// `StartSync`: the master is where the gear is engaged.
+    /// `StartSync`: the master is in the range where the gear is engaged.
     pub start_sync: bool,
     /// `InSync`: fully coupled.
     pub in_sync: bool,
-    /// `Busy`: enabled, and nothing stands against it.
+    /// `Busy`: enabled, without an error.
     pub busy: bool,
     /// `Active`: from the begin of engaging to the slave's stop position.
     pub active: bool,
@@ -115,7 +115,7 @@ pub struct FlyingGearOutputs {
 }
 
 impl EnableFlyingGear {
-    /// One scan. The parameters are read on the rising edge of `enable`.
+    /// Runs one scan. The parameters are read on the rising edge of `enable`.
     pub fn scan(
         &mut self,
         enable: bool,

@@ -10,15 +10,15 @@ use crate::{Execute, Outputs};
 /// `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove` or `MC_CamScaling_V2`, by its
 /// command as a [`CamRequest`].
 ///
-/// While a block is in sync it shows `Busy` and `Active` too, as in PLCopen.
+/// While a block is in sync, `Busy` and `Active` are set too, as in PLCopen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CouplingBlock {
     execute: Execute<Job, CouplingError>,
 }
 
 impl CouplingBlock {
-    /// One scan. The inputs count on the rising edge of `execute`; call
-    /// [`CamCoupling::update`] once per cycle besides.
+    /// Runs one scan. The inputs are read on the rising edge of `execute`; call [`CamCoupling::update`]
+    /// once per cycle besides.
     pub fn scan(
         &mut self,
         execute: bool,
@@ -36,15 +36,15 @@ impl CouplingBlock {
         Outputs::of(state, CouplingError::code)
     }
 
-    /// What the block shows.
+    /// State of the command.
     #[must_use]
     pub const fn state(&self) -> &CommandState<CouplingError> {
         self.execute.state()
     }
 }
 
-/// A function block that is done in the scan it starts in, and has a value then: all others of
-/// TF5050, by what they do on the rising edge.
+/// A function block that is done in the scan in which it starts, and has a value then: all others of
+/// TF5050, by their action on the rising edge.
 ///
 /// ```
 /// use coaxle_cam::{OnlineChangeMode, Tables};
@@ -85,7 +85,7 @@ impl<T> Default for TableBlock<T> {
 }
 
 impl<T> TableBlock<T> {
-    /// One scan; `run` is called on the rising edge of `execute`.
+    /// Runs one scan; `run` is called on the rising edge of `execute`.
     pub fn scan<A>(
         &mut self,
         execute: bool,
@@ -105,7 +105,7 @@ impl<T> TableBlock<T> {
         Outputs::of(state, CouplingError::code)
     }
 
-    /// What the last successful run gave.
+    /// Result of the last successful run.
     #[must_use]
     pub const fn value(&self) -> Option<&T> {
         self.value.as_ref()

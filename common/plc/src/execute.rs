@@ -1,16 +1,16 @@
-//! The PLC face of a command: one state inside, levels, edges and booleans only here.
+//! The PLC interface of a command: one state inside, levels, edges and booleans only here.
 //!
-//! A block's behaviour lives in plain `start(command) -> Result` and `update(..)` functions. This
-//! module is what is left of a PLC function block once those are taken away: the rising edge of
-//! `Execute`, and the outputs `Busy`, `Active`, `InSync`, `Done`, `CommandAborted`, `Error`,
-//! `ErrorID`, all read off one [`CommandState`].
+//! A block's behaviour is in plain `start(command) -> Result` and `update(..)` functions. This module
+//! holds the rest of a PLC function block: the rising edge of `Execute`, and the outputs `Busy`,
+//! `Active`, `InSync`, `Done`, `CommandAborted`, `Error`, `ErrorID`, all derived from one
+//! [`CommandState`].
 
 use coaxle_axis::CommandState;
 
 /// The outputs of a PLC function block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
-    /// The command is being processed.
+    /// The command is in progress.
     #[doc(alias = "Busy")]
     pub busy: bool,
     /// The command controls the axis.
@@ -24,19 +24,19 @@ pub struct Outputs {
     /// The command is finished.
     #[doc(alias = "Done")]
     pub done: bool,
-    /// The command was cut short.
+    /// The command was aborted.
     #[doc(alias = "CommandAborted")]
     pub command_aborted: bool,
     /// The command failed.
     #[doc(alias = "Error")]
     pub error: bool,
-    /// Why it failed: an NC error code, 0 = none.
+    /// NC error code of a failed command, 0 = none.
     #[doc(alias = "ErrorID")]
     pub error_id: u32,
 }
 
 impl Outputs {
-    /// What a command shows; `code` gives an error's number.
+    /// Makes the outputs of a command; `code` returns an error's number.
     #[must_use]
     pub fn of<E>(state: &CommandState<E>, code: impl FnOnce(&E) -> u32) -> Self {
         let off = Self::default();
@@ -68,11 +68,11 @@ impl Outputs {
     }
 }
 
-/// The `Execute` input of a block: `K` names a command under way, `E` says why one failed.
+/// The `Execute` input of a block: `K` names a command in progress, `E` is its error.
 ///
 /// A rising edge starts the command with the inputs of that scan. Results stay on the outputs while
-/// `Execute` is held, and show for one scan at least if it fell before. The falling edge never
-/// touches the command itself.
+/// `Execute` is held, and for at least one scan if it fell before. The falling edge never affects the
+/// command itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Execute<K, E> {
     level: bool,
@@ -93,8 +93,8 @@ impl<K, E> Default for Execute<K, E> {
 }
 
 impl<K, E> Execute<K, E> {
-    /// One scan of the block: `start` is called on the rising edge, `state` for a command under way;
-    /// both get the `axis` (whatever it is they command).
+    /// Runs one scan of the block: `start` is called on the rising edge, `state` for a command in
+    /// progress; both get the commanded `axis`, of any type.
     pub fn scan<A>(
         &mut self,
         execute: bool,
@@ -124,13 +124,13 @@ impl<K, E> Execute<K, E> {
         &self.state
     }
 
-    /// What the block shows.
+    /// State of the command.
     pub const fn state(&self) -> &CommandState<E> {
         &self.state
     }
 }
 
-/// Whether a fallen `Execute` clears it, once it has been shown.
+/// True if a fallen `Execute` clears the state, once it has been shown.
 const fn is_result<E>(state: &CommandState<E>) -> bool {
     !matches!(
         state,

@@ -1,8 +1,8 @@
-//! The PLC face of it all: function blocks with levels, edges and booleans, and nothing else.
+//! The PLC interface: function blocks with levels, edges and booleans, and nothing else.
 //!
-//! What a block does is in the crates below, as plain commands and cycles. What is left of a PLC
-//! function block once that is taken away is here: the rising edge of [`Execute`], and the
-//! [`Outputs`], all read off one [`CommandState`](coaxle_axis::CommandState).
+//! The behaviour of a block is in the crates below, as plain commands and cycles. The rest of a PLC
+//! function block is here: the rising edge of [`Execute`], and the [`Outputs`], all derived from one
+//! [`CommandState`](coaxle_axis::CommandState).
 //!
 //! ```
 //! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
@@ -41,7 +41,7 @@
 //! | `MC_CamIn`, `MC_CamScaling`, `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove`, `MC_CamScaling_V2` | TF5050 4, 5 | [`CommandBlock`]; without an axis, [`CouplingBlock`] |
 //! | all others of TF5050 | TF5050 6, 7 | [`TableBlock`] |
 //!
-//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+//! The crate is `no_std`, allocates nothing and reads no clock.
 #![no_std]
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! `MC_GearInMultiMaster` as a PLC program sees it.
+//! `MC_GearInMultiMaster` as a PLC function block.
 
 use coaxle_axis::{CommandState, Job};
 use coaxle_gear::GearInMultiMaster;
@@ -6,8 +6,8 @@ use coaxle_slave::{Command, JobError, Refusal, SlaveAxis};
 
 use crate::Outputs;
 
-/// `MC_GearInMultiMaster`, `MC_GearInDyn`: a function block with an `Enable` input, whose ratios are
-/// read in every scan. Its falling edge uncouples the axis.
+/// `MC_GearInMultiMaster`, `MC_GearInDyn`: a function block with an `Enable` input. The ratios are read
+/// in every scan. The falling edge uncouples the axis.
 #[doc(alias = "MC_GearInMultiMaster")]
 #[doc(alias = "MC_GearInDyn")]
 #[doc(alias = "MC_CombineAxes")]
@@ -19,7 +19,7 @@ pub struct EnableMultiMasterGear {
 }
 
 impl EnableMultiMasterGear {
-    /// One scan. Ratios that the axis refuses leave it with those before.
+    /// Runs one scan. Refused ratios leave the previous ones in force.
     pub fn scan(
         &mut self,
         enable: bool,
@@ -53,7 +53,7 @@ impl EnableMultiMasterGear {
         Outputs::of(&state, JobError::code)
     }
 
-    /// Whether its job still moves the axis.
+    /// True if its job still moves the axis.
     fn couples(&self, axis: &SlaveAxis) -> bool {
         self.job.is_some() && self.job == axis.job().0 && axis.coupling_phase().is_some()
     }

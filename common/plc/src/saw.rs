@@ -8,7 +8,7 @@ use coaxle_slave::{CouplingRefusal, JobError, Refusal, SlaveAxis};
 use crate::axis::CommandBlock;
 use crate::{Execute, Outputs};
 
-/// `MC_GearInPos` and `MC_GearInVelo`; which one, the [`SawCommand`] says. TS5055 12.1.
+/// `MC_GearInPos` and `MC_GearInVelo`, by the [`SawCommand`]. TS5055 12.1.
 #[doc(alias = "MC_GearInPos")]
 #[doc(alias = "MC_GearInVelo")]
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,18 +16,18 @@ pub struct FlyingSawBlock {
     block: CommandBlock,
 }
 
-/// What [`FlyingSawBlock`] shows.
+/// Outputs of [`FlyingSawBlock`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FlyingSawOutputs {
     /// The synchronisation has begun.
     #[doc(alias = "StartSync")]
     pub start_sync: bool,
-    /// What every block has.
+    /// Outputs common to all blocks.
     pub common: Outputs,
 }
 
 impl FlyingSawBlock {
-    /// One scan. The command is read on the rising edge of `execute`.
+    /// Runs one scan. The command is read on the rising edge of `execute`.
     pub fn scan(
         &mut self,
         execute: bool,
@@ -50,8 +50,8 @@ pub struct ReadFlyingSawCharacteristicsBlock {
 }
 
 impl ReadFlyingSawCharacteristicsBlock {
-    /// One scan: the outputs, and the values that the last rising edge of `execute` has read, as
-    /// long as it shows that it is done. Values go by the axis's id, since that of their table does.
+    /// Runs one scan: returns the outputs, and the values read on the last rising edge of `execute`, as
+    /// long as `Done` is set. Values depend on the axis's id, since that of their table does.
     pub fn scan(
         &mut self,
         execute: bool,

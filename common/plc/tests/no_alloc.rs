@@ -1,4 +1,4 @@
-//! Nothing a flying saw does asks for memory: planning, refusing, trying, running, reading.
+//! A flying saw allocates no memory: planning, refusing, dry runs, running, reading.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
@@ -108,7 +108,7 @@ fn a_flying_saw_does_not_allocate() {
         }
         for (n, saw) in strategies.iter().enumerate() {
             by_strategy[n] = axis.command(&saw(at, axis.set().position)).is_ok();
-            // Early is planned anew as its master changes its velocity.
+            // With the strategy early, the plan is renewed as its master changes its velocity.
             let swing = if n == 2 { 5.0 } else { 0.0 };
             for velocity in [500.0, 500.0 + swing, 500.0 - swing, 500.0] {
                 lead(&mut axis, velocity, 200);

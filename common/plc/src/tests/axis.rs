@@ -1,4 +1,4 @@
-//! The axis as a PLC program sees it.
+//! The axis in a PLC program.
 
 use coaxle_axis::{AxisStatus, CommandState};
 use coaxle_gear::FlyingGearParameters;
@@ -52,7 +52,7 @@ fn a_block_that_was_done_does_not_turn_into_aborted() {
     let (mut first, mut second) = (CommandBlock::default(), CommandBlock::default());
     first.scan(true, &move_absolute(1.0), &mut axis);
     run(&mut axis, 500);
-    // The second is called before the first has looked.
+    // The second is called before the first has been called again.
     second.scan(true, &move_absolute(2.0), &mut axis);
     assert_eq!(
         first.scan(true, &move_absolute(1.0), &mut axis),

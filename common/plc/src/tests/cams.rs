@@ -1,4 +1,4 @@
-//! The PLC face: levels, edges and booleans.
+//! The PLC interface: levels, edges and booleans.
 
 use std::vec::Vec;
 
@@ -77,7 +77,7 @@ impl Rig {
         rig
     }
 
-    /// One cycle with the master at a position.
+    /// Runs one cycle with the master at a position.
     fn go(&mut self, position: f64) {
         self.master = Kinematics {
             position,

@@ -43,7 +43,7 @@ fn powered(parameters: &SlaveParameters) -> SlaveAxis {
     axis
 }
 
-/// Commands what must be accepted.
+/// Commands the axis and expects acceptance.
 fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
     match axis.command(command) {
         Ok(job) => job,

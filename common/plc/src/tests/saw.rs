@@ -1,4 +1,4 @@
-//! The flying saw as a PLC program sees it.
+//! The flying saw in a PLC program.
 
 use coaxle_axis::CommandState;
 use coaxle_saw::{GearInPos, Ratio, SawCommand, SyncLimits, SyncMask, SyncMode};
