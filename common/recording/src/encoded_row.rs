@@ -2,18 +2,18 @@
 
 use coaxle_node::signal::Kind;
 
-/// A row as a file has it: one message for each instance.
+/// A row as in a file: one message for each instance.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EncodedRow {
-    /// When the cycle ideally began, ns of the clock of the rows.
+    /// Ideal start of the cycle, ns of the clock of the rows.
     pub(crate) at_ns: i64,
-    /// When it really did.
+    /// Real start of the cycle.
     pub(crate) woke_ns: i64,
     bytes: Vec<u8>,
     ends: Vec<u32>,
 }
 
-/// A row that is none of its table.
+/// Error of a row that does not fit its table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RowError {
     /// A value of another kind than its signal.
@@ -21,35 +21,35 @@ pub enum RowError {
     Kind {
         /// The column: `instance.signal`.
         column: String,
-        /// What the row has there.
+        /// Kind of the value in the row.
         received: Kind,
-        /// What the signal is declared to be.
+        /// Declared kind of the signal.
         expected: Kind,
     },
     /// More or fewer values than there are signals.
     #[error("received {received} values, expected {expected}")]
     Length {
-        /// How many came, at least.
+        /// Least number of values received.
         received: usize,
-        /// How many signals there are.
+        /// Number of signals.
         expected: usize,
     },
-    /// Something that is no row.
+    /// A value that cannot be serialised as a row.
     #[error("received {0}, expected structures of numbers, flags and words")]
     NoRow(String),
 }
 
-/// Where the value of a signal goes.
+/// Field of a signal in a message.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub(crate) number: u32,
     pub(crate) kind: Kind,
-    /// Whether its message ends with it.
+    /// True if it is the last one of its message.
     pub(crate) is_last: bool,
 }
 
 impl EncodedRow {
-    /// An empty one, with room for so many bytes.
+    /// Makes an empty row with capacity for this number of bytes.
     pub(crate) fn new(at_ns: i64, woke_ns: i64, bytes: usize) -> Self {
         Self {
             at_ns,
@@ -59,7 +59,7 @@ impl EncodedRow {
         }
     }
 
-    /// Bytes of its messages.
+    /// Total length of its messages, bytes.
     pub(crate) const fn length(&self) -> usize {
         self.bytes.len()
     }
@@ -73,7 +73,7 @@ impl EncodedRow {
         self.ends.push(self.bytes.len() as u32);
     }
 
-    /// Its messages, in the order of the instances.
+    /// Messages of the row, in the order of the instances.
     pub(crate) fn messages(&self) -> impl Iterator<Item = &[u8]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let ranges = starts.zip(&self.ends);

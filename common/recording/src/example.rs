@@ -24,7 +24,7 @@ coaxle_node::signals! {
     pub struct BoilerSignals of Node {
         /// Temperature of the water.
         temperature: Option<f64> ["°C"],
-        /// Times it went off.
+        /// Times the flame went off.
         offs: u64 [""],
         /// The flame.
         flame: Flame [""],
@@ -34,13 +34,13 @@ coaxle_node::signals! {
 coaxle_node::signals! {
     /// A valve.
     pub struct ValveSignals of Axis {
-        /// Where it is.
+        /// Position of the valve.
         position: f64 ["u"],
         /// Steps of its motor, in either direction.
         steps: Option<i32> [""],
-        /// Whether it is open.
+        /// The valve is open.
         open: Option<bool> [""],
-        /// What its part of the flame does.
+        /// Part of the flame at the valve.
         flame: Option<Flame> [""],
     }
 }
@@ -64,7 +64,7 @@ pub(crate) fn boiler() -> Table {
     }
 }
 
-/// The n-th row, with something of everything in it.
+/// The n-th row, with values of every kind.
 pub(crate) fn row(n: u64) -> BoilerRow {
     let valve = |k: u64| ValveSignals {
         position: n as f64 * 0.1 + k as f64,

@@ -1,34 +1,34 @@
-//! The names by which a file says what is in it.
+//! The names of the metadata in a file.
 
 /// The metadata record about the recording as a whole.
 pub(crate) const ABOUT: &str = "coaxle";
-/// In it, the version of what is described here.
+/// In it, the version of this format.
 pub(crate) const FORMAT: &str = "format";
 pub(crate) const VERSION: &str = "1";
-/// In it, what the wall clock shows when the clock of the rows shows 0, ns.
+/// In it, the wall clock at time 0 of the clock of the rows, ns.
 pub(crate) const CLOCK_OFFSET: &str = "clock-offset-ns";
 /// In it, the run of the node.
 pub(crate) const EPOCH: &str = "epoch";
-/// In it, which piece of a recording it is, from 0.
+/// In it, the number of a piece of a recording, from 0.
 pub(crate) const PIECE: &str = "piece";
 
-/// The last part of the topic of what a node was told, and how that is encoded: no schema says it.
+/// The last part of the topic of a node's inputs, and their encoding, which no schema describes.
 pub(crate) const INPUTS: &str = "inputs";
 pub(crate) const INPUTS_ENCODING: &str = "coaxle-scan";
 
 // In the metadata of a channel:
 
-/// Whose it is.
+/// Name of its table.
 pub(crate) const TABLE: &str = "table";
-/// What that is.
+/// Role of that table.
 pub(crate) const ROLE: &str = "role";
 /// The instance; empty for the node itself. Channels without it have no rows.
 pub(crate) const INSTANCE: &str = "instance";
-/// What it is: far node, axis …
+/// Group of the instance: far node, axis …
 pub(crate) const GROUP: &str = "group";
-/// Its place in a row, from 0.
+/// Place of the instance in a row, from 0.
 pub(crate) const PLACE: &str = "place";
-/// How many instances a row has.
+/// Number of instances in a row.
 pub(crate) const INSTANCES: &str = "instances";
 /// In front of the name of a signal: its unit.
 pub(crate) const UNIT: &str = "unit.";

@@ -1,22 +1,22 @@
-//! How fast a recording grows: said before much is written.
+//! Growth of a recording, estimated before much is written.
 
 use std::fmt;
 
 use crate::table::Table;
 
-/// Bytes of a cycle whatever it shows, and of each signal, as measured (docs/RECORDING.md): receivers of 126 signals take 305
-/// bytes a cycle with their inputs, senders of 10 take 73. What changes more takes more.
+/// Bytes per cycle, and per signal, as measured (docs/RECORDING.md): receivers of 126 signals take 305
+/// bytes a cycle with their inputs, senders of 10 take 73. Values that change more take more.
 const CYCLE_BYTES: f64 = 53.0;
 const SIGNAL_BYTES: f64 = 2.0;
 
-/// Bytes in a time.
+/// Bytes per time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
     bytes_per_s: f64,
 }
 
 impl Growth {
-    /// What is to be expected of a table with this cycle.
+    /// Growth expected of a table with this cycle.
     #[must_use]
     pub fn expected(table: &Table, cycle_s: f64) -> Self {
         let signals: usize = table.instances.iter().map(|of| of.signals.len()).sum();
@@ -25,7 +25,7 @@ impl Growth {
         }
     }
 
-    /// What was seen: a file became longer by so many bytes in so many seconds.
+    /// Growth of a file by this number of bytes in this number of seconds.
     #[must_use]
     pub fn seen(bytes: u64, seconds: f64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! One recording of the pieces that nodes show of themselves.
+//! A single recording of the pieces that nodes publish.
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
@@ -19,35 +19,35 @@ pub struct Join<W: Write> {
     flushed_ns: Option<u64>,
 }
 
-/// What has been joined of a node.
+/// Joined part of a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JoinedNode {
-    /// Its name.
+    /// Name of the node.
     pub name: String,
-    /// Its rows.
+    /// Number of its rows.
     pub rows: u64,
-    /// Rows between them that never came.
+    /// Rows missing between them.
     pub missing: u64,
 }
 
-/// A piece that cannot be joined. What was joined before is all right.
+/// Error of a piece that cannot be joined. The part joined before is valid.
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
-    /// The file cannot be written.
+    /// An error of writing the file.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// It is damaged, or no piece at all.
+    /// Damaged bytes, or bytes that are not a piece.
     #[error("received something that is no piece of a recording: {0}")]
     Damage(#[from] Damage),
-    /// It says that it is another node's.
+    /// A piece of another node.
     #[error("received a piece of {received:?}, expected one of {expected:?}")]
     Foreign {
-        /// Whose it says it is.
+        /// Node named in the piece.
         received: String,
-        /// Who sent it.
+        /// Node that sent it.
         expected: String,
     },
-    /// The node shows other signals than before: it was started with another config. A file has room for one.
+    /// A change of the node's signals: it was restarted with another config. A file has room for one.
     #[error("{node} shows other signals than before")]
     Changed {
         /// The node.
@@ -56,8 +56,8 @@ pub enum JoinError {
 }
 
 impl<W: Write> Join<W> {
-    /// Begins a recording. Where it is `of_many` nodes the topics have the node's name in front, and its clock is the time
-    /// of day: each PC has a monotonic clock of its own.
+    /// Begins a recording. For `of_many` nodes the topics begin with the node's name, and its clock is
+    /// the time of day: each PC has a monotonic clock of its own.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -74,7 +74,7 @@ impl<W: Write> Join<W> {
         Ok(join)
     }
 
-    /// Adds a piece that came from a node of this name.
+    /// Adds a piece from a node of this name.
     ///
     /// # Errors
     /// [`JoinError`]: nothing of the piece has been added then, unless writing failed.
@@ -102,7 +102,7 @@ impl<W: Write> Join<W> {
         }
     }
 
-    /// What has been joined so far, by name.
+    /// Nodes joined so far, by name.
     #[must_use]
     pub fn nodes(&self) -> Vec<JoinedNode> {
         let joined = |(name, node): (&String, &Node)| JoinedNode {
@@ -113,7 +113,7 @@ impl<W: Write> Join<W> {
         self.nodes.iter().map(joined).collect()
     }
 
-    /// Ends the recording with its summary, and gives back where it was written.
+    /// Ends the recording with its summary, and returns its destination.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -127,7 +127,7 @@ impl<W: Write> Join<W> {
         Ok(written.map_err(|error| McapError::Io(error.into_error()))?)
     }
 
-    /// Gives the channels of a node that is new a place.
+    /// Adds the channels of a new node.
     fn meet(&mut self, name: &str, piece: &Piece) -> Result<Node, WriteError> {
         let mut to = Vec::new();
         for Described { channel, schema } in &piece.channels {
@@ -149,7 +149,7 @@ impl<W: Write> Join<W> {
     fn add(&mut self, name: &str, node: &mut Node, piece: &Piece) -> Result<(), WriteError> {
         if node.epoch != piece.facts.get(EPOCH).cloned() {
             node.epoch = piece.facts.get(EPOCH).cloned();
-            // Another run counts anew.
+            // A new run counts from its own beginning.
             node.next_row = None;
             self.tell(name, &piece.facts)?;
         }
@@ -173,7 +173,7 @@ impl<W: Write> Join<W> {
         Ok(())
     }
 
-    /// What a piece says of the node and its run.
+    /// Writes the facts of a piece about the node and its run.
     fn tell(&mut self, name: &str, facts: &Facts) -> Result<(), WriteError> {
         let is_ours = |key: &str| [FORMAT, PIECE].contains(&key);
         let of_many = self.of_many;
@@ -214,11 +214,11 @@ impl<W: Write> Join<W> {
     }
 }
 
-/// A node whose pieces come.
+/// A node that sends pieces.
 #[derive(Default)]
 struct Node {
     channels: Vec<Described>,
-    /// Where the messages of each go.
+    /// Destination channel of the messages of each.
     to: Vec<u16>,
     epoch: Option<String>,
     /// The sequence number of its next row.
@@ -227,13 +227,13 @@ struct Node {
     missing: u64,
 }
 
-/// The first message of each row is of the first instance.
+/// True for the first message of a row, which is of the first instance.
 fn begins_a_row(channel: &Channel) -> bool {
     let of = &channel.metadata;
     of.contains_key(INSTANCE) && of.get(PLACE).is_some_and(|place| place == "0")
 }
 
-/// A piece, taken apart.
+/// A piece, parsed.
 #[derive(Default)]
 struct Piece {
     facts: Facts,
@@ -241,7 +241,7 @@ struct Piece {
     messages: Vec<(MessageHeader, Vec<u8>)>,
 }
 
-/// A channel and what its messages are.
+/// A channel and the type of its messages.
 #[derive(Clone, PartialEq)]
 struct Described {
     channel: Channel,
@@ -283,7 +283,7 @@ impl Piece {
         Ok(piece)
     }
 
-    /// Whose it says it is, if that is somebody else.
+    /// Name of the node in a piece, if it is another one.
     fn foreign(&self, name: &str) -> Option<String> {
         let tables = self.channels.iter();
         let mut tables = tables.map(|described| described.channel.metadata.get(TABLE));

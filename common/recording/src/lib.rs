@@ -1,10 +1,11 @@
-//! What was seen: rows of signals, log lines and status in an [MCAP](https://mcap.dev) file.
+//! Rows of signals, log lines and status in an [MCAP](https://mcap.dev) file.
 //!
-//! A [`Table`] says whose rows they are and which signals they have. A [`RowEncoder`] makes messages of rows, a
-//! [`Writer`] puts them into a file that describes itself: each instance of a group of signals is a channel, each group a
-//! Protocol Buffers schema in the file. A [`Reader`] gives the rows back by those schemas, also from a file that nobody ended, and
-//! [`recover()`] ends it. [`Pieces`] are for those who look on meanwhile, and [`Join`] makes one recording of them. `export` makes tables of it, with the feature of that name. Nothing here knows a clock, a
-//! thread or a file: bytes go to whatever writes and come from whatever reads.
+//! A [`Table`] has a name and its signals. A [`RowEncoder`] makes messages of rows, and a [`Writer`] puts
+//! them into a file that describes itself: each instance of a group of signals is a channel, each group a
+//! Protocol Buffers schema in the file. A [`Reader`] returns the rows by those schemas, also from an
+//! unfinished file, and [`recover()`] finishes one. [`Pieces`] are for observers during a recording, and
+//! [`Join`] makes one recording of them. `export` makes tables of it, with the feature of that name.
+//! Nothing here knows a clock, a thread or a file: bytes go to any writer and come from any reader.
 //!
 //! ```
 //! use coaxle_node::signal::Instance;

@@ -1,29 +1,29 @@
-//! Log lines, as `foxglove.Log` has them: viewers know it.
+//! Log lines in the format of `foxglove.Log`, for its viewers.
 
 use crate::protobuf::{Fields, Wire, put_bytes, put_count, put_message};
 use crate::schema::{ENUM, FIXED32, INT32, INT64, MESSAGE, Schema, TEXT, put_field};
 
-/// How much a line of the log matters.
+/// Severity of a line of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// So that one knows.
+    /// Information.
     Info,
-    /// Somebody should look.
+    /// Condition to check.
     Warning,
-    /// Something does not work.
+    /// Failure.
     Error,
 }
 
 /// A line of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogLine {
-    /// When it was written, ns of the clock of the rows.
+    /// Time of writing, ns of the clock of the rows.
     pub at_ns: i64,
-    /// How much it matters.
+    /// Severity of the line.
     pub level: Level,
-    /// Whose line it is: the node's name.
+    /// Name of its node.
     pub name: String,
-    /// What it says.
+    /// Text of the line.
     pub text: String,
 }
 
@@ -56,7 +56,7 @@ impl Level {
 
 const NANOS: u64 = 1_000_000_000;
 
-/// The line as a message, with the time that the file has for it.
+/// The line as a message, with its time in the file.
 pub(crate) fn encode(line: &LogLine, log_time: u64) -> Vec<u8> {
     let mut out = Vec::new();
     put_message(&mut out, 1, |timestamp| {
@@ -69,7 +69,7 @@ pub(crate) fn encode(line: &LogLine, log_time: u64) -> Vec<u8> {
     out
 }
 
-/// The line that a message is; what is missing in it is empty.
+/// The line of a message; missing fields are empty.
 pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
     let mut line = LogLine {
         at_ns,

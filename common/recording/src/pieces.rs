@@ -1,4 +1,4 @@
-//! A recording in pieces, for those who look on while it is made.
+//! A recording in pieces, for observers during the recording.
 
 use mcap::WriteOptions;
 
@@ -8,9 +8,9 @@ use crate::log::LogLine;
 use crate::table::Table;
 use crate::writer::{self, Facts, WriteError, Writer, Written};
 
-/// What a node shows of itself, cut into pieces. Each is a small recording that any reader understands by itself, so that
-/// one may begin to look on at any of them; the sequence numbers of their messages go on, so that a piece that is missing
-/// shows. [`Join`](crate::Join) makes one recording of them again.
+/// Rows of a node, cut into pieces. Each is a small recording that any reader can read by itself, so that
+/// an observer may begin at any of them. The sequence numbers of their messages continue, so that a
+/// missing piece is detected. [`Join`](crate::Join) makes one recording of them again.
 pub struct Pieces {
     table: Table,
     facts: Facts,
@@ -21,7 +21,7 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Of a table. `facts` are in every piece, and the clock is as in [`Writer::create`].
+    /// Cuts the rows of a table. `facts` are in every piece, and the clock is as in [`Writer::create`].
     #[must_use]
     pub const fn of(table: Table, facts: Facts, clock_offset_ns: i64) -> Self {
         Self {
@@ -58,7 +58,7 @@ impl Pieces {
         self.open()?.status(0, at_ns, json)
     }
 
-    /// Ends the piece and gives it; none if nothing has come since the last one.
+    /// Ends the piece and returns it; none if nothing has been added since the last one.
     ///
     /// # Errors
     /// [`WriteError`], if ever.
@@ -90,7 +90,7 @@ impl Pieces {
     }
 }
 
-/// Whoever reads a piece reads all of it: it needs no index.
+/// Options of a piece: it is read completely, and needs no index.
 fn options() -> WriteOptions {
     writer::options()
         .emit_summary_records(false)

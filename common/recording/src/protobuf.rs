@@ -1,4 +1,5 @@
-//! As much of the encoding of Protocol Buffers as rows and their schemas need: fields with a number, of four shapes.
+//! The part of the encoding of Protocol Buffers for rows and their schemas: fields with a number, of four
+//! types.
 
 /// A value as it lies in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,7 +10,7 @@ pub(crate) enum Wire<'a> {
     Fixed32(u32),
 }
 
-/// Why bytes are no message.
+/// Error of bytes that are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received bytes that are no Protocol Buffers message, expected one")]
 pub(crate) struct NoMessage;
@@ -36,7 +37,7 @@ pub(crate) fn put_count(out: &mut Vec<u8>, number: u32, value: u64) {
     put_varint(out, value);
 }
 
-/// Small numbers of either sign are short, as `sint64` has them.
+/// Writes an integer as `sint64`: small numbers of either sign are short.
 pub(crate) fn put_integer(out: &mut Vec<u8>, number: u32, value: i64) {
     put_count(out, number, zigzag(value));
 }
@@ -67,7 +68,7 @@ pub(crate) const fn unzigzag(value: u64) -> i64 {
     (value >> 1) as i64 ^ -((value & 1) as i64)
 }
 
-/// The fields of a message, each with its number, in the order in which they lie there.
+/// The fields of a message, each with its number, in their order there.
 pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -119,7 +120,7 @@ impl<'a> Iterator for Fields<'a> {
         }
         let field = self.field().ok_or(NoMessage);
         if field.is_err() {
-            // Nothing that follows can be told apart.
+            // The fields that follow cannot be parsed.
             self.0 = &[];
         }
         Some(field)

@@ -1,4 +1,4 @@
-//! Whose rows there are in a recording, and a row.
+//! Tables of a recording, and their rows.
 
 use coaxle_node::signal::Kind;
 
@@ -7,44 +7,44 @@ use crate::value::Value;
 /// A row as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Whose it is: its place among the tables that [`Reader::tables`](crate::Reader::tables) gives.
+    /// Index of its table in [`Reader::tables`](crate::Reader::tables).
     pub table: usize,
-    /// When the cycle ideally began, ns of the clock of the rows.
+    /// Ideal start of the cycle, ns of the clock of the rows.
     pub at_ns: i64,
-    /// When it really did.
+    /// Real start of the cycle.
     pub woke_ns: i64,
-    /// The values of its columns, in their order; none where nothing was known.
+    /// The values of its columns, in their order; none for unknown ones.
     pub values: Vec<Option<Value>>,
 }
 
-/// Whose rows there are, as the file says it.
+/// Table as described in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadTable {
-    /// Its name.
+    /// Name of the table.
     pub name: String,
-    /// What it is: `sender`, `receiver`.
+    /// Role: `sender`, `receiver`.
     pub role: String,
-    /// Its columns, in the order of the values of a row.
+    /// Columns, in the order of the values of a row.
     pub columns: Vec<Column>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
-    /// The instance that it is of; empty for the node itself.
+    /// The instance; empty for the node itself.
     pub instance: String,
-    /// What that is: `far node`, `slave` …
+    /// Group of the instance: `far node`, `slave` …
     pub group: String,
     /// The signal.
     pub signal: String,
-    /// Its unit; empty what has none.
+    /// Unit; empty if it has none.
     pub unit: String,
-    /// What its values are.
+    /// Kind of its values.
     pub kind: Kind,
 }
 
 impl Column {
-    /// Its name: `instance.signal`.
+    /// Name of the column: `instance.signal`.
     #[must_use]
     pub fn name(&self) -> String {
         match self.instance.as_str() {

@@ -17,18 +17,18 @@ use crate::row_assembly::{OpenInstance, OpenTable};
 use crate::schema::{Field, fields_of};
 use crate::writer::Facts;
 
-/// What a recording holds, one after the other.
+/// Content of a recording, in its order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
-    /// What is known of it as a whole; may come more than once, the last counts.
+    /// Facts about the recording as a whole. They may come more than once; the last ones count.
     Facts(Facts),
     /// A file in it.
     Attachment {
-        /// Its name.
+        /// Name of the file.
         name: String,
-        /// What it is: `application/toml`.
+        /// Media type: `application/toml`.
         media_type: String,
-        /// What is in it.
+        /// Content of the file.
         data: Vec<u8>,
     },
     /// A row.
@@ -37,28 +37,28 @@ pub enum Item {
     Log(LogLine),
     /// A status, as JSON.
     Status {
-        /// Whose it is.
+        /// Table that it belongs to.
         table: String,
-        /// When it was, ns of the clock of the rows.
+        /// Time of the status, ns of the clock of the rows.
         at_ns: i64,
         /// The status.
         json: String,
     },
-    /// What a node was told before a scan.
+    /// Inputs of a node before a scan.
     Inputs {
-        /// Which node.
+        /// Name of the node.
         table: String,
-        /// When the cycle ideally began, ns of the clock of the rows.
+        /// Ideal start of the cycle, ns of the clock of the rows.
         at_ns: i64,
-        /// When it really did.
+        /// Real start of the cycle.
         woke_ns: i64,
-        /// All of it, as `coaxle_wire::Scan` has it in bytes.
+        /// Bytes of a `coaxle_wire::Scan`.
         bytes: Vec<u8>,
     },
 }
 
-/// A recording that is being read. Of an unfinished or damaged file it gives what is whole in it, and says where it is not: an
-/// error is no end, unless nothing comes after it.
+/// A recording that is being read. Of an unfinished or damaged file it returns the valid parts, and the
+/// places of the damage. An error is not the end, unless nothing follows it.
 pub struct Reader<R> {
     records: Records<R>,
     clock_offset_ns: i64,
@@ -66,13 +66,13 @@ pub struct Reader<R> {
     channels: BTreeMap<u16, Known>,
     tables: Vec<ReadTable>,
     open: Vec<OpenTable>,
-    /// Of all channels.
+    /// Number of signals of all channels.
     signals: usize,
-    /// Rows of which not everything was there.
+    /// Number of incomplete rows.
     incomplete: u64,
 }
 
-/// A channel by what is in it.
+/// A channel by its content.
 #[derive(Clone)]
 enum Known {
     Instance {
@@ -101,13 +101,13 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Whose rows there are, as far as the file has been read: before a row comes, its table is whole.
+    /// Tables, as far as the file has been read: before a row comes, its table is complete.
     #[must_use]
     pub fn tables(&self) -> &[ReadTable] {
         &self.tables
     }
 
-    /// Rows so far of which not everything was there: left out.
+    /// Number of incomplete rows so far, which are left out.
     #[must_use]
     pub const fn incomplete_rows(&self) -> u64 {
         self.incomplete
@@ -192,7 +192,7 @@ impl<R: Read> Reader<R> {
         let text = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
         let count = |field: &'static str| {
             let received = text(field);
-            // As many as there can be channels.
+            // The number of channels is the limit.
             let count = received.parse::<u16>().map(usize::from);
             count.map_err(|_| Fault::Channel {
                 topic: channel.topic.clone(),
@@ -250,7 +250,7 @@ impl<R: Read> Reader<R> {
 
     fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Option<Item>, Fault> {
         let at_ns = self.clock_ns(header.log_time);
-        // What belongs to a channel that is lost is lost, too.
+        // Messages of a lost channel are lost, too.
         let known = self.channels.get(&header.channel_id).cloned();
         Ok(match known.unwrap_or(Known::Other) {
             Known::Other => None,
@@ -288,7 +288,7 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// From the time in the file to that of the clock of the rows.
+    /// Converts the time in the file to that of the clock of the rows.
     fn clock_ns(&self, time: u64) -> i64 {
         let time = i64::try_from(time).unwrap_or(i64::MAX);
         time.saturating_sub(self.clock_offset_ns)

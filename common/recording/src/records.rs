@@ -1,8 +1,8 @@
-//! The records of a file, one after the other, from an unfinished or damaged one as far as it goes.
+//! The records of a file, also of an unfinished or damaged one as far as possible.
 //!
-//! A file is a row of records, each with its length in front; most are in compressed chunks. A chunk is checked before
-//! anything in it is believed. Of a damaged one nothing is used, but what follows it is; where a length is damaged,
-//! nothing that follows can be found.
+//! A file is a sequence of records, each with its length in front; most are in compressed chunks. The
+//! check sum of a chunk is verified before its content is used. Of a damaged chunk nothing is used, but
+//! what follows it is; after a damaged length nothing can be found.
 
 use std::collections::VecDeque;
 use std::io::{self, Read};
@@ -11,41 +11,42 @@ use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, parse_record};
 
-/// The longest record, and the longest content of a chunk, that is read: chunks of ours are a sixteenth of it.
+/// The greatest length of a record, and of the content of a chunk, that is read: chunks of ours are a
+/// sixteenth of it.
 const MOST_BYTES: usize = 64 << 20;
 
-/// As many signals are read of a file: some times those of the largest node.
+/// Greatest number of signals that are read of a file: some times those of the largest node.
 pub(crate) const MOST_SIGNALS: usize = 200_000;
 
-/// What is wrong with a file, and where.
+/// Damage of a file and its place.
 #[derive(Debug, thiserror::Error)]
 #[error("byte {offset}: {fault}")]
 pub struct Damage {
-    /// Where the record begins that is damaged.
+    /// Offset of the damaged record.
     pub offset: u64,
-    /// What is wrong with it.
+    /// Kind of the damage.
     pub fault: Fault,
 }
 
-/// What is wrong with a record.
+/// Damage of a record.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
-    /// The system cannot read the file.
+    /// An error of the system on reading the file.
     #[error("cannot be read: {0}")]
     System(#[from] io::Error),
-    /// It does not begin as such files do.
+    /// A file that does not begin with MCAP's magic bytes.
     #[error("received other bytes, expected those that an MCAP file begins with")]
     NoMcap,
-    /// It ends within the record.
+    /// End of the file within the record.
     #[error("the file ends within a record")]
     CutOff,
-    /// It ends without an end.
+    /// End of the file without an end record.
     #[error("the file ends without its summary: whoever wrote it did not end it")]
     Unfinished,
     /// A length that no record has.
     #[error("received a record of {0} bytes, expected at most {MOST_BYTES}")]
     TooLong(u64),
-    /// The record is not what it says.
+    /// An invalid record.
     #[error("{0}")]
     Record(#[from] McapError),
     /// More signals than any recording has.
@@ -53,22 +54,22 @@ pub enum Fault {
         "received more than {MOST_SIGNALS} signals, expected at most that many in all channels"
     )]
     TooManySignals,
-    /// A message that is none of its schema.
+    /// A message that does not fit its schema.
     #[error("{topic}: received a message that is none of its schema")]
     Message {
         /// The channel.
         topic: String,
     },
-    /// A channel that says of itself what cannot be.
+    /// A channel with invalid metadata.
     #[error("{topic}: {field}: received {received:?}, expected {expected}")]
     Channel {
         /// The channel.
         topic: String,
         /// The field of its metadata.
         field: &'static str,
-        /// What it says.
+        /// Value received.
         received: String,
-        /// What it may say.
+        /// Permitted values.
         expected: &'static str,
     },
 }
@@ -85,7 +86,7 @@ pub(crate) struct Records<R> {
 enum State {
     Start,
     Data,
-    /// Its last record has come, or nothing can be found any more.
+    /// End of the records: the last one has been read, or no more can be found.
     Over,
 }
 
@@ -99,7 +100,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Where the next record of the file begins.
+    /// Offset of the next record of the file.
     pub(crate) const fn offset(&self) -> u64 {
         self.offset
     }
@@ -121,7 +122,8 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Reads one record of the file; gives it, unless it is a chunk, whose records wait then, or one that says nothing.
+    /// Reads one record of the file. Returns none for a chunk, whose records are queued, and for one
+    /// without content.
     fn read_on(&mut self) -> Result<Option<Record<'static>>, Fault> {
         if self.state == State::Start {
             return self.begin().map(|()| None);
@@ -161,7 +163,7 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
-    /// The next record: what it is, and its bytes.
+    /// Reads the next record: its opcode, and its bytes.
     fn frame(&mut self) -> Result<(u8, Vec<u8>), Fault> {
         let mut head = [0; 9];
         self.fill(&mut head)?;
@@ -170,7 +172,7 @@ impl<R: Read> Records<R> {
         if length > MOST_BYTES as u64 {
             return Err(Fault::TooLong(length));
         }
-        // Not filled with zeros first: what the length says need not be there.
+        // Not filled with zeros first: the file may be shorter than the length.
         let mut data = Vec::new();
         let read = self.input.by_ref().take(length).read_to_end(&mut data)?;
         self.offset += read as u64;
@@ -181,7 +183,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Reads so many bytes; none at all are the end of a file that was not ended.
+    /// Fills the buffer; no bytes at all are the end of an unfinished file.
     fn fill(&mut self, buffer: &mut [u8]) -> Result<(), Fault> {
         let length = buffer.len();
         let mut filled = 0;
@@ -207,7 +209,7 @@ impl<R: Read> Iterator for Records<R> {
     }
 }
 
-/// All records of a chunk, or none: its check sum is looked at first.
+/// Returns the records of a chunk completely, or none: its check sum is verified first.
 fn records_of(chunk: &[u8]) -> Result<Vec<Record<'static>>, Fault> {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
@@ -221,7 +223,7 @@ fn records_of(chunk: &[u8]) -> Result<Vec<Record<'static>>, Fault> {
     while let Some(event) = reader.next_event() {
         match event? {
             LinearReadEvent::ReadRequest(need) => {
-                // It asks for what lengths in the chunk say, which is no more than there is.
+                // The request is by the lengths in the chunk; no more is read than there is.
                 let need = need.min(head.len() + chunk.len());
                 let read = input.read(reader.insert(need))?;
                 reader.notify_read(read);

@@ -1,4 +1,4 @@
-//! An unfinished or damaged file made whole, with a summary: what is left of it.
+//! Recovery of an unfinished or damaged file: its valid parts, with a summary.
 
 use std::io::{BufWriter, Read, Write};
 
@@ -9,26 +9,26 @@ use mcap::{Attachment, McapError};
 use crate::records::{Damage, Records};
 use crate::writer::{WriteError, options};
 
-/// What was kept of a file.
+/// Recovered part of a file.
 #[derive(Debug, Default)]
 pub struct Recovered {
     /// Messages: rows have one for each instance.
     pub messages: u64,
-    /// Messages whose channel is lost, and so they are.
+    /// Messages lost with their channels.
     pub lost: u64,
-    /// From when to when they are, ns since 1970 as the file has it.
+    /// Time range of the messages, ns since 1970 as in the file.
     pub span_ns: Option<(u64, u64)>,
-    /// What was wrong, and where; the last one is where it broke off, if it did.
+    /// Damage with its places; the last one is the end of a truncated file.
     pub damage: Vec<Damage>,
-    /// Damaged pieces beyond those.
+    /// Further damage beyond that list.
     pub more_damage: u64,
 }
 
-/// As many pieces are named.
+/// Greatest length of the list of damage.
 const MOST_DAMAGE: usize = 20;
 
 impl Recovered {
-    /// Whether it was whole already.
+    /// True if it was undamaged.
     #[must_use]
     pub const fn was_whole(&self) -> bool {
         self.damage.is_empty()
@@ -49,10 +49,10 @@ impl Recovered {
     }
 }
 
-/// Writes what is whole in `from` to `to`, as a finished file.
+/// Writes the valid parts of `from` to `to`, as a finished file.
 ///
 /// # Errors
-/// [`WriteError`]. That something is wrong with `from` is no error: it is in what is given back.
+/// [`WriteError`]. Damage of `from` is not an error: it is in the result.
 pub fn recover(from: impl Read, to: impl Write) -> Result<Recovered, WriteError> {
     let mut writer = options().create(NoSeek::new(BufWriter::new(to)))?;
     let mut recovered = Recovered::default();
@@ -106,7 +106,7 @@ fn copy<W: Write>(
         _ => Ok(()),
     };
     match copied {
-        // What refers to something that is lost, or contradicts it, is lost.
+        // Records that refer to a lost record, or contradict it, are lost.
         Err(
             McapError::UnknownChannel(..)
             | McapError::UnknownSchema(..)

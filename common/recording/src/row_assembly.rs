@@ -1,4 +1,4 @@
-//! A row while its messages come.
+//! Assembly of a row from its messages.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,10 @@ use crate::read_table::{Column, ReadTable, Row};
 use crate::schema::Field;
 use crate::value::Value;
 
-/// A table while its channels come, and the row of it that is being put together.
+/// A table while its channels are read, and its current row.
 #[derive(Default)]
 pub(crate) struct OpenTable {
-    /// How many instances it has, and those whose channels have come, by their place.
+    /// Number of its instances, and those with known channels, by their place.
     pub(crate) expected: usize,
     pub(crate) instances: BTreeMap<usize, OpenInstance>,
     pub(crate) sequence: Option<u32>,
@@ -25,7 +25,7 @@ pub(crate) struct OpenTable {
 pub(crate) struct OpenInstance {
     columns: Vec<Column>,
     fields: Vec<Field>,
-    /// Of its values in a row; known when all channels have come.
+    /// Start of its values in a row; known when all channels have been read.
     start: usize,
     has_come: bool,
 }
@@ -42,7 +42,7 @@ impl OpenInstance {
 }
 
 impl OpenTable {
-    /// One of so many instances.
+    /// Makes a table of this number of instances.
     pub(crate) fn of(expected: usize) -> Self {
         Self {
             expected,
@@ -50,7 +50,7 @@ impl OpenTable {
         }
     }
 
-    /// Says where in a row each instance begins, as soon as all are known.
+    /// Sets the place of each instance in a row, as soon as all are known.
     pub(crate) fn lay_out(&mut self, table: &mut ReadTable) {
         if self.instances.len() < self.expected {
             return;
@@ -82,7 +82,7 @@ impl OpenTable {
                 continue;
             };
             let value = value(instance.fields[known].kind, wire).ok_or(NoMessage)?;
-            // None of a table that is not whole: its rows are not, either.
+            // No values of an incomplete table: its rows are incomplete, too.
             if let Some(place) = self.values.get_mut(instance.start + known) {
                 *place = Some(value);
             }
@@ -94,7 +94,7 @@ impl OpenTable {
         Ok(())
     }
 
-    /// The row, if all of it has come.
+    /// Takes the row, if it is complete.
     pub(crate) fn taken(&mut self, table: usize) -> Option<Row> {
         if self.came < self.expected {
             return None;

@@ -1,4 +1,4 @@
-//! Flattens a structure of signals into the messages of a row: no field is named by hand.
+//! Flattens a structure of signals into the messages of a row, without naming fields.
 
 use coaxle_node::signal::Kind;
 use serde::ser::{self, Impossible, Serialize};
@@ -6,7 +6,7 @@ use serde::ser::{self, Impossible, Serialize};
 use crate::encoded_row::{EncodedRow, RowError, Slot};
 use crate::protobuf::{put_bytes, put_count, put_integer, put_number};
 
-/// Writes one value after the other, each where its signal has its field.
+/// Writes consecutive values, each into the field of its signal.
 pub(crate) struct RowSerializer<'a> {
     slots: &'a [Slot],
     columns: &'a [String],
@@ -29,7 +29,7 @@ impl<'a> RowSerializer<'a> {
         }
     }
 
-    /// Whether all values have come.
+    /// Checks that all values have been written.
     pub(crate) fn finish(&self) -> Result<(), RowError> {
         if self.next == self.slots.len() {
             return Ok(());
@@ -40,7 +40,7 @@ impl<'a> RowSerializer<'a> {
         })
     }
 
-    /// A value of this kind, or one that is not known.
+    /// Writes a value of this kind, or an unknown one.
     fn value(
         &mut self,
         kind: Option<Kind>,

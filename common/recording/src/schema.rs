@@ -1,10 +1,10 @@
-//! The schema of a group of signals, as Protocol Buffers describe a message: a `FileDescriptorSet`.
+//! The schema of a group of signals, as a message description of Protocol Buffers: a `FileDescriptorSet`.
 
 use coaxle_node::signal::{Group, Instance, Kind, Signal};
 
 use crate::protobuf::{Fields, NoMessage, Wire, put_bytes, put_count, put_message, put_varint};
 
-/// A schema by name, with what it is.
+/// A schema, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Schema {
     /// Package and message: `coaxle.receiver.FarNode`.
@@ -13,7 +13,7 @@ pub(crate) struct Schema {
     pub(crate) data: Vec<u8>,
 }
 
-/// A field of a message, as its schema says it.
+/// A field of a message in its schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Field {
     pub(crate) number: u32,
@@ -21,7 +21,7 @@ pub(crate) struct Field {
     pub(crate) kind: Kind,
 }
 
-// The types of fields, as descriptors number them.
+// The types of fields, by their numbers in descriptors.
 const DOUBLE: u64 = 1;
 const UINT64: u64 = 4;
 const BOOL: u64 = 8;
@@ -68,8 +68,8 @@ const fn message_name(group: Group) -> &'static str {
 }
 
 impl Schema {
-    /// The schema of an instance of a node of this role; `variant` tells apart what has other signals and would have
-    /// the same name.
+    /// The schema of an instance of a node of this role; `variant` distinguishes schemas with other
+    /// signals that would have equal names.
     pub(crate) fn of(instance: &Instance, role: &str, variant: usize) -> Self {
         let package = format!("coaxle.{}", identifier(role));
         let mut message = message_name(instance.group).to_owned();
@@ -90,7 +90,7 @@ impl Schema {
     }
 }
 
-/// What is no letter and no digit is none of a name in a schema.
+/// Text as a name in a schema: only letters and digits are kept.
 fn identifier(text: &str) -> String {
     let is_fine = |c: char| c.is_ascii_alphanumeric();
     text.chars()
@@ -98,8 +98,8 @@ fn identifier(text: &str) -> String {
         .collect()
 }
 
-/// Each signal is an `optional` field, so that what is not known differs from 0. In proto3 each of them has a `oneof` of
-/// its own behind it.
+/// Writes the signals as `optional` fields, so that unknown values differ from 0. In proto3 each of them
+/// is followed by a `oneof` of its own.
 fn put_signals(out: &mut Vec<u8>, name: &str, signals: &[Signal]) {
     put_bytes(out, 1, name.as_bytes());
     for (n, signal) in (0..).zip(signals) {
@@ -116,7 +116,7 @@ fn put_signals(out: &mut Vec<u8>, name: &str, signals: &[Signal]) {
     }
 }
 
-/// A field that is there at most once.
+/// Writes a field that is present at most once.
 pub(crate) fn put_field(
     out: &mut Vec<u8>,
     number: u32,
@@ -133,7 +133,7 @@ pub(crate) fn put_field(
     }
 }
 
-/// What each signal means, as the comment in front of its field.
+/// Writes the meaning of each signal, as the comment of its field.
 fn put_meanings(out: &mut Vec<u8>, signals: &[Signal]) {
     for (n, signal) in (0..).zip(signals) {
         put_message(out, 1, |location| {
@@ -153,8 +153,8 @@ fn put_meanings(out: &mut Vec<u8>, signals: &[Signal]) {
     }
 }
 
-/// The fields of the message `name`, in the order of their numbers, as a schema in a file says them. Fields of types
-/// that no signal has are left out.
+/// The fields of the message `name`, in the order of their numbers, in a schema of a file. Fields of
+/// types that no signal has are left out.
 pub(crate) fn fields_of(name: &str, data: &[u8]) -> Result<Vec<Field>, NoMessage> {
     for file in inner(data, 1) {
         let file = file?;
@@ -185,7 +185,7 @@ fn signals_of(message: &[u8]) -> Result<Vec<Field>, NoMessage> {
     Ok(fields)
 }
 
-/// All messages in the field of this number.
+/// Messages in the field with this number.
 fn inner(message: &[u8], number: u32) -> impl Iterator<Item = Result<&[u8], NoMessage>> {
     Fields(message).filter_map(move |field| match field {
         Ok((n, Wire::Bytes(bytes))) if n == number => Some(Ok(bytes)),

@@ -1,4 +1,4 @@
-//! What has rows, and how they become messages.
+//! Tables of rows, and the encoder of their messages.
 
 use coaxle_node::signal::Instance;
 use serde::Serialize;
@@ -6,28 +6,28 @@ use serde::Serialize;
 use crate::encoded_row::{EncodedRow, RowError, Slot};
 use crate::row_serializer::RowSerializer;
 
-/// Whose rows they are: those of a node, or of whatever else fills one row at a time.
+/// Table of a node, or of another source of one row at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Table {
-    /// Its name: the node's.
+    /// Name: the node's.
     pub name: String,
-    /// What it is: `sender`, `receiver`.
+    /// Role: `sender`, `receiver`.
     pub role: String,
-    /// Everything in it that has signals, in the order of a row.
+    /// Instances with signals, in the order of a row.
     pub instances: Vec<Instance>,
 }
 
-/// Makes messages of rows.
+/// Encodes rows as messages.
 #[derive(Clone, Debug)]
 pub struct RowEncoder {
     slots: Vec<Slot>,
     columns: Vec<String>,
-    /// Of the longest row so far.
+    /// Bytes of the longest row so far.
     bytes: usize,
 }
 
 impl RowEncoder {
-    /// For rows of a table.
+    /// Makes an encoder for the rows of a table.
     #[must_use]
     pub fn of(table: &Table) -> Self {
         let slots = table.instances.iter().flat_map(|instance| {
@@ -47,11 +47,11 @@ impl RowEncoder {
         }
     }
 
-    /// The row of a cycle that ideally began at `at_ns` and really at `woke_ns`, ns of whichever clock: a structure whose
-    /// fields are, one after the other, the signals of the table.
+    /// Encodes the row of a cycle that ideally began at `at_ns` and really at `woke_ns`, ns of any clock:
+    /// a structure with the signals of the table as fields, in their order.
     ///
     /// # Errors
-    /// [`RowError`] where they are not.
+    /// [`RowError`] for other fields.
     pub fn encode(
         &mut self,
         at_ns: i64,
@@ -77,7 +77,7 @@ mod tests {
         let mut encoder = RowEncoder::of(&boiler());
         let encoded = encoder.encode(5, 6, &row(0)).unwrap();
         let lengths: Vec<_> = encoded.messages().map(<[u8]>::len).collect();
-        // What is not known takes no bytes.
+        // Unknown values take no bytes.
         assert_eq!(lengths, [2 + 5, 9 + 2 + 12, 9 + 2 + 2 + 12]);
     }
 

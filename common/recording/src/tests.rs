@@ -1,4 +1,4 @@
-//! Recordings written and read again, whole and broken.
+//! Recordings written and read again, intact and damaged.
 
 use proptest::prelude::*;
 
@@ -8,10 +8,10 @@ use crate::{
     recover,
 };
 
-/// Between two rows of the example, ns.
+/// Time between two rows of the example, ns.
 const CYCLE_NS: i64 = 10_000_000;
 
-/// A recording of so many rows, and where it was after each flush.
+/// A recording of this number of rows, and its length after each flush.
 fn recording(tables: &[Table], rows: u64) -> Vec<u8> {
     let facts = Facts::from([("scenario".to_owned(), "beat".to_owned())]);
     let mut writer = Writer::create(Vec::new(), tables, &facts, 1_000).unwrap();
@@ -62,7 +62,7 @@ fn values(row: &BoilerRow) -> Vec<Option<Value>> {
     values
 }
 
-/// All that is whole, and how much was said to be wrong.
+/// Valid items, and number of damages reported.
 fn read(file: &[u8]) -> (Vec<Item>, usize) {
     let mut damage = 0;
     let mut items = Vec::new();
@@ -83,7 +83,7 @@ fn rows(items: &[Item]) -> Vec<&Row> {
     rows.collect()
 }
 
-/// Whether these are the first rows of the example, or some of them in their order.
+/// Checks that these are the first rows of the example, or some of them in their order.
 fn assert_some_of_the_example(rows: &[&Row]) {
     let mut before = -1;
     for read in rows {
@@ -171,7 +171,7 @@ fn what_was_flushed_is_there_whatever_becomes_of_the_rest() {
         kept.push(rows.len());
     }
     assert!(kept.is_sorted());
-    // A piece every 250 ms: 25 rows, and the one that makes them as old.
+    // A piece every 250 ms: 25 rows, and the row with which this time is over.
     kept.dedup();
     assert_eq!(kept, [0, 26, 51, 76, 100]);
 }
@@ -244,7 +244,7 @@ proptest! {
         let read = rows(&items);
         prop_assert_eq!(read.len(), 1);
         prop_assert_eq!(read[0].at_ns, at);
-        // As texts: no number is equal to none.
+        // As texts: NaN is not equal to itself.
         prop_assert_eq!(format!("{:?}", read[0].values), format!("{:?}", values(&row)));
     }
 
@@ -268,7 +268,7 @@ proptest! {
     }
 }
 
-/// A run of the boiler in pieces of so many rows.
+/// A run of the boiler in pieces of this number of rows.
 fn pieces(epoch: &str, rows: u64, each: u64) -> Vec<Vec<u8>> {
     let facts = Facts::from([("epoch".to_owned(), epoch.to_owned())]);
     let mut encoder = RowEncoder::of(&boiler());
@@ -346,7 +346,7 @@ fn pieces_of_several_nodes_are_told_apart() {
         Item::Row(row) => Some((row.table, row.at_ns)),
         _ => None,
     });
-    // Of the time of day, as each node has it.
+    // By the time of day of each node.
     assert_eq!(
         at.collect::<Vec<_>>(),
         [(0, 1_000), (0, 1_000 + CYCLE_NS), (1, 5_007)]

@@ -1,25 +1,25 @@
-//! One value of a row.
+//! Value of a row.
 
 use coaxle_node::signal::Kind;
 use serde::{Serialize, Serializer};
 
-/// A value of a signal that is known.
+/// A known value of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Of [`Kind::Number`].
+    /// A [`Kind::Number`].
     Number(f64),
-    /// Of [`Kind::Count`].
+    /// A [`Kind::Count`].
     Count(u64),
-    /// Of [`Kind::Integer`].
+    /// A [`Kind::Integer`].
     Integer(i64),
-    /// Of [`Kind::Flag`].
+    /// A [`Kind::Flag`].
     Flag(bool),
-    /// Of [`Kind::Text`].
+    /// A [`Kind::Text`].
     Text(String),
 }
 
 impl Value {
-    /// What it is.
+    /// Kind of the value.
     #[must_use]
     pub const fn kind(&self) -> Kind {
         match self {
@@ -41,7 +41,7 @@ impl Value {
     }
 }
 
-/// As the field that it was, so that a table of values is to the letter one of rows.
+/// Serialises as the original field, so that a table of values is identical to one of rows.
 impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

@@ -18,43 +18,44 @@ use crate::log::{self, LogLine};
 use crate::schema::Schema;
 use crate::table::Table;
 
-/// Rows are written out this often, ns of their clock, so that a killed process leaves a usable file.
+/// Period of flushing, ns of the clock of the rows, so that a killed process leaves a usable file.
 pub const FLUSH_PERIOD_NS: i64 = 250_000_000;
 
-/// What is pressed into one piece at most, before compression. Rows of a flush period are less, but for the largest nodes.
+/// Greatest length of a chunk, before compression. Rows of a flush period are less, but for the largest
+/// nodes.
 const CHUNK_BYTES: u64 = 4 << 20;
 
-/// Writing is what failed: no space, or no file any more.
+/// Failure of writing: no space, or no file any more.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot be written: {0}")]
 pub struct WriteError(#[from] McapError);
 
-/// What is known of a recording as a whole, by name: scenario, seed, version, node, role.
+/// Facts about a recording as a whole, by name: scenario, seed, version, node, role.
 pub type Facts = BTreeMap<String, String>;
 
-/// A recording that is being written. What it has flushed, whoever kills the process leaves it there.
+/// A recording that is being written. Flushed rows remain if the process is killed.
 pub struct Writer<W: Write> {
     mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
     clock_offset_ns: i64,
     tables: Vec<Channels>,
-    /// When it was last written out, on the clock of the rows.
+    /// Time of the last flush, on the clock of the rows.
     flushed_ns: Option<i64>,
 }
 
-/// Where the messages of a table go.
+/// Channels of the messages of a table.
 struct Channels {
     instances: Vec<u16>,
     log: u16,
     status: u16,
-    /// None before the first.
+    /// Channel of the inputs; none before the first ones.
     inputs: Option<u16>,
-    /// Of `inputs`: topic and metadata.
+    /// Topic and metadata of `inputs`.
     name: String,
     metadata: BTreeMap<String, String>,
     written: Written,
 }
 
-/// How many messages of each kind a table has so far: their sequence numbers.
+/// Number of messages of each kind of a table so far: their sequence numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Written {
     rows: u32,
@@ -72,7 +73,7 @@ impl Written {
     };
 }
 
-/// How files of ours are written.
+/// Options of our files.
 pub(crate) fn options() -> WriteOptions {
     WriteOptions::new()
         .compression(Some(Compression::Lz4))
@@ -82,8 +83,9 @@ pub(crate) fn options() -> WriteOptions {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a recording of these tables. `clock_offset_ns` is what the wall clock shows, ns since 1970, when the clock
-    /// of the rows shows 0: the times in the file are the sum, so that recordings of several PCs lie over each other.
+    /// Begins a recording of these tables. `clock_offset_ns` is the wall clock, ns since 1970, at time 0
+    /// of the clock of the rows. The times in the file are the sum, so that recordings of several PCs can
+    /// be compared.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -96,7 +98,7 @@ impl<W: Write> Writer<W> {
         Self::with_options(options(), out, tables, facts, clock_offset_ns)
     }
 
-    /// The same, written as MCAP's options say.
+    /// Begins a recording with these options of MCAP.
     pub(crate) fn with_options(
         options: WriteOptions,
         out: W,
@@ -121,12 +123,12 @@ impl<W: Write> Writer<W> {
             let channels = writer.channels(table, &prefix, &mut schemas)?;
             writer.tables.push(channels);
         }
-        // So that a reader of a file without rows knows what would be in it.
+        // A reader of a file without rows thus knows its channels.
         writer.mcap.flush()?;
         Ok(writer)
     }
 
-    /// Says more of the recording as a whole.
+    /// Adds facts about the recording as a whole.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -153,7 +155,7 @@ impl<W: Write> Writer<W> {
         })?)
     }
 
-    /// Adds a row of the n-th table, and writes out what is older than [`FLUSH_PERIOD_NS`].
+    /// Adds a row of the n-th table, and flushes rows older than [`FLUSH_PERIOD_NS`].
     ///
     /// # Errors
     /// [`WriteError`].
@@ -214,7 +216,7 @@ impl<W: Write> Writer<W> {
         Ok(self.mcap.write_to_known_channel(&header, json.as_bytes())?)
     }
 
-    /// Adds what the node of the n-th table was told before a scan, as `coaxle_wire::Scan` has it in bytes.
+    /// Adds the inputs of the n-th table's node before a scan, as the bytes of a `coaxle_wire::Scan`.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -250,7 +252,7 @@ impl<W: Write> Writer<W> {
         Ok(self.mcap.write_to_known_channel(&header, bytes)?)
     }
 
-    /// Ends the recording with its summary, and gives back where it was written.
+    /// Ends the recording with its summary, and returns its destination.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -260,13 +262,13 @@ impl<W: Write> Writer<W> {
         Ok(written.map_err(|error| McapError::Io(error.into_error()))?)
     }
 
-    /// How many messages the n-th table has.
+    /// Number of messages of the n-th table.
     pub(crate) fn written(&self, table: usize) -> Written {
         let channels = self.tables.get(table);
         channels.map_or(Written::NOTHING, |channels| channels.written)
     }
 
-    /// Counts the messages of the n-th table on from there.
+    /// Continues the count of the messages of the n-th table from there.
     pub(crate) fn count_on(&mut self, table: usize, written: Written) {
         if let Some(channels) = self.tables.get_mut(table) {
             channels.written = written;
@@ -275,7 +277,8 @@ impl<W: Write> Writer<W> {
 
     fn flush_at(&mut self, at_ns: i64) -> Result<(), WriteError> {
         let flushed = *self.flushed_ns.get_or_insert(at_ns);
-        // Rows of several tables may come some cycles apart; a clock that was set back further begins anew.
+        // Rows of several tables may come some cycles apart; a clock that was set back further restarts
+        // the period.
         if at_ns.abs_diff(flushed) >= FLUSH_PERIOD_NS.unsigned_abs() {
             self.flushed_ns = Some(at_ns);
             self.mcap.flush()?;
@@ -283,7 +286,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// MCAP knows no time before 1970.
+    /// Time in the file: MCAP knows no time before 1970.
     fn log_time(&self, at_ns: i64) -> u64 {
         let time = at_ns.saturating_add(self.clock_offset_ns);
         u64::try_from(time).unwrap_or_default()
@@ -341,7 +344,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// The node itself goes by its own name.
+/// Topic of an instance; that of the node itself is the node's name.
 fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
     let is_taken = |name: &str| table.instances.iter().any(|other| other.name == name);
     match instance.name.as_str() {
@@ -351,13 +354,13 @@ fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
     }
 }
 
-/// What the channels of a table have in common.
+/// Metadata common to the channels of a table.
 fn whose(table: &Table) -> [(String, String); 2] {
     let pairs = [(TABLE, &table.name), (ROLE, &table.role)];
     pairs.map(|(key, value)| (key.to_owned(), value.clone()))
 }
 
-/// The unit of each signal that has one, with that of the axis in it.
+/// The unit of each signal that has one, with the unit of the axis inserted.
 fn units(instance: &Instance) -> BTreeMap<String, String> {
     let unit = |signal: &coaxle_node::signal::Signal| {
         let unit = instance.unit.in_place_of_u(signal.unit);
@@ -366,7 +369,7 @@ fn units(instance: &Instance) -> BTreeMap<String, String> {
     instance.signals.iter().filter_map(unit).collect()
 }
 
-/// The schemas so far: groups that have the same signals share one, others need another name.
+/// The schemas so far: groups with equal signals share one, others need another name.
 #[derive(Default)]
 struct Schemas(BTreeMap<String, Vec<u8>>);
 

@@ -1,7 +1,8 @@
 //! Tables of a recording, for other programs.
 //!
-//! Each table of a recording becomes one wide table, `at_ns`, `woke_ns` and a column for each signal: a row is a cycle, so what
-//! belongs together is beside each other, and no program has to join it again by its time.
+//! Each table of a recording becomes one wide table, `at_ns`, `woke_ns` and a column for each signal. A
+//! row is a cycle, so that values of one instant are beside each other, and no program has to join them
+//! by their time.
 
 mod csv_table;
 mod parquet_table;
@@ -17,48 +18,49 @@ use crate::records::Damage;
 use crate::value::Value;
 use crate::writer::Facts;
 
-/// What a table is written as.
+/// Format of an exported table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// As a trace in CSV has it, to the letter.
+    /// CSV, identical to a trace.
     Csv,
     /// Typed columns, compressed.
     Parquet,
 }
 
-/// What came of an export.
+/// Result of an export.
 #[derive(Debug, Default)]
 pub struct Exported {
-    /// The tables, and how many rows of each there were.
+    /// The tables, with their numbers of rows.
     pub rows: Vec<(String, u64)>,
-    /// What was wrong with the recording, and where.
+    /// Damage of the recording, with its places.
     pub damage: Vec<Damage>,
-    /// Rows of which not everything was there: left out.
+    /// Incomplete rows, which were left out.
     pub incomplete: u64,
 }
 
-/// Why a table could not be written.
+/// Reason why a table could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The system cannot write it.
+    /// An error of the system.
     #[error("cannot be written: {0}")]
     System(#[from] io::Error),
-    /// As CSV.
+    /// An error of the CSV writer.
     #[error("cannot be written: {0}")]
     Csv(#[from] csv::Error),
-    /// As Parquet.
+    /// An error of the Parquet writer.
     #[error("cannot be written: {0}")]
     Parquet(#[from] parquet::errors::ParquetError),
 }
 
-/// Somewhere a table is written to.
+/// Destination of a table.
 trait TableWriter {
     fn row(&mut self, row: &Row) -> Result<(), ExportError>;
     fn finish(self: Box<Self>) -> Result<(), ExportError>;
 }
 
-/// Writes the tables of a recording, each to what `create` gives for the n-th of all that there are. What of the recording is damaged is left out
-/// and said; of one that was not ended, all that is whole is written.
+/// Writes the tables of a recording, each to the result of `create` for the n-th of all tables. Damaged
+/// parts of the recording are left out and reported; of an unfinished recording, all complete rows are
+/// written.
 ///
 /// # Errors
 /// [`ExportError`]: a table cannot be written.
@@ -142,7 +144,7 @@ fn count(rows: &mut Vec<(String, u64)>, table: &str) {
     }
 }
 
-/// The columns of a table, as a trace has them.
+/// The columns of a table, in the format of a trace.
 fn columns(table: &ReadTable) -> impl Iterator<Item = String> {
     let when = ["at_ns", "woke_ns"].map(str::to_owned);
     when.into_iter()
@@ -158,7 +160,7 @@ mod tests {
     use parquet::record::RowAccessor;
     use std::sync::{Arc, Mutex};
 
-    /// Bytes that can still be looked at when they are written.
+    /// Bytes that can be read while they are written.
     #[derive(Clone, Default)]
     struct Shared(Arc<Mutex<Vec<u8>>>);
 

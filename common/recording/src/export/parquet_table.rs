@@ -17,23 +17,23 @@ use super::ExportError;
 use crate::value::Value;
 use crate::writer::Facts;
 
-/// Values that wait in memory for their piece of the file to be whole: some tens of megabytes.
+/// Greatest number of values in memory before a row group is written: some tens of megabytes.
 const MOST_VALUES: usize = 2 << 20;
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TypedColumn {
-    /// Its name.
+    /// Name of the column.
     pub name: String,
-    /// Its unit, which the file has under `unit.NAME`; empty what has none.
+    /// Unit, stored in the file under `unit.NAME`; empty if it has none.
     pub unit: String,
-    /// What its values are.
+    /// Kind of its values.
     pub kind: Kind,
-    /// Whether values may be missing.
+    /// True if values may be missing.
     pub is_optional: bool,
 }
 
-/// Writes a table as Parquet, row by row, in a bounded part of memory.
+/// Writes a table as Parquet, row by row, with bounded memory.
 pub struct ParquetTable<W: Write + Send> {
     file: SerializedFileWriter<W>,
     columns: Vec<Cells>,
@@ -41,7 +41,7 @@ pub struct ParquetTable<W: Write + Send> {
     most_rows: usize,
 }
 
-/// The cells of a column in this piece: 1 where there is a value, and the values.
+/// The cells of a column in this row group: 1 for a value that is present, and the values.
 struct Cells {
     known: Vec<i16>,
     values: Values,
@@ -56,7 +56,7 @@ enum Values {
 }
 
 impl<W: Write + Send> ParquetTable<W> {
-    /// A table of these columns, with what else the file says of itself.
+    /// Makes a table of these columns, with further metadata of the file.
     ///
     /// # Errors
     /// [`ExportError`]: it cannot be written.
@@ -109,7 +109,7 @@ impl<W: Write + Send> ParquetTable<W> {
         Ok(())
     }
 
-    /// Writes the piece of the file that is whole.
+    /// Writes the complete row group.
     fn write_out(&mut self) -> Written<()> {
         let mut piece = self.file.next_row_group()?;
         for cells in &mut self.columns {
@@ -176,7 +176,7 @@ impl Cells {
                 integers.push(*integer);
                 true
             }
-            // The column says that it has no sign.
+            // The column is declared as unsigned.
             (Values::Integers(integers), Some(Value::Count(count))) => {
                 integers.push(count.cast_signed());
                 true
