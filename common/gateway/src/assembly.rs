@@ -1,9 +1,9 @@
-//! Samples out of cyclic notifications: what has the same stamp is of the same cycle.
+//! Samples out of cyclic notifications: parts with equal stamps are of the same cycle.
 
-/// Puts the parts of a sample together: the index is part 0, the images of the axes follow.
+/// Assembles the parts of a sample: the index is part 0, the images of the axes follow.
 ///
-/// A PLC stamps what it sends in one cycle with one time. Parts that come with another stamp than those before begin
-/// another sample; one that is not whole by then never will be.
+/// A PLC gives one stamp to all values of a cycle. A part with another stamp than those before begins
+/// another sample; the previous one, if incomplete, is dropped.
 #[derive(Clone, Debug)]
 pub struct Assembly {
     parts: Box<[Vec<u8>]>,
@@ -14,7 +14,7 @@ pub struct Assembly {
 }
 
 impl Assembly {
-    /// Of parts of these lengths, bytes.
+    /// Makes an assembly of parts of these lengths, bytes.
     #[must_use]
     pub fn of(lengths: &[usize]) -> Self {
         Self {
@@ -26,10 +26,10 @@ impl Assembly {
         }
     }
 
-    /// A part came with this stamp; true if the sample is whole with it.
+    /// Takes a part with this stamp; true if it completes the sample.
     ///
     /// # Errors
-    /// [`WrongPart`] if it is not as long as it should be, or there is no such part.
+    /// [`WrongPart`] if its length is wrong, or the part does not exist.
     pub fn take(&mut self, stamp: u64, part: usize, bytes: &[u8]) -> Result<bool, WrongPart> {
         let expected = self.parts.get(part).map_or(0, Vec::len);
         if bytes.len() != expected || expected == 0 {
@@ -53,13 +53,13 @@ impl Assembly {
         Ok(is_whole)
     }
 
-    /// The parts of the sample that was whole last.
+    /// The parts of the last complete sample.
     #[must_use]
     pub fn parts(&self) -> &[Vec<u8>] {
         &self.parts
     }
 
-    /// Samples that were never whole.
+    /// Number of samples that were never complete.
     #[must_use]
     pub const fn torn(&self) -> u64 {
         self.torn
@@ -70,11 +70,11 @@ impl Assembly {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("part {part} of a sample: {received} bytes came, expected {expected}")]
 pub struct WrongPart {
-    /// Which part: 0 is the index.
+    /// Number of the part: 0 is the index.
     pub part: usize,
-    /// Bytes that came.
+    /// Bytes received.
     pub received: usize,
-    /// Bytes there should be.
+    /// Bytes expected.
     pub expected: usize,
 }
 
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(assembly.take(10, 1, &[1, 2, 3]), Ok(false));
         assert_eq!(assembly.take(10, 0, &[9, 0]), Ok(true));
         assert_eq!(assembly.parts(), [vec![9, 0], vec![1, 2, 3]]);
-        // Once more is not once more whole.
+        // A repeated part does not complete the sample again.
         assert_eq!(assembly.take(10, 0, &[9, 0]), Ok(false));
         assert_eq!(assembly.take(20, 0, &[10, 0]), Ok(false));
         assert_eq!(assembly.take(30, 1, &[4, 5, 6]), Ok(false));

@@ -1,4 +1,4 @@
-//! What a gateway's config file says.
+//! Config file of a gateway.
 //!
 //! ```
 //! use coaxle_gateway::config::GatewayConfig;
@@ -46,7 +46,7 @@ mod address;
 mod outputs;
 mod wrong;
 
-/// A gateway: one PLC, the way to it, its axes, and what it gets.
+/// A gateway: one PLC, the connection to it, its axes, and its outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct GatewayConfig {
@@ -54,16 +54,16 @@ pub struct GatewayConfig {
     pub name: NodeName,
     /// The cycle time of the PLC task that counts the cycle index, µs of its clock.
     pub cycle_time_us: CycleMicros,
-    /// Which images the axes of the PLC are.
+    /// Layout of the images of the PLC's axes.
     #[serde(default)]
     pub layout: Layout,
-    /// What is wrong with the gateway's own clock on purpose. Nothing by default.
+    /// Faults of the gateway's own clock, injected on purpose. None by default.
     #[serde(default)]
     pub clock: ClockConfig,
-    /// How it reaches the others.
+    /// Transport to the other nodes.
     #[serde(default)]
     pub transport: TransportConfig,
-    /// What it asks of its operating system.
+    /// Requirements on its operating system.
     #[serde(default)]
     pub real_time: RealTimeConfig,
     /// The PLC is reached by ADS.
@@ -78,8 +78,8 @@ pub struct GatewayConfig {
     /// Axes of the PLC, which are published: up to 128. None by default.
     #[serde(rename = "axis", default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<PlcAxisConfig>,
-    /// What the PLC gets, each of one node and channel: by ADS as many as there are, otherwise one, since a record has one cycle
-    /// index. Nothing by default.
+    /// Axes for the PLC, each entry of one node and channel: any number by ADS, otherwise one, since a
+    /// record has one cycle index. None by default.
     #[serde(
         rename = "output",
         default,
@@ -93,32 +93,32 @@ pub struct GatewayConfig {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct AdsConfig {
-    /// Where it is: a host, or host:port. The port is 48898 by default.
+    /// Address: a host, or host:port. The port is 48898 by default.
     pub address: HostPort,
     /// The AMS net id of the PLC.
     pub net_id: NetId,
     /// The AMS port of the PLC: 851 by default, the first one of TwinCAT 3; 801 is that of TwinCAT 2.
     #[serde(default = "twincat_3")]
     pub port: u16,
-    /// The AMS net id of this PC, as the route of the PLC has it. Its IP address with .1.1 behind it by default.
+    /// The AMS net id of this PC in the route of the PLC. Its IP address with .1.1 behind it by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub own_net_id: Option<NetId>,
-    /// The symbol of the cycle index, a UINT or WORD. Needed where there are axes.
+    /// The symbol of the cycle index, a UINT or WORD. Required for axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_index: Option<String>,
-    /// How axes are read.
+    /// Method of reading axes.
     #[serde(default)]
     pub read: ReadMode,
-    /// How long to wait between two polls, on average, µs: 100 to 100000. Half of the cycle time by default.
+    /// Mean time between two polls, µs: 100 to 100000. Half of the cycle time by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poll_us: Option<CycleMicros>,
 }
 
-/// How axes are read.
+/// Method of reading axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReadMode {
-    /// The gateway reads the index again and again, and the axes whenever it is new.
+    /// The gateway polls the index, and reads the axes whenever it is new.
     #[default]
     Polling,
     /// The PLC sends index and axes each cycle.
@@ -129,10 +129,10 @@ pub enum ReadMode {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct UdpConfig {
-    /// Where those of the PLC come to, address:port of this PC. Needed where there are axes.
+    /// Address for datagrams of the PLC, address:port of this PC. Required for axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub listen: Option<HostPort>,
-    /// Where those for the PLC go, host:port. Needed where there is an output.
+    /// Address for datagrams to the PLC, host:port. Required for an output.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub send_to: Option<HostPort>,
 }
@@ -141,12 +141,12 @@ pub struct UdpConfig {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct PipeConfig {
-    /// What they look like.
+    /// Format of the records.
     #[serde(default)]
     pub format: PipeFormat,
 }
 
-/// What records on a pipe look like.
+/// Format of records on a pipe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PipeFormat {
@@ -161,11 +161,11 @@ pub enum PipeFormat {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct PlcAxisConfig {
-    /// By which receivers pick it: each one once. What the image says of its id is not used.
+    /// Axis id by which receivers select it, unique. The id in the image is not used.
     pub id: NonZeroU32,
-    /// For people, and for columns: a name as a node's.
+    /// Name for people and for columns: a name like a node's.
     pub name: NodeName,
-    /// What its positions are in.
+    /// Unit of its positions.
     #[serde(default)]
     pub unit: Unit,
     /// By ADS: the symbol of its structure.
@@ -173,16 +173,17 @@ pub struct PlcAxisConfig {
     pub symbol: Option<String>,
 }
 
-/// Something that a PLC gets: axes of one node, of the same cycle.
+/// An output to a PLC: axes of one node, of the same cycle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct OutputConfig {
     /// The node that publishes them.
     pub node: NodeName,
-    /// Which of its axes they are.
+    /// Channel of the node with the axes.
     #[serde(default)]
     pub channel: OutputChannel,
-    /// By ADS: the symbol that the receiver's cycle index goes to, a UINT or WORD. It is written last. Not written by default.
+    /// By ADS: the symbol for the receiver's cycle index, a UINT or WORD. It is written last. Not written
+    /// by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_index: Option<String>,
     /// The axes: 1 to 128.
@@ -190,11 +191,11 @@ pub struct OutputConfig {
     pub axes: Vec<OutputAxisConfig>,
 }
 
-/// Which axes of a node a PLC gets.
+/// Axes of a node for a PLC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OutputChannel {
-    /// The axes that a receiver follows, as it corrects them: its config says `publish-far-axes`.
+    /// The axes that a receiver follows, as corrected: requires `publish-far-axes` in its config.
     #[default]
     FarAxes,
     /// A receiver's slaves.
@@ -207,17 +208,17 @@ pub enum OutputChannel {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct OutputAxisConfig {
-    /// Its id in the frames of the node: each one once.
+    /// Id in the frames of the node, unique.
     pub id: NonZeroU32,
-    /// By ADS: the symbol that it is written to.
+    /// By ADS: the symbol to write.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub symbol: Option<String>,
-    /// As what.
+    /// Image of the axis.
     #[serde(default)]
     pub image: ImageKind,
 }
 
-/// What an axis is for a PLC.
+/// Image of an axis for a PLC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ImageKind {
@@ -228,11 +229,11 @@ pub enum ImageKind {
     ExternalSetValues,
 }
 
-/// Which 128 bytes the structure of an axis is.
+/// Layout of the 128 bytes of an axis structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
-    /// `AXIS_REF.NcToPlc`, `NCTOPLC_AXIS_REF`: control loops, target position and command are in it.
+    /// `AXIS_REF.NcToPlc`, `NCTOPLC_AXIS_REF`: with control loops, target position and command.
     #[default]
     AxisRef,
     /// `NCTOPLC_AXLESTRUCT` of TwinCAT 2 and TS5066: those bytes are reserved.
@@ -263,15 +264,16 @@ const fn twincat_3() -> u16 {
 }
 
 impl GatewayConfig {
-    /// What fits each other in it, and what does not.
+    /// Checks that its fields fit each other.
     ///
     /// # Errors
-    /// [`WrongGateway`] names the field.
+    /// [`WrongGateway`] with the field.
     pub fn check(&self) -> Result<(), WrongGateway> {
         wrong::check(self)
     }
 
-    /// How often the gateway itself looks, at the PLC's samples as at everything else: twice per cycle of the PLC.
+    /// Cycle time of the gateway itself, for the PLC's samples and everything else: half the cycle time
+    /// of the PLC.
     #[must_use]
     pub fn scan_time(&self) -> CycleTime {
         let half = self.cycle_time_us.0.span() / 2;
@@ -279,7 +281,7 @@ impl GatewayConfig {
         CycleTime::new(within).unwrap_or(self.cycle_time_us.0)
     }
 
-    /// How long to wait between two polls, on average.
+    /// Mean time between two polls.
     #[must_use]
     pub fn poll_period(&self) -> Span {
         let own = self.ads.as_ref().and_then(|ads| ads.poll_us);
@@ -291,7 +293,7 @@ impl GatewayConfig {
         self.outputs.iter().flat_map(|output| &output.axes)
     }
 
-    /// What they are called in the head line of a pipe: node and id.
+    /// Names of these axes in the head line of a pipe: node and id.
     #[must_use]
     pub fn output_names(&self) -> Vec<String> {
         let names = |output: &OutputConfig| {
@@ -302,8 +304,8 @@ impl GatewayConfig {
         self.outputs.iter().flat_map(names).collect()
     }
 
-    /// What it publishes and hears: requests are the first subscription, axes for the PLC those behind it, in the order of the
-    /// outputs.
+    /// Publications and subscriptions: time requests are the first subscription, axes for the PLC follow,
+    /// in the order of the outputs.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         let mut subscriptions = vec![Subscription::time_requests_to(&self.name)];
@@ -317,7 +319,7 @@ impl GatewayConfig {
         }
     }
 
-    /// Everything that has signals, in the order of a row.
+    /// Instances with signals, in the order of a row.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         let node = std::iter::once(Instance::of::<GatewaySignals>(""));

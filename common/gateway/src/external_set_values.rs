@@ -1,13 +1,13 @@
-//! What `MC_ExtSetPointGenFeed` is fed: the set values that an axis of the PLC takes from outside.
+//! Input of `MC_ExtSetPointGenFeed`: external set values for an axis of the PLC.
 
 use coaxle_axis::NcToPlcAxis;
 
 /// Length of that image, bytes: three `LREAL` and a `DINT`.
 pub const EXTERNAL_SET_VALUES_LEN: usize = 28;
 
-/// `ExtSetPos`, `ExtSetVelo`, `ExtSetAcc` and `ExtSetDirection`: those bytes of `PLCTONC_AXIS_REF` that external set
-/// value generation is about, without gaps, lowest byte first. The others (enabling, override) are for the PLC's
-/// own program.
+/// `ExtSetPos`, `ExtSetVelo`, `ExtSetAcc` and `ExtSetDirection`: the bytes of `PLCTONC_AXIS_REF` for
+/// external set value generation, without gaps, lowest byte first. The others (enabling, override) are
+/// for the PLC's own program.
 ///
 /// Position in u, velocity in u/s, acceleration in u/s²; the direction is 1, 0 or −1, that of the velocity.
 #[doc(alias = "MC_ExtSetPointGenFeed")]

@@ -1,27 +1,27 @@
-//! Which cycle of the PLC a sample is of: a count out of an index that wraps.
+//! Cycle of the PLC that a sample belongs to: a count from an index that wraps.
 
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 
-/// How far the count may be off what the time since the newest one says: as a receiver allows a sender.
+/// Tolerance between the count and the time since the newest one: that of a receiver for a sender.
 const TOLERANCE: Span = Span::from_millis(100);
-/// And this part of that time besides.
+/// Additional tolerance, as a part of that time.
 const TOLERANCE_PER_TIME: f64 = 0.005;
-/// So many samples that go on from each other, but not from the run before, are another run.
+/// Number of samples that continue each other, but not the run before, that begin another run.
 const SAMPLES_OF_A_RUN: u32 = 5;
 
-/// Counts the cycles of a PLC by the index that it shows, a `WORD`, and the time that passes.
+/// Counts the cycles of a PLC by its index, a `WORD`, and the elapsed time.
 ///
-/// The count begins with the first index, so that the index is its low 16 bits, and goes up by as much as the index
-/// does; whole turns of the index are found by the time that has passed. What does not keep pace with the time
-/// is no cycle of this run, and five such samples that keep pace with each other are a PLC that has started anew.
+/// The count begins with the first index, so that the index is its low 16 bits, and increases with the
+/// index. Whole turns of the index follow from the elapsed time. A sample whose index does not match the
+/// time is not a cycle of this run, and five such samples that match each other are a restarted PLC.
 #[derive(Clone, Debug)]
 pub struct IndexCounter {
     cycle_time: CycleTime,
     newest: Option<Counted>,
     run: u64,
-    /// A run that may have begun, and how many samples are of it.
+    /// A run that may have begun, and the number of its samples.
     suspect: Option<(Counted, u32)>,
-    /// The next sample begins a run, whatever it is.
+    /// True if the next sample begins a run in any case.
     begins: bool,
 }
 
@@ -32,26 +32,26 @@ struct Counted {
     at: Instant<Local>,
 }
 
-/// What a sample turned out to be.
+/// Classification of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sighting {
     /// A new cycle of the run.
     New {
-        /// Its count.
+        /// Count of the cycle.
         count: u64,
     },
-    /// The first cycle of a run: what was counted before means nothing to it.
+    /// The first cycle of a run, independent of previous counts.
     Begun {
-        /// Its count: its index.
+        /// Count of the cycle: its index.
         count: u64,
-        /// Runs are numbered from 0.
+        /// Number of the run, from 0.
         run: u64,
     },
-    /// The newest cycle once more.
+    /// A repetition of the newest cycle.
     Repeated,
     /// An older cycle than the newest.
     Outdated,
-    /// No cycle of this run.
+    /// Not a cycle of this run.
     Foreign,
 }
 
@@ -68,13 +68,13 @@ impl IndexCounter {
         }
     }
 
-    /// Nothing is known any more of how the PLC went on: the next sample begins a run.
+    /// Discards the state of the PLC's count: the next sample begins a run.
     pub const fn lose_track(&mut self) {
         self.begins = true;
         self.suspect = None;
     }
 
-    /// A sample with this index arrived at `at`.
+    /// Classifies a sample with this index that arrived at `at`.
     pub fn see(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
         let Some(newest) = self.newest else {
             return self.begin(index, at);
@@ -105,7 +105,7 @@ impl IndexCounter {
         Sighting::Begun { count, run }
     }
 
-    /// Keeps a sample that is not of this run in mind.
+    /// Remembers a sample that is not of this run.
     fn suspect(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
         let count = u64::from(index.0);
         let this = Counted { count, index, at };
@@ -125,7 +125,7 @@ impl IndexCounter {
         Sighting::Foreign
     }
 
-    /// How many cycles an index lies after a counted one; none if that does not keep pace with the time.
+    /// Number of cycles from a counted one to an index; none if it does not match the time.
     fn steps(&self, from: Counted, index: CycleIndex, at: Instant<Local>) -> Option<i64> {
         let passed = (at - from.at).as_secs_f64();
         let expected = passed / self.cycle_time.as_secs_f64();
@@ -133,7 +133,7 @@ impl IndexCounter {
         const TURN: f64 = 65_536.0;
         let steps = least + TURN * ((expected - least) / TURN).round();
         let off = (steps - expected).abs() * self.cycle_time.as_secs_f64();
-        // Every index is as good as any other once the tolerance reaches round the turn.
+        // Once the tolerance exceeds a turn, every index matches.
         let allowed = TOLERANCE.as_secs_f64() + TOLERANCE_PER_TIME * passed.abs();
         let half_turn = 0.25 * TURN * self.cycle_time.as_secs_f64();
         (off <= allowed.min(half_turn)).then_some(steps as i64)
@@ -159,7 +159,7 @@ mod tests {
         let first = counter.see(CycleIndex(65_530), ms(0));
         let (count, run) = (65_530, 0);
         assert_eq!(first, Sighting::Begun { count, run });
-        // Ten cycles, then two turns and a bit of silence.
+        // Ten cycles, then two turns and a short silence.
         for passed in [1, 2, 5, 6, 10, 11, 12, 140_000, 140_001] {
             let count = 65_530 + passed as u64;
             let seen = counter.see(CycleIndex(count as u16), ms(passed));
@@ -188,7 +188,7 @@ mod tests {
             let seen = counter.see(CycleIndex(k), ms(i64::from(k)));
             assert_eq!(seen, Sighting::Foreign);
         }
-        // One that is damaged does no harm, but to how long it takes.
+        // A damaged one only delays it.
         let (count, run) = (5, 1);
         assert_eq!(
             counter.see(CycleIndex(5), ms(5)),
@@ -229,7 +229,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the gaps (of less than a minute), the jitter and the drift: the count is that of the cycle.
+        /// For any gaps (of less than a minute), jitter and drift, the count is that of the cycle.
         #[test]
         fn the_count_is_right_whatever_is_missed(
             first in any::<u16>(),

@@ -1,19 +1,21 @@
-//! A PLC as a node: its axes are published as a sender's, and what a receiver makes of far axes is handed back to it.
+//! A PLC as a node: its axes are published like a sender's, and far axes corrected by a receiver are
+//! written to it.
 //!
-//! A PLC tells its axes as 128-byte images of `NCTOPLC_AXLESTRUCT`, with a cycle index, a `WORD`, that goes up by
-//! one each PLC cycle. [`Gateway`] is the node: it takes [`PlcSample`]s out of a [`Port`], finds out which cycle each is of
-//! ([`index_counter`]), follows the PLC's clock ([`plc_clock`]), and publishes each new index once, in frames whose count, send
-//! stamps and time responses are those of the PLC's cycles. The other way it hands the axes of a receiver to the
-//! [`Port`].
+//! A PLC provides its axes as 128-byte images of `NCTOPLC_AXLESTRUCT`, with a cycle index, a `WORD`, that
+//! increases by one each PLC cycle. [`Gateway`] is the node. It takes [`PlcSample`]s out of a [`Port`],
+//! determines the cycle of each ([`index_counter`]) and follows the PLC's clock ([`plc_clock`]). It
+//! publishes each new index once, in frames whose count, send stamps and time responses are those of the
+//! PLC's cycles. In the other direction it passes the axes of a receiver to the [`Port`].
 //!
-//! [`ams`] is what a Beckhoff PLC speaks, as bytes. [`polled`] reads an index, images, and the index again,
-//! until both are of one cycle; [`assembly`] puts notifications together by their stamps; [`record`] and [`record_line`]
-//! are what datagrams and pipes carry; [`Retry`] says when to try a lost PLC again. All I/O is elsewhere.
+//! [`ams`] is the protocol of a Beckhoff PLC, as bytes. [`polled`] reads an index, images, and the index
+//! again, until both are of one cycle; [`assembly`] puts notifications together by their stamps;
+//! [`record`] and [`record_line`] are the contents of datagrams and pipes; [`Retry`] schedules
+//! reconnections to a lost PLC. All I/O is elsewhere.
 //!
 //! | PLC name | here |
 //! |--|--|
 //! | `NCTOPLC_AXLESTRUCT`, `AXIS_REF.NcToPlc` | [`coaxle_axis::NcToPlcAxis`] in an [`config::ImageKind::NcToPlc`] |
-//! | `MC_ExtSetPointGenFeed` | what it is fed: [`external_set_values`] |
+//! | `MC_ExtSetPointGenFeed` | its input: [`external_set_values`] |
 //! | `iCycleIndex` (TS5066) | [`coaxle_clock::CycleIndex`], counted by [`IndexCounter`] |
 
 pub mod ams;

@@ -13,18 +13,19 @@ use crate::port::{PlcOutput, PlcSample, Port};
 use crate::signals::PlcAxisSignals;
 use crate::snapshot::GatewaySnapshot;
 
-/// What is older than this is not published: a PLC that was away has nothing to catch up on.
+/// Greatest age of a sample to publish: a PLC that was away has nothing to catch up on.
 const STALE: Span = Span::from_millis(100);
-/// Samples that are taken in one cycle at most: what a burst holds besides waits for the next one.
+/// Greatest number of samples taken in one cycle: the rest of a burst waits for the next one.
 const SAMPLES_PER_CYCLE: u32 = 64;
 /// The first subscription with axes for the PLC; the one before it has time requests.
 const OUTPUTS: usize = 1;
 
-/// The gateway node: publishes each cycle of a PLC once, as soon as the PLC's clock is known, and hands on what is for it.
+/// The gateway node: publishes each cycle of a PLC once, as soon as the PLC's clock is known, and
+/// forwards axes to it.
 ///
-/// Its own cycles are twice as fast as the PLC's. The frames that it publishes are those of the PLC: count, index and
-/// cycle time are the PLC's, the send stamp says how long after the ideal start of the PLC's cycle a frame
-/// leaves, and time responses say what the PLC's clock shows. Each run of the PLC has an epoch of its own.
+/// Its own cycles are twice as fast as the PLC's. The frames that it publishes are those of the PLC:
+/// count, index and cycle time are the PLC's, the send stamp is relative to the ideal start of the PLC's
+/// cycle, and time responses contain the PLC's clock. Each run of the PLC has an epoch of its own.
 pub struct Gateway<P> {
     port: P,
     schedule: Schedule,
@@ -37,23 +38,23 @@ pub struct Gateway<P> {
     /// The cycle of the newest sample.
     newest_count: Option<u64>,
     body: Vec<u8>,
-    /// The body that waits to be sent, and when its cycle began.
+    /// The body that waits to be sent, and the start of its cycle.
     waiting: Option<(usize, Instant<Local>)>,
     outputs: Box<[Output]>,
     snapshot: GatewaySnapshot,
 }
 
-/// What came for the PLC of one node.
+/// Axes of one node for the PLC.
 struct Output {
     ids: Box<[u32]>,
     axes: Box<[Option<NcToPlcAxis>]>,
-    /// The index of a frame that waits to be handed on.
+    /// The index of a frame that waits to be forwarded.
     index: Option<CycleIndex>,
 }
 
 impl<P: Port> Gateway<P> {
-    /// The node whose first cycle is due at `start`; `epoch` is that of the first run of the PLC. The config has been
-    /// [checked](GatewayConfig::check).
+    /// Makes the node whose first cycle is due at `start`; `epoch` is that of the first run of the PLC.
+    /// The config has been [checked](GatewayConfig::check).
     #[must_use]
     pub fn new(config: &GatewayConfig, port: P, start: Instant<Local>, epoch: u64) -> Self {
         let cycle_time = config.cycle_time_us.0;
@@ -85,7 +86,7 @@ impl<P: Port> Gateway<P> {
         }
     }
 
-    /// Takes the samples that have come; whether one is of a new cycle.
+    /// Takes the samples that have arrived; true if one is of a new cycle.
     fn take_samples(&mut self, now: Instant<Local>) -> bool {
         let mut is_new = false;
         for _ in 0..SAMPLES_PER_CYCLE {
@@ -157,7 +158,7 @@ impl<P: Port> Gateway<P> {
         self.waiting = Some((length, start));
     }
 
-    /// Hands on what came for the PLC.
+    /// Forwards the axes for the PLC.
     fn hand_on(&mut self) {
         for (number, output) in self.outputs.iter_mut().enumerate() {
             if let Some(index) = output.index.take() {
@@ -222,7 +223,7 @@ impl<P: Port> Node for Gateway<P> {
             }
             (OUTPUTS.., Message::Rejected(_)) => signals.outputs_refused += 1,
             (_, Message::Rejected(_)) => signals.requests_refused += 1,
-            // It has no timing channel, and no frames come as requests.
+            // The node has no timing channel, and no frames come as requests.
             (_, Message::Frame(_))
             | (_, Message::TimeResponse(_))
             | (_, Message::BeaconRequest(_))
@@ -278,7 +279,7 @@ impl Output {
         }
     }
 
-    /// Keeps the axes of a frame; the newest one is handed on.
+    /// Keeps the axes of a frame; the newest one is forwarded.
     fn take(&mut self, index: CycleIndex, samples: &[Option<AxisSample>]) {
         let places = self.axes.iter_mut().zip(&self.ids);
         for ((axis, id), sample) in places.zip(samples) {
@@ -288,7 +289,7 @@ impl Output {
     }
 }
 
-/// The structure of an axis of which a frame's sample is known.
+/// The structure of an axis from a sample of a frame.
 fn of_sample(id: u32, sample: &AxisSample) -> NcToPlcAxis {
     NcToPlcAxis {
         axis_id: id,

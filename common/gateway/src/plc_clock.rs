@@ -1,8 +1,9 @@
-//! The clock of the PLC, as the gateway sees it: when its cycles begin, and what it shows when somebody asks.
+//! The clock of the PLC as observed by the gateway: starts of its cycles, and its time for responses.
 //!
-//! A gateway reads a PLC somewhat later than its cycle begins, now more, now less. Its own [`FarClock`] finds the line on
-//! which the PLC's cycles lie, and the gateway says of each frame how long after that line it leaves: the jitter of
-//! reading stays here. What is constant in reading counts as part of the PLC.
+//! A gateway reads a PLC somewhat later than its cycle begins, by a varying delay. Its own [`FarClock`]
+//! finds the line on which the PLC's cycles lie, and the send stamp of each frame is relative to that
+//! line: the jitter of reading stays here. The constant part of the reading delay counts as part of the
+//! PLC.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::far_clock::DelaySource;
@@ -15,21 +16,21 @@ use coaxle_node::{Outgoing, TimeRequest, TimeServer, TimeServerCounters};
 pub struct PlcClock {
     cycle_time: CycleTime,
     sender: u32,
-    /// Of run 0; the others follow it.
+    /// Epoch of run 0; the others follow it.
     epoch: u64,
     run: u64,
     clock: FarClock,
     server: TimeServer,
-    /// What those of the runs before counted.
+    /// Counters of the previous runs.
     counted: TimeServerCounters,
-    /// The line, as it was in the newest cycle.
+    /// The line in the newest cycle.
     line: Option<Line>,
     drift_ppm: f64,
-    /// Where the newest responses belong.
+    /// Cycle start of the newest responses.
     answered_in: Instant<Local>,
 }
 
-/// Cycle `count` of the PLC ideally began at `start`, and its clock runs by `rate` faster.
+/// Ideal start `start` of the PLC's cycle `count`, and rate of its clock, `rate` times the own one's.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     count: u64,
@@ -38,7 +39,8 @@ struct Line {
 }
 
 impl PlcClock {
-    /// The clock of a PLC of this cycle time, which node `sender` publishes; its first run has the epoch `epoch`.
+    /// Makes the clock of a PLC with this cycle time, published by node `sender`; its first run has the
+    /// epoch `epoch`.
     #[must_use]
     pub fn new(sender: u32, epoch: u64, cycle_time: CycleTime) -> Self {
         Self {
@@ -55,7 +57,7 @@ impl PlcClock {
         }
     }
 
-    /// The PLC has started anew: nothing that was known of its clock holds.
+    /// Begins a new run of the PLC: all knowledge of its clock is discarded.
     pub fn begin(&mut self, run: u64) {
         let past = self.server.counters();
         self.counted.answered += past.answered;
@@ -73,12 +75,13 @@ impl PlcClock {
         self.epoch.wrapping_add(self.run)
     }
 
-    /// The axes of cycle `count` were there at `at`.
+    /// Takes the arrival of the axes of cycle `count` at `at`.
     pub fn saw(&mut self, count: u64, at: Instant<Local>) {
         self.clock.message(self.epoch(), count, at, None);
     }
 
-    /// The own cycle that ideally begins at `now`, with all samples up to then; the newest of the run is of cycle `newest`.
+    /// Runs the own cycle that ideally begins at `now`, with all samples up to then; the newest of the
+    /// run is of cycle `newest`.
     pub fn cycle(&mut self, now: Instant<Local>, newest: Option<u64>) {
         let output = self.clock.cycle(now, |_, _| {});
         self.drift_ppm = output.observer.drift_ppm;
@@ -90,7 +93,7 @@ impl PlcClock {
         });
     }
 
-    /// When the cycle `count` of the PLC ideally began; none as long as the clock is not known.
+    /// Ideal start of the cycle `count` of the PLC; none as long as the clock is not known.
     #[must_use]
     pub fn start_of(&self, count: u64) -> Option<Instant<Local>> {
         let line = self.line?;
@@ -99,20 +102,20 @@ impl PlcClock {
         Some(line.start + Span::from_secs_f64(later))
     }
 
-    /// How much faster it runs than the clock of the gateway, ppm; none as long as that is not known.
+    /// Drift of its clock against the clock of the gateway, ppm; none as long as that is not known.
     #[must_use]
     pub fn drift_ppm(&self) -> Option<f64> {
         self.line.map(|_| self.drift_ppm)
     }
 
-    /// Somebody asks what it shows. As long as that is not known, nobody responds.
+    /// Takes a time request. As long as the clock is not known, there is no response.
     pub fn ask(&mut self, at: Instant<Local>, request: &TimeRequest) {
         if let Some(at) = self.shows(at) {
             self.server.receive(at, request);
         }
     }
 
-    /// Responds to what was asked before `now`, in the cycle of the newest frame.
+    /// Responds to the requests received before `now`, in the cycle of the newest frame.
     pub fn respond(&mut self, now: Instant<Local>) {
         let (Some(line), Some(shows)) = (self.line, self.shows(now)) else {
             return;
@@ -126,7 +129,7 @@ impl PlcClock {
         self.server.respond(&tick, shows);
     }
 
-    /// The responses, once.
+    /// Returns the responses, once.
     pub fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let ideal_start = self.answered_in;
         let outgoing = self.server.transmit()?;
@@ -136,7 +139,7 @@ impl PlcClock {
         })
     }
 
-    /// What became of the requests.
+    /// Counters of the requests.
     #[must_use]
     pub fn counters(&self) -> TimeServerCounters {
         let now = self.server.counters();
@@ -146,14 +149,14 @@ impl PlcClock {
         }
     }
 
-    /// What the PLC's clock shows at a local instant, counted from the ideal start of its cycle 0.
+    /// Time of the PLC's clock at a local instant, since the ideal start of its cycle 0.
     fn shows(&self, at: Instant<Local>) -> Option<Instant<Local>> {
         let line = self.line?;
         let passed = (at - line.start).as_secs_f64() * line.rate;
         Some(self.reading(line.count) + Span::from_secs_f64(passed))
     }
 
-    /// What it shows at the ideal start of a cycle.
+    /// Time of the PLC's clock at the ideal start of a cycle.
     fn reading(&self, count: u64) -> Instant<Local> {
         Instant::EPOCH + self.cycle_time.span() * count as i64
     }

@@ -1,49 +1,49 @@
 //! Reading a PLC by polling: the index, the images, and the index again.
 //!
-//! Each read is of one moment, but between two of them the PLC may have begun its next cycle. So images count only if the
-//! index before them and the index after them are the same.
+//! Each read is of one moment, but between two reads the PLC may have begun its next cycle. So images
+//! only count if the index before them and the index after them are equal.
 
 use coaxle_clock::CycleIndex;
 
-/// So often the images are read anew in one poll, before it is given up as torn.
+/// Greatest number of reads of the images in one poll, before it counts as torn.
 const ATTEMPTS: u32 = 3;
 
 /// The memory of a PLC, one read at a time.
 pub trait PlcMemory {
-    /// Why a read may fail.
+    /// Error of a read.
     type Error;
 
-    /// Reads the cycle index. An implementation keeps when the answer came.
+    /// Reads the cycle index. An implementation keeps the time of the reply.
     ///
     /// # Errors
-    /// The PLC is gone, or refuses.
+    /// A lost PLC, or its refusal.
     fn read_index(&mut self) -> Result<CycleIndex, Self::Error>;
 
     /// Reads all images.
     ///
     /// # Errors
-    /// The PLC is gone, or refuses.
+    /// A lost PLC, or its refusal.
     fn read_images(&mut self) -> Result<(), Self::Error>;
 
-    /// The cycle of the images that were read is that of the newest index but one: keep when it was read.
+    /// Keeps the read time of the newest index but one, which is that of the images.
     fn keep_arrival(&mut self);
 }
 
-/// What a poll found.
+/// Result of a poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Polled {
-    /// The index of the poll before.
+    /// The index is that of the previous poll.
     Nothing,
     /// The images of this cycle.
     Images(CycleIndex),
-    /// The PLC was always faster.
+    /// Torn images: the PLC was faster in every attempt.
     Torn,
 }
 
 /// Reads the images of a cycle, unless it is the one of index `before`.
 ///
 /// # Errors
-/// As the memory.
+/// Those of the memory.
 pub fn poll<M: PlcMemory>(memory: &mut M, before: Option<CycleIndex>) -> Result<Polled, M::Error> {
     let mut index = memory.read_index()?;
     if Some(index) == before {
@@ -61,21 +61,22 @@ pub fn poll<M: PlcMemory>(memory: &mut M, before: Option<CycleIndex>) -> Result<
     Ok(Polled::Torn)
 }
 
-/// The pauses between polls, in parts of the period: from a half to one and a half, evenly spread, and never in step with
-/// the PLC.
+/// The pauses between polls, in parts of the period: from a half to one and a half, evenly distributed,
+/// and never in step with the PLC.
 ///
-/// Polls at even intervals would lie in the same place of the PLC's cycles for a long time, as both are steady, and then
-/// jump by one interval: a beat, of which no estimator can tell the PLC's clock. Spread like this, each read
-/// comes as long after the PLC's cycle as if by chance.
+/// Polls at constant intervals would lie at the same phase of the PLC's cycles for a long time, as both
+/// are steady, and then jump by one interval: a beat from which no estimator can find the PLC's clock.
+/// Distributed like this, each read has a random delay after the PLC's cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PollPauses {
     phase: u32,
 }
 
 impl PollPauses {
-    /// The next pause.
+    /// Returns the next pause.
     pub fn next_part(&mut self) -> f64 {
-        // Steps of the golden ratio fill the interval evenly; two different ones in turn keep the sums spread, too.
+        // Steps of the golden ratio fill the interval evenly; two different ones in alternation keep the
+        // sums distributed, too.
         const GOLDEN: u32 = 2_654_435_769;
         self.phase = self.phase.wrapping_mul(5).wrapping_add(GOLDEN);
         // The low bits of such a sequence are poor, the high ones good.
@@ -88,7 +89,7 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    /// A PLC that goes on after so many reads.
+    /// A PLC whose index increases after this number of reads.
     struct Memory {
         reads: u32,
         reads_per_cycle: u32,

@@ -1,4 +1,4 @@
-//! Between the node and the PLC: what comes out of it and goes in.
+//! Interface between the node and the PLC.
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, Instant, Local};
@@ -6,18 +6,18 @@ use coaxle_clock::{CycleIndex, Instant, Local};
 /// The axes of a PLC in one of its cycles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlcSample {
-    /// When they were there, in the node's clock.
+    /// Time of the sample, in the node's clock.
     pub at: Instant<Local>,
-    /// Of which cycle they are.
+    /// Index of their cycle.
     pub index: CycleIndex,
-    /// Over which connection they came: after another one nothing is known of how the PLC went on.
+    /// Number of the connection: the PLC's count is unknown after a new one.
     pub connection: u32,
     /// The axes, in the order of the config.
     pub axes: Box<[NcToPlcAxis]>,
 }
 
 impl PlcSample {
-    /// Room for the samples of so many axes.
+    /// Allocates a sample of this number of axes.
     #[must_use]
     pub fn of_axes(axes: usize) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl PlcSample {
         }
     }
 
-    /// Takes over another sample of as many axes; does not allocate.
+    /// Copies another sample with an equal number of axes; does not allocate.
     pub fn replace(&mut self, other: &Self) {
         self.at = other.at;
         self.index = other.index;
@@ -40,37 +40,39 @@ impl PlcSample {
 /// The axes of a receiver in one of its cycles, on their way to the PLC.
 #[derive(Clone, Copy, Debug)]
 pub struct PlcOutput<'a> {
-    /// Which output of the config it is, from 0.
+    /// Number of the output in the config, from 0.
     pub number: usize,
     /// The receiver's cycle index.
     pub index: CycleIndex,
-    /// The axes, in the order of the config. None that the receiver did not send, or nothing that can be believed.
+    /// The axes, in the order of the config; none for one that the receiver did not send, or without
+    /// plausible values.
     pub axes: &'a [Option<NcToPlcAxis>],
 }
 
-/// How it stands with a PLC.
+/// State of the connection to a PLC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkState {
-    /// It is there, as far as is known.
+    /// The PLC is connected, as far as is known.
     pub is_up: bool,
-    /// It says of itself that its runtime is not in run.
+    /// The PLC reports that its runtime is not in run.
     pub is_stopped: bool,
-    /// How often it came, from 1 on: each time may be another run of it.
+    /// Number of connections, from 1 on: each may be another run of the PLC.
     pub connections: u32,
-    /// Samples left out because parts of them were of different cycles.
+    /// Samples dropped because their parts were of different cycles.
     pub torn: u64,
-    /// What came and was no sample.
+    /// Number of invalid messages.
     pub refused: u64,
 }
 
-/// The way to a PLC. Nothing in it allocates, locks, logs or waits.
+/// The connection to a PLC. Nothing in it allocates, locks, logs or waits.
 pub trait Port {
-    /// The next sample that has come, into `sample`; false if there is none. `now` is the ideal start of the cycle that asks.
+    /// Takes the next sample that has arrived, into `sample`; false if there is none. `now` is the ideal
+    /// start of the current cycle.
     fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool;
 
-    /// Hands axes to the PLC; what has no room is dropped.
+    /// Passes axes to the PLC; axes without room in the queue are dropped.
     fn give(&mut self, output: &PlcOutput<'_>);
 
-    /// How it stands with the PLC.
+    /// State of the connection to the PLC.
     fn state(&self) -> LinkState;
 }

@@ -1,4 +1,4 @@
-//! A record: the cycle index and the images of one cycle, as datagrams and binary pipes carry it.
+//! A record: the cycle index and the images of one cycle, in datagrams and binary pipes.
 //!
 //! The index is two bytes, lowest first, and the images follow it without gaps: a structure of a `UINT` and the
 //! images in a PLC, packed to one byte (`{attribute 'pack_mode' := '1'}`).
@@ -12,16 +12,16 @@ use crate::external_set_values::{EXTERNAL_SET_VALUES_LEN, external_set_values};
 /// Bytes of the index.
 const INDEX_LEN: usize = 2;
 
-/// The length of a record of so many axes, bytes.
+/// The length of a record of this number of axes, bytes.
 #[must_use]
 pub const fn record_len(axes: usize) -> usize {
     INDEX_LEN + axes * IMAGE_LEN
 }
 
-/// The index and the axes of a record of `axes.len()` axes.
+/// Reads the index and the axes of a record of `axes.len()` axes.
 ///
 /// # Errors
-/// [`RecordLengthError`] if it is not as long as that.
+/// [`RecordLengthError`] if its length is wrong.
 pub fn read_record(
     layout: ImageLayout,
     bytes: &[u8],
@@ -58,15 +58,15 @@ pub const fn image_len(kind: ImageKind) -> usize {
     }
 }
 
-/// Bytes that are no record of the axes of the config.
+/// Error of bytes that are not a record of the axes of the config.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "a record of {received} bytes came, expected {expected}: the cycle index and the images of the axes"
 )]
 pub struct RecordLengthError {
-    /// How many came.
+    /// Bytes received.
     pub received: usize,
-    /// How many there should be.
+    /// Bytes expected.
     pub expected: usize,
 }
 

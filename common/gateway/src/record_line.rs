@@ -1,4 +1,5 @@
-//! A record as a line of CSV, as pipes carry it: the cycle index, then position, velocity and acceleration of each axis.
+//! A record as a line of CSV on pipes: the cycle index, then position, velocity and acceleration of each
+//! axis.
 
 use std::fmt::Write as _;
 
@@ -22,11 +23,11 @@ pub fn head_line<'a>(names: impl Iterator<Item = &'a str>) -> String {
     line
 }
 
-/// The index and the axes of a line. An axis that is told like this is operational and homed; what it does besides is not
-/// told.
+/// Reads the index and the axes of a line. Such an axis counts as operational and homed; its other state
+/// is unknown.
 ///
 /// # Errors
-/// [`RecordLineError`] names the field.
+/// [`RecordLineError`] with the field.
 pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, RecordLineError> {
     let received = line.split(',').count();
     let expected = 1 + FIELDS.len() * axes.len();
@@ -54,7 +55,7 @@ pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, Rec
     Ok(CycleIndex(index))
 }
 
-/// Appends the line of a record, with its end. Axes that are not there are empty fields.
+/// Appends the line of a record, with its end. Missing axes are empty fields.
 pub fn write_line(output: &PlcOutput<'_>, out: &mut String) {
     // Writing to a string cannot fail.
     let _ = write!(out, "{}", output.index.0);
@@ -83,12 +84,12 @@ fn moving([position, velocity, acceleration]: [f64; 3]) -> NcToPlcAxis {
     }
 }
 
-/// As much of a field as a message has room for.
+/// Shortens a field for a message.
 fn shortened(cell: &str) -> String {
     cell.chars().take(32).collect()
 }
 
-/// A line that is no record.
+/// Error of a line that is not a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordLineError {
     /// Too few or too many fields.
@@ -96,25 +97,25 @@ pub enum RecordLineError {
         "{received} fields came, expected {expected}: the cycle index, and position, velocity and acceleration of each axis"
     )]
     Fields {
-        /// How many came.
+        /// Number of fields received.
         received: usize,
-        /// How many there should be.
+        /// Number of fields expected.
         expected: usize,
     },
-    /// The first field is no index.
+    /// A first field that is not an index.
     #[error("index: received {received:?}, expected a number from 0 to 65535")]
     Index {
-        /// What it is.
+        /// Text received.
         received: String,
     },
-    /// Another one is no number.
+    /// Another field that is not a number.
     #[error("axis[{axis}].{field}: received {received:?}, expected a finite number")]
     Number {
-        /// Which axis, from 0.
+        /// Number of the axis, from 0.
         axis: usize,
-        /// Which of its fields.
+        /// Name of its field.
         field: &'static str,
-        /// What it is.
+        /// Text received.
         received: String,
     },
 }

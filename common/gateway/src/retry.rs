@@ -1,8 +1,9 @@
-//! When a PLC that is away is tried again.
+//! Schedule of reconnections to a lost PLC.
 
 use coaxle_clock::Span;
 
-/// The pauses between attempts to reach a PLC: short after the first failure, then twice as long each time.
+/// The pauses between attempts to connect to a PLC: short after the first failure, then doubled each
+/// time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Retry {
     failures: u32,
@@ -11,18 +12,18 @@ pub struct Retry {
 impl Retry {
     /// The pause after the first failure.
     pub const SHORTEST: Span = Span::from_millis(200);
-    /// No pause is longer.
+    /// The greatest pause.
     pub const LONGEST: Span = Span::from_millis(3_200);
 
-    /// An attempt failed, or a connection ended: how long to wait before the next one, and whether to say so. It is
-    /// said once, and not again before the PLC was there.
+    /// Counts a failed attempt, or the end of a connection. Returns the wait before the next one, and
+    /// true if it is to be logged: once, and not again before the PLC was connected.
     pub fn failed(&mut self) -> (Span, bool) {
         let doubled = self.failures.min(4);
         self.failures = self.failures.saturating_add(1);
         (Self::SHORTEST * (1_i64 << doubled), self.failures == 1)
     }
 
-    /// The PLC is there.
+    /// Resets the pauses: the PLC is connected.
     pub const fn succeeded(&mut self) {
         self.failures = 0;
     }

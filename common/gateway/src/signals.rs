@@ -7,47 +7,48 @@ signals! {
     pub struct GatewaySignals of Node {
         /// Cycle of the gateway, skipped ones counted.
         cycle: u64 [""],
-        /// This run of the gateway.
+        /// Run of the gateway.
         run: u64 [""],
         /// Cycles skipped so far.
         overruns: u64 [""],
-        /// The PLC is there, as far as is known.
+        /// The PLC is connected, as far as is known.
         plc_is_up: bool [""],
-        /// It says that its runtime is not in run: its index stands. By ADS alone.
+        /// The PLC reports that its runtime is not in run: its index stands. By ADS only.
         plc_is_stopped: bool [""],
-        /// How often it came.
+        /// Connections to the PLC so far.
         plc_connections: u32 [""],
-        /// Runs of the PLC so far: another one begins with another connection, or an index that does not go on.
+        /// Runs of the PLC so far: another one begins with another connection, or an index that does not
+        /// continue.
         plc_runs: u64 [""],
-        /// The newest cycle index of it.
+        /// The newest cycle index of the PLC.
         plc_index: u16 [""],
-        /// That as a count: the count in the frames.
+        /// The newest cycle index as a count: the count in the frames.
         plc_count: u64 [""],
         /// Cycles of the PLC that were seen so far.
         plc_cycles: u64 [""],
-        /// Cycles of it that were missed so far, between those that were seen.
+        /// Cycles of the PLC that were missed so far, between those that were seen.
         plc_missed: u64 [""],
-        /// Samples so far that showed the cycle of the one before, or an older one.
+        /// Samples so far with the cycle of the previous one, or an older one.
         plc_repeated: u64 [""],
-        /// Samples so far whose index keeps no pace with the time.
+        /// Samples so far whose index does not match the time.
         plc_foreign: u64 [""],
-        /// Samples so far that were left out because parts of them were of different cycles.
+        /// Samples dropped so far because their parts were of different cycles.
         plc_torn: u64 [""],
-        /// What came so far and was no sample.
+        /// Invalid messages of the PLC so far.
         plc_refused: u64 [""],
         /// The clock of the PLC is known: its axes are published.
         plc_synced: bool [""],
-        /// How much faster that clock runs than the one here.
+        /// Drift of the PLC's clock against the gateway's.
         plc_drift_ppm: Option<f64> ["ppm"],
-        /// When the newest sample came, after the ideal start of its cycle: the jitter of reading.
+        /// Arrival of the newest sample after the ideal start of its cycle: the jitter of reading.
         plc_lateness_us: Option<f64> ["µs"],
-        /// Frames for the PLC that came so far.
+        /// Frames for the PLC received so far.
         outputs: u64 [""],
         /// Frames for the PLC that were refused so far.
         outputs_refused: u64 [""],
-        /// Time requests answered so far.
+        /// Time requests responded to so far.
         requests_answered: u64 [""],
-        /// Time requests not answered so far: too many came in one cycle.
+        /// Time requests dropped so far: too many arrived in one cycle.
         requests_dropped: u64 [""],
         /// Time requests refused so far, before they reached the node.
         requests_refused: u64 [""],
@@ -55,7 +56,7 @@ signals! {
 }
 
 signals! {
-    /// An axis of the PLC, as it was read last.
+    /// An axis of the PLC, as last read.
     pub struct PlcAxisSignals of Axis {
         /// Set position.
         position: f64 ["u"],
@@ -63,7 +64,7 @@ signals! {
         velocity: f64 ["u/s"],
         /// Set acceleration.
         acceleration: f64 ["u/s²"],
-        /// Its error code, 0 without one.
+        /// Error code of the axis, 0 without one.
         error_code: u32 [""],
     }
 }
@@ -76,7 +77,7 @@ mod tests {
     const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/PLC.md");
     const HEADING: &str = "# Signals of a gateway\n";
 
-    /// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle-gateway signals`.
+    /// To update it after a change: `UPDATE_DOCS=1 cargo test -p coaxle-gateway signals`.
     #[test]
     fn the_document_has_every_signal() {
         let path = std::path::Path::new(DOCUMENT);

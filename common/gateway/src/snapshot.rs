@@ -1,4 +1,4 @@
-//! What a gateway shows of itself after each cycle: its signals.
+//! State of a gateway after each cycle: its signals.
 
 use serde::Serialize;
 
@@ -17,7 +17,7 @@ pub struct GatewayRow {
 /// A gateway after a cycle. Cloning it into one of the same config does not allocate.
 #[derive(Debug, PartialEq)]
 pub struct GatewaySnapshot {
-    /// Its signals.
+    /// Signals of the gateway.
     pub signals: GatewayRow,
 }
 
@@ -51,7 +51,7 @@ impl Clone for GatewayRow {
 
     fn clone_from(&mut self, other: &Self) {
         self.node = other.node;
-        // In place: they are as many.
+        // In place: the numbers are equal.
         self.axes.clone_from(&other.axes);
     }
 }

@@ -2,10 +2,10 @@
 
 use super::u32_at;
 
-/// A value that the PLC sent by itself.
+/// A value sent by the PLC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotifiedSample<'a> {
-    /// When, by the PLC: 100 ns since 1601. What was sent in one cycle has one stamp.
+    /// Time stamp of the PLC: 100 ns since 1601. Values sent in one cycle have equal stamps.
     pub stamp: u64,
     /// The handle of the notification.
     pub handle: u32,
@@ -13,7 +13,8 @@ pub struct NotifiedSample<'a> {
     pub data: &'a [u8],
 }
 
-/// Shows each sample of a notification; false if the notification ends in the middle of one, and what came before it was shown.
+/// Passes on each sample of a notification. Returns false if the notification ends in the middle of one;
+/// the samples before it have been passed on.
 pub fn notified(data: &[u8], mut each: impl FnMut(&NotifiedSample<'_>)) -> bool {
     walk(data, &mut each).is_some()
 }

@@ -1,10 +1,10 @@
-//! Packets: who to, who from, what.
+//! Packets: target, source, content.
 
 use super::{u16_at, u32_at};
 
 /// The TCP port of AMS.
 pub const AMS_PORT: u16 = 48_898;
-/// Longer packets are refused: nothing that a gateway asks for has a longer answer.
+/// Greatest length of a packet: no reply to a gateway's request is longer.
 pub const MOST_PACKET_BYTES: usize = 1 << 20;
 /// The flags of a request.
 pub const REQUEST: u16 = 4;
@@ -26,9 +26,9 @@ pub struct AmsAddress {
 /// A packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packet<'a> {
-    /// Whom it is to.
+    /// Receiver of the packet.
     pub target: AmsAddress,
-    /// Whom it is from.
+    /// Sender of the packet.
     pub source: AmsAddress,
     /// The command.
     pub command: u16,
@@ -36,33 +36,33 @@ pub struct Packet<'a> {
     pub flags: u16,
     /// 0, or an error of the router.
     pub error: u32,
-    /// Tells which request a reply is to.
+    /// Number that matches a reply to its request.
     pub invoke: u32,
-    /// What depends on the command.
+    /// Data of the command.
     pub data: &'a [u8],
 }
 
-/// Bytes that are no AMS packets. Nothing that follows them can be believed.
+/// Error of bytes that are not AMS packets. The bytes that follow cannot be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AmsError {
-    /// Too short for a header, or longer than any that is expected.
+    /// A length too short for a header, or longer than any packet expected.
     #[error("an AMS packet of {received} bytes came, expected {AMS_HEADER} to {MOST_PACKET_BYTES}")]
     Length {
-        /// The length that it says.
+        /// The length in the header.
         received: usize,
     },
-    /// The lengths in the two headers contradict each other.
+    /// Contradicting lengths in the two headers.
     #[error("an AMS packet of {received} bytes says that it has {said} bytes of data")]
     Data {
         /// The length of the packet.
         received: usize,
-        /// The length of the data that it says.
+        /// The length of the data in the header.
         said: usize,
     },
 }
 
 impl Packet<'_> {
-    /// Replaces what is in `out` by the packet's bytes.
+    /// Replaces the content of `out` by the packet's bytes.
     pub fn write(&self, out: &mut Vec<u8>) {
         let address = |address: AmsAddress, out: &mut Vec<u8>| {
             out.extend_from_slice(&address.net_id);
@@ -83,11 +83,11 @@ impl Packet<'_> {
     }
 }
 
-/// The packet that `bytes` begin with, and how long it is; none while it is not whole. A packet of the router itself, about
-/// ports and routes, is taken without a packet.
+/// Returns the packet at the start of `bytes`, and its length; none while it is incomplete. A packet of
+/// the router itself, about ports and routes, is skipped.
 ///
 /// # Errors
-/// [`AmsError`]: the connection is of no use any more.
+/// [`AmsError`]: the connection is unusable.
 pub fn take_packet(bytes: &[u8]) -> Result<Option<(Option<Packet<'_>>, usize)>, AmsError> {
     let (Some(kind), Some(length)) = (u16_at(bytes, 0), u32_at(bytes, 2)) else {
         return Ok(None);
@@ -202,7 +202,7 @@ mod tests {
         let (received, said) = (32, 1);
         let error = AmsError::Data { received, said };
         assert_eq!(take_packet(&contradicting), Err(error));
-        // What a router says of ports is passed over.
+        // Packets of a router about ports are skipped.
         assert_eq!(take_packet(&[0, 16, 2, 0, 0, 0, 1, 2]), Ok(Some((None, 8))));
     }
 

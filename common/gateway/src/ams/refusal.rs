@@ -1,4 +1,4 @@
-//! What an ADS device says when it does not do what it is asked.
+//! Errors of an ADS device that refuses a request.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AdsRefusal(pub u32);
 
-/// Those that a gateway meets, in our own words. The others are in Beckhoff's list of ADS return codes.
+/// Errors that a gateway meets, in our own words. The others are in Beckhoff's list of ADS return codes.
 const KNOWN: [(u32, &str); 12] = [
     (0x006, "no PLC at this AMS port"),
     (

@@ -7,22 +7,22 @@ use super::u32_at;
 pub const READ: u16 = 2;
 /// The command that writes.
 pub const WRITE: u16 = 3;
-/// The command that asks for the state of the PLC: 5 is running.
+/// The command that reads the state of the PLC: 5 is running.
 pub const READ_STATE: u16 = 4;
-/// The command that orders notifications.
+/// The command that adds notifications.
 pub const ADD_NOTIFICATION: u16 = 6;
-/// The command that ends them.
+/// The command that deletes them.
 pub const DELETE_NOTIFICATION: u16 = 7;
-/// The command of the PLC that brings them.
+/// The command of the PLC that carries them.
 pub const NOTIFICATION: u16 = 8;
 /// The command that writes and reads.
 pub const READ_WRITE: u16 = 9;
 
-/// The index group in which a handle is read for a symbol's name that is written.
+/// The index group in which a handle is read for the written name of a symbol.
 pub const HANDLE_BY_NAME: u32 = 0xf003;
 /// The index group of values, with handles as offsets.
 pub const VALUE_BY_HANDLE: u32 = 0xf005;
-/// The index group to which a handle is written that is not needed any more.
+/// The index group to which a handle is written to release it.
 pub const RELEASE_HANDLE: u32 = 0xf006;
 
 /// Notifications come in each cycle of the PLC, changed or not.
@@ -50,8 +50,8 @@ pub fn read_write(group: u32, offset: u32, length: u32, bytes: &[u8]) -> Vec<u8>
     data
 }
 
-/// The data of [`ADD_NOTIFICATION`] for a value of so many bytes, in each cycle of the PLC and without delay. Both times are
-/// 0, which is the shortest in whatever unit a device takes them.
+/// The data of [`ADD_NOTIFICATION`] for a value of this number of bytes, in each cycle of the PLC and
+/// without delay. Both times are 0, which is the shortest in any unit of a device.
 #[must_use]
 pub fn add_notification(group: u32, offset: u32, length: u32) -> Vec<u8> {
     let mut data = numbers(&[group, offset, length, EVERY_CYCLE, 0, 0]);
@@ -59,7 +59,7 @@ pub fn add_notification(group: u32, offset: u32, length: u32) -> Vec<u8> {
     data
 }
 
-/// What a reply says behind its result.
+/// Data of a reply after its result.
 ///
 /// # Errors
 /// [`AdsRefusal`] if that is not 0. A reply without a result has none of the codes: 0xffffffff.
@@ -71,7 +71,7 @@ pub fn result(reply: &[u8]) -> Result<&[u8], AdsRefusal> {
     }
 }
 
-/// What was read, of a reply's data behind the result: a length and so many bytes. None if they are not there.
+/// Data read, of a reply after the result: a length and that number of bytes. None if they are not there.
 #[must_use]
 pub fn read_bytes(behind_result: &[u8]) -> Option<&[u8]> {
     let length = u32_at(behind_result, 0)? as usize;

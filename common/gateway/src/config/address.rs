@@ -1,4 +1,4 @@
-//! Where a PLC is.
+//! Address of a PLC.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ pub struct HostPort {
 #[schemars(inline, with = "String", extend("pattern" = r"^[0-9]{1,3}(\.[0-9]{1,3}){5}$"))]
 pub struct NetId(pub [u8; 6]);
 
-/// A text that names no place.
+/// Error of a text that is not an address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received {received:?}, expected {expected}")]
 pub struct WrongAddress {
@@ -33,7 +33,7 @@ impl HostPort {
         &self.host
     }
 
-    /// The port, if it says one.
+    /// The port, if it is given.
     #[must_use]
     pub const fn port(&self) -> Option<u16> {
         self.port

@@ -1,4 +1,4 @@
-//! The list of outputs, with a clear word for configs of the time when there was one.
+//! The list of outputs, with a clear error for older configs with a single one.
 
 use std::fmt;
 

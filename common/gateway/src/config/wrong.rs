@@ -5,44 +5,44 @@ use super::{GatewayConfig, MOST_AXES, OutputAxisConfig, PlcAxisConfig};
 /// Fields that do not fit each other. The field is named first.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongGateway {
-    /// None or several ways to the PLC.
+    /// No connection to the PLC, or several.
     #[error("received {}, expected one of `ads`, `udp` and `pipe`", ways(.received))]
     Ways {
-        /// Those there are.
+        /// Connections received.
         received: Vec<&'static str>,
     },
     /// Neither axes nor an output.
     #[error("received no `axis` and no `output`, expected at least one of them")]
     Nothing,
-    /// More axes than a frame holds, or none where there must be one.
+    /// More axes than a frame holds, or none where one is required.
     #[error("{field}: received {received} axes, expected 1 to {MOST_AXES}")]
     Count {
         /// The list.
         field: String,
-        /// How many there are.
+        /// Number of axes.
         received: usize,
     },
-    /// Two axes share something.
+    /// A value shared by two axes.
     #[error("{field}[{number}].{what}: received {received} twice, expected each once")]
     Twice {
         /// The list.
         field: String,
-        /// The second one of them.
+        /// The number of the second one.
         number: usize,
-        /// What they share.
+        /// Kind of the shared value.
         what: &'static str,
-        /// Which one.
+        /// Value received.
         received: String,
     },
-    /// A field is missing that this way to the PLC needs.
+    /// A missing field that this connection to the PLC requires.
     #[error("{field}: received nothing, expected {expected}")]
     Missing {
         /// The field.
         field: String,
-        /// What it should be.
+        /// Value expected.
         expected: &'static str,
     },
-    /// A field that this way to the PLC has no use for.
+    /// A field that this connection to the PLC does not use.
     #[error("{field}: received a symbol, expected none without `ads`")]
     Symbol {
         /// The field.
@@ -53,7 +53,7 @@ pub enum WrongGateway {
         "output: received {received}, expected one without `ads`: a record has one cycle index"
     )]
     Outputs {
-        /// How many there are.
+        /// Number of outputs.
         received: usize,
     },
     /// An address without a port.
@@ -175,7 +175,7 @@ fn check_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
     }
 }
 
-/// The path of the first axis of an output that is like this.
+/// The path of the first axis of an output that fulfils the condition.
 fn output_axis(
     config: &GatewayConfig,
     is_it: impl Fn(&OutputAxisConfig) -> bool,

@@ -27,18 +27,18 @@ fn config() -> GatewayConfig {
     config
 }
 
-/// What is on its way between a PLC and the node.
+/// Messages between a PLC and the node.
 struct Wires {
     samples: VecDeque<PlcSample>,
     given: Given,
 }
 
-/// What the PLC got.
+/// Outputs to the PLC.
 type Given = Rc<RefCell<Vec<(u16, Option<NcToPlcAxis>)>>>;
 
 impl Port for Wires {
     fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
-        // The node is told of nothing before its time.
+        // The node gets nothing before its time.
         let scan = Span::from_micros(500);
         if self.samples.front().is_none_or(|next| next.at > now + scan) {
             return false;
@@ -66,7 +66,7 @@ fn random(source: &mut Xoshiro256PlusPlus, below: f64) -> f64 {
     below * (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A PLC whose clock is slow by so much, and whose cycles begin at 0.
+/// A PLC with a clock slow by this drift, and cycles that begin at 0.
 #[derive(Clone, Copy)]
 struct Plc {
     drift_ppm: f64,
@@ -74,7 +74,7 @@ struct Plc {
 }
 
 impl Plc {
-    /// When its cycle number `n` really begins, ns.
+    /// Real start of its cycle number `n`, ns.
     fn start(&self, n: i64) -> f64 {
         (n * CYCLE) as f64 * (1.0 + self.drift_ppm * 1e-6)
     }
@@ -96,7 +96,7 @@ impl Plc {
         }
     }
 
-    /// Polled at half of its cycle; a read takes 60 µs.
+    /// Samples polled at half of its cycle; a read takes 60 µs.
     fn polled(&self, seconds: i64) -> VecDeque<PlcSample> {
         let (mut pauses, mut at, mut before) = (PollPauses::default(), 250_000.0, -1);
         let mut samples = VecDeque::new();
@@ -111,7 +111,7 @@ impl Plc {
         samples
     }
 
-    /// It sends each cycle; that takes 80 µs, and up to 40 more.
+    /// Samples sent in each cycle; that takes 80 µs, and up to 40 more.
     fn notifying(&self, seconds: i64) -> VecDeque<PlcSample> {
         let mut random_numbers = Xoshiro256PlusPlus::seed_from_u64(1);
         let cycles = 0..self.cycle_at(seconds as f64 * 1e9);
@@ -123,16 +123,16 @@ impl Plc {
     }
 }
 
-/// A frame that left, with its stamp.
+/// A frame that was sent, with its stamp.
 struct Sent {
     header: FrameHeader,
     axis: NcToPlcAxis,
-    /// When its cycle ideally began, by the gateway's clock.
+    /// Ideal start of its cycle, by the gateway's clock.
     start: Instant<Local>,
     at: Instant<Local>,
 }
 
-/// Runs the node for so long; what it published.
+/// Runs the node for this time; returns the published frames.
 fn run(gateway: &mut Gateway<Wires>, seconds: i64) -> Vec<Sent> {
     let seal = KeySeal::new("coaxle/plc/axes");
     let (mut sent, mut bytes) = (Vec::new(), Vec::new());
@@ -246,7 +246,7 @@ fn time_responses_are_about_the_clock_of_the_plc() {
     let asked = |gateway: &mut Gateway<Wires>, at| {
         gateway.receive(at, 0, &Message::TimeRequest(request));
     };
-    // Before its clock is known nobody responds.
+    // Before its clock is known there is no response.
     asked(&mut gateway, Instant::EPOCH);
     let _ = run(&mut gateway, 3);
     assert_eq!(gateway.snapshot().signals.node.requests_answered, 0);
@@ -351,7 +351,7 @@ fn errors(plc: Plc, samples: VecDeque<PlcSample>, seconds: i64) -> (f64, f64) {
     (scatter(&at_gateway) * 1e-3, scatter(&at_receiver) * 1e-3)
 }
 
-/// What polling adds, against notifications: docs/PLC.md has the figures.
+/// Additional error of polling, against notifications: docs/PLC.md has the figures.
 #[test]
 fn polling_at_half_the_cycle_costs_microseconds_and_notifications_less() {
     let plc = Plc {
