@@ -125,7 +125,7 @@ pub enum StepConfig {
 pub enum Repeat {
     /// For ever.
     Forever,
-    /// This number of times.
+    /// Number of runs.
     Times(NonZeroU32),
 }
 
