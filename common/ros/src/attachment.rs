@@ -1,22 +1,23 @@
-//! What rmw_zenoh has beside the payload of each sample: without it a subscriber of ROS complains.
+//! The attachment that rmw_zenoh adds to the payload of each sample: without it a subscriber of ROS
+//! complains.
 
 /// The attachment of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attachment {
-    /// Counts the samples of a publisher, from 1 on.
+    /// Sequence number of the sample at its publisher, from 1 on.
     pub sequence: i64,
-    /// When it was published, ns since 1970.
+    /// Time of publication, ns since 1970.
     pub published: i64,
-    /// Of the publisher.
+    /// Gid of the publisher.
     pub gid: [u8; 16],
 }
 
-/// Bytes of one.
+/// Length of an attachment, bytes.
 pub const ATTACHMENT_BYTES: usize = 8 + 8 + 1 + 16;
 
 impl Attachment {
-    /// As rmw_zenoh has it since ROS 2 Jazzy's 0.2.4: the numbers with their low bytes first, and the length of the
-    /// gid before it.
+    /// Writes the format of rmw_zenoh since ROS 2 Jazzy's 0.2.4: the numbers with their low bytes first,
+    /// and the length of the gid before it.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; ATTACHMENT_BYTES] {
         let mut bytes = [0; ATTACHMENT_BYTES];

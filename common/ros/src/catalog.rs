@@ -1,4 +1,4 @@
-//! The joints of a node: what its axes are called in ROS, and what their values are multiplied by.
+//! The joints of a node: the names of its axes in ROS, and the scales of their values.
 
 use std::collections::BTreeMap;
 
@@ -12,23 +12,23 @@ use crate::unit::Scale;
 /// An axis as a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// `conveyor/belt`, an axis of a sender; `saw/carriage`, a slave of a receiver; `saw/far/belt`, what a
-    /// receiver makes of an axis that it follows.
+    /// `conveyor/belt`, an axis of a sender; `saw/carriage`, a slave of a receiver; `saw/far/belt`, an
+    /// axis that a receiver follows, as corrected.
     pub name: String,
-    /// The unit of the axis; none if the node does not tell it.
+    /// The unit of the axis; none if the node does not state it.
     pub unit: Option<String>,
-    /// Whether that is known, and how much it is.
+    /// Scale of its unit; none if the unit is not known.
     pub scale: Option<Scale>,
-    /// The slave that it is, if it is one that takes orders.
+    /// The slave behind it, if it is one that takes orders.
     pub slave: Option<SlaveName>,
 }
 
-/// The joints of a node, as its status tells them (docs/WIRE.md).
+/// The joints of a node, from its status (docs/WIRE.md).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Catalog(BTreeMap<(&'static str, u32), Joint>);
 
 impl Joint {
-    /// What its values are multiplied by: nothing if the unit is not known.
+    /// Scale of its values: 1 if the unit is not known.
     #[must_use]
     pub fn scale(&self) -> Scale {
         self.scale.unwrap_or(Scale::NONE)
@@ -51,7 +51,7 @@ impl Joint {
 }
 
 impl Catalog {
-    /// What the status of a node tells of its axes.
+    /// Reads the axes in the status of a node.
     #[must_use]
     pub fn of_status(node: &NodeName, status: &Map<String, Value>) -> Self {
         let mut joints = BTreeMap::new();
@@ -64,7 +64,7 @@ impl Catalog {
             }
         };
         for (axis, fields) in parts(status, "axes") {
-            // Those of a receiver are the ones that it follows.
+            // Far axes of a receiver are the ones that it follows.
             match fields.get("node") {
                 Some(_) => add(Channel::FarAxes, "published_id", axis, fields),
                 None => add(Channel::Axes, "id", axis, fields),
@@ -76,8 +76,9 @@ impl Catalog {
         Self(joints)
     }
 
-    /// The joint of an axis in a frame of a channel. A status does not show each axis of a node with many: one that it
-    /// does not show is called by its id, `conveyor/axis-7`, and its unit is not known.
+    /// The joint of an axis in a frame of a channel. The status of a node with many axes does not contain
+    /// all of them: one that it does not contain is named by its id, `conveyor/axis-7`, and its unit is
+    /// not known.
     #[must_use]
     pub fn joint(&self, node: &NodeName, channel: Channel, id: u32) -> Joint {
         let known = self.0.get(&(channel.name(), id)).cloned();
@@ -93,7 +94,7 @@ impl Catalog {
         slaves.map(|((_, id), joint)| (*id, joint))
     }
 
-    /// The joints whose unit is told and not known.
+    /// The joints with a unit that is stated but not known.
     pub fn unknown_units(&self) -> impl Iterator<Item = &Joint> {
         let unknown = |joint: &&Joint| joint.unit.is_some() && joint.scale.is_none();
         self.0.values().filter(unknown)

@@ -1,42 +1,43 @@
-//! CDR as ROS 2 has it: plain, each value aligned to its own size, counted from behind the four bytes of the header.
+//! CDR of ROS 2: plain, each value aligned to its own size, relative to the end of the four bytes of the
+//! header.
 
-/// What is no message of the type that is expected.
+/// Error of bytes that are not a message of the expected type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CdrError {
-    /// It does not begin as CDR does.
+    /// A header other than CDR's.
     #[error(
         "the header: received {received:02x?}, expected [00, 01, ..] or [00, 00, ..]: plain CDR, low or high bytes first"
     )]
     Header {
-        /// Its first bytes, four at most.
+        /// First bytes, four at most.
         received: Vec<u8>,
     },
-    /// It ends too soon.
+    /// A message that ends too soon.
     #[error("{field}: received {received} bytes, expected {expected}")]
     Truncated {
-        /// Where.
+        /// Path of the field.
         field: String,
-        /// So many bytes were left.
+        /// Number of bytes left.
         received: usize,
-        /// So many would be needed.
+        /// Number of bytes needed.
         expected: usize,
     },
-    /// A text is none.
+    /// A text that is not valid.
     #[error("{field}: received bytes that are no text, expected UTF-8 that ends in a zero")]
     NotText {
-        /// Which one.
+        /// Path of the field.
         field: String,
     },
-    /// It goes on behind its last field.
+    /// Bytes after the last field.
     #[error("received {received} bytes behind the last field, expected at most 3")]
     Trailing {
-        /// How many.
+        /// Number of bytes.
         received: usize,
     },
 }
 
 impl CdrError {
-    /// The same of a field within another one.
+    /// Returns the error with the field inside an outer one.
     pub(crate) fn within(mut self, outer: &str) -> Self {
         if let Self::Truncated { field, .. } | Self::NotText { field } = &mut self {
             *field = format!("{outer}.{field}");
@@ -45,9 +46,9 @@ impl CdrError {
     }
 }
 
-/// Before every message: low bytes first, no options.
+/// Header of every message: low bytes first, no options.
 const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
-/// Whoever writes may fill up to four bytes.
+/// Greatest padding: a writer may append up to four bytes.
 const MOST_PADDING: usize = 3;
 
 /// Writes a message.
@@ -92,7 +93,7 @@ impl Writer {
         }
     }
 
-    /// Of a sequence.
+    /// Writes the length of a sequence.
     pub(crate) fn length(&mut self, length: usize) {
         // No message of ours has four thousand million of anything.
         self.u32(u32::try_from(length).unwrap_or(u32::MAX));
@@ -105,7 +106,7 @@ impl Writer {
     }
 }
 
-/// Reads a message. What it allocates is never more than what came.
+/// Reads a message. Never allocates more than the message received.
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
     read: usize,
@@ -128,7 +129,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// What is left may be padding, and nothing else.
+    /// Ends reading; the rest may only be padding.
     pub(crate) fn finish(self) -> Result<(), CdrError> {
         match self.rest.len() {
             received if received > MOST_PADDING => Err(CdrError::Trailing { received }),
@@ -172,7 +173,7 @@ impl<'a> Reader<'a> {
         (0..length).map(|_| self.text(field)).collect()
     }
 
-    /// Of a sequence, whose elements take so many bytes each at least.
+    /// Reads the length of a sequence with elements of at least `least` bytes.
     pub(crate) fn length(&mut self, field: &str, least: usize) -> Result<usize, CdrError> {
         let length = self.u32(field)? as usize;
         let expected = length.saturating_mul(least);

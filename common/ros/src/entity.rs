@@ -1,4 +1,5 @@
-//! A ROS node on Zenoh as rmw_zenoh knows it: the keys of its topics, and the liveliness tokens by which others see it.
+//! A ROS node on Zenoh in the conventions of rmw_zenoh: the keys of its topics, and the liveliness tokens
+//! for discovery.
 //!
 //! Source: rmw_zenoh's `docs/design.md` and `liveliness_utils.cpp`.
 
@@ -8,7 +9,7 @@ use twox_hash::XxHash3_128;
 
 use crate::message::MessageType;
 
-/// A ROS domain: who is in another one hears nothing.
+/// A ROS domain: nodes of other domains receive nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Domain(u16);
 
@@ -20,41 +21,41 @@ pub struct Namespace(String);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RosName(String);
 
-/// What is no name, namespace or domain of ROS.
+/// Error of a text that is not a name, namespace or domain of ROS.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongName {
-    /// No domain.
+    /// An invalid domain.
     #[error(
         "received {received:?}, expected a whole number from 0 to {}",
         Domain::LARGEST
     )]
     Domain {
-        /// What was given.
+        /// Text received.
         received: String,
     },
-    /// No name.
+    /// An invalid name.
     #[error(
         "received {received:?}, expected letters, digits and underscores, no digit first, at most {LONGEST} characters"
     )]
     Name {
-        /// What was given.
+        /// Text received.
         received: String,
     },
-    /// No namespace.
+    /// An invalid namespace.
     #[error(
         "received {received:?}, expected names with a slash before each, such as /line1, or / alone"
     )]
     Namespace {
-        /// What was given.
+        /// Text received.
         received: String,
     },
 }
 
-/// Characters of the longest name (`rmw/validate_node_name.h`, `validate_namespace.h`).
+/// Greatest length of a name, in characters (`rmw/validate_node_name.h`, `validate_namespace.h`).
 const LONGEST: usize = 255;
 
 impl Domain {
-    /// The largest one that DDS has ports for.
+    /// The greatest domain for which DDS has ports.
     pub const LARGEST: u16 = 232;
 
     /// # Errors
@@ -69,7 +70,7 @@ impl Domain {
 
 impl RosName {
     /// # Errors
-    /// [`WrongName`] unless it is one.
+    /// [`WrongName`] unless it is a name.
     pub fn new(name: &str) -> Result<Self, WrongName> {
         if is_name(name) {
             return Ok(Self(name.to_owned()));
@@ -82,7 +83,7 @@ impl RosName {
 
 impl Namespace {
     /// # Errors
-    /// [`WrongName`] unless it is one. The first slash may be left out.
+    /// [`WrongName`] unless it is a namespace. The first slash may be omitted.
     pub fn new(text: &str) -> Result<Self, WrongName> {
         let inner = text.strip_prefix('/').unwrap_or(text);
         let is_good = inner.len() < LONGEST && inner.split('/').all(is_name);
@@ -94,7 +95,7 @@ impl Namespace {
         })
     }
 
-    /// The whole name of what is called so in it.
+    /// The full name of a topic or node in it.
     #[must_use]
     pub fn topic(&self, name: &RosName) -> String {
         match self.0.as_str() {
@@ -131,22 +132,22 @@ impl fmt::Display for RosName {
 /// A ROS node.
 #[derive(Clone, Debug)]
 pub struct RosNode {
-    /// Its domain.
+    /// Domain of the node.
     pub domain: Domain,
     /// The id of its Zenoh session, in hexadecimal digits.
     pub session: String,
-    /// Its namespace.
+    /// Namespace of the node.
     pub namespace: Namespace,
-    /// Its name.
+    /// Name of the node.
     pub name: RosName,
 }
 
-/// What a node does with a topic.
+/// Role of a node for a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It publishes: `MP`.
+    /// Publisher: `MP`.
     Publisher,
-    /// It subscribes: `MS`.
+    /// Subscription: `MS`.
     Subscription,
 }
 
@@ -155,33 +156,34 @@ pub enum Role {
 pub struct Endpoint {
     /// The key that its samples travel under.
     pub key: String,
-    /// Its liveliness token.
+    /// Liveliness token.
     pub token: String,
-    /// What tells it from all others: the XXH3-128 of its token.
+    /// Unique id: the XXH3-128 of its token.
     pub gid: [u8; 16],
 }
 
-/// Reliable, volatile, the last ten are kept, no deadlines: what differs of rmw_zenoh's own defaults is the ten.
+/// Reliable, volatile, history of the last ten, no deadlines: only the ten differs from rmw_zenoh's own
+/// defaults.
 const QUALITY: &str = "::,10:,:,:,,";
-/// A session has one node here, and its node is the first thing in it.
+/// A session has one node here, which is its first entity.
 const NODE_ID: u32 = 0;
-/// Nodes outside of a security enclave are in that of the root.
+/// Nodes without a security enclave are in that of the root.
 const ENCLAVE: &str = "%";
 
 impl RosNode {
-    /// Its own liveliness token: it makes the node be seen.
+    /// Liveliness token of the node: it makes the node visible.
     #[must_use]
     pub fn token(&self) -> String {
         self.entity("NN", NODE_ID)
     }
 
-    /// The whole name of a topic in its namespace.
+    /// The full name of a topic in its namespace.
     #[must_use]
     pub fn topic(&self, name: &RosName) -> String {
         self.namespace.topic(name)
     }
 
-    /// Its `id`-th endpoint, from 1 on, of a topic in its namespace.
+    /// Endpoint number `id`, from 1 on, of a topic in its namespace.
     #[must_use]
     pub fn endpoint(&self, id: u32, role: Role, topic: &RosName, message: MessageType) -> Endpoint {
         let role = match role {
@@ -214,7 +216,7 @@ impl RosNode {
     }
 }
 
-/// A slash parts keys, so names have another sign for it.
+/// Replaces slashes, which separate keys, by another character.
 fn mangled(name: &str) -> String {
     name.replace('/', "%")
 }

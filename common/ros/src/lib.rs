@@ -1,10 +1,12 @@
-//! ROS 2 over Zenoh, as rmw_zenoh has it: axes as joint states out, trajectories in. docs/ROS2.md is its manual.
+//! ROS 2 over Zenoh, compatible with rmw_zenoh: axes as joint states out, trajectories in. docs/ROS2.md
+//! is its manual.
 //!
 //! * [`message`]: `sensor_msgs/JointState` and `trajectory_msgs/JointTrajectory`, as bytes ([`CdrError`]).
-//! * [`entity`]: a ROS node, the keys of its topics and its liveliness tokens; [`attachment`]: what goes with each sample.
-//! * [`mod@unit`]: metres and radians; [`catalog`]: the joints of a node, as its status tells them.
+//! * [`entity`]: a ROS node, the keys of its topics and its liveliness tokens; [`attachment`]: the data
+//!   beside each sample.
+//! * [`mod@unit`]: metres and radians; [`catalog`]: the joints of a node, from its status.
 //! * [`source`]: frames of a node in, joint states out, dated by [`stamps`].
-//! * [`trajectory`]: what of a trajectory is used, or why it is refused; [`moves`]: which order is due when.
+//! * [`trajectory`]: the plan of a trajectory, or its refusal; [`moves`]: the schedule of its orders.
 //!
 //! Nothing here sends or receives, and every instant is an argument. All I/O is elsewhere.
 //!

@@ -5,12 +5,12 @@
 
 use crate::cdr::{CdrError, Reader, Writer};
 
-/// A message type, as it is named on Zenoh.
+/// A message type, as named on Zenoh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MessageType {
-    /// Its name in DDS.
+    /// Name in DDS.
     pub name: &'static str,
-    /// The hash of its definition (REP 2016): who has another definition hears nothing.
+    /// The hash of its definition (REP 2016): nodes with another definition receive nothing.
     pub hash: &'static str,
 }
 
@@ -38,11 +38,11 @@ pub struct Time {
 /// `sensor_msgs/msg/JointState`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointState {
-    /// When the joints were so.
+    /// Time of the state.
     pub stamp: Time,
-    /// Of the header.
+    /// Frame id of the header.
     pub frame_id: String,
-    /// The joints. Each of the other lists is as long, or empty.
+    /// The joints. Each of the other lists has equal length, or is empty.
     pub name: Vec<String>,
     /// m or rad.
     pub position: Vec<f64>,
@@ -55,13 +55,13 @@ pub struct JointState {
 /// `trajectory_msgs/msg/JointTrajectory`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTrajectory {
-    /// When it begins; 0: at once.
+    /// Start of the trajectory; 0: at once.
     pub stamp: Time,
-    /// Of the header.
+    /// Frame id of the header.
     pub frame_id: String,
     /// The joints; the values of a point are in their order.
     pub joint_names: Vec<String>,
-    /// Where they are when.
+    /// Points of the trajectory.
     pub points: Vec<JointTrajectoryPoint>,
 }
 
@@ -76,14 +76,14 @@ pub struct JointTrajectoryPoint {
     pub accelerations: Vec<f64>,
     /// N or Nm.
     pub effort: Vec<f64>,
-    /// How long after the trajectory has begun.
+    /// Time after the start of the trajectory.
     pub time_from_start: Time,
 }
 
 const NANOS: i64 = 1_000_000_000;
 
 impl Time {
-    /// That many nanoseconds. What lies beyond the year 2038 is the last instant before it.
+    /// Converts nanoseconds. Times beyond the year 2038 become the last instant before it.
     #[must_use]
     pub fn from_nanos(nanos: i64) -> Self {
         let sec = nanos.div_euclid(NANOS);
@@ -94,7 +94,7 @@ impl Time {
         }
     }
 
-    /// In nanoseconds.
+    /// Converts to nanoseconds.
     #[must_use]
     pub fn as_nanos(self) -> i64 {
         i64::from(self.sec) * NANOS + i64::from(self.nanosec)
@@ -112,7 +112,7 @@ impl Time {
 }
 
 impl JointState {
-    /// The payload of a sample.
+    /// Writes the payload of a sample.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut writer = Writer::new();
@@ -128,7 +128,7 @@ impl JointState {
     /// Reads the payload of a sample.
     ///
     /// # Errors
-    /// [`CdrError`] names the field.
+    /// [`CdrError`] with the field.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CdrError> {
         let mut reader = Reader::new(bytes)?;
         let message = Self {
@@ -144,7 +144,7 @@ impl JointState {
 }
 
 impl JointTrajectory {
-    /// The payload of a sample.
+    /// Writes the payload of a sample.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut writer = Writer::new();
@@ -161,7 +161,7 @@ impl JointTrajectory {
     /// Reads the payload of a sample.
     ///
     /// # Errors
-    /// [`CdrError`] names the field.
+    /// [`CdrError`] with the field.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CdrError> {
         let mut reader = Reader::new(bytes)?;
         let stamp = Time::read(&mut reader, "header.stamp")?;
@@ -280,7 +280,7 @@ mod tests {
         let expected = [
             &[0, 1, 0, 0][..],
             &[1, 0, 0, 0, 2, 0, 0, 0],
-            // An empty text has its zero, and three bytes that align what follows.
+            // An empty text consists of its zero, and three bytes that align the following field.
             &[1, 0, 0, 0, 0, 0, 0, 0],
             &[1, 0, 0, 0, 3, 0, 0, 0, b'a', b'b', 0, 0],
             // The number begins at a multiple of eight; empty lists have no numbers to align.

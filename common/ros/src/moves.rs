@@ -1,4 +1,4 @@
-//! Trajectories while they are carried out: which order is due when.
+//! Trajectories in progress: the schedule of their orders.
 
 use coaxle_axis::Dynamics;
 use coaxle_clock::{Instant, Local, Span};
@@ -9,7 +9,7 @@ use coaxle_wire::keys::NodeName;
 use crate::source::SlaveMotion;
 use crate::trajectory::{Address, Plan};
 
-/// The trajectories that are carried out. Each joint is in one of them at most.
+/// The trajectories in progress. Each joint is in one of them at most.
 #[derive(Clone, Debug, Default)]
 pub struct Moves {
     running: Vec<Running>,
@@ -21,7 +21,7 @@ struct Running {
     number: u64,
     began: Instant<Local>,
     plan: Plan,
-    /// The segments that are ordered.
+    /// Number of segments already ordered.
     ordered: usize,
 }
 
@@ -30,26 +30,27 @@ struct Running {
 pub struct Due {
     /// The number of its trajectory.
     pub trajectory: u64,
-    /// Whose.
+    /// Name of the joint.
     pub joint: String,
-    /// Who takes it.
+    /// Node that takes it.
     pub node: NodeName,
     /// The order.
     pub order: SlaveOrder,
 }
 
-/// A trajectory that came to its end before its time.
+/// A trajectory that ended before its time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("trajectory {trajectory}: {joint} is not heard any more, so the rest is dropped")]
 pub struct Lost {
-    /// Its number.
+    /// Number of the trajectory.
     pub trajectory: u64,
-    /// The joint that is not heard.
+    /// The joint without a known motion.
     pub joint: String,
 }
 
 impl Moves {
-    /// Begins a trajectory, which takes the place of all that have a joint in common with it. Gives its number, from 1 on.
+    /// Begins a trajectory, which replaces all that have a joint in common with it. Returns its number,
+    /// from 1 on.
     pub fn begin(&mut self, plan: Plan, now: Instant<Local>) -> u64 {
         let is_shared = |other: &Address| plan.joints.iter().any(|own| own.joint == other.joint);
         self.running
@@ -64,7 +65,8 @@ impl Moves {
         self.begun
     }
 
-    /// The orders that are due. `motion` tells how a slave moves; none if it is not heard.
+    /// Returns the orders that are due. `motion` returns the motion of a slave; none if it is not
+    /// received.
     pub fn due(
         &mut self,
         now: Instant<Local>,
@@ -86,20 +88,20 @@ impl Moves {
         (due, lost)
     }
 
-    /// When the next order is due, if one is.
+    /// Time of the next order, if there is one.
     #[must_use]
     pub fn next_at(&self) -> Option<Instant<Local>> {
         self.running.iter().filter_map(Running::next_at).min()
     }
 
-    /// Drops what is left of a trajectory.
+    /// Drops the rest of a trajectory.
     pub fn drop_rest(&mut self, trajectory: u64) {
         self.running.retain(|running| running.number != trajectory);
     }
 }
 
 impl Running {
-    /// When its next orders are due; none if all are given.
+    /// Time of its next orders; none if all have been returned.
     fn next_at(&self) -> Option<Instant<Local>> {
         let next = match self.plan.segments.as_slice() {
             [] if self.ordered == 0 => Some(Span::ZERO),
@@ -143,16 +145,17 @@ impl Running {
     }
 }
 
-/// So near to a position is there: numbers of this size have no more digits.
+/// Relative distance at which a position is reached: numbers of this size have no more digits.
 const THERE: f64 = 1e-9;
-/// Slower than this part of the peak velocity is as good as standing.
+/// Part of the peak velocity below which a slave counts as standing.
 const STANDING: f64 = 0.05;
 
-/// The move to a position that takes so long; none if the slave stands there already.
+/// The move to a position in this time; none if the slave already stands there.
 ///
-/// From standstill each third of the time is a phase: the velocity rises with a jerk that turns its sign half way, stays, and
-/// falls as it rose. So its peak is 3/2 of the mean, v = 3/2·d/T, a = 9·d/T², j = 54·d/T³. Of a slave that moves nothing of the kind
-/// can be said: it goes with the same velocity, or the one it has if that is more, and what its limits allow.
+/// From standstill each third of the time is a phase: the velocity rises with a jerk that changes its
+/// sign half way, is constant, and falls symmetrically. So its peak is 3/2 of the mean, v = 3/2·d/T, a =
+/// 9·d/T², j = 54·d/T³. For a moving slave there is no such formula: it moves with that velocity, or its
+/// present one if greater, within its limits.
 fn move_to(position: f64, motion: SlaveMotion, lasts: Span) -> Option<Command> {
     let distance = (position - motion.position).abs();
     if motion.velocity == 0.0 && distance <= THERE * position.abs().max(1.0) {

@@ -10,7 +10,7 @@ use crate::catalog::Catalog;
 use crate::message::{JointState, Time};
 use crate::stamps::Stamps;
 
-/// Which values of an axis are told.
+/// Values of an axis to publish.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Values {
     /// `fPosSoll` and `fVeloSoll`.
@@ -20,7 +20,7 @@ pub enum Values {
     Actual,
 }
 
-/// Where a slave is, and how fast it is: set values, u and u/s.
+/// Position and velocity of a slave: set values, u and u/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlaveMotion {
     /// u.
@@ -50,7 +50,7 @@ struct Newest {
 }
 
 impl Source {
-    /// Of the frames that a node publishes on a channel.
+    /// Makes the source of the frames of a node on a channel.
     #[must_use]
     pub fn new(node: NodeName, channel: Channel) -> Self {
         Self {
@@ -64,10 +64,10 @@ impl Source {
         }
     }
 
-    /// A frame came, or what was to be one.
+    /// Takes a frame.
     ///
     /// # Errors
-    /// [`Rejection`]: it is none, or another node's.
+    /// [`Rejection`]: not a frame, or another node's.
     pub fn frame(&mut self, came: Instant<Local>, payload: &[u8]) -> Result<(), Rejection> {
         let mut axes = Vec::new();
         let header = self.seal.open(payload, |axis| axes.push(*axis))?;
@@ -87,8 +87,8 @@ impl Source {
         Ok(())
     }
 
-    /// The newest states of the joints as of `now`, if they have not been told yet. `unix` is what CLOCK_REALTIME shows
-    /// when the local clock shows 0.
+    /// Returns the newest states of the joints as of `now`, if they have not been returned yet. `unix` is
+    /// CLOCK_REALTIME at time 0 of the local clock.
     pub fn joint_state(
         &mut self,
         now: Instant<Local>,
@@ -119,7 +119,7 @@ impl Source {
         (!state.name.is_empty()).then_some(state)
     }
 
-    /// How an axis moves, and when that came; none if it has not come.
+    /// Motion of an axis, and its time of arrival; none before its first frame.
     #[must_use]
     pub fn motion(&self, id: u32) -> Option<(Instant<Local>, SlaveMotion)> {
         let newest = self.newest.as_ref()?;

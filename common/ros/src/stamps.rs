@@ -1,13 +1,14 @@
-//! When the cycles of a node began, by the clock of this machine.
+//! Starts of the cycles of a node, by the clock of this machine.
 
 use coaxle_clock::far_clock::{DelaySource, FarClock};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_wire::FrameHeader;
 
-/// Finds the instants at which the cycles of a node began out of when its frames came, whose jitter is not in them.
+/// Finds the instants at which the cycles of a node began from the arrivals of its frames, without their
+/// jitter.
 ///
-/// They lag by about the time that a frame is under way when the network is quiet: nobody is asked for that.
+/// They lag by about the delay of a frame on a quiet network: there are no time requests for it.
 #[derive(Clone, Debug, Default)]
 pub struct Stamps {
     clock: Option<(Span, FarClock)>,
@@ -15,7 +16,7 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// A frame came.
+    /// Takes the arrival of a frame.
     pub fn frame(&mut self, header: &FrameHeader, at: Instant<Local>) {
         let cycle_time = header.cycle_time.span();
         if self.clock.as_ref().is_none_or(|(of, _)| *of != cycle_time) {
@@ -28,7 +29,7 @@ impl Stamps {
         }
     }
 
-    /// It is `now`, with all frames up to then.
+    /// Runs the cycle at `now`, with all frames up to then.
     pub fn cycle(&mut self, now: Instant<Local>) {
         self.now = Some(now);
         if let Some((_, clock)) = &mut self.clock {
@@ -36,12 +37,13 @@ impl Stamps {
         }
     }
 
-    /// When the cycle with this count began. Until the clock is known, a second or two: when its frame came.
+    /// Start of the cycle with this count. Until the clock is known, a second or two: the arrival of its
+    /// frame.
     #[must_use]
     pub fn began(&self, count: u64, came: Instant<Local>) -> Instant<Local> {
         let clock = self.clock.as_ref().zip(self.now);
         let known = clock.and_then(|((_, clock), now)| {
-            // What the node's clock gains or loses in so short a time is nothing.
+            // The drift of the node's clock over so short a time is negligible.
             let since = clock.correction(count)?;
             Some(now - since.to_span())
         });
@@ -54,7 +56,7 @@ mod tests {
     use super::*;
     use coaxle_clock::{CycleIndex, CycleTime};
 
-    /// From 0 to 1, the same each time.
+    /// Noise from 0 to 1, reproducible.
     fn noise(count: u64) -> f64 {
         let mixed = (count + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -66,7 +68,7 @@ mod tests {
         let mut stamps = Stamps::default();
         let (mut least, mut most) = (Span::MAX, Span::ZERO);
         for count in 0..8_000_u64 {
-            // 200 ppm slow, and 0.1 to 0.6 ms under way.
+            // 200 ppm slow, and a delay of 0.1 to 0.6 ms.
             let began = Instant::from_nanos(count as i64 * 1_000_200);
             let came = began + Span::from_micros_f64(100.0 + 500.0 * noise(count));
             let header = FrameHeader {
@@ -86,7 +88,7 @@ mod tests {
                 }
             }
         }
-        // All of them lag by the same, which is between the least and the largest that a frame is under way.
+        // All of them lag equally, by a time between the least and the greatest delay of a frame.
         assert!(
             least > Span::from_micros(50) && most < Span::from_micros(600),
             "{least:?} {most:?}"

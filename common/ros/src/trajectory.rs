@@ -1,4 +1,5 @@
-//! What of a trajectory is used: where its joints stand when. What a slave cannot be ordered is refused, before anything moves.
+//! Plan of a trajectory: the positions of its joints over time. Requirements that a slave cannot fulfil
+//! are refused before anything moves.
 
 use std::fmt;
 
@@ -14,49 +15,49 @@ use crate::unit::Scale;
 /// A joint that takes orders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Address {
-    /// Its name.
+    /// Name of the joint.
     pub joint: String,
     /// The receiver.
     pub node: NodeName,
-    /// Its slave.
+    /// Slave of the receiver.
     pub slave: SlaveName,
     /// The axis id of the slave in the frames of the receiver.
     pub axis_id: u32,
-    /// Of its unit.
+    /// Scale of its unit.
     pub scale: Scale,
 }
 
-/// A trajectory that can be ordered.
+/// A trajectory that can be executed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Whose.
+    /// Joints of the trajectory.
     pub joints: Vec<Address>,
-    /// When it begins, from now on.
+    /// Start, from now on.
     pub begins: Span,
-    /// One after the other; none: the joints halt.
+    /// Consecutive segments; none: the joints halt.
     pub segments: Vec<Segment>,
 }
 
-/// The way to a point.
+/// The motion to a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Since the begin of the trajectory.
+    /// Begin, since the start of the trajectory.
     pub begins: Span,
-    /// How long it takes; zero: as the limits of the slave allow.
+    /// Duration; zero: within the limits of the slave.
     pub lasts: Span,
-    /// Where each joint stands in the end, u.
+    /// End position of each joint, u.
     pub positions: Vec<f64>,
 }
 
-/// Why a trajectory is not carried out.
+/// Reason why a trajectory is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: received {received}, expected {expected}")]
 pub struct Refusal {
     /// The field of the message.
     pub field: String,
-    /// What it says.
+    /// Value received.
     pub received: String,
-    /// What it may say.
+    /// Permitted values.
     pub expected: String,
 }
 
@@ -74,21 +75,21 @@ impl Refusal {
     }
 }
 
-/// Joints of a trajectory at most, and names that are told of those that there are.
+/// Greatest number of joints of a trajectory, and of names listed in a refusal.
 const MOST_JOINTS: usize = 128;
 const MOST_TOLD: usize = 10;
-/// A stamp is never older when it comes from a node that meant now, s.
+/// Greatest age of a stamp, s: that of a node that meant now.
 const OLDEST_S: i64 = 1;
-/// Nobody plans further ahead, s.
+/// Greatest time ahead of a trajectory, s.
 const FARTHEST_S: i64 = 3_600;
 /// The longest trajectory, s.
 const LONGEST_S: i64 = 86_400;
 const NANOS: i64 = 1_000_000_000;
 
-/// What is to be ordered for a trajectory. `unix_now` is what CLOCK_REALTIME shows, ns; `known` are the joints that take orders.
+/// Plans a trajectory. `unix_now` is CLOCK_REALTIME, ns; `known` are the joints that take orders.
 ///
 /// # Errors
-/// [`Refusal`], the first reason that applies: nothing of the trajectory is carried out.
+/// [`Refusal`], the first reason that applies: nothing of the trajectory is executed.
 pub fn plan(
     trajectory: &JointTrajectory,
     unix_now: i64,
@@ -138,7 +139,7 @@ fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, Refusal> 
     Ok(found)
 }
 
-/// The joints that there are, for a message.
+/// The known joints, for a message.
 fn those(known: &[Address]) -> String {
     let names: Vec<_> = known.iter().map(|address| address.joint.as_str()).collect();
     match names.as_slice() {
@@ -169,7 +170,7 @@ fn begins(stamp: Time, unix_now: i64) -> Result<Span, Refusal> {
     Err(Refusal::new("header.stamp", received, expected))
 }
 
-/// When the `k`-th point is reached; the first one may be so at once.
+/// Time of the `k`-th point; that of the first one may be zero.
 fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, Refusal> {
     let span = Span::from_nanos(time.as_nanos());
     let is_later = span > before || (k == 0 && span == before);
@@ -192,7 +193,7 @@ fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, Refusal> 
     ))
 }
 
-/// Where the joints stand at the `k`-th point, in their own units.
+/// Positions of the joints at the `k`-th point, in their own units.
 fn positions(
     k: usize,
     point: &JointTrajectoryPoint,
@@ -235,7 +236,7 @@ fn positions(
     each.map(position).collect()
 }
 
-/// At the end of a move a slave stands, so nothing else can be asked of a point.
+/// Checks that a point requires a standstill: a slave stands at the end of a move.
 fn stands(field: &str, values: &[f64]) -> Result<(), Refusal> {
     match values.iter().position(|value| *value != 0.0) {
         None => Ok(()),

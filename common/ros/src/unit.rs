@@ -1,8 +1,8 @@
-//! Units: ROS has metres and radians (REP 103), an axis whatever its config says.
+//! Units: ROS has metres and radians (REP 103), an axis the unit of its config.
 
 use std::f64::consts::{PI, TAU};
 
-/// How many metres or radians a unit of an axis is.
+/// Number of metres or radians in a unit of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale(f64);
 
@@ -10,10 +10,10 @@ pub struct Scale(f64);
 pub const KNOWN: &str = "m, dm, cm, mm, µm, um, nm, in, inch, rad, mrad, °, deg, rev";
 
 impl Scale {
-    /// What is passed on as it is.
+    /// Scale of values that are passed on unchanged.
     pub const NONE: Self = Self(1.0);
 
-    /// Of the unit with this text; none if that is neither a length nor an angle that is known.
+    /// Scale of the unit with this text; none if that is not a known length or angle.
     #[must_use]
     pub fn of(unit: &str) -> Option<Self> {
         let scale = match unit {
@@ -21,7 +21,7 @@ impl Scale {
             "dm" => 0.1,
             "cm" => 0.01,
             "mm" | "mrad" => 1e-3,
-            // The micro sign and the Greek letter look alike.
+            // The micro sign and the Greek letter have the same shape.
             "µm" | "μm" | "um" => 1e-6,
             "nm" => 1e-9,
             "in" | "inch" => 0.0254,
