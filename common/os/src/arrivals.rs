@@ -1,4 +1,4 @@
-//! A file of raw arrivals, and beside it one of time exchanges.
+//! A file of raw arrivals, with a file of time exchanges beside it.
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +9,8 @@ use coaxle_node::{Arrival, Arrived};
 
 use crate::Trace;
 
-/// What a receiver took in of the followed clock, as CSV: a line per message in one file, a line per
-/// time exchange in another.
+/// Input of a receiver about the followed clock, as CSV: a line per message in one file, a line per time
+/// exchange in another.
 pub struct ArrivalsTrace {
     messages: Trace,
     exchanges: Trace,
@@ -20,7 +20,7 @@ impl ArrivalsTrace {
     /// Creates the file `messages` and the one at [`exchanges_beside`] it, or empties them.
     ///
     /// # Errors
-    /// Names the file that cannot be written.
+    /// The file that cannot be written.
     pub fn create(messages: &Path) -> anyhow::Result<Self> {
         Ok(Self {
             messages: Trace::create(messages)?,
@@ -28,7 +28,7 @@ impl ArrivalsTrace {
         })
     }
 
-    /// Adds what the cycle `tick` took in, which ideally began at `at` of the world's reference clock.
+    /// Adds the input of the cycle `tick`, which ideally began at `at` of the world's reference clock.
     pub fn write<D: Domain>(&mut self, at: Instant<D>, tick: &Tick, arrival: &Arrival) {
         let at_ns = at.as_nanos();
         let Arrival {
@@ -48,7 +48,7 @@ impl ArrivalsTrace {
         }
     }
 
-    /// Writes out what is left.
+    /// Writes out the rest.
     ///
     /// # Errors
     /// Not all rows could be written.
@@ -58,17 +58,17 @@ impl ArrivalsTrace {
     }
 }
 
-/// The ending of a file name that says what is in it.
+/// Endings of file names by their content.
 const ARRIVALS: &str = "-arrivals";
 const EXCHANGES: &str = "-exchanges";
 
-/// Where the arrivals go that belong to a trace: `saw.csv`, `saw-arrivals.csv`.
+/// Path of the arrivals that belong to a trace: `saw.csv`, `saw-arrivals.csv`.
 #[must_use]
 pub fn arrivals_beside(trace: &Path) -> PathBuf {
     renamed(trace, |stem| format!("{stem}{ARRIVALS}"))
 }
 
-/// Where the time exchanges go that belong to a file of arrivals: `saw-arrivals.csv` or `saw.csv`,
+/// Path of the time exchanges that belong to a file of arrivals: `saw-arrivals.csv` or `saw.csv`,
 /// `saw-exchanges.csv`.
 #[must_use]
 pub fn exchanges_beside(arrivals: &Path) -> PathBuf {
@@ -78,7 +78,7 @@ pub fn exchanges_beside(arrivals: &Path) -> PathBuf {
     })
 }
 
-/// The same path with another name, but for the extension.
+/// Returns the path with another name, but with its extension.
 fn renamed(path: &Path, rename: impl Fn(&str) -> String) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let renamed = path.with_file_name(rename(&stem));

@@ -1,14 +1,14 @@
-//! Why runs end.
+//! Reasons for the end of a run.
 
-/// Why a run ended.
+/// Reason for the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// Its time was up.
+    /// End of its configured time.
     TimeUp,
     /// Ctrl-C.
     Interrupted,
     /// SIGTERM.
     Terminated,
-    /// SIGHUP: its terminal was closed.
+    /// SIGHUP: closed terminal.
     HungUp,
 }

@@ -1,39 +1,39 @@
-//! How a program ends: exit codes, and mistakes of users.
+//! Exit codes of a program, and mistakes of users.
 
 use coaxle_node::cam_file::CamFileError;
 use coaxle_node::config::ConfigError;
 use coaxle_node::one_line;
 use coaxle_node::text_file::{Unreadable, remedy};
 
-/// How a program ended, as its exit code says it.
+/// End of a program, as its exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// As it should.
+    /// Success.
     Done = 0,
-    /// It could not do its work: the network, a port, a disk, a thread. So do errors.
+    /// Failure of the network, a port, a disk or a thread. Other errors end like this, too.
     Failed = 1,
-    /// The command line is wrong. What clap finds wrong itself ends so, too.
+    /// Wrong command line, also as found by clap.
     WrongCommandLine = 2,
-    /// It did its work, and an expectation was not met.
+    /// Completed, with an expectation not met.
     NotMet = 3,
-    /// What it was to do was refused, and nothing moved.
+    /// Refused command, without any motion.
     Refused = 4,
-    /// A node's time was up, and nothing had come of any node it follows.
+    /// End of a node's configured time without any data from the nodes it follows.
     NoData = 5,
-    /// A config, or another file that it was to read, is wrong or not there: it is the next time, too, so that nobody need
-    /// start it again. `EX_CONFIG` of sysexits.h, as service managers know it.
+    /// A config or another input file that is wrong or missing. It will be so the next time, too, so a
+    /// restart is of no use. `EX_CONFIG` of sysexits.h, as known to service managers.
     WrongConfig = 78,
-    /// Ctrl-C or SIGTERM came before it was done: what it left is of the time before.
+    /// Ctrl-C or SIGTERM before the end: its results are those up to then.
     Interrupted = 130,
 }
 
-/// A node that was asked for is not there: who is, or why not.
+/// Error of a named node that is not there: with the nodes present, or the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NotThere(pub String);
 
-/// Something that a user gave and that nothing can be done with: what was received, and what is expected.
+/// Unusable input of a user: the value received, and the value expected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{text}")]
 pub struct Mistake {
@@ -42,7 +42,7 @@ pub struct Mistake {
 }
 
 impl Exit {
-    /// This one where something did not go as it should.
+    /// Returns `Done` if `good`, else this one.
     #[must_use]
     pub const fn unless(self, good: bool) -> Self {
         if good { Self::Done } else { self }
@@ -50,7 +50,7 @@ impl Exit {
 }
 
 impl Mistake {
-    /// In an argument of the command line.
+    /// Mistake in an argument of the command line.
     #[must_use]
     pub fn in_argument(text: impl Into<String>) -> Self {
         let exit = Exit::WrongCommandLine;
@@ -58,7 +58,7 @@ impl Mistake {
         Self { text, exit }
     }
 
-    /// In a file that is read.
+    /// Mistake in a file that is read.
     #[must_use]
     pub fn in_file(text: impl Into<String>) -> Self {
         let exit = Exit::WrongConfig;
@@ -67,7 +67,7 @@ impl Mistake {
     }
 }
 
-/// How a program ends that ended with this error.
+/// Exit code of a program that ended with this error.
 #[must_use]
 pub fn exit_of(error: &anyhow::Error) -> Exit {
     let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
@@ -101,7 +101,7 @@ pub fn wrong_file<T>(text: impl Into<String>) -> anyhow::Result<T> {
     Err(Mistake::in_file(text).into())
 }
 
-/// What is wrong: a line for each mistake in a config, otherwise one with all of the causes.
+/// Lines of an error: one for each mistake in a config, otherwise one with all of the causes.
 #[must_use]
 pub fn lines_of(error: &anyhow::Error) -> Vec<String> {
     match error.downcast_ref::<ConfigError>() {

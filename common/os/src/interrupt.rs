@@ -1,4 +1,4 @@
-//! Ctrl-C while a tool works: it comes to an end by itself, and leaves what it has.
+//! Ctrl-C during the work of a tool: it ends by itself, with its results so far.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,12 +8,12 @@ use anyhow::Context;
 use crate::exit::Exit;
 use crate::{EndSignals, Os, System};
 
-/// Whether Ctrl-C, SIGTERM or SIGHUP has come.
+/// Flag of a received Ctrl-C, SIGTERM or SIGHUP.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens from now on, for the rest of the process. A second one ends the process at once.
+    /// Listens from now on, for the rest of the process. A second signal ends the process at once.
     ///
     /// # Errors
     /// The system refuses a thread or the signals.
@@ -43,7 +43,7 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Whether it has come.
+    /// True if a signal has been received.
     #[must_use]
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)

@@ -1,13 +1,15 @@
-//! What a program has of its machine, whatever it does: nodes, the experiments and the tool stand on it.
+//! Access of a program to its machine: nodes, the experiments and the tool are built on it.
 //!
-//! * [`System`] is the operating system, in one place: threads, sockets, files, processes. [`Os`] is the one this was built for;
-//!   nothing outside of it asks which that is.
-//! * [`machine`] is the machine's clock: what it reads, and waiting until it reads something.
-//! * [`exit`] says how a program ends: exit codes, and the mistakes of users, with what was received and what is expected.
-//! * [`Trace`] and [`ArrivalsTrace`] are files of rows that can be read at any moment, however the program ends.
+//! * [`System`] is the operating system, in one place: threads, sockets, files, processes. [`Os`] is the
+//!   one this was built for; nothing outside of it depends on which one that is.
+//! * [`machine`] is the machine's clock: reading it, and sleeping until a time.
+//! * [`exit`] has the exit codes of a program, and the mistakes of users, with the values received and
+//!   expected.
+//! * [`Trace`] and [`ArrivalsTrace`] are files of rows that can be read at any moment, however the
+//!   program ends.
 //! * `Interrupt`, with the feature `signals`, is Ctrl-C while a tool works.
 //!
-//! It knows no transport: what stands on it alone is built without one.
+//! The crate knows no transport: programs on it alone are built without one.
 
 mod arrivals;
 #[cfg(feature = "signals")]

@@ -1,4 +1,4 @@
-//! The machine's clock: what it reads, and sleeping until it reads something.
+//! The machine's clock: reading it, and sleeping until a time.
 
 use std::cell::Cell;
 use std::time::SystemTime;
@@ -9,28 +9,28 @@ use crate::{Os, System};
 
 /// The operating system's monotonic clock: `CLOCK_MONOTONIC` of Linux.
 ///
-/// All processes of one machine read the same one, so their records can be laid side by side.
+/// All processes of one machine read the same clock, so their records can be compared.
 pub enum Machine {}
 
 impl Domain for Machine {
     const NAME: &'static str = "machine";
 }
 
-/// What the machine's clock reads now.
+/// Present time of the machine's clock.
 #[must_use]
 pub fn now() -> Instant<Machine> {
     Instant::from_nanos(Os::clock_ns())
 }
 
-/// The same instant in the clock of a node that keeps the machine's time: nodes of the simulation alone, and those with faults of a
-/// clock, have another.
+/// Converts an instant to the clock of a node that keeps the machine's time. Only nodes of the
+/// simulation, and those with injected clock faults, have another one.
 #[must_use]
 pub const fn local(at: Instant<Machine>) -> Instant<Local> {
     Instant::from_nanos(at.as_nanos())
 }
 
-/// What the machine takes the time of day for. For certificates, and for where the rows of a recording lie in the day: it
-/// may jump.
+/// Time of day of the machine, for certificates, and for the times of the rows of a recording. It may
+/// jump.
 #[must_use]
 #[expect(
     clippy::disallowed_methods,
@@ -40,7 +40,7 @@ pub fn wall_clock() -> SystemTime {
     SystemTime::now()
 }
 
-/// What the wall clock shows when this machine's clock shows 0, ns since 1970: where the rows of a recording lie in the day.
+/// Wall clock at time 0 of this machine's clock, ns since 1970: the offset of the rows of a recording.
 #[must_use]
 pub fn wall_clock_offset_ns() -> i64 {
     let since_1970 = wall_clock().duration_since(SystemTime::UNIX_EPOCH);
@@ -52,18 +52,18 @@ thread_local! {
     static CYCLE_START: Cell<Option<Instant<Machine>>> = const { Cell::new(None) };
 }
 
-/// The ideal start of the cycle that this thread is in; on a thread that runs no node, now.
+/// The ideal start of this thread's present cycle; on a thread that runs no node, now.
 #[must_use]
 pub fn cycle_start() -> Instant<Machine> {
     CYCLE_START.get().unwrap_or_else(now)
 }
 
-/// From now on this thread is in the cycle that ideally started then.
+/// Sets the ideal start of this thread's present cycle.
 pub fn begin_cycle(ideal_start: Instant<Machine>) {
     CYCLE_START.set(Some(ideal_start));
 }
 
-/// Sleeps until the clock reads `deadline`, and returns at once if it has passed.
+/// Sleeps until the clock reaches `deadline`, and returns at once if it has passed.
 ///
 /// The deadline is absolute, so neither an interrupting signal nor the time between reading the
 /// clock and going to sleep adds to it.

@@ -1,4 +1,4 @@
-//! A trace file: one CSV row after the other, readable at any moment.
+//! A trace file: consecutive CSV rows, readable at any moment.
 
 use std::fs::File;
 use std::io;
@@ -8,19 +8,19 @@ use anyhow::Context;
 use coaxle_clock::{Domain, Instant, Span};
 use serde::Serialize;
 
-/// Rows are written out this often, so that a killed process leaves a usable file.
+/// Period of flushing, so that a killed process leaves a usable file.
 const FLUSH_PERIOD: Span = Span::from_millis(250);
 
-/// More than the rows of a flush period, so that the file always ends with a whole row.
+/// Buffer size: more than the rows of a flush period, so that the file always ends with a complete row.
 const BUFFER_BYTES: usize = 4 << 20;
 
-/// Rows of one kind, on their way into a CSV file with a head line.
+/// Rows of one kind, written to a CSV file with a head line.
 pub struct Trace {
     path: PathBuf,
     writer: csv::Writer<File>,
-    /// When it was last written out, on the clock of the rows.
+    /// Time of the last flush, on the clock of the rows.
     flushed: Option<Span>,
-    /// What went wrong first; nothing is written after that.
+    /// First error; nothing is written after it.
     failure: Option<csv::Error>,
 }
 
@@ -28,15 +28,15 @@ impl Trace {
     /// Creates the file, or empties it. The head line names the fields of a row.
     ///
     /// # Errors
-    /// Names the file that cannot be written.
+    /// The file that cannot be written.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         Self::open(path, true)
     }
 
-    /// The same with a head line of its own, for rows that are more than one struct.
+    /// Creates the file with a head line of its own, for rows that are more than one struct.
     ///
     /// # Errors
-    /// Names the file that cannot be written.
+    /// The file that cannot be written.
     pub fn with_columns(path: &Path, columns: &[String]) -> anyhow::Result<Self> {
         let mut trace = Self::open(path, false)?;
         trace.failure = trace.writer.write_record(columns).err();
@@ -57,8 +57,8 @@ impl Trace {
         })
     }
 
-    /// Adds the rows of the cycle that began at `at` on the clock of all cycles. A disk that is full is reported once in the
-    /// log, and again by [`Self::finish`].
+    /// Adds the rows of the cycle that began at `at` on the clock of all cycles. A full disk is reported
+    /// once in the log, and again by [`Self::finish`].
     pub fn write<D: Domain>(&mut self, at: Instant<D>, rows: impl IntoIterator<Item: Serialize>) {
         if self.failure.is_some() {
             return;
@@ -70,7 +70,7 @@ impl Trace {
         }
     }
 
-    /// Writes out what is left.
+    /// Writes out the rest.
     ///
     /// # Errors
     /// Not all rows could be written.
@@ -100,7 +100,7 @@ impl Trace {
     }
 }
 
-/// What the system said, which has a remedy, instead of what CSV makes of it.
+/// Error of the system, which has a remedy, in place of the error of the CSV writer.
 fn by_system(error: csv::Error) -> io::Error {
     if !error.is_io_error() {
         return io::Error::other(error);

@@ -1,23 +1,23 @@
-//! What a system says of itself.
+//! Properties of a system.
 
-/// What the system says of itself; empty what it does not say.
+/// Properties of the system; empty if it does not report them.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
-    /// Its name and version.
+    /// Name and version.
     pub kernel: String,
-    /// Whether it was made for real time.
+    /// True if it is a real-time kernel.
     pub is_real_time_kernel: bool,
-    /// Whether another system runs it.
+    /// True if it runs in a virtual machine.
     pub is_virtual: bool,
-    /// Where its clock comes from.
+    /// Clock source.
     pub clock_source: String,
-    /// How many processors this process may run on.
+    /// Number of processors on which this process may run.
     pub processors: usize,
-    /// Those that nothing runs on but what is told to.
+    /// Processors isolated from the scheduler.
     pub isolated: String,
-    /// How the frequency of a processor is chosen.
+    /// Frequency governor of a processor.
     pub governor: String,
-    /// The highest real-time priority that is permitted; none: any.
+    /// The greatest real-time priority permitted; none: any.
     pub priority: Option<u64>,
     /// Memory that may be locked, bytes; none: all.
     pub memory: Option<u64>,

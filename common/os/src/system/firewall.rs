@@ -1,29 +1,29 @@
-//! What a system lets in from the network.
+//! Firewall rules of a system for incoming packets.
 
 use std::ops::RangeInclusive;
 
-/// The rules for what comes in, as far as ports depend on them.
+/// The rules for incoming packets, as far as they depend on ports.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Firewall {
-    /// Who was asked.
+    /// Programs that listed the rules.
     pub asked: Vec<String>,
-    /// Whether anything that comes in is dropped or rejected.
+    /// True if any incoming packets are dropped or rejected.
     pub drops: bool,
-    /// Ports that a rule lets in, whoever it is from.
+    /// Ports admitted by a rule, from any source.
     pub admitted: Vec<Admitted>,
 }
 
-/// Ports that a rule lets in.
+/// Ports admitted by a rule.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Admitted {
-    /// Datagrams, or streams.
+    /// True for datagrams, false for streams.
     pub is_udp: bool,
-    /// Which.
+    /// Range of ports.
     pub ports: RangeInclusive<u16>,
 }
 
 impl Firewall {
-    /// Whether somebody elsewhere reaches this port. Rules that ask for more than the port may say otherwise.
+    /// True if this port can be reached from elsewhere. Rules with conditions beyond the port may differ.
     #[must_use]
     pub fn admits(&self, port: u16, is_udp: bool) -> bool {
         let mut admitted = self.admitted.iter();
@@ -31,7 +31,7 @@ impl Firewall {
         !self.drops || admitted.any(is_it)
     }
 
-    /// With what another one says besides.
+    /// Adds the rules of another list.
     pub(super) fn and(mut self, other: Self) -> Self {
         self.asked.extend(other.asked);
         self.drops |= other.drops;

@@ -1,9 +1,9 @@
-//! The operating system: everything of it that the standard library does not have, in one place.
+//! The operating system: all parts of it that the standard library does not have, in one place.
 //!
-//! [`System`] is the interface. [`Linux`] has all of it. [`Portable`] is what the standard library alone gives: enough for the
-//! tool, the virtual world and nodes without drives in other processes, and the place to begin from for another system.
-//! [`Os`] is the one this was built for. Nothing outside this module asks which that is; docs/INSTALL.md says what is
-//! missing elsewhere.
+//! [`System`] is the interface. [`Linux`] implements all of it. [`Portable`] uses the standard library
+//! alone: enough for the tool, the virtual world and nodes without drives in other processes, and the
+//! starting point for another system. [`Os`] is the one this was built for. Nothing outside this module
+//! depends on which one that is; docs/INSTALL.md lists what is missing elsewhere.
 
 mod facts;
 mod firewall;
@@ -37,226 +37,231 @@ pub type Os = Linux;
 #[cfg(not(target_os = "linux"))]
 pub type Os = Portable;
 
-/// What a node and the tool want of an operating system.
+/// Requirements of a node and the tool on an operating system.
 pub trait System {
-    /// Listens for what ends a program.
+    /// Listener for the signals that end a program.
     #[cfg(feature = "signals")]
     type EndSignals: EndSignals;
 
     /// A socket of a timing channel.
     type StampedSocket: StampedSocket + 'static;
 
-    /// ns of a clock that never jumps. All processes of one machine read the same, so that their records can be laid side
-    /// by side.
+    /// Time in ns of a clock that never jumps. All processes of one machine read the same clock, so that
+    /// their records can be compared.
     fn clock_ns() -> i64;
 
-    /// Sleeps until [`clock_ns`](Self::clock_ns) is `deadline`, never less. Interrupting signals do not end it.
+    /// Sleeps until [`clock_ns`](Self::clock_ns) reaches `deadline`, never less. Interrupting signals do
+    /// not end it.
     fn sleep_until_ns(deadline: i64);
 
-    /// The calling thread's wake-ups are not bundled with others.
+    /// Prevents bundling of the calling thread's wake-ups with others.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason of the failure.
     fn tighten_timers() -> Result<(), String>;
 
-    /// The calling thread goes before all that has no such priority, 1 to 99.
+    /// Gives the calling thread this real-time priority, 1 to 99.
     ///
     /// # Errors
-    /// Why not, and what would help.
+    /// The reason of the failure, and its remedy.
     fn set_priority(priority: u8) -> Result<(), String>;
 
-    /// The calling thread has no such priority any more.
+    /// Removes the real-time priority of the calling thread.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason of the failure.
     fn drop_priority() -> Result<(), String>;
 
-    /// The threads of this process that have such a priority, by name, and what it is; none where nobody knows how to ask.
+    /// The threads of this process with a real-time priority, by name; none if the system cannot report
+    /// them.
     fn priorities() -> Vec<(String, u8)>;
 
-    /// The calling thread runs on this processor alone.
+    /// Binds the calling thread to this processor.
     ///
     /// # Errors
-    /// Why not, and what would help.
+    /// The reason of the failure, and its remedy.
     fn bind_to(processor: usize) -> Result<(), String>;
 
-    /// The memory of this process is never moved to a disk.
+    /// Locks the memory of this process, so that it is never moved to a disk.
     ///
     /// # Errors
-    /// Why not, and what would help.
+    /// The reason of the failure, and its remedy.
     fn lock_memory() -> Result<(), String>;
 
-    /// What the system says of itself, as far as cycles depend on it; none where nobody knows how to ask.
+    /// Properties of the system, as far as cycles depend on them; none if the system cannot report them.
     fn facts() -> Option<Facts>;
 
-    /// What is let in from the network.
+    /// Firewall rules for incoming packets.
     ///
     /// # Errors
-    /// Why that cannot be read: mostly, that it takes rights.
+    /// The reason why they cannot be read: mostly missing rights.
     fn firewall() -> Result<Firewall, String>;
 
-    /// From now on the signals that end a program are heard instead. To be called in a tokio runtime.
+    /// Replaces the default actions of the signals that end a program. To be called in a tokio runtime.
     ///
     /// # Errors
-    /// The system refuses.
+    /// A refusal of the system.
     #[cfg(feature = "signals")]
     fn end_signals() -> io::Result<Self::EndSignals>;
 
-    /// Puts another program into the place of this one, with its process id and open files. Returns only if that cannot be.
+    /// Replaces this process by another program, with its process id and open files. Returns only on
+    /// failure.
     fn replace_this_process(by: &mut Command) -> io::Error;
 
-    /// From now on this process dies with the one that started it, however that ends.
+    /// Makes this process die with the process that started it, however that ends.
     ///
     /// # Errors
-    /// The system refuses, or the starting one was another than `parent`: that one is gone.
+    /// A refusal of the system, or a starting process other than `parent`, which is gone then.
     fn die_with(parent: i32) -> io::Result<()>;
 
-    /// The program that this process runs, even where its file was replaced meanwhile.
+    /// Opens the program that this process runs, even if its file was replaced meanwhile.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// A file that cannot be opened.
     fn own_program() -> io::Result<File>;
 
-    /// Tells whoever manages services, if anybody does.
+    /// Notifies the service manager, if there is one.
     ///
     /// # Errors
-    /// There is one, and it cannot be told.
+    /// A service manager that cannot be notified.
     fn tell_service_manager(state: ServiceState) -> io::Result<()>;
 
-    /// The service manager ends this process when it does not hear [`ServiceState::Alive`] for so long.
+    /// Watchdog timeout: the service manager ends this process without a [`ServiceState::Alive`] for this
+    /// time.
     fn watchdog() -> Option<Duration>;
 
-    /// What is started does not get the Ctrl-C of this one's terminal.
+    /// Keeps the Ctrl-C of this process's terminal from a process to be started.
     fn apart_from_terminal(command: &mut Command);
 
-    /// Does this to a child.
+    /// Sends a signal to a child.
     ///
     /// # Errors
-    /// The system refuses, or cannot.
+    /// A refusal of the system, or a signal that it does not have.
     fn signal(child: &Child, signal: ChildSignal) -> io::Result<()>;
 
-    /// The memory that a process really has, bytes; none if it is gone.
+    /// The resident memory of a process, bytes; none if it is gone.
     fn resident_memory(process: u32) -> Option<u64>;
 
-    /// The processor time that a process has taken so far, of all its threads; none if it is gone.
+    /// The processor time of a process so far, of all its threads; none if it is gone.
     fn processor_time(process: u32) -> Option<Duration>;
 
-    /// Holds a folder until the result is dropped or the process ends; none if somebody else holds it. A file system that
-    /// knows no locks keeps nobody apart.
+    /// Locks a folder until the result is dropped or the process ends; none if another process holds it.
+    /// A file system without locks excludes nobody.
     ///
     /// # Errors
-    /// The folder cannot be opened.
+    /// A folder that cannot be opened.
     fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>>;
 
-    /// Makes a folder, and those it is in, that only its owner may look into.
+    /// Makes a folder, and its parents, accessible only to its owner.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// A folder that cannot be made.
     fn make_private_folder(path: &Path) -> io::Result<()>;
 
-    /// A new or emptied file that only its owner may write, and others may read or not.
+    /// Makes a new or empties an existing file that only its owner may write, and others may read or not.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// A file that cannot be made.
     fn create_file(path: &Path, readers: Readers) -> io::Result<File>;
 
-    /// What others than its owner may do with a file; none if that cannot be known.
+    /// Permissions of others than its owner for a file; none if they cannot be read.
     fn others_may(path: &Path) -> Option<Others>;
 
-    /// Opens a file that this process and another map into their memory, for reading and writing, making it if `make`; never
-    /// through a link.
+    /// Opens a file that this process and another map into their memory, for reading and writing, making
+    /// it if `make`; never through a link.
     ///
     /// # Errors
-    /// It cannot be opened, or the system has no such memory.
+    /// A file that cannot be opened, or a system without such memory.
     fn open_shared_file(path: &Path, make: bool) -> io::Result<File>;
 
-    /// What something that is no file is, in words.
+    /// Kind of something that is not a regular file, in words.
     fn kind_of(metadata: &Metadata) -> Option<&'static str>;
 
-    /// Takes one of the two locks of such a file, until it is closed: false if another process has that one.
+    /// Takes one of the two locks of such a file, until it is closed: false if another process has that
+    /// one.
     ///
     /// # Errors
-    /// The system refuses.
+    /// A refusal of the system.
     fn lock_shared_file(file: &File, lock: SharedLock) -> io::Result<bool>;
 
-    /// Gives an empty file room: from now on writing to its memory cannot fail.
+    /// Reserves space for an empty file: from now on writing to its memory cannot fail.
     ///
     /// # Errors
-    /// There is no room.
+    /// No space left.
     fn reserve(file: &File, bytes: u64) -> io::Result<()>;
 
     /// The permissions of such a file, as their three octal digits.
     ///
     /// # Errors
-    /// The system refuses.
+    /// A refusal of the system.
     fn mode_of(file: &File) -> io::Result<u32>;
 
-    /// Whether this file is the one that is found there.
+    /// True if the path leads to this file.
     fn is_at(path: &Path, file: &File) -> bool;
 
-    /// Whether the file is on a disk, where the system can hold up whoever writes to its memory.
+    /// True if the file is on a disk, where the system can delay writes to its memory.
     fn is_on_disk(file: &File) -> bool;
 }
 
 /// The signals that end a program.
 #[cfg(feature = "signals")]
 pub trait EndSignals: Send {
-    /// The next one.
+    /// Waits for the next one.
     fn next(&mut self) -> impl Future<Output = Ended> + Send;
 }
 
-/// What a service manager is told.
+/// State reported to a service manager.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServiceState {
-    /// It runs.
+    /// Running.
     Ready,
-    /// It still does: feeds the watchdog.
+    /// Still running: feeds the watchdog.
     Alive,
-    /// It comes to its end.
+    /// Ending.
     Stopping,
 }
 
-/// What is done to a child.
+/// Signal to a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildSignal {
-    /// It stands still, whatever it does.
+    /// Stops, whatever the child does.
     Freeze,
-    /// It goes on.
+    /// Continues.
     Resume,
-    /// It is asked to end by itself.
+    /// Requests an end.
     End,
 }
 
-/// A folder that nobody else holds.
+/// A locked folder.
 #[derive(Debug)]
 pub struct HeldFolder {
-    /// The lock ends with it, however the process does; none where there is no lock.
+    /// Lock, released when its process ends, however it does; none without locks.
     _lock: Option<File>,
 }
 
-/// Who may read a file.
+/// Readers of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readers {
-    /// Its owner.
+    /// Owner only.
     Owner,
     /// Everybody.
     All,
 }
 
-/// What others than its owner may do with a file.
+/// Permissions of others than its owner for a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Others {
-    /// They may use it at all: read, write or execute.
+    /// Any access: read, write or execute.
     pub access: bool,
-    /// They may write it.
+    /// Write access.
     pub write: bool,
 }
 
-/// A file that two processes share has a lock for each.
+/// Lock of a file that two processes share, one for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SharedLock {
-    /// Of the node that made it.
+    /// Lock of the node that made it.
     Node,
-    /// Of the drive process that uses it.
+    /// Lock of the drive process that uses it.
     DriveProcess,
 }

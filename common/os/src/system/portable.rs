@@ -1,6 +1,6 @@
-//! What the standard library and tokio give on every system.
+//! System with the standard library and tokio alone.
 //!
-//! It is built and tested everywhere, so that it goes on working where nobody builds for another system.
+//! It is built and tested everywhere, so that it keeps working although nobody builds for another system.
 
 use std::fs::{File, Metadata};
 use std::io;
@@ -23,9 +23,9 @@ use crate::Ended;
 
 /// A system of which nothing more is known.
 ///
-/// What it cannot do it says where that is asked for: real-time priorities, drives in other processes, and faults of real
-/// processes that stop and go on. What it leaves out: the watchdog of a service manager, the locks on folders of results,
-/// private files, and the watch of a node's memory.
+/// Unsupported functions return errors: real-time priorities, drives in other processes, and faults of
+/// real processes that stop and continue. It omits the watchdog of a service manager, the locks on
+/// folders of results, private files, and the monitoring of a node's memory.
 #[derive(Clone, Copy, Debug)]
 pub enum Portable {}
 
@@ -40,7 +40,7 @@ fn unsupported(what: &str) -> io::Error {
     )
 }
 
-/// An instant of both clocks, the first time that anybody asks: processes agree as well as their wall clock did then.
+/// An instant of both clocks, read once: processes agree as well as their wall clock did then.
 fn origin() -> &'static (Instant, i64) {
     static ORIGIN: OnceLock<(Instant, i64)> = OnceLock::new();
     ORIGIN.get_or_init(|| {
@@ -78,7 +78,7 @@ impl System for Portable {
         }
     }
 
-    /// Nothing is known of timers that are bundled.
+    /// Bundling of timers is not known here.
     fn tighten_timers() -> Result<(), String> {
         Ok(())
     }
@@ -120,7 +120,7 @@ impl System for Portable {
         unsupported("a process in the place of this one")
     }
 
-    /// Whoever started it ends it, unless that one is killed.
+    /// Does nothing: the parent ends it, unless the parent is killed.
     fn die_with(_parent: i32) -> io::Result<()> {
         Ok(())
     }
@@ -142,7 +142,7 @@ impl System for Portable {
     fn signal(_child: &Child, signal: ChildSignal) -> io::Result<()> {
         let what = match signal {
             ChildSignal::Freeze => "how to stop a process",
-            // It was never stopped.
+            // The child was never stopped.
             ChildSignal::Resume => return Ok(()),
             ChildSignal::End => "how to ask a process to end",
         };
@@ -208,7 +208,7 @@ impl System for Portable {
     }
 }
 
-/// Ctrl-C, all that every system has.
+/// Ctrl-C, the only signal of every system.
 #[cfg(feature = "signals")]
 #[derive(Clone, Copy, Debug)]
 pub struct CtrlC;
@@ -218,13 +218,13 @@ impl EndSignals for CtrlC {
     async fn next(&mut self) -> Ended {
         match tokio::signal::ctrl_c().await {
             Ok(()) => Ended::Interrupted,
-            // It cannot be heard: then it ends the process, as it does without anybody listening.
+            // It cannot be received: then it ends the process, as it does without a listener.
             Err(_) => std::future::pending().await,
         }
     }
 }
 
-/// A socket whose stamps the program takes itself.
+/// A socket with stamps taken by the program.
 #[derive(Debug)]
 pub struct ProgramStamped(UdpSocket);
 

@@ -1,18 +1,19 @@
-//! A UDP socket that says when datagrams came and left, as near to the wire as the system can tell.
+//! A UDP socket with stamps of arrivals and departures, as near to the wire as the system can take them.
 
 use std::io;
 use std::net::SocketAddr;
 
 use coaxle_node::Stamps;
 
-/// A datagram that came.
+/// A received datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Came {
-    /// Its length; one that is longer than the buffer is cut.
+    /// Length; a datagram longer than the buffer is cut.
     pub length: usize,
-    /// Who sent it.
+    /// Address of the sender.
     pub from: SocketAddr,
-    /// When, ns of [`System::clock_ns`](super::System::clock_ns); none if its stamp cannot be believed.
+    /// Time of arrival, ns of [`System::clock_ns`](super::System::clock_ns); none if its stamp is not
+    /// plausible.
     pub at_ns: Option<i64>,
 }
 
@@ -21,60 +22,62 @@ pub trait StampedSocket: Sized + Send {
     /// Opens it.
     ///
     /// # Errors
-    /// The address cannot be used.
+    /// An address that cannot be used.
     fn bind(address: SocketAddr) -> io::Result<Self>;
 
-    /// Another end of it.
+    /// Makes another end of it.
     ///
     /// # Errors
-    /// The system refuses.
+    /// A refusal of the system.
     fn try_clone(&self) -> io::Result<Self>;
 
-    /// Where it is bound.
+    /// Bound address.
     ///
     /// # Errors
-    /// The system refuses.
+    /// A refusal of the system.
     fn address(&self) -> io::Result<SocketAddr>;
 
-    /// Where its stamps are taken.
+    /// Place where its stamps are taken.
     fn stamps(&self) -> Stamps;
 
-    /// Waits for the next datagram, for a tenth of a second at most; none if none came.
+    /// Waits for the next datagram, for a tenth of a second at most; none if none arrived.
     ///
     /// # Errors
-    /// The system refuses.
+    /// A refusal of the system.
     fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>>;
 
     /// Sends a datagram.
     ///
     /// # Errors
-    /// It was not sent.
+    /// A datagram that was not sent.
     fn send(&mut self, bytes: &[u8], to: SocketAddr) -> io::Result<()>;
 
-    /// The stamp of a datagram that left: how many were sent before it by this socket, and when it left, ns of the same
-    /// clock. None if there is no more as yet.
+    /// Departure stamp of a datagram: the number of datagrams sent before it by this socket, and its
+    /// time, ns of the clock above. None if there is no further one yet.
     fn departure(&mut self) -> Option<(u32, i64)>;
 }
 
-/// Of two clocks, what the second shows when the first shows 0, as far as a stamp can be carried from one to the other.
+/// Offset between two clocks, the second at time 0 of the first, as far as stamps can be converted from
+/// one to the other.
 ///
-/// The second may be set anew at any time: a stamp from before that cannot be carried over.
+/// The second may be set at any time: a stamp from before that cannot be converted.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClockOffset {
     newest: Option<i64>,
 }
 
-/// Stamps are not taken in the future, nor is one so old of use.
+/// Greatest age of a stamp, ns: older ones are of no use, and none is in the future.
 const LONGEST_AGE_NS: i64 = 200_000_000;
-/// Both are read one after the other, ns.
+/// Time between the readings of both clocks, ns.
 const READING_NS: i64 = 1_000;
-/// What is more was a clock that was set, ns.
+/// Change of the offset beyond which the clock was set, ns.
 const JUMP_NS: i64 = 20_000;
-/// So often both clocks are read; the narrowest counts.
+/// Number of readings of both clocks; the narrowest counts.
 const READINGS: usize = 9;
 
 impl ClockOffset {
-    /// Reads both: `clock`, `other`, `clock`, several times. Whether the other one was set since the last time.
+    /// Reads both: `clock`, `other`, `clock`, several times. True if the other one was set since the last
+    /// time.
     pub fn measure(&mut self, clock: impl Fn() -> i64, other: impl Fn() -> i64) -> bool {
         let mut narrowest = (i64::MAX, 0);
         for _ in 0..READINGS {
@@ -89,7 +92,7 @@ impl ClockOffset {
         before.is_some_and(|before| (offset - before).abs() > JUMP_NS)
     }
 
-    /// A stamp of the other clock on the first, which shows `now`; none if it cannot be believed.
+    /// Converts a stamp of the other clock to the first, which shows `now`; none if it is not plausible.
     #[must_use]
     pub fn carried(&self, stamp: i64, now: i64) -> Option<i64> {
         let at = stamp.checked_sub(self.newest?)?;
@@ -103,7 +106,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// Every reading takes so many ns, and some are interrupted.
+    /// Simulated clock: every reading takes this number of ns, and some are interrupted.
     fn clock(now: &Cell<i64>, takes: &[i64]) -> impl Fn() -> i64 {
         let reading = Cell::new(0);
         move || {

@@ -1,4 +1,4 @@
-//! What holds of every system, and of the one this was built for.
+//! Properties of every system, and of the one this was built for.
 
 use std::process::Command;
 
@@ -28,7 +28,7 @@ fn wishes_that_nobody_can_grant_have_a_reason() {
     check::<Portable>();
 }
 
-/// Where it may be given a priority at all.
+/// Only if it may be given a priority at all.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_thread_hands_its_priority_on_and_drops_it() {

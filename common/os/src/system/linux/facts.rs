@@ -1,4 +1,4 @@
-//! What Linux says of itself.
+//! Properties of a Linux system.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Files: who may use them, and who holds them.
+//! Files: permissions and locks.
 
 use std::fs::{DirBuilder, File, Metadata, OpenOptions, Permissions};
 use std::io;
@@ -35,7 +35,7 @@ pub(super) fn create(path: &Path, readers: Readers) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.write(true).create(true).truncate(true).mode(mode);
     let file = options.open(path)?;
-    // A file of that name that was there keeps its own mode otherwise.
+    // An existing file of that name would keep its own mode.
     file.set_permissions(Permissions::from_mode(mode))?;
     Ok(file)
 }
@@ -71,8 +71,8 @@ pub(super) fn kind_of(metadata: &Metadata) -> Option<&'static str> {
     }
 }
 
-/// A `flock` for the node, a record lock (`lockf`) for the drive process: neither is in the way of the other, and the system
-/// drops them when their process ends, however it does.
+/// A `flock` for the node, a record lock (`lockf`) for the drive process: the two are independent, and
+/// the system drops them when their process ends, however it does.
 pub(super) fn lock(file: &File, lock: SharedLock) -> io::Result<bool> {
     let exclusive = FlockOperation::NonBlockingLockExclusive;
     let taken = match lock {

@@ -1,4 +1,4 @@
-//! What Linux lets in: the rules as `nft` and `iptables` list them. Those of ufw and firewalld are among them.
+//! Firewall rules of Linux, as listed by `nft` and `iptables`. Those of ufw and firewalld are among them.
 
 use std::io;
 use std::ops::RangeInclusive;
@@ -6,17 +6,17 @@ use std::process::{Command, Stdio};
 
 use crate::{Admitted, Firewall};
 
-/// A program that lists rules, what it is told, and what its words mean.
+/// A program that lists rules, its arguments, and the parser of its output.
 type List = (&'static str, &'static [&'static str], fn(&str) -> Firewall);
 
 const LISTS: [List; 2] = [
     ("nft", &["list", "ruleset"], of_nft),
     ("iptables", &["-S"], of_iptables),
 ];
-/// Who has no rights does not find them otherwise.
+/// Folders of these programs; without rights they are not on the path.
 const FOLDERS: [&str; 3] = ["", "/usr/sbin/", "/sbin/"];
 
-/// The rules that hold.
+/// Reads the rules in force.
 pub(super) fn read() -> Result<Firewall, String> {
     let (mut known, mut reasons) = (None::<Firewall>, Vec::new());
     for (program, arguments, parse) in LISTS {
@@ -57,8 +57,8 @@ fn listed(program: &str, arguments: &[&str]) -> Result<String, String> {
     }
 }
 
-/// Tables of chains; `type filter hook input priority 0; policy drop;` heads one that sees what comes in, and others are
-/// jumped to from there.
+/// Parses tables of chains. `type filter hook input priority 0; policy drop;` is the head of a chain for
+/// incoming packets; other chains are jumped to from there.
 fn of_nft(text: &str) -> Firewall {
     let mut firewall = Firewall::default();
     let (mut sees_input, mut is_base) = (false, false);
@@ -72,7 +72,7 @@ fn of_nft(text: &str) -> Firewall {
         }
         let words: Vec<_> = line.split_whitespace().collect();
         let says = |word: &str| words.contains(&word);
-        // A chain that is jumped to may be one of what goes out: then it drops nothing of ours.
+        // A chain that is jumped to may belong to outgoing packets: then it drops nothing of ours.
         if sees_input && is_base && (says("drop") || says("reject")) && !line.starts_with("type ") {
             firewall.drops = true;
         }
@@ -87,7 +87,7 @@ fn of_nft(text: &str) -> Firewall {
     firewall
 }
 
-/// `-P INPUT DROP`, `-A ufw-user-input -p tcp -m tcp --dport 7447 -j ACCEPT`.
+/// Parses `-P INPUT DROP`, `-A ufw-user-input -p tcp -m tcp --dport 7447 -j ACCEPT`.
 fn of_iptables(text: &str) -> Firewall {
     let mut firewall = Firewall::default();
     for line in text.lines() {
@@ -111,7 +111,7 @@ fn of_iptables(text: &str) -> Firewall {
     firewall
 }
 
-/// Whether a rule is of datagrams, of streams, or of both.
+/// Protocols of a rule: datagrams (true), streams (false), or both.
 fn protocols(name: Option<&str>) -> &'static [bool] {
     match name {
         Some("tcp") => &[false],
@@ -128,7 +128,7 @@ fn admitted(protocols: &[bool], ports: &[RangeInclusive<u16>]) -> Vec<Admitted> 
         .collect()
 }
 
-/// `7447`, `{ 22, 7000-8000 }`, `22,7000:8000`; names of services stand for none of ours.
+/// Parses `7447`, `{ 22, 7000-8000 }`, `22,7000:8000`; names of services are none of our ports.
 fn ports_of(words: &[&str]) -> Vec<RangeInclusive<u16>> {
     let set = match words {
         ["{", rest @ ..] => {

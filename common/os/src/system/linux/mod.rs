@@ -31,7 +31,7 @@ impl System for Linux {
     type EndSignals = signals::Signals;
     type StampedSocket = stamped_socket::KernelStamped;
 
-    /// `CLOCK_MONOTONIC`. An i64 of nanoseconds holds 292 years of uptime.
+    /// `CLOCK_MONOTONIC`. An i64 of nanoseconds covers 292 years of uptime.
     fn clock_ns() -> i64 {
         let time = clock_gettime(ClockId::Monotonic);
         time.tv_sec * threads::NANOS_PER_SEC + time.tv_nsec
@@ -78,7 +78,7 @@ impl System for Linux {
         signals::Signals::listen()
     }
 
-    /// Under the name that this one was called by.
+    /// Starts it under the name of this process.
     fn replace_this_process(by: &mut Command) -> io::Error {
         if let Some(called) = std::env::args_os().next() {
             by.arg0(called);

@@ -1,4 +1,4 @@
-//! This process and its children, and systemd.
+//! The own process and its children, and systemd.
 
 use std::io;
 use std::process::Child;
@@ -18,7 +18,7 @@ pub(super) fn die_with(parent: i32) -> io::Result<()> {
     }
 }
 
-/// In systemd's protocol; where nobody listens (`NOTIFY_SOCKET`) nothing is told.
+/// Notifies in systemd's protocol; without a listener (`NOTIFY_SOCKET`) nothing is sent.
 pub(super) fn tell_service_manager(state: ServiceState) -> io::Result<()> {
     let state = match state {
         ServiceState::Ready => NotifyState::Ready,
@@ -51,8 +51,8 @@ pub(super) fn processor_time(process: u32) -> Option<Duration> {
     ))
 }
 
-/// The ticks that a line of `/proc/…/stat` tells: in programs, and in the kernel for them. The name is in parentheses, and
-/// may hold some.
+/// The ticks in a line of `/proc/…/stat`: in user mode, and in kernel mode. The name is in parentheses,
+/// and may itself contain parentheses.
 fn processor_ticks(stat: &str) -> Option<u64> {
     /// `utime` is the 14th field and `stime` the 15th; the first after the name is the third.
     const USER: usize = 14 - 3;

@@ -7,12 +7,12 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use crate::EndSignals;
 use crate::Ended;
 
-/// Those that end a program.
+/// Signals that end a program.
 #[derive(Debug)]
 pub struct Signals {
     interrupt: Signal,
     terminate: Signal,
-    /// None where it was started to outlive its terminal.
+    /// SIGHUP; none if the process was started to outlive its terminal.
     hang_up: Option<Signal>,
 }
 
@@ -43,7 +43,7 @@ impl EndSignals for Signals {
     }
 }
 
-/// Whether this process was started with SIGHUP ignored, as `nohup` does: listening would undo that.
+/// True if this process was started with SIGHUP ignored, as `nohup` does: listening would undo that.
 fn ignores_hang_up() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     ignored_signals(&status).is_some_and(|mask| mask & 1 != 0)

@@ -1,4 +1,4 @@
-//! UDP with `SO_TIMESTAMPING`: when datagrams came and left, as the kernel saw it.
+//! UDP with `SO_TIMESTAMPING`: arrivals and departures of datagrams, stamped by the kernel.
 
 use std::io::{self, IoSliceMut};
 use std::net::{SocketAddr, UdpSocket};
@@ -18,16 +18,16 @@ use rustix::time::{ClockId, clock_gettime};
 use super::threads::NANOS_PER_SEC;
 use crate::stamped_socket::{Came, ClockOffset, StampedSocket};
 
-/// How long it waits for a datagram.
+/// Greatest wait for a datagram.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Its stamps are of `CLOCK_REALTIME`, and carried over to the machine's clock.
+/// UDP socket with stamps of `CLOCK_REALTIME`, converted to the machine's clock.
 #[derive(Debug)]
 pub struct KernelStamped {
     socket: UdpSocket,
     stamps: Stamps,
     offset: ClockOffset,
-    /// For what the kernel says beside a datagram.
+    /// Buffer of the kernel's control messages beside a datagram.
     beside: Vec<u8>,
 }
 
@@ -41,7 +41,7 @@ impl KernelStamped {
         }
     }
 
-    /// A stamp of `CLOCK_REALTIME` on the machine's clock.
+    /// Converts a stamp of `CLOCK_REALTIME` to the machine's clock.
     fn carried(&mut self, stamp: i64) -> Option<i64> {
         let was_set = self.offset.measure(monotonic, realtime);
         self.offset.carried(stamp, monotonic()).filter(|_| !was_set)
@@ -161,7 +161,7 @@ impl StampedSocket for KernelStamped {
 fn nothing_came(error: io::Error) -> io::Result<Option<Came>> {
     use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
     match error.kind() {
-        // Nobody listens there as yet, which the next call is told.
+        // Nobody listens at that address yet, which the next call reports.
         WouldBlock | TimedOut | Interrupted | ConnectionRefused => Ok(None),
         _ => Err(error),
     }

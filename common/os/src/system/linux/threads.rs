@@ -1,4 +1,4 @@
-//! Threads: when they wake, and before whom.
+//! Threads: wake-ups and priorities.
 
 use std::num::NonZeroU64;
 
@@ -15,7 +15,8 @@ use thread_priority::{
 
 pub(super) const NANOS_PER_SEC: i64 = 1_000_000_000;
 
-/// Absolute: neither an interrupting signal nor the time between reading the clock and going to sleep adds to it.
+/// Absolute deadline: neither an interrupting signal nor the time between reading the clock and going to
+/// sleep adds to it.
 pub(super) fn sleep_until(deadline: i64) {
     let nanos = deadline.max(0);
     let request = Timespec {
@@ -71,8 +72,8 @@ pub(super) fn priorities() -> Vec<(String, u8)> {
     found
 }
 
-/// The name and the real-time priority that a line of `/proc/…/stat` tells; none of a thread without one. The name is in
-/// parentheses, and may hold some.
+/// The name and the real-time priority in a line of `/proc/…/stat`; none for a thread without one. The
+/// name is in parentheses, and may itself contain parentheses.
 fn priority_of(stat: &str) -> Option<(String, u8)> {
     /// `rt_priority` is the 40th field; the first after the name is the third.
     const PRIORITY: usize = 40 - 3;
