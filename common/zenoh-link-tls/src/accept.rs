@@ -1,4 +1,4 @@
-//! Taking the links that others open.
+//! Accepting links.
 
 use std::collections::VecDeque;
 use std::io;
@@ -18,15 +18,16 @@ use crate::config::{self, Common};
 use crate::link::{Ends, Link};
 use crate::refusals::Refusals;
 
-/// The most handshakes under way. One takes a few milliseconds; a client slower than this many others that came after it
-/// makes room for the next one. So a client that connects and says nothing keeps nobody out: that would take this many
-/// connects within the time of one honest handshake, some 50 000 a second. It bounds descriptors and memory besides.
+/// Greatest number of handshakes in progress. One takes a few milliseconds; a client slower than this
+/// number of later ones makes room for the next one. So a client that connects and sends nothing keeps
+/// nobody out: that would take this many connects within the time of one honest handshake, some 50 000 a
+/// second. It also limits descriptors and memory.
 const MOST_HANDSHAKES: usize = 128;
 
 /// The wait when the system gives no descriptor: it will not have one at once.
 const WITHOUT_DESCRIPTORS: Duration = Duration::from_millis(100);
 
-/// A listening socket and what becomes a link there.
+/// A listening socket and the destination of its links.
 pub(crate) struct Listener {
     pub(crate) socket: TcpListener,
     pub(crate) acceptor: TlsAcceptor,
@@ -34,7 +35,7 @@ pub(crate) struct Listener {
     pub(crate) links: NewLinkChannelSender,
 }
 
-/// A handshake that ended: whose, and why it failed.
+/// A handshake that ended: the client's address, and the error if it failed.
 type Ended = (SocketAddr, Result<(), String>);
 
 impl Listener {
@@ -67,7 +68,7 @@ impl Listener {
         }
     }
 
-    /// The handshake of one connection, and the hand-over of its link.
+    /// Makes the handshake of one connection, and hands over its link.
     fn handshake(
         &self,
         socket: TcpStream,
@@ -105,7 +106,7 @@ impl Listener {
     }
 }
 
-/// The handshakes under way, the oldest one first.
+/// The handshakes in progress, the oldest one first.
 #[derive(Default)]
 struct Handshakes {
     tasks: JoinSet<Ended>,
@@ -123,7 +124,7 @@ impl Handshakes {
         self.order.push_back((from, handle));
     }
 
-    /// Ends the oldest handshake if there are as many as there may be; whose it was.
+    /// Ends the oldest handshake if the limit is reached; returns the client's address.
     fn make_room(&mut self) -> Option<SocketAddr> {
         if self.order.len() < MOST_HANDSHAKES {
             return None;
@@ -137,12 +138,12 @@ impl Handshakes {
         Some(from)
     }
 
-    /// The next one that ends by itself. None without any: a branch of `select!` that is off.
+    /// Waits for the next one that ends by itself. None without any: a branch of `select!` that is off.
     async fn next(&mut self) -> Option<Ended> {
         loop {
             match self.tasks.join_next().await? {
                 Ok(ended) => return Some(ended),
-                // One that made room.
+                // A handshake that was ended to make room.
                 Err(ended) if ended.is_cancelled() => {}
                 Err(panicked) => {
                     tracing::error!(target: config::LOG, "a handshake panicked: {panicked}");

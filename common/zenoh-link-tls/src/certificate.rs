@@ -1,17 +1,17 @@
-//! The other end, as its certificates name it.
+//! The peer of a link, by its certificates.
 
 use rustls::pki_types::CertificateDer;
 use time::OffsetDateTime;
 use x509_parser::prelude::{FromDer, X509Certificate};
 use zenoh_result::{ZResult, zerror};
 
-/// The other end of a link, and the end of its validity.
+/// The peer of a link, and the end of its validity.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Peer {
-    /// The common name of its certificate: what Zenoh's access control goes by. None without a certificate, or without a
-    /// name in it.
+    /// The common name of its certificate, used by Zenoh's access control. None without a certificate, or
+    /// without a name in it.
     pub(crate) name: Option<String>,
-    /// The end of validity that comes first in its chain; none without a certificate.
+    /// The earliest end of validity in its chain; none without a certificate.
     pub(crate) expires: Option<OffsetDateTime>,
 }
 

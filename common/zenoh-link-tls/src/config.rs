@@ -217,10 +217,10 @@ impl Common {
     }
 }
 
-/// The TLS of a listener: the certificate that it shows, and the authority that it wants of clients.
+/// The TLS of a listener: its own certificate, and the authority required of clients.
 ///
 /// # Errors
-/// A file that cannot be read; no authority where certificates of both ends are wanted; a key that does not fit.
+/// A file that cannot be read; no authority if both ends need certificates; a key that does not fit.
 pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> {
     let chain = LISTEN_CERTIFICATE.certificates(endpoint).await?;
     let chain = chain.ok_or_else(|| LISTEN_CERTIFICATE.missing())?;
@@ -238,13 +238,13 @@ pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> 
     let mut config = builder
         .with_single_cert(chain, key)
         .map_err(|error| LISTEN_KEY.wrong(&error))?;
-    // Certificates are checked whenever somebody connects: no session is resumed on an earlier check.
+    // Certificates are checked on every connect: no session is resumed on an earlier check.
     config.session_storage = Arc::new(NoServerSessionStorage {});
     config.send_tls13_tickets = 0;
     Ok(Arc::new(config))
 }
 
-/// The TLS of a client: the authority that it wants of listeners, and the certificate that it shows.
+/// The TLS of a client: the authority required of listeners, and its own certificate.
 ///
 /// # Errors
 /// As of [`server`]; no authority.
@@ -278,7 +278,7 @@ pub(crate) async fn client(endpoint: &Config<'_>) -> ZResult<Arc<ClientConfig>> 
 /// The TCP sockets below.
 ///
 /// # Errors
-/// A size, class of service or address that is none.
+/// An invalid size, class of service or address.
 pub(crate) async fn sockets<'a>(endpoint: &'a Config<'_>) -> ZResult<TcpSocketConfig<'a>> {
     let interface = endpoint.get(BIND_INTERFACE);
     let bind = match endpoint.get(BIND_SOCKET) {
@@ -307,7 +307,7 @@ pub(crate) async fn resolve(address: &str) -> ZResult<SocketAddr> {
         .ok_or_else(|| zerror!("{address}: no address is known of it").into())
 }
 
-/// Those that sign the certificates of other ends, and nobody else: public authorities sign for everybody.
+/// Authorities that sign the certificates of peers, and no others: public authorities sign for everybody.
 async fn authority(endpoint: &Config<'_>) -> ZResult<RootCertStore> {
     let certificates = AUTHORITY.certificates(endpoint).await?;
     let mut roots = RootCertStore::empty();
@@ -319,7 +319,7 @@ async fn authority(endpoint: &Config<'_>) -> ZResult<RootCertStore> {
     Ok(roots)
 }
 
-/// Both ends have certificates.
+/// True if both ends have certificates.
 fn is_mutual(endpoint: &Config<'_>) -> ZResult<bool> {
     switch(endpoint, key::TLS_ENABLE_MTLS, key::TLS_ENABLE_MTLS_DEFAULT)
 }

@@ -6,16 +6,16 @@
 //! [rustls#288](https://github.com/rustls/rustls/issues/288)). Here the stream is behind a lock that is held for one poll
 //! (`stream.rs`). What travels is the same, so both understand each other.
 //!
-//! Stricter where a secure network wants it:
+//! Stricter for secure networks:
 //!
 //! * TLS 1.3 alone, and no authority but the one that the config names.
-//! * Handshakes go on side by side. Who connects and says nothing makes room for who comes later (`accept.rs`), and a
-//!   handshake that failed keeps nobody waiting.
+//! * Handshakes run in parallel. A client that connects and sends nothing makes room for later ones
+//!   (`accept.rs`), and a failed handshake delays nobody.
 //! * IPv6 addresses are compared with certificates.
 //! * A link whose certificates have expired is closed at both ends, if the config says so.
 //!
-//! The settings are Zenoh's own, below `transport/link/tls`. Zenoh's links are internal to it, so this crate goes with
-//! exactly one version.
+//! The settings are Zenoh's own, below `transport/link/tls`. Zenoh's links are internal to it, so this
+//! crate fits exactly one version.
 
 mod accept;
 mod certificate;
@@ -36,7 +36,7 @@ use zenoh_result::ZResult;
 /// The protocol in a locator: `tls/<host>:<port>`.
 pub const TLS_LOCATOR_PREFIX: &str = "tls";
 
-/// The answers to what Zenoh asks of a locator before there is a link.
+/// The properties of a locator that Zenoh inspects before there is a link.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TlsLocatorInspector;
 

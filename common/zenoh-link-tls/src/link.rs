@@ -1,4 +1,4 @@
-//! A link: one TLS connection, as Zenoh sees it.
+//! A link: one TLS connection, with the interface of Zenoh.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -22,7 +22,7 @@ use crate::{TLS_LOCATOR_PREFIX, config};
 /// The longest sleep until a certificate expires: the machine's clock may be set meanwhile.
 const LONGEST_SLEEP: Duration = Duration::from_secs(600);
 
-/// One TLS connection to somebody whose certificate was checked.
+/// A TLS connection to a peer whose certificate was checked.
 pub(crate) struct Link {
     stream: SharedStream,
     ends: Ends,
@@ -40,10 +40,11 @@ pub(crate) struct Ends {
 }
 
 impl Link {
-    /// Takes a connection whose handshake is done. `expires`: closes it when a certificate of the other end expires.
+    /// Takes a connection whose handshake is done. `expires`: closes it when a certificate of the peer
+    /// expires.
     ///
     /// # Errors
-    /// A certificate of the other end that cannot be read; an address that is no locator.
+    /// A certificate of the peer that cannot be read; an invalid address.
     pub(crate) fn open(
         stream: TlsStream<TcpStream>,
         ends: Ends,
@@ -74,7 +75,7 @@ impl Link {
     }
 }
 
-/// Ends a link that is still there when a certificate of the other end expires.
+/// Ends a link that still exists when a certificate of the peer expires.
 fn hang_up_at(until: OffsetDateTime, link: Weak<Link>) -> AbortHandle {
     let wait = async move {
         while let Some(left) = remaining(until) {
@@ -88,7 +89,7 @@ fn hang_up_at(until: OffsetDateTime, link: Weak<Link>) -> AbortHandle {
     zenoh_runtime::ZRuntime::Acceptor.spawn(wait).abort_handle()
 }
 
-/// None when it is over.
+/// Remaining time; none when it is over.
 fn remaining(until: OffsetDateTime) -> Option<Duration> {
     let left = until - OffsetDateTime::now_utc();
     Duration::try_from(left).ok().filter(|left| !left.is_zero())

@@ -16,14 +16,14 @@ use crate::accept::Listener;
 use crate::config::{self, Common};
 use crate::link::{Ends, Link};
 
-/// Opens links and takes those that others open.
+/// Opens links and accepts those of others.
 pub struct LinkManagerUnicastTls {
     links: NewLinkChannelSender,
     listeners: ListenersUnicastIP,
 }
 
 impl LinkManagerUnicastTls {
-    /// Makes a manager that hands over the links that others open to `links`.
+    /// Makes a manager that hands over accepted links to `links`.
     #[must_use]
     pub fn new(links: NewLinkChannelSender) -> Self {
         Self {
@@ -109,7 +109,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     }
 }
 
-/// What the certificate of the other end must be for.
+/// Name that the certificate of the peer must be for.
 fn server_name(address: &str) -> ZResult<ServerName<'static>> {
     let (host, _) = host_and_port(address)?;
     // An IPv6 address is in brackets, which are no part of it.

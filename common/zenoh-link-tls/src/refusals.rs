@@ -1,4 +1,4 @@
-//! Who did not get in, counted, and said now and then.
+//! Refused connections, counted and logged now and then.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use tokio::time::Instant;
 /// Least time between two lines: a flood of connects must not be a flood of lines.
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
-/// Connections that came to nothing since the last line.
+/// Connections refused since the last line.
 #[derive(Debug, Default)]
 pub(crate) struct Refusals {
     count: u64,
@@ -22,7 +22,7 @@ impl Refusals {
         self.last = Some((from, reason));
     }
 
-    /// A line, if there is something to say and the last one was long enough ago.
+    /// Returns a line, if there are new refusals and the last one was long enough ago.
     pub(crate) fn line(&mut self, now: Instant) -> Option<String> {
         if let Some(said) = self.said
             && now.duration_since(said) < BETWEEN_LINES
@@ -38,7 +38,7 @@ impl Refusals {
         })
     }
 
-    /// When there is something to say; none without a refusal.
+    /// Time of the next line; none without a refusal.
     pub(crate) fn due(&self) -> Option<Instant> {
         self.last.as_ref()?;
         self.said.map(|said| said + BETWEEN_LINES)

@@ -1,4 +1,4 @@
-//! One TLS stream that one task reads while another one writes.
+//! A TLS stream that one task reads while another one writes.
 
 use std::future::poll_fn;
 use std::io;
@@ -12,15 +12,15 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio_rustls::TlsStream;
 
-/// Time for the last bytes of a link that is closed. A peer that takes none of them for that long is gone.
+/// Time for the last bytes of a link that is closed. A peer that takes none of them in this time is gone.
 const FAREWELL: Duration = Duration::from_millis(500);
 
 /// A TLS stream behind a lock.
 ///
-/// A TLS session is one state for both directions, so reading and writing exclude each other. The lock is held for one
-/// poll, never across an await: the time to encrypt or decrypt what is at hand and one system call. Neither direction
-/// waits for the other one's bytes. A socket knows one waiting reader and one waiting writer; further ones wait for their
-/// turn.
+/// A TLS session is one state for both directions, so reading and writing exclude each other. The lock is
+/// held for one poll, never across an await: the time to encrypt or decrypt the available bytes and one
+/// system call. Neither direction waits for the other one's bytes. A socket knows one waiting reader and
+/// one waiting writer; further ones wait for their turn.
 #[derive(Debug)]
 pub(crate) struct SharedStream {
     stream: Mutex<TlsStream<TcpStream>>,
@@ -37,7 +37,7 @@ impl SharedStream {
         }
     }
 
-    /// Reads what is there, at least one byte; 0 at the end of the stream.
+    /// Reads the available bytes, at least one; 0 at the end of the stream.
     pub(crate) async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         let _turn = self.reading.lock().await;
         self.read_some(buffer).await
@@ -72,11 +72,11 @@ impl SharedStream {
                 written => bytes = &bytes[written..],
             }
         }
-        // What the socket did not take is still in the session.
+        // Bytes that the socket did not take are still in the session.
         self.flush().await
     }
 
-    /// Sends what is under way and the end of the stream, within [`FAREWELL`], and hangs up.
+    /// Sends the pending bytes and the end of the stream, within [`FAREWELL`], and closes the connection.
     pub(crate) async fn close(&self) {
         let farewell = async {
             let _turn = self.writing.lock().await;
@@ -87,7 +87,7 @@ impl SharedStream {
         self.hang_up();
     }
 
-    /// Ends both directions at once: who reads or writes finds the end of the stream.
+    /// Ends both directions at once: readers and writers get the end of the stream.
     pub(crate) fn hang_up(&self) {
         let stream = self.lock();
         let socket = socket2::SockRef::from(stream.get_ref().0);
@@ -113,7 +113,7 @@ impl SharedStream {
             .await
     }
 
-    /// Polls with the stream in hand: the only way to it.
+    /// Polls with the stream locked: the only access to it.
     async fn poll<T>(
         &self,
         mut step: impl FnMut(Pin<&mut TlsStream<TcpStream>>, &mut Context<'_>) -> Poll<T>,
@@ -121,7 +121,7 @@ impl SharedStream {
         poll_fn(|context| step(Pin::new(&mut *self.lock()), context)).await
     }
 
-    /// A poll that panicked leaves a session that fails by itself, so poisoning says nothing more.
+    /// A poll that panicked leaves a session that fails by itself, so poisoning adds no information.
     fn lock(&self) -> MutexGuard<'_, TlsStream<TcpStream>> {
         self.stream.lock().unwrap_or_else(PoisonError::into_inner)
     }

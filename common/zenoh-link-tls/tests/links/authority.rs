@@ -13,7 +13,7 @@ pub(crate) struct Authority {
     pem: String,
 }
 
-/// The certificate and key of a node, and the authority that it believes.
+/// The certificate and key of a node, and its trusted authority.
 pub(crate) struct Files {
     folder: TempDir,
 }
@@ -78,13 +78,13 @@ impl Authority {
 }
 
 impl Files {
-    /// Believes this authority instead of its own.
+    /// Trusts this authority instead of its own.
     pub(crate) fn trusting(self, authority: &Authority) -> Self {
         std::fs::write(self.folder.path().join("ca.pem"), &authority.pem).expect("a file");
         self
     }
 
-    /// The endpoint with certificates of both ends. `more` has settings that stand instead of those of before.
+    /// The endpoint with certificates of both ends. `more` has settings that replace previous ones.
     pub(crate) fn endpoint(&self, address: &str, more: &str) -> EndPoint {
         let file = |name: &str| -> PathBuf { self.folder.path().join(name) };
         let mut settings = vec![

@@ -1,5 +1,5 @@
-//! Every link that a node may have, read and written at both ends at once, as a sanitizer or valgrind wants to see it:
-//! docs/UNSAFE.md has the commands and what they say.
+//! Links of every kind, read and written at both ends at once, for a run under a sanitizer or valgrind:
+//! docs/UNSAFE.md has the commands and their results.
 
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ async fn both_ends(
         .await
         .expect("in time")
         .expect("a link");
-    // The listener goes on for as long as the process: some links share its socket.
+    // The listener lives as long as the process: some links share its socket.
     std::mem::forget(listener);
     (dialled, taken)
 }
@@ -84,7 +84,7 @@ async fn load((dialled, taken): (LinkUnicast, LinkUnicast)) {
         tokio::spawn(async move { while taken.write_all(&[1; BATCH], None).await.is_ok() {} });
     dialled.close().await.expect("closed");
     drop(dialled);
-    // A datagram link does not know that nobody is there any more.
+    // A datagram link does not detect the loss of its peer.
     tokio::time::sleep(Duration::from_millis(50)).await;
     writer.abort();
     let _ = writer.await;

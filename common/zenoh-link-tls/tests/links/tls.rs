@@ -1,4 +1,4 @@
-//! Links over TLS: what passes, who gets in, and how a link ends.
+//! Links over TLS: transmission, admission, and the end of a link.
 
 use std::io::Write as _;
 use std::net::TcpStream as PlainStream;
@@ -10,7 +10,7 @@ use zenoh_link_commons::{LinkAuthId, LinkManagerUnicastTrait, LinkUnicast};
 use zenoh_link_tls::LinkManagerUnicastTls;
 use zenoh_protocol::core::{EndPoint, Locator};
 
-/// What a busy machine may take for something that takes milliseconds.
+/// Timeout on a busy machine for operations that take milliseconds.
 const LONG: Duration = Duration::from_secs(60);
 
 /// A listener and the links that it takes.
@@ -68,7 +68,7 @@ fn name_of(link: &LinkUnicast) -> Option<&str> {
     }
 }
 
-/// A byte that differs with its place, so that what is lost, doubled or mixed up is seen.
+/// A byte that depends on its place, so that lost, doubled or mixed up bytes are detected.
 fn pattern(n: usize, salt: u8) -> u8 {
     (n as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).to_le_bytes()[5] ^ salt
 }
@@ -170,7 +170,7 @@ async fn who_is_not_of_the_network_does_not_get_in() {
         ("expired", authority.issue_expired("saw")),
     ];
     for (why, files) in refused_later {
-        // TLS 1.3 tells who connects of a refusal after its own handshake is done.
+        // TLS 1.3 reports a refusal to a client only after the client's own handshake is done.
         if let Ok(link) = listening.dialled(&files).await {
             let read = timeout(LONG, link.read_exact(&mut [0; 1], None)).await;
             assert!(read.expect("in time").is_err(), "{why}");
@@ -226,7 +226,7 @@ async fn connects_that_say_nothing_or_nonsense_keep_nobody_out() {
         .await
         .expect("a link");
     let established = listening.taken().await;
-    // More than may be under way stay open and silent, and as many are gone at once or say nonsense.
+    // More than the limit stay open and silent, and as many close at once or send garbage.
     let mut silent = Vec::new();
     for n in 0..600 {
         let mut socket = PlainStream::connect(listening.address()).expect("a connection");
