@@ -46,7 +46,7 @@ fn table(interpolation: Interpolation) -> Plate {
     Plate::from_table(table.expect("the rows are right"))
 }
 
-/// Masters over three cycles: in small steps, and in random order.
+/// Returns the masters over three cycles: in small steps, and in random order.
 fn masters(plate: &Plate) -> [Vec<f64>; 2] {
     let (start, _) = plate.master_range();
     let share = |i: u32| f64::from(i) / 4_096.0;
@@ -97,7 +97,7 @@ fn change(c: &mut Criterion) {
     });
 }
 
-/// Slave coupled by this number of plates of 64 points.
+/// Makes a slave coupled by this number of plates of 64 points.
 fn coupled(plates: u32) -> (Tables, CamCoupling) {
     let mut tables = Tables::new(4);
     let mut coupling = CamCoupling::new(CouplingParameters {

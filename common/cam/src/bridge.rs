@@ -97,7 +97,8 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// Slave values of the plate in a place, or the values that it needs so that the slave does not jump.
+    /// Returns the slave values of the plate in a place, or the values that it needs so that the slave
+    /// does not jump.
     pub(super) fn reference(
         &self,
         tables: &Tables,
@@ -111,7 +112,7 @@ impl CamCoupling {
         }
     }
 
-    /// Course of an uncoupled slave, as far as the master's motion determines it.
+    /// Returns the course of an uncoupled slave, as far as the master's motion determines it.
     fn uncoupled_path(&self) -> Path {
         let (slave, master) = (&self.slave, &self.master);
         let mut path = Path {
@@ -138,7 +139,7 @@ impl CamCoupling {
         }
     }
 
-    /// Course of a coupled slave: the sum of all plates and the ramp.
+    /// Returns the course of a coupled slave: the sum of all plates and the ramp.
     pub(super) fn path_at(&self, tables: &Tables, moment: &Moment) -> Result<Path, CouplingError> {
         let mut path = self.ramp_at(moment);
         for layer in self.layers.iter().flatten() {

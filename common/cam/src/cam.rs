@@ -190,7 +190,7 @@ impl Cam {
         }
     }
 
-    /// State of the coupling for every cycle, at low cost: [`CamCoupling::cam_state`].
+    /// Returns the state of the coupling for every cycle, at low cost: [`CamCoupling::cam_state`].
     #[must_use]
     pub fn cam_state(&self) -> Option<CamState> {
         let Plates { tables, coupling } = self.plates()?;
@@ -239,7 +239,7 @@ impl Cam {
         }
     }
 
-    /// Reason why written points did not take effect when they were due, once for each write.
+    /// Returns the reason why written points did not take effect when they were due, once for each write.
     pub fn take_held_back(&mut self) -> Option<CouplingError> {
         self.coupling.as_mut()?.take_held_back()
     }
@@ -253,7 +253,7 @@ impl Cam {
         self.ask(|plates| plates.coupling.info(plates.tables, table, at))
     }
 
-    /// The plates; none if there are none, or while they are lent to others.
+    /// Returns the plates; none if there are none, or while they are lent to others.
     #[must_use]
     pub fn tables(&self) -> Option<&Tables> {
         self.tables.as_deref()

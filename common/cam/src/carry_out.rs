@@ -85,8 +85,8 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// Moment at which a queued change takes effect. Positions on a plate are those of the plate in the
-    /// place; without one, of the plate to come.
+    /// Returns the moment at which a queued change takes effect. Positions on a plate are those of the
+    /// plate in the place; without one, of the plate to come.
     fn moment_of(
         &self,
         tables: &Tables,
@@ -155,7 +155,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// Placement of another plate in a place, and the ramp onto it.
+    /// Returns the placement of another plate in a place, and the ramp onto it.
     pub(super) fn placing(
         &self,
         tables: &Tables,
@@ -194,7 +194,7 @@ impl CamCoupling {
         Ok((placement, ramp))
     }
 
-    /// Ramp of a slave that continues without the plate in a place, which is not the last.
+    /// Returns the ramp of a slave that continues without the plate in a place, which is not the last.
     pub(super) fn removing(
         &self,
         tables: &Tables,
@@ -275,7 +275,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// Placement of the present plate by `scaling`, and the ramp to it.
+    /// Returns the placement of the present plate by `scaling`, and the ramp to it.
     pub(super) fn scaled(
         &self,
         tables: &Tables,
@@ -295,7 +295,7 @@ impl CamCoupling {
         Ok((placement, ramp))
     }
 
-    /// Ramp of a slave whose plate in a place continues as `next`.
+    /// Returns the ramp of a slave whose plate in a place continues as `next`.
     pub(super) fn moving(
         &self,
         tables: &Tables,
@@ -315,8 +315,8 @@ impl CamCoupling {
         self.bridge(tables, &crossing)
     }
 
-    /// Placement of a plate that continues with another scaling, or as another version of itself, and
-    /// keeps its strokes.
+    /// Returns the placement of a plate that continues with another scaling, or as another version of
+    /// itself, and keeps its strokes.
     pub(super) fn moved(
         &self,
         tables: &Tables,

@@ -53,13 +53,13 @@ pub struct Activation {
 }
 
 impl Activation {
-    /// A mode that needs no position.
+    /// Makes a mode that needs no position.
     #[must_use]
     pub const fn new(mode: ActivationMode) -> Self {
         Self::at(mode, 0.0)
     }
 
-    /// A mode and its position.
+    /// Makes a mode and its position.
     #[must_use]
     pub const fn at(mode: ActivationMode, position: f64) -> Self {
         Self {

@@ -188,14 +188,14 @@ impl Course<'_> {
         Ok(path)
     }
 
-    /// The plates in the other places.
+    /// Returns the plates in the other places.
     fn others(&self) -> impl Iterator<Item = &Layer> {
         let layers = self.coupling.layers.iter().enumerate();
         let others = layers.filter(|(index, _)| *index != self.index);
         others.filter_map(|(_, layer)| layer.as_ref())
     }
 
-    /// Distance of the master ahead on the new plate: a cycle, or the rest of a linear one.
+    /// Returns the distance of the master ahead on the new plate: a cycle, or the rest of a linear one.
     fn way_on_plate(&self, master: &Kinematics) -> f64 {
         let Some(Placed { placement, plate }) = &self.next else {
             return 0.0;

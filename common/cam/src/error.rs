@@ -265,7 +265,7 @@ impl From<CamError> for CouplingError {
 }
 
 impl CouplingError {
-    /// The NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
@@ -308,7 +308,7 @@ impl CouplingError {
     }
 }
 
-/// Permitted values of a scaling or an offset.
+/// Returns the permitted values of a scaling or an offset.
 fn scaling_expected(field: &str) -> &'static str {
     if field == "master scaling" {
         "a finite number other than 0"

@@ -35,7 +35,7 @@ impl CamCoupling {
             .map(|_| ())
     }
 
-    /// Checks a plate that is scaled, as [`Self::foresee_plate`].
+    /// Checks a plate that is scaled, as `foresee_plate`.
     pub(super) fn foresee_scaling(
         &self,
         tables: &Tables,
@@ -50,7 +50,7 @@ impl CamCoupling {
         }
     }
 
-    /// Checks a plate that is removed, as [`Self::foresee_plate`].
+    /// Checks a plate that is removed, as `foresee_plate`.
     pub(super) fn foresee_removal(
         &self,
         tables: &Tables,
@@ -65,7 +65,7 @@ impl CamCoupling {
         }
     }
 
-    /// The present moment, for a change that comes with the next cycle, before any other.
+    /// Returns the present moment, for a change that comes with the next cycle, before any other.
     fn moment_of_terms(&self, terms: &Terms) -> Option<Moment> {
         let at_once = terms.activation.mode == ActivationMode::Instantaneous;
         (at_once && !self.has_queue).then(|| Moment::at(self.master.position))

@@ -207,8 +207,8 @@ impl CamCoupling {
         })
     }
 
-    /// Brief state of the coupling, of several plates by the first; none before one is active. After an
-    /// error, the last valid state.
+    /// Returns the brief state of the coupling, of several plates by the first; none before one is
+    /// active. After an error, the last valid state.
     #[must_use]
     pub fn cam_state(&self, tables: &Tables) -> Option<CamState> {
         let layer = self.layers.iter().flatten().next()?;

@@ -39,14 +39,14 @@ impl CamLimits {
         }
     }
 
-    /// Greatest deviation from the slave's own motion within a cycle, u.
+    /// Returns the greatest deviation from the slave's own motion within a cycle, u.
     pub(super) fn farthest(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
         let by_jerk = jerk * cycle * cycle * cycle / 6.0;
         by_jerk.min(self.push() * cycle * cycle / 2.0)
     }
 
-    /// Greatest change of velocity within a cycle beyond that of the slave's own motion, u/s.
+    /// Returns the greatest change of velocity within a cycle beyond that of the slave's own motion, u/s.
     pub(super) fn fastest_change(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
         let by_jerk = jerk * cycle * cycle / 2.0;

@@ -161,24 +161,24 @@ impl CamCoupling {
         }
     }
 
-    /// Ids of the axes and limits of the slave.
+    /// Returns the ids of the axes and limits of the slave.
     #[must_use]
     pub const fn parameters(&self) -> &CouplingParameters {
         &self.parameters
     }
 
-    /// The job that began the coupling, or was to begin it.
+    /// Returns the job that began the coupling, or was to begin it.
     pub(super) const fn first(&self) -> Option<Job> {
         self.first
     }
 
-    /// The slave's set values of the last cycle.
+    /// Returns the slave's set values of the last cycle.
     #[must_use]
     pub const fn slave(&self) -> &Kinematics {
         &self.slave
     }
 
-    /// The state of the coupling as a whole.
+    /// Returns the state of the coupling as a whole.
     #[must_use]
     pub fn state(&self) -> CouplingState {
         match (self.kind, self.error) {
@@ -190,7 +190,7 @@ impl CamCoupling {
         }
     }
 
-    /// The state of a command: of those that couple a plate, `InSync` as long as the plate is
+    /// Returns the state of a command: of those that couple a plate, `InSync` as long as the plate is
     /// active; of the others `Done`. The last finished ones are remembered, older ones are `Idle`.
     #[must_use]
     pub fn state_of(&self, job: Job) -> CouplingState {
@@ -218,7 +218,7 @@ impl CamCoupling {
         }
     }
 
-    /// Bits 21 to 23 of `nStateDWord`: the queued changes.
+    /// Returns the bits 21 to 23 of `nStateDWord`: the queued changes.
     #[must_use]
     pub fn state_word(&self, tables: &Tables) -> StateWord {
         let mut word = StateWord::empty();
@@ -318,7 +318,7 @@ impl CamCoupling {
         self.untold = self.untold & !(1 << place) | u16::from(is_untold) << place;
     }
 
-    /// The next finished job, of those that did not begin the coupling.
+    /// Returns the next finished job, of those that did not begin the coupling.
     pub(super) fn next_ended(&mut self) -> Option<Job> {
         if self.untold == 0 {
             return None;

@@ -60,13 +60,13 @@ impl ActivationMode {
         Self::AtMasterAxisPosNegativeDirection,
     ];
 
-    /// The PLC's number of the mode.
+    /// Returns the PLC's number of the mode.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// The mode with that number, if there is one.
+    /// Returns the mode with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|mode| mode.code() == code)

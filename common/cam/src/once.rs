@@ -141,7 +141,7 @@ impl CamCoupling {
         Ok(())
     }
 
-    /// Placement of a plate that returns: as before, except for automatic values.
+    /// Returns the placement of a plate that returns: as before, except for automatic values.
     fn returned(
         &self,
         tables: &Tables,

@@ -73,8 +73,8 @@ impl CamCoupling {
     }
 }
 
-/// The present moment, unless the slave is in a segment that changes. If every segment does, the seam of
-/// the cycles.
+/// Returns the present moment, unless the slave is in a segment that changes. If every segment does, the
+/// seam of the cycles.
 fn safe_moment(versions: &Versions, placed: &Placed<'_>, step: Step) -> Option<Moment> {
     let (start, end) = placed.plate.master_range();
     let changed = versions.changed();

@@ -143,17 +143,17 @@ impl Placement {
         self
     }
 
-    /// Position of the master on the unscaled plate, x.
+    /// Returns the position of the master on the unscaled plate, x.
     pub(super) fn on_plate(&self, master: f64) -> f64 {
         (master + self.master_offset) / self.master_scaling
     }
 
-    /// Position of the master axis for one on the unscaled plate, u.
+    /// Returns the position of the master axis for one on the unscaled plate, u.
     pub(super) fn on_axis(&self, cam_master: f64) -> f64 {
         cam_master * self.master_scaling - self.master_offset
     }
 
-    /// Course of the slave at a position of the master axis.
+    /// Returns the course of the slave at a position of the master axis.
     pub(super) fn at(&self, plate: &Plate, master: f64) -> Path {
         self.path(&plate.at(self.on_plate(master)))
     }
@@ -173,8 +173,8 @@ impl Placement {
         self.strokes + self.slave_scaling * plate.lift() * (turn - self.base_turn)
     }
 
-    /// Whole cycles completed at a position of the master axis, and the completed part of the present
-    /// one.
+    /// Returns the whole cycles completed at a position of the master axis, and the completed part of the
+    /// present one.
     ///
     /// At the seam, rounding of the master must not decide which cycle it is: a scaling there would be
     /// off by a whole stroke.
@@ -188,8 +188,8 @@ impl Placement {
         (whole, turns - whole)
     }
 
-    /// Cycles from a position of the plate to the master. A number within rounding of a whole number
-    /// becomes that number.
+    /// Returns the cycles from a position of the plate to the master. A number within rounding of a whole
+    /// number becomes that number.
     pub(super) fn turns_from(&self, position: f64, plate: &Plate, master: f64) -> f64 {
         let period = plate.period();
         let turns = (self.on_plate(master) - position) / period;
@@ -209,7 +209,7 @@ impl Placement {
     }
 }
 
-/// Offset and scaling of the master.
+/// Returns the offset and scaling of the master.
 fn master_place(master: &AxisScaling, plate: &Plate, at: &Situation<'_>) -> (f64, f64) {
     match (master.mode, at.before) {
         (ScalingMode::Off, Some(before)) => {
@@ -238,7 +238,7 @@ fn master_place(master: &AxisScaling, plate: &Plate, at: &Situation<'_>) -> (f64
     }
 }
 
-/// Position of the master in the cycle, as a part of it, equal in the new and the old plate.
+/// Returns the position of the master in the cycle, as a part of it, equal in the new and the old plate.
 fn fraction_kept(before: &Placed<'_>, plate: &Plate, moment: &Moment) -> f64 {
     let linear = |plate: &Plate| plate.course() == Course::Linear;
     // At an edge from one plate to the next: the end of one is the start of the other.

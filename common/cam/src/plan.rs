@@ -325,13 +325,13 @@ impl CamCoupling {
         self.kind.map(|_| ()).ok_or(CouplingError::NotCoupled)
     }
 
-    /// The place of an active plate; of the only one for 0.
+    /// Returns the place of an active plate; of the only one for 0.
     pub(super) fn coupled_place(&self, kind: Kind, table: TableId) -> Result<usize, CouplingError> {
         self.coupled_as(kind)?;
         self.place_of(table)
     }
 
-    /// As [`Self::coupled_place`], for either kind of coupling.
+    /// Returns the place as [`Self::coupled_place`], for either kind of coupling.
     pub(super) fn place_of(&self, table: TableId) -> Result<usize, CouplingError> {
         let coupled = self.layers.iter().flatten().count();
         let is_it = |id: TableId| table == 0 || id == table;
@@ -347,7 +347,7 @@ impl CamCoupling {
         }
     }
 
-    /// The place a plate is queued for.
+    /// Returns the place a plate is queued for.
     fn place_to_come(&self, table: TableId) -> Option<usize> {
         let is_it = |pending: &Pending| pending.table.is_some_and(|t| t.id == table);
         self.queues

@@ -44,7 +44,7 @@ impl PreparedTable {
         }
     }
 
-    /// Number of its points or rows.
+    /// Returns the number of its points or rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.source.len()

@@ -15,18 +15,18 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// A ramp from a gap (old course less new one) where the master is at `start`, u, over a
+    /// Makes a ramp from a gap (old course less new one) where the master is at `start`, u, over a
     /// `length` above 0, u.
     pub(super) const fn new(start: f64, length: f64, gap: Path) -> Self {
         Self { start, length, gap }
     }
 
-    /// Distance of the master that it takes, u.
+    /// Returns the distance of the master that it takes, u.
     pub(super) const fn length(&self) -> f64 {
         self.length
     }
 
-    /// Deviation of the slave from the new course; none once that is reached.
+    /// Returns the deviation of the slave from the new course; none once that is reached.
     pub(super) fn at(&self, master: f64) -> Option<Path> {
         let way = master - self.start;
         let z = way.abs() / self.length;

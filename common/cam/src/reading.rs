@@ -30,7 +30,7 @@ impl Default for PlateReading {
 }
 
 impl PlateReading {
-    /// Source of the plate; none before it was read.
+    /// Returns the source of the plate; none before it was read.
     #[must_use]
     pub fn source(&self) -> Option<PlateSource> {
         let source = self.source.as_ref()?;

@@ -44,7 +44,7 @@ pub(super) struct Terms {
 }
 
 impl CamRequest {
-    /// PLC name of the command.
+    /// Returns the PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name

@@ -32,7 +32,7 @@ pub(super) struct Kept {
 }
 
 impl Reserve {
-    /// Number of points and rows.
+    /// Returns the number of points and rows.
     pub(super) fn rows(&self) -> usize {
         self.kept.iter().map(|kept| kept.made.rows()).sum()
     }

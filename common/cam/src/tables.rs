@@ -100,7 +100,7 @@ impl Tables {
         }
     }
 
-    /// The plate in force of an id.
+    /// Returns the plate in force of an id.
     ///
     /// # Errors
     /// 0x4216 if there is none.
@@ -109,7 +109,7 @@ impl Tables {
         Ok(self.get(&table)?.prepared.versions.plate())
     }
 
-    /// The ids in the store.
+    /// Returns the ids in the store.
     pub fn ids(&self) -> impl Iterator<Item = TableId> + '_ {
         self.slots.iter().flatten().map(|table| table.id)
     }
@@ -186,8 +186,8 @@ impl Tables {
         Ok(self.function(id)?.read(first, count)?)
     }
 
-    /// Number of tables inserted and removed so far, wrapping around: while it is unchanged, so are the
-    /// ids.
+    /// Returns the number of tables inserted and removed so far, wrapping around: while it is unchanged,
+    /// so are the ids.
     #[must_use]
     pub const fn selections(&self) -> u32 {
         self.selections
@@ -216,8 +216,8 @@ impl Tables {
         }
     }
 
-    /// The plate's versions. A coupling's own tables are always there; another store may be passed in by
-    /// mistake.
+    /// Returns the plate's versions. A coupling's own tables are always there; another store may be
+    /// passed in by mistake.
     #[inline]
     pub(super) fn versions(&self, table: &TableRef) -> Result<&Versions, CouplingError> {
         Ok(&self.get(table)?.prepared.versions)
@@ -251,7 +251,7 @@ impl Tables {
         }
     }
 
-    /// Number of points and rows of all its plates, reserved ones included.
+    /// Returns the number of points and rows of all its plates, reserved ones included.
     #[must_use]
     pub fn rows(&self) -> usize {
         let tables = self.slots.iter().flatten();

@@ -52,8 +52,8 @@ fn at_cam_position(placed: &Placed<'_>, position: f64, step: Step, first: bool) 
     })
 }
 
-/// Place at which the plate passes to another cycle; of a linear one, at which the master leaves its
-/// range.
+/// Returns the place at which the plate passes to another cycle; of a linear one, at which the master
+/// leaves its range.
 pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
     let (start, end) = placed.plate.master_range();
     if placed.plate.course() == Course::Cyclic {
@@ -80,7 +80,7 @@ pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
     })
 }
 
-/// The first time in the step that a cyclic plate passes a position.
+/// Returns the first time in the step that a cyclic plate passes a position.
 fn passed_in_a_cycle(
     placed: &Placed<'_>,
     position: f64,

@@ -131,12 +131,12 @@ impl Versions {
         }
     }
 
-    /// The plate in force.
+    /// Returns the plate in force.
     pub(super) fn plate(&self) -> &Plate {
         &self.plates[self.in_force]
     }
 
-    /// The plate that a slave is on.
+    /// Returns the plate that a slave is on.
     #[inline]
     pub(super) fn plate_of(&self, lease: &Lease) -> &Plate {
         match self.phase(lease) {
@@ -145,7 +145,7 @@ impl Versions {
         }
     }
 
-    /// The plate with the change.
+    /// Returns the plate with the change.
     pub(super) fn changed_plate(&self) -> &Plate {
         &self.plates[self.plates.len() - 1 - self.in_force]
     }
@@ -154,13 +154,13 @@ impl Versions {
         &self.mode
     }
 
-    /// The mode of the change that waits for slaves, if there is one.
+    /// Returns the mode of the change that waits for slaves, if there is one.
     #[inline]
     pub(super) const fn queued(&self) -> Option<&OnlineChangeMode> {
         self.queued.as_ref()
     }
 
-    /// Range in which the queued change alters the course, in masters of the base cycle.
+    /// Returns the range in which the queued change alters the course, in masters of the base cycle.
     pub(super) const fn changed(&self) -> &Range<f64> {
         &self.changed
     }
@@ -293,7 +293,7 @@ impl Versions {
         self.settle();
     }
 
-    /// The indices of all points that were written since the plate was made.
+    /// Returns the indices of all points that were written since the plate was made.
     pub(super) fn touched(&self) -> &[u32] {
         &self.touched
     }
@@ -318,7 +318,7 @@ impl Versions {
         self.settle();
     }
 
-    /// Next action of a slave for the queued change, if there is one.
+    /// Returns the next action of a slave for the queued change, if there is one.
     pub(super) fn next_of(&self, lease: &Lease) -> Option<(Next, &OnlineChangeMode)> {
         let mode = self.queued.as_ref()?;
         match self.phase(lease) {

@@ -56,21 +56,21 @@ impl Curve {
         self.density = other.density;
     }
 
-    /// Begin of the first segment.
+    /// Returns the begin of the first segment.
     #[must_use]
     #[inline]
     pub fn start(&self) -> f64 {
         self.masters[0]
     }
 
-    /// End of the last segment.
+    /// Returns the end of the last segment.
     #[must_use]
     #[inline]
     pub fn end(&self) -> f64 {
         self.masters[self.segments.len()]
     }
 
-    /// Segments in their order.
+    /// Returns the segments in their order.
     #[must_use]
     pub fn segments(&self) -> &[Segment] {
         &self.segments
@@ -92,7 +92,7 @@ impl Curve {
         self.segments[*segment].at(master)
     }
 
-    /// Index of the segment of a master position: the one that begins there, or before.
+    /// Returns the index of the segment of a master position: the one that begins there, or before.
     #[inline]
     fn find(&self, master: f64) -> usize {
         if self.density > 0.0 {
@@ -106,7 +106,7 @@ impl Curve {
         inner_bounds.partition_point(|&bound| bound <= master)
     }
 
-    /// Index of the segment if it is this one or one beside it.
+    /// Returns the index of the segment if it is this one or one beside it.
     #[inline]
     fn near(&self, hint: usize, master: f64) -> Option<usize> {
         let last = self.segments.len() - 1;

@@ -37,7 +37,7 @@ impl Ramp {
         }
     }
 
-    /// The slave in the last cycle.
+    /// Returns the slave in the last cycle.
     #[must_use]
     pub const fn slave(&self) -> &Kinematics {
         &self.slave
@@ -130,7 +130,7 @@ impl Ramp {
         at + wanted * per_cycle
     }
 
-    /// Acceleration of the target: by its velocities; if they jump, the stated one.
+    /// Returns the acceleration of the target: by its velocities; if they jump, the stated one.
     fn acceleration_of(&self, target: f64, stated: f64, dt: f64) -> f64 {
         let seen = (target - self.target) / dt;
         [seen, stated]
@@ -145,7 +145,7 @@ impl Ramp {
         acceleration.abs() <= most
     }
 
-    /// The least and the greatest acceleration at the end of a cycle, per jT.
+    /// Returns the least and the greatest acceleration at the end of a cycle, per jT.
     fn bounds(&self, dt: f64) -> (f64, f64) {
         let limits = self.binding(dt);
         let per_cycle = limits.jerk() * dt;
@@ -177,13 +177,13 @@ impl Ramp {
     }
 }
 
-/// Velocity still gained, in units of jT², while an acceleration b is led to zero.
+/// Returns the velocity still gained, in units of jT², while an acceleration b is led to zero.
 fn gained(b: f64) -> f64 {
     let n = libm::floor(b.abs());
     (n * b.abs() - 0.5 * n * (n + 1.0)).copysign(b)
 }
 
-/// The acceleration from which the velocity changes by c until the acceleration is zero: c = b +
+/// Returns the acceleration from which the velocity changes by c until the acceleration is zero: c = b +
 /// [`gained`]`(b)`, solved for b.
 fn optimal(c: f64) -> f64 {
     let size = c.abs();

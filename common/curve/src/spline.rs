@@ -84,7 +84,7 @@ impl SplineSolver {
         self.knots.push(knot);
     }
 
-    /// The knots so far.
+    /// Returns the knots so far.
     #[must_use]
     pub fn knots(&self) -> &[SplineKnot] {
         &self.knots
@@ -290,8 +290,8 @@ fn push_cubic(
     Ok(())
 }
 
-/// The cubic between two knots with its slopes on leaving and arriving: coefficients in powers of the
-/// distance from the first.
+/// Returns the cubic between two knots with its slopes on leaving and arriving: coefficients in powers of
+/// the distance from the first.
 fn cubic(from: SplineKnot, to: SplineKnot, leaving: f64, arriving: f64) -> [f64; 4] {
     let Secant { width, slope } = secant(&[from, to]);
     [

@@ -53,13 +53,13 @@ impl Assembly {
         Ok(is_whole)
     }
 
-    /// The parts of the last complete sample.
+    /// Returns the parts of the last complete sample.
     #[must_use]
     pub fn parts(&self) -> &[Vec<u8>] {
         &self.parts
     }
 
-    /// Number of samples that were never complete.
+    /// Returns the number of samples that were never complete.
     #[must_use]
     pub const fn torn(&self) -> u64 {
         self.torn

@@ -272,8 +272,8 @@ impl GatewayConfig {
         wrong::check(self)
     }
 
-    /// Cycle time of the gateway itself, for the PLC's samples and everything else: half the cycle time
-    /// of the PLC.
+    /// Returns the cycle time of the gateway itself, for the PLC's samples and everything else: half the
+    /// cycle time of the PLC.
     #[must_use]
     pub fn scan_time(&self) -> CycleTime {
         let half = self.cycle_time_us.0.span() / 2;
@@ -281,19 +281,19 @@ impl GatewayConfig {
         CycleTime::new(within).unwrap_or(self.cycle_time_us.0)
     }
 
-    /// Mean time between two polls.
+    /// Returns the mean time between two polls.
     #[must_use]
     pub fn poll_period(&self) -> Span {
         let own = self.ads.as_ref().and_then(|ads| ads.poll_us);
         own.map_or(self.cycle_time_us.0.span() / 2, |own| own.0.span())
     }
 
-    /// The axes that the PLC gets, of all outputs.
+    /// Returns the axes that the PLC gets, of all outputs.
     pub fn output_axes(&self) -> impl Iterator<Item = &OutputAxisConfig> + Clone {
         self.outputs.iter().flat_map(|output| &output.axes)
     }
 
-    /// Names of these axes in the head line of a pipe: node and id.
+    /// Returns the names of these axes in the head line of a pipe: node and id.
     #[must_use]
     pub fn output_names(&self) -> Vec<String> {
         let names = |output: &OutputConfig| {
@@ -319,7 +319,7 @@ impl GatewayConfig {
         }
     }
 
-    /// Instances with signals, in the order of a row.
+    /// Returns the instances with signals, in the order of a row.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         let node = std::iter::once(Instance::of::<GatewaySignals>(""));
@@ -329,7 +329,7 @@ impl GatewayConfig {
         node.chain(self.axes.iter().map(axis)).collect()
     }
 
-    /// The columns of a trace.
+    /// Returns the columns of a trace.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
         trace_columns(&self.instances())
@@ -337,7 +337,7 @@ impl GatewayConfig {
 }
 
 impl OutputConfig {
-    /// The ids of its axes.
+    /// Returns the ids of its axes.
     #[must_use]
     pub fn ids(&self) -> Vec<u32> {
         self.axes.iter().map(|axis| axis.id.get()).collect()

@@ -5,9 +5,9 @@ use coaxle_axis::NcToPlcAxis;
 /// Length of that image, bytes: three `LREAL` and a `DINT`.
 pub const EXTERNAL_SET_VALUES_LEN: usize = 28;
 
-/// `ExtSetPos`, `ExtSetVelo`, `ExtSetAcc` and `ExtSetDirection`: the bytes of `PLCTONC_AXIS_REF` for
-/// external set value generation, without gaps, lowest byte first. The others (enabling, override) are
-/// for the PLC's own program.
+/// Returns `ExtSetPos`, `ExtSetVelo`, `ExtSetAcc` and `ExtSetDirection`: the bytes of `PLCTONC_AXIS_REF`
+/// for external set value generation, without gaps, lowest byte first. The others (enabling, override)
+/// are for the PLC's own program.
 ///
 /// Position in u, velocity in u/s, acceleration in u/s²; the direction is 1, 0 or −1, that of the velocity.
 #[doc(alias = "MC_ExtSetPointGenFeed")]

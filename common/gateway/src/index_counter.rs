@@ -125,7 +125,7 @@ impl IndexCounter {
         Sighting::Foreign
     }
 
-    /// Number of cycles from a counted one to an index; none if it does not match the time.
+    /// Returns the number of cycles from a counted one to an index; none if it does not match the time.
     fn steps(&self, from: Counted, index: CycleIndex, at: Instant<Local>) -> Option<i64> {
         let passed = (at - from.at).as_secs_f64();
         let expected = passed / self.cycle_time.as_secs_f64();

@@ -289,7 +289,7 @@ impl Output {
     }
 }
 
-/// The structure of an axis from a sample of a frame.
+/// Returns the structure of an axis from a sample of a frame.
 fn of_sample(id: u32, sample: &AxisSample) -> NcToPlcAxis {
     NcToPlcAxis {
         axis_id: id,

@@ -69,7 +69,7 @@ impl PlcClock {
         self.line = None;
     }
 
-    /// The epoch of the run.
+    /// Returns the epoch of the run.
     #[must_use]
     pub const fn epoch(&self) -> u64 {
         self.epoch.wrapping_add(self.run)
@@ -93,7 +93,7 @@ impl PlcClock {
         });
     }
 
-    /// Ideal start of the cycle `count` of the PLC; none as long as the clock is not known.
+    /// Returns the ideal start of the cycle `count` of the PLC; none as long as the clock is not known.
     #[must_use]
     pub fn start_of(&self, count: u64) -> Option<Instant<Local>> {
         let line = self.line?;
@@ -102,7 +102,8 @@ impl PlcClock {
         Some(line.start + Span::from_secs_f64(later))
     }
 
-    /// Drift of its clock against the clock of the gateway, ppm; none as long as that is not known.
+    /// Returns the drift of its clock against the clock of the gateway, ppm; none as long as that is not
+    /// known.
     #[must_use]
     pub fn drift_ppm(&self) -> Option<f64> {
         self.line.map(|_| self.drift_ppm)
@@ -149,14 +150,14 @@ impl PlcClock {
         }
     }
 
-    /// Time of the PLC's clock at a local instant, since the ideal start of its cycle 0.
+    /// Returns the time of the PLC's clock at a local instant, since the ideal start of its cycle 0.
     fn shows(&self, at: Instant<Local>) -> Option<Instant<Local>> {
         let line = self.line?;
         let passed = (at - line.start).as_secs_f64() * line.rate;
         Some(self.reading(line.count) + Span::from_secs_f64(passed))
     }
 
-    /// Time of the PLC's clock at the ideal start of a cycle.
+    /// Returns the time of the PLC's clock at the ideal start of a cycle.
     fn reading(&self, count: u64) -> Instant<Local> {
         Instant::EPOCH + self.cycle_time.span() * count as i64
     }

@@ -73,6 +73,6 @@ pub trait Port {
     /// Passes axes to the PLC; axes without room in the queue are dropped.
     fn give(&mut self, output: &PlcOutput<'_>);
 
-    /// State of the connection to the PLC.
+    /// Returns the state of the connection to the PLC.
     fn state(&self) -> LinkState;
 }

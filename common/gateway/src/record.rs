@@ -12,7 +12,7 @@ use crate::external_set_values::{EXTERNAL_SET_VALUES_LEN, external_set_values};
 /// Bytes of the index.
 const INDEX_LEN: usize = 2;
 
-/// The length of a record of this number of axes, bytes.
+/// Returns the length of a record of this number of axes, bytes.
 #[must_use]
 pub const fn record_len(axes: usize) -> usize {
     INDEX_LEN + axes * IMAGE_LEN
@@ -49,7 +49,7 @@ pub fn write_image(kind: ImageKind, layout: ImageLayout, axis: &NcToPlcAxis, out
     }
 }
 
-/// The length of an image of this kind, bytes.
+/// Returns the length of an image of this kind, bytes.
 #[must_use]
 pub const fn image_len(kind: ImageKind) -> usize {
     match kind {

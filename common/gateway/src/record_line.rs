@@ -11,7 +11,8 @@ use crate::port::PlcOutput;
 /// Fields of one axis.
 const FIELDS: [&str; 3] = ["position", "velocity", "acceleration"];
 
-/// The head line of records of axes of these names: `index,conveyor.position,conveyor.velocity,…`.
+/// Returns the head line of records of axes of these names:
+/// `index,conveyor.position,conveyor.velocity,…`.
 #[must_use]
 pub fn head_line<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let mut line = "index".to_owned();

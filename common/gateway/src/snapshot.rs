@@ -22,7 +22,7 @@ pub struct GatewaySnapshot {
 }
 
 impl GatewaySnapshot {
-    /// A gateway before its first cycle.
+    /// Makes a gateway before its first cycle.
     #[must_use]
     pub fn new(config: &GatewayConfig) -> Self {
         let axes = vec![PlcAxisSignals::default(); config.axes.len()];
@@ -34,7 +34,7 @@ impl GatewaySnapshot {
         }
     }
 
-    /// Bytes of memory that it takes.
+    /// Returns its memory size, bytes.
     #[must_use]
     pub fn size(&self) -> usize {
         size_of::<Self>() + size_of_val(&*self.signals.axes)

@@ -213,13 +213,13 @@ impl FlyingGear {
         ability.check(&self.releasing, speed, cycle)
     }
 
-    /// Position of the master at which engaging begins, master u.
+    /// Returns the position of the master at which engaging begins, master u.
     #[must_use]
     pub fn start_position(&self) -> f64 {
         self.master_sync + self.master_direction * self.engaging.free_master()
     }
 
-    /// Positions of master and slave at which it is fully engaged.
+    /// Returns the positions of master and slave at which it is fully engaged.
     #[must_use]
     pub const fn sync_positions(&self) -> SyncPositions {
         SyncPositions {
@@ -228,13 +228,13 @@ impl FlyingGear {
         }
     }
 
-    /// Slave units per master unit while fully coupled.
+    /// Returns the slave units per master unit while fully coupled.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.slave_direction * self.master_direction * self.engaging.slope
     }
 
-    /// Phase of the gear.
+    /// Returns the phase of the gear.
     #[must_use]
     pub const fn phase(&self) -> FlyingGearPhase {
         self.phase

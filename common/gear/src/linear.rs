@@ -22,7 +22,7 @@ pub struct RatioZero {
 }
 
 impl RatioZero {
-    /// NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub const fn code(&self) -> u32 {
         0x421b
@@ -50,13 +50,13 @@ impl LinearGear {
         }
     }
 
-    /// Slave units per master unit.
+    /// Returns the slave units per master unit.
     #[must_use]
     pub const fn ratio(&self) -> f64 {
         self.ratio
     }
 
-    /// The slave's position at master position 0, u.
+    /// Returns the slave's position at master position 0, u.
     #[must_use]
     pub const fn offset(&self) -> f64 {
         self.offset

@@ -132,14 +132,14 @@ impl Ratios {
         }
     }
 
-    /// The ratios.
+    /// Returns the ratios.
     #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         &self.all[..self.given]
     }
 
-    /// Distance of the slave for the masters' motion since `before`; none if a master with a ratio is
-    /// missing.
+    /// Returns the distance of the slave for the masters' motion since `before`; none if a master with a
+    /// ratio is missing.
     fn way(&self, masters: &Masters, before: &[f64; Masters::MOST]) -> Option<f64> {
         let mut way = 0.0;
         for ((number, ratio), before) in self.all.iter().enumerate().zip(before) {
@@ -150,7 +150,7 @@ impl Ratios {
         Some(way)
     }
 
-    /// The sum of the masters; none if a master with a ratio is missing.
+    /// Returns the sum of the masters; none if a master with a ratio is missing.
     fn sum(&self, masters: &Masters) -> Option<Kinematics> {
         let mut sum = Kinematics::default();
         for (number, ratio) in self.all.iter().enumerate() {
@@ -182,7 +182,7 @@ impl From<Ratios> for alloc::vec::Vec<f64> {
 }
 
 impl WrongRatios {
-    /// NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub const fn code(&self) -> u32 {
         0x421b

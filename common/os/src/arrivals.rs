@@ -62,14 +62,14 @@ impl ArrivalsTrace {
 const ARRIVALS: &str = "-arrivals";
 const EXCHANGES: &str = "-exchanges";
 
-/// Path of the arrivals that belong to a trace: `saw.csv`, `saw-arrivals.csv`.
+/// Returns the path of the arrivals that belong to a trace: `saw.csv`, `saw-arrivals.csv`.
 #[must_use]
 pub fn arrivals_beside(trace: &Path) -> PathBuf {
     renamed(trace, |stem| format!("{stem}{ARRIVALS}"))
 }
 
-/// Path of the time exchanges that belong to a file of arrivals: `saw-arrivals.csv` or `saw.csv`,
-/// `saw-exchanges.csv`.
+/// Returns the path of the time exchanges that belong to a file of arrivals: `saw-arrivals.csv` or
+/// `saw.csv`, `saw-exchanges.csv`.
 #[must_use]
 pub fn exchanges_beside(arrivals: &Path) -> PathBuf {
     renamed(arrivals, |stem| {

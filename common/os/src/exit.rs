@@ -50,7 +50,7 @@ impl Exit {
 }
 
 impl Mistake {
-    /// Mistake in an argument of the command line.
+    /// Makes a mistake in an argument of the command line.
     #[must_use]
     pub fn in_argument(text: impl Into<String>) -> Self {
         let exit = Exit::WrongCommandLine;
@@ -58,7 +58,7 @@ impl Mistake {
         Self { text, exit }
     }
 
-    /// Mistake in a file that is read.
+    /// Makes a mistake in a file that is read.
     #[must_use]
     pub fn in_file(text: impl Into<String>) -> Self {
         let exit = Exit::WrongConfig;
@@ -67,7 +67,7 @@ impl Mistake {
     }
 }
 
-/// Exit code of a program that ended with this error.
+/// Returns the exit code of a program that ended with this error.
 #[must_use]
 pub fn exit_of(error: &anyhow::Error) -> Exit {
     let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
@@ -85,7 +85,7 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
     }
 }
 
-/// A [`Mistake::in_argument`].
+/// Fails with a [`Mistake::in_argument`].
 ///
 /// # Errors
 /// Always.
@@ -93,7 +93,7 @@ pub fn wrong_argument<T>(text: impl Into<String>) -> anyhow::Result<T> {
     Err(Mistake::in_argument(text).into())
 }
 
-/// A [`Mistake::in_file`].
+/// Fails with a [`Mistake::in_file`].
 ///
 /// # Errors
 /// Always.
@@ -101,7 +101,7 @@ pub fn wrong_file<T>(text: impl Into<String>) -> anyhow::Result<T> {
     Err(Mistake::in_file(text).into())
 }
 
-/// Lines of an error: one for each mistake in a config, otherwise one with all of the causes.
+/// Returns the lines of an error: one for each mistake in a config, otherwise one with all of the causes.
 #[must_use]
 pub fn lines_of(error: &anyhow::Error) -> Vec<String> {
     match error.downcast_ref::<ConfigError>() {

@@ -16,7 +16,7 @@ impl Domain for Machine {
     const NAME: &'static str = "machine";
 }
 
-/// Present time of the machine's clock.
+/// Returns the present time of the machine's clock.
 #[must_use]
 pub fn now() -> Instant<Machine> {
     Instant::from_nanos(Os::clock_ns())
@@ -40,7 +40,8 @@ pub fn wall_clock() -> SystemTime {
     SystemTime::now()
 }
 
-/// Wall clock at time 0 of this machine's clock, ns since 1970: the offset of the rows of a recording.
+/// Returns the wall clock at time 0 of this machine's clock, ns since 1970: the offset of the rows of a
+/// recording.
 #[must_use]
 pub fn wall_clock_offset_ns() -> i64 {
     let since_1970 = wall_clock().duration_since(SystemTime::UNIX_EPOCH);
@@ -52,7 +53,7 @@ thread_local! {
     static CYCLE_START: Cell<Option<Instant<Machine>>> = const { Cell::new(None) };
 }
 
-/// The ideal start of this thread's present cycle; on a thread that runs no node, now.
+/// Returns the ideal start of this thread's present cycle; on a thread that runs no node, now.
 #[must_use]
 pub fn cycle_start() -> Instant<Machine> {
     CYCLE_START.get().unwrap_or_else(now)

@@ -100,7 +100,7 @@ impl Trace {
     }
 }
 
-/// Error of the system, which has a remedy, in place of the error of the CSV writer.
+/// Returns the error of the system, which has a remedy, in place of the error of the CSV writer.
 fn by_system(error: csv::Error) -> io::Error {
     if !error.is_io_error() {
         return io::Error::other(error);

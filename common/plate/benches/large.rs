@@ -10,7 +10,8 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 
 const POINTS: u32 = 100_000;
 
-/// A wave with all derivatives, so that the slave has extremes inside segments and every segment differs.
+/// Returns a row of a wave with all derivatives, so that the slave has extremes inside segments and every
+/// segment differs.
 fn wave(row: u32) -> MotionPoint {
     let (sin, cos) = (f64::from(row) * 0.7).sin_cos();
     MotionPoint {

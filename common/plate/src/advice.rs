@@ -72,7 +72,7 @@ pub struct LawAdvice {
 }
 
 impl LawAdvice {
-    /// Value of a demand. The jerk of a law whose acceleration steps at an end is infinite.
+    /// Returns the value of a demand. The jerk of a law whose acceleration steps at an end is infinite.
     #[must_use]
     pub const fn demand(&self, demand: Demand) -> f64 {
         match demand {
@@ -81,13 +81,13 @@ impl LawAdvice {
         }
     }
 
-    /// The greatest jerk between the ends, u/s³, without steps at the ends.
+    /// Returns the greatest jerk between the ends, u/s³, without steps at the ends.
     #[must_use]
     pub const fn inner_jerk(&self) -> f64 {
         self.demands[Demand::Jerk as usize]
     }
 
-    /// Limits that it exceeds.
+    /// Returns the limits that it exceeds.
     pub fn broken(&self, limits: &LawLimits) -> impl Iterator<Item = Demand> + use<> {
         let (advice, limits) = (*self, *limits);
         let exceeds = move |demand: &Demand| {
@@ -99,7 +99,7 @@ impl LawAdvice {
 }
 
 impl LawLimits {
-    /// The limit of a quantity.
+    /// Returns the limit of a quantity.
     #[must_use]
     pub const fn of(&self, demand: Demand) -> Option<f64> {
         match demand {
@@ -198,7 +198,8 @@ enum Beyond {
 }
 
 impl Beyond {
-    /// Size of the step from here, or to here; 0 within rounding, of the magnitudes on both sides.
+    /// Returns the size of the step from here, or to here; 0 within rounding, of the magnitudes on both
+    /// sides.
     fn step(self, here: f64, other_end: f64, size: f64) -> f64 {
         let (there, its_size) = match self {
             Self::Acceleration(there, size) => (there, size),
@@ -292,7 +293,8 @@ fn over_rounding(step: f64, size: f64) -> f64 {
     if step <= ROUNDING * size { 0.0 } else { step }
 }
 
-/// Reference magnitudes for steps: those involved, and those of the stroke over a segment of that length.
+/// Returns the reference magnitudes for steps: those involved, and those of the stroke over a segment of
+/// that length.
 fn size_of(segment: &Segment, first: &Motion, last: &Motion) -> Motion {
     let length = segment.end() - segment.start();
     let mean = (last.position - first.position).abs() / length;
@@ -321,7 +323,8 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// Motion at the end of the segment that leads to a row. Before a linear plate the slave rests.
+    /// Returns the motion at the end of the segment that leads to a row. Before a linear plate the slave
+    /// rests.
     fn before(&self, row: usize) -> Beyond {
         let last = self.points.len() - 1;
         let here = match (row, self.course) {
@@ -337,8 +340,8 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// Motion at the start of the segment that begins at the row `next`. After a linear plate the slave
-    /// rests.
+    /// Returns the motion at the start of the segment that begins at the row `next`. After a linear plate
+    /// the slave rests.
     fn after(&self, row: usize, next: usize) -> Beyond {
         let last = self.points.len() - 1;
         let here = match (next == last, self.course) {

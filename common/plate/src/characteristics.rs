@@ -112,7 +112,7 @@ impl Plate {
         })
     }
 
-    /// The minimum and maximum position of the slave in the base cycle, u, with their places.
+    /// Returns the minimum and maximum position of the slave in the base cycle, u, with their places.
     #[must_use]
     pub fn slave_range(&self) -> MinMax {
         let (first, _) = self.ends();

@@ -92,7 +92,7 @@ fn check_values(point: &MotionPoint) -> Result<(), CamError> {
     Ok(())
 }
 
-/// The next row on the course.
+/// Returns the next row on the course.
 pub(super) fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
     let point = &points[row];
     let most = points.len() - 1 - row;
@@ -133,12 +133,13 @@ fn push_segment(points: &[MotionPoint], row: usize, curve: &mut Curve) -> Result
     Ok(next_row)
 }
 
-/// The law of a point that leads to the next one, unless it is that of a spline.
+/// Returns the law of a point that leads to the next one, unless it is that of a spline.
 pub(super) fn segment(point: &MotionPoint, next: &MotionPoint) -> Result<Segment, LawError> {
     Segment::with_turn(point.function, &knot(point), &knot(next), turn(point, next))
 }
 
-/// Place of the inner turning point of a harmonic combination, from the acceleration at its turning end.
+/// Returns the place of the inner turning point of a harmonic combination, from the acceleration at its
+/// turning end.
 fn turn(point: &MotionPoint, next: &MotionPoint) -> Turn {
     let turning = match point.function {
         MotionLaw::HarmonicKombiRt | MotionLaw::HarmonicKombiVt => next,
@@ -212,8 +213,8 @@ fn collect_knots(
     }
 }
 
-/// The end conditions. The last point of a spline may name its own; if another law continues from there,
-/// or it names none, both ends are equal.
+/// Returns the end conditions. The last point of a spline may name its own; if another law continues from
+/// there, or it names none, both ends are equal.
 fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<Ends, CamError> {
     let start_law = start.function;
     let end_law = match end.function {
@@ -245,7 +246,8 @@ fn end_condition(law: MotionLaw, velocity: f64) -> End {
     }
 }
 
-/// Least number of points: a spline through two points is one cubic, but one period needs a point inside.
+/// Returns the least number of points: a spline through two points is one cubic, but one period needs a
+/// point inside.
 fn least_points(ends: Ends) -> usize {
     match ends {
         Ends::Open(..) => 2,

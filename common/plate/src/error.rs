@@ -231,7 +231,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// Row, from 0.
+    /// Returns the row, from 0.
     const fn row(self) -> usize {
         match self {
             Self::Point(point) => (point as usize).saturating_sub(1),
@@ -247,7 +247,7 @@ impl CamError {
         Self::NoFiniteSlopes { start }
     }
 
-    /// The point or the row of the error, or the start of the piece; from 0.
+    /// Returns the point or the row of the error, or the start of the piece; from 0.
     #[must_use]
     pub const fn row(&self) -> Option<usize> {
         match *self {
@@ -286,7 +286,7 @@ impl CamError {
         }
     }
 
-    /// The NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub fn code(&self) -> u32 {
         match self {
@@ -367,7 +367,7 @@ impl fmt::Display for Between<'_> {
     }
 }
 
-/// Name of the quantity in a cam file.
+/// Returns the name of the quantity in a cam file.
 const fn field_of(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Master => "master",

@@ -50,7 +50,7 @@ impl MotionFunction {
         Ok(function)
     }
 
-    /// Rows, ignored points included.
+    /// Returns the rows, ignored points included.
     #[must_use]
     pub fn points(&self) -> &[MotionPoint] {
         &self.points
@@ -113,8 +113,8 @@ impl MotionFunction {
         compile(points, splines, curve)
     }
 
-    /// The range of the master, in x, in which [`Self::change`] would alter the course: from the first
-    /// segment that differs to the last, of the old and the new ones. Empty if the course stays.
+    /// Returns the range of the master, in x, in which [`Self::change`] would alter the course: from the
+    /// first segment that differs to the last, of the old and the new ones. Empty if the course stays.
     ///
     /// # Errors
     /// As [`Self::change`].
@@ -134,12 +134,12 @@ impl MotionFunction {
         &self.curve
     }
 
-    /// The points last checked by [`Self::check_change`].
+    /// Returns the points last checked by [`Self::check_change`].
     pub(super) fn staged_points(&mut self) -> &[MotionPoint] {
         &self.stage.get_mut().points
     }
 
-    /// Curve built from them.
+    /// Returns the curve built from them.
     pub(super) fn staged_curve(&mut self) -> &Curve {
         &self.stage.get_mut().curve
     }
@@ -189,7 +189,7 @@ impl Clone for MotionFunction {
     }
 }
 
-/// Range from the start of the first segment that is not in both to the end of the last.
+/// Returns the range from the start of the first segment that is not in both to the end of the last.
 fn difference(old: &Curve, new: &Curve) -> Range<f64> {
     let same = |(a, b): &(_, _)| a == b;
     let (before, after) = (old.segments(), new.segments());

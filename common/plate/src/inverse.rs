@@ -86,15 +86,15 @@ impl Plate {
         Ok(found.map(|master| master.map(|master| self.located(master, query))))
     }
 
-    /// The greatest master not above `start` at which the slave is at `slave`; one up to `accuracy` above
-    /// counts too. In x and u, raw.
+    /// Returns the greatest master not above `start` at which the slave is at `slave`; one up to
+    /// `accuracy` above counts too. In x and u, raw.
     #[must_use]
     pub fn master_below(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
         self.neighbour(slave, start, accuracy, Side::Below)
     }
 
-    /// The least master not below `start` at which the slave is at `slave`; one up to `accuracy` below
-    /// counts too. In x and u, raw.
+    /// Returns the least master not below `start` at which the slave is at `slave`; one up to `accuracy`
+    /// below counts too. In x and u, raw.
     #[must_use]
     pub fn master_above(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
         self.neighbour(slave, start, accuracy, Side::Above)
@@ -175,7 +175,8 @@ impl Plate {
                 <= 4.0 * f64::EPSILON * here.position.abs().max(slave.abs())
     }
 
-    /// Position of the slave in the base cycle. After many lifts it may miss the range by rounding.
+    /// Returns the position of the slave in the base cycle. After many lifts it may miss the range by
+    /// rounding.
     fn base_slave(&self, slave: f64, turn: f64, range: MinMax) -> f64 {
         let lifted = turn * self.lift();
         let base = slave - lifted;
@@ -189,7 +190,7 @@ impl Plate {
         }
     }
 
-    /// The turns in which the nearest master can be, the nearest first.
+    /// Returns the turns in which the nearest master can be, the nearest first.
     ///
     /// The slave is continuous, so each turn whose range contains it well inside has a master. Hence,
     /// beginning at the turn of the start or at the nearest in range, the next few are enough; the one
@@ -213,7 +214,7 @@ impl Plate {
         all.map(move |i| first + f64::from(i) * step)
     }
 
-    /// The first and the last turn in which the slave can reach the position.
+    /// Returns the first and the last turn in which the slave can reach the position.
     fn turns_reaching(&self, slave: f64, range: MinMax) -> (f64, f64) {
         if self.course() == Course::Linear {
             return (0.0, 0.0);
@@ -269,7 +270,7 @@ enum Side {
     Above,
 }
 
-/// Greatest difference between two ways of computing one master.
+/// Returns the greatest difference between two ways of computing one master.
 fn rounding(start: f64, end: f64) -> f64 {
     16.0 * f64::EPSILON * start.abs().max(end.abs())
 }

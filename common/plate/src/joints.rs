@@ -22,7 +22,7 @@ pub struct Joint {
 const ROUNDING: f64 = 1e-7;
 
 impl Joint {
-    /// Steps of velocity, acceleration and jerk, u/x, u/x² and u/x³; 0 for continuous ones.
+    /// Returns the steps of velocity, acceleration and jerk, u/x, u/x² and u/x³; 0 for continuous ones.
     #[must_use]
     pub fn steps(&self) -> [f64; 3] {
         let Self {

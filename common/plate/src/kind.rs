@@ -35,13 +35,13 @@ pub enum TableType {
 }
 
 impl TableType {
-    /// The PLC's number of the type.
+    /// Returns the PLC's number of the type.
     #[must_use]
     pub const fn code(self) -> u16 {
         self as u16
     }
 
-    /// The type with that number, if there is one.
+    /// Returns the type with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u16) -> Option<Self> {
         [

@@ -13,9 +13,9 @@ const SEGMENTS_SEARCHED: usize = 256;
 const INSIDE: f64 = 1e-9;
 
 impl Plate {
-    /// The masters of the base cycle, x, at which slope or curvature can be extreme: for each segment
-    /// both ends, just inside it, and the places at which the law's slope and curvature are extreme or
-    /// the slave reverses.
+    /// Returns the masters of the base cycle, x, at which slope or curvature can be extreme: for each
+    /// segment both ends, just inside it, and the places at which the law's slope and curvature are
+    /// extreme or the slave reverses.
     pub fn peaks(&self) -> impl Iterator<Item = f64> + '_ {
         let segments = self.curve().segments();
         let is_searched = segments.len() <= SEGMENTS_SEARCHED;

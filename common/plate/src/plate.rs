@@ -38,7 +38,8 @@ pub struct Cursor {
 }
 
 impl Cursor {
-    /// Number of cycles of the plate: 0 in the base cycle, negative below it. Always 0 on a linear plate.
+    /// Returns the number of cycles of the plate: 0 in the base cycle, negative below it. Always 0 on a
+    /// linear plate.
     #[must_use]
     pub const fn turn(&self) -> f64 {
         self.turn
@@ -66,7 +67,7 @@ impl Plate {
         }
     }
 
-    /// Type of the plate.
+    /// Returns the type of the plate.
     #[must_use]
     pub const fn table_type(&self) -> TableType {
         match &self.source {
@@ -75,13 +76,13 @@ impl Plate {
         }
     }
 
-    /// Course: passed once or repeated.
+    /// Returns the course: passed once or repeated.
     #[must_use]
     pub const fn course(&self) -> Course {
         self.course
     }
 
-    /// The motion function it is made from, if any.
+    /// Returns the motion function it is made from, if any.
     #[must_use]
     pub const fn function(&self) -> Option<&MotionFunction> {
         match &self.source {
@@ -90,7 +91,7 @@ impl Plate {
         }
     }
 
-    /// The position table it is made from, if any.
+    /// Returns the position table it is made from, if any.
     #[must_use]
     pub const fn table(&self) -> Option<&PositionTable> {
         match &self.source {
@@ -99,14 +100,14 @@ impl Plate {
         }
     }
 
-    /// The interpolation of a position table, the PLC's default for a motion function.
+    /// Returns the interpolation of a position table, the PLC's default for a motion function.
     #[must_use]
     pub fn interpolation(&self) -> Interpolation {
         self.table()
             .map_or_else(Interpolation::default, PositionTable::interpolation)
     }
 
-    /// Number of its rows or points, ignored ones included.
+    /// Returns the number of its rows or points, ignored ones included.
     #[must_use]
     pub fn rows(&self) -> usize {
         match &self.source {
@@ -115,7 +116,7 @@ impl Plate {
         }
     }
 
-    /// Number of its columns: 1 for a motion function, 2 for a position table.
+    /// Returns the number of its columns: 1 for a motion function, 2 for a position table.
     #[must_use]
     pub const fn columns(&self) -> usize {
         match self.source {
@@ -124,20 +125,20 @@ impl Plate {
         }
     }
 
-    /// The first and the last master position of the base cycle, x.
+    /// Returns the first and the last master position of the base cycle, x.
     #[must_use]
     pub fn master_range(&self) -> (f64, f64) {
         (self.curve().start(), self.curve().end())
     }
 
-    /// The master's distance from the first to the last position, x.
+    /// Returns the master's distance from the first to the last position, x.
     #[must_use]
     pub fn period(&self) -> f64 {
         let (start, end) = self.master_range();
         end - start
     }
 
-    /// The slave's distance from the first to the last position, u; 0 if it is within rounding.
+    /// Returns the slave's distance from the first to the last position, u; 0 if it is within rounding.
     #[must_use]
     pub const fn lift(&self) -> f64 {
         self.lift
@@ -185,7 +186,8 @@ impl Plate {
         slave_of(&self.at(master.position), master)
     }
 
-    /// Number of whole cycles between the base cycle and a master position: 0 on a linear plate.
+    /// Returns the number of whole cycles between the base cycle and a master position: 0 on a linear
+    /// plate.
     #[must_use]
     pub fn turn(&self, master: f64) -> f64 {
         match self.course {
@@ -205,7 +207,7 @@ impl Plate {
         self.lift = other.lift;
     }
 
-    /// [`MotionFunction::change`] in the plate; then period and lift are those of the new points.
+    /// Runs [`MotionFunction::change`] in the plate; then period and lift are those of the new points.
     ///
     /// # Errors
     /// As there, and 0x4262 for a position table.
@@ -216,7 +218,7 @@ impl Plate {
         Ok(())
     }
 
-    /// [`MotionFunction::check_change`] in the plate.
+    /// Runs [`MotionFunction::check_change`] in the plate.
     ///
     /// # Errors
     /// As [`Self::change`].
@@ -228,7 +230,7 @@ impl Plate {
         function.check_change(points)
     }
 
-    /// [`MotionFunction::segments_changed`] in the plate, in masters of the base cycle. A cyclic
+    /// Runs [`MotionFunction::segments_changed`] in the plate, in masters of the base cycle. A cyclic
     /// plate changes as a whole if its period or lift would, since every turn but the first moves.
     ///
     /// # Errors
@@ -271,7 +273,7 @@ impl Plate {
         }
     }
 
-    /// Motion outside the range of a linear plate: the slave stands at the edge.
+    /// Returns the motion outside the range of a linear plate: the slave stands at the edge.
     fn held(&self, master: f64) -> Option<Motion> {
         let (start, end) = self.master_range();
         let edge = if master < start {
@@ -287,8 +289,8 @@ impl Plate {
         })
     }
 
-    /// The turn of a master position. One correction compensates rounding, so that [`Self::is_in_turn`]
-    /// agrees.
+    /// Returns the turn of a master position. One correction compensates rounding, so that
+    /// [`Self::is_in_turn`] agrees.
     fn turn_of(&self, master: f64) -> f64 {
         let (start, end) = self.master_range();
         let guess = libm::floor((master - start) / (end - start));
@@ -310,15 +312,16 @@ impl Plate {
         start + turn * (end - start)
     }
 
-    /// The corresponding place in the base cycle. Far out a master has few digits left, so it may miss
-    /// the range by its rounding.
+    /// Returns the corresponding place in the base cycle. Far out a master has few digits left, so it may
+    /// miss the range by its rounding.
     fn base_master(&self, turn: f64, master: f64) -> f64 {
         let (start, end) = self.master_range();
         (master - turn * (end - start)).clamp(start, end)
     }
 }
 
-/// Set values of the slave for a moving master, by the chain rule: v = f'·V, a = f''·V² + f'·A.
+/// Returns the set values of the slave for a moving master, by the chain rule: v = f'·V, a = f''·V² +
+/// f'·A.
 #[must_use]
 pub fn slave_of(cam: &Motion, master: &Kinematics) -> Kinematics {
     Kinematics {
@@ -329,8 +332,8 @@ pub fn slave_of(cam: &Motion, master: &Kinematics) -> Kinematics {
     }
 }
 
-/// Lift from the positions of the ends themselves: a segment meets its end only to the last few bits,
-/// which would add up over the turns.
+/// Returns the lift from the positions of the ends themselves: a segment meets its end only to the last
+/// few bits, which would add up over the turns.
 fn lift_of(first: f64, last: f64) -> f64 {
     let lift = last - first;
     // Start and end of a plate without lift may be written differently, as 0.3 and 0.1 + 0.2 are.

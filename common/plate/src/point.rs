@@ -138,19 +138,19 @@ impl PointType {
         Self::Activation,
     ];
 
-    /// The PLC's number of the type.
+    /// Returns the PLC's number of the type.
     #[must_use]
     pub const fn code(self) -> u16 {
         self as u16
     }
 
-    /// The type with that number, if there is one.
+    /// Returns the type with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u16) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
-    /// Name of the type in cam files and orders.
+    /// Returns the name of the type in cam files and orders.
     #[must_use]
     pub const fn file_name(self) -> &'static str {
         match self {

@@ -117,7 +117,7 @@ impl PlateSource {
         source
     }
 
-    /// Number of its points or rows.
+    /// Returns the number of its points or rows.
     #[must_use]
     pub const fn len(&self) -> usize {
         match &self.rows {
@@ -134,7 +134,7 @@ impl PlateSource {
 }
 
 impl Plate {
-    /// Source of the plate in force.
+    /// Returns the source of the plate in force.
     #[must_use]
     pub fn source(&self) -> PlateSource {
         let rows = match (self.function(), self.table()) {

@@ -16,7 +16,7 @@ pub struct VelocityStep {
 }
 
 impl VelocityStep {
-    /// Size of the step.
+    /// Returns the size of the step.
     #[must_use]
     pub const fn size(&self) -> f64 {
         (self.after - self.before).abs()
@@ -27,7 +27,7 @@ impl VelocityStep {
 const ROUNDING: f64 = 1e-9;
 
 impl Plate {
-    /// The largest of [`Self::velocity_steps`], the first of equal ones; none without any.
+    /// Returns the largest of [`Self::velocity_steps`], the first of equal ones; none without any.
     #[must_use]
     pub fn largest_velocity_step(&self) -> Option<VelocityStep> {
         self.velocity_steps().reduce(|most, step| {

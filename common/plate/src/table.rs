@@ -45,19 +45,19 @@ impl Interpolation {
         Self::SlidingSpline,
     ];
 
-    /// The PLC's number of the type.
+    /// Returns the PLC's number of the type.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// The type with that number, if there is one.
+    /// Returns the type with that number, if there is one.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
-    /// Number of rows that it needs.
+    /// Returns the number of rows that it needs.
     fn least_rows(self) -> Result<usize, CamError> {
         match self {
             Self::Linear => Ok(2),
@@ -157,25 +157,25 @@ impl PositionTable {
         construct(&self.rows, interpolation, self.course)
     }
 
-    /// The rows: master and slave positions.
+    /// Returns the rows: master and slave positions.
     #[must_use]
     pub fn rows(&self) -> &[(f64, f64)] {
         &self.rows
     }
 
-    /// The interpolation between rows.
+    /// Returns the interpolation between rows.
     #[must_use]
     pub const fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
 
-    /// Course: passed once or repeated.
+    /// Returns the course: passed once or repeated.
     #[must_use]
     pub const fn course(&self) -> Course {
         self.course
     }
 
-    /// Type of the table: equidistant or not.
+    /// Returns the type of the table: equidistant or not.
     #[must_use]
     pub const fn table_type(&self) -> TableType {
         if self.equidistant {
@@ -250,8 +250,8 @@ fn push_sliding_spline(
     push_hermite(rows.iter().copied().map(knot).zip(slopes), curve)
 }
 
-/// The slope at a row of the parabola through it and its neighbours. Beyond the end of a cyclic table its
-/// first rows follow, one lift further.
+/// Returns the slope at a row of the parabola through it and its neighbours. Beyond the end of a cyclic
+/// table its first rows follow, one lift further.
 fn sliding_slope(rows: &[(f64, f64)], course: Course, row: usize) -> f64 {
     let last = rows.len() - 1;
     match course {
@@ -266,7 +266,7 @@ fn sliding_slope(rows: &[(f64, f64)], course: Course, row: usize) -> f64 {
     }
 }
 
-/// The slope at `here` of the parabola through three places (Newton's divided differences).
+/// Returns the slope at `here` of the parabola through three places (Newton's divided differences).
 fn parabola_slope(here: (f64, f64), second: (f64, f64), third: (f64, f64)) -> f64 {
     let to_second = secant(here, second);
     let curvature = (secant(second, third) - to_second) / (third.0 - here.0);

@@ -69,7 +69,7 @@ impl WrittenPoint {
         })
     }
 
-    /// The type of point that has its values.
+    /// Returns the type of point that has its values.
     #[must_use]
     pub fn implied_type(&self) -> PointType {
         match (self.velocity != 0.0, self.acceleration != 0.0) {

@@ -36,7 +36,7 @@ impl CouplingBlock {
         Outputs::of(state, CouplingError::code)
     }
 
-    /// State of the command.
+    /// Returns the state of the command.
     #[must_use]
     pub const fn state(&self) -> &CommandState<CouplingError> {
         self.execute.state()
@@ -105,7 +105,7 @@ impl<T> TableBlock<T> {
         Outputs::of(state, CouplingError::code)
     }
 
-    /// Result of the last successful run.
+    /// Returns the result of the last successful run.
     #[must_use]
     pub const fn value(&self) -> Option<&T> {
         self.value.as_ref()

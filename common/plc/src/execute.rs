@@ -124,7 +124,7 @@ impl<K, E> Execute<K, E> {
         &self.state
     }
 
-    /// State of the command.
+    /// Returns the state of the command.
     pub const fn state(&self) -> &CommandState<E> {
         &self.state
     }

@@ -59,12 +59,12 @@ impl EncodedRow {
         }
     }
 
-    /// Total length of its messages, bytes.
+    /// Returns the total length of its messages, bytes.
     pub(crate) const fn length(&self) -> usize {
         self.bytes.len()
     }
 
-    /// The message being made.
+    /// Returns the message in progress.
     pub(crate) const fn open_message(&mut self) -> &mut Vec<u8> {
         &mut self.bytes
     }
@@ -73,7 +73,7 @@ impl EncodedRow {
         self.ends.push(self.bytes.len() as u32);
     }
 
-    /// Messages of the row, in the order of the instances.
+    /// Returns the messages of the row, in the order of the instances.
     pub(crate) fn messages(&self) -> impl Iterator<Item = &[u8]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let ranges = starts.zip(&self.ends);

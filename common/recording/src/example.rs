@@ -64,7 +64,7 @@ pub(crate) fn boiler() -> Table {
     }
 }
 
-/// The n-th row, with values of every kind.
+/// Returns the n-th row, with values of every kind.
 pub(crate) fn row(n: u64) -> BoilerRow {
     let valve = |k: u64| ValveSignals {
         position: n as f64 * 0.1 + k as f64,

@@ -16,7 +16,7 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// Growth expected of a table with this cycle.
+    /// Returns the growth expected of a table with this cycle.
     #[must_use]
     pub fn expected(table: &Table, cycle_s: f64) -> Self {
         let signals: usize = table.instances.iter().map(|of| of.signals.len()).sum();
@@ -25,7 +25,7 @@ impl Growth {
         }
     }
 
-    /// Growth of a file by this number of bytes in this number of seconds.
+    /// Returns the growth of a file by this number of bytes in this number of seconds.
     #[must_use]
     pub fn seen(bytes: u64, seconds: f64) -> Self {
         Self {

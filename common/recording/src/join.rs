@@ -283,7 +283,7 @@ impl Piece {
         Ok(piece)
     }
 
-    /// Name of the node in a piece, if it is another one.
+    /// Returns the name of the node in a piece, if it is another one.
     fn foreign(&self, name: &str) -> Option<String> {
         let tables = self.channels.iter();
         let mut tables = tables.map(|described| described.channel.metadata.get(TABLE));

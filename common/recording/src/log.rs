@@ -56,7 +56,7 @@ impl Level {
 
 const NANOS: u64 = 1_000_000_000;
 
-/// The line as a message, with its time in the file.
+/// Encodes the line as a message, with its time in the file.
 pub(crate) fn encode(line: &LogLine, log_time: u64) -> Vec<u8> {
     let mut out = Vec::new();
     put_message(&mut out, 1, |timestamp| {
@@ -69,7 +69,7 @@ pub(crate) fn encode(line: &LogLine, log_time: u64) -> Vec<u8> {
     out
 }
 
-/// The line of a message; missing fields are empty.
+/// Decodes the line of a message; missing fields are empty.
 pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
     let mut line = LogLine {
         at_ns,
@@ -88,7 +88,7 @@ pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
     line
 }
 
-/// The schema as Foxglove publishes it, with what it imports in front.
+/// Returns the schema as Foxglove publishes it, with what it imports in front.
 pub(crate) fn schema() -> Schema {
     let mut data = Vec::new();
     put_message(&mut data, 1, |file| {

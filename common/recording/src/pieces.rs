@@ -90,7 +90,7 @@ impl Pieces {
     }
 }
 
-/// Options of a piece: it is read completely, and needs no index.
+/// Returns the options of a piece: it is read completely, and needs no index.
 fn options() -> WriteOptions {
     writer::options()
         .emit_summary_records(false)

@@ -44,7 +44,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// Name of the column: `instance.signal`.
+    /// Returns the name of the column: `instance.signal`.
     #[must_use]
     pub fn name(&self) -> String {
         match self.instance.as_str() {

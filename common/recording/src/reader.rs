@@ -101,13 +101,13 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Tables, as far as the file has been read: before a row comes, its table is complete.
+    /// Returns the tables, as far as the file has been read: before a row comes, its table is complete.
     #[must_use]
     pub fn tables(&self) -> &[ReadTable] {
         &self.tables
     }
 
-    /// Number of incomplete rows so far, which are left out.
+    /// Returns the number of incomplete rows so far, which are left out.
     #[must_use]
     pub const fn incomplete_rows(&self) -> u64 {
         self.incomplete
@@ -234,7 +234,7 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// The table of this name, a new one if there is none yet.
+    /// Returns the table of this name, a new one if there is none yet.
     fn table(&mut self, name: &str, role: &str, instances: usize) -> usize {
         if let Some(known) = self.tables.iter().position(|table| table.name == name) {
             return known;

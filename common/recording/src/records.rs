@@ -100,7 +100,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Offset of the next record of the file.
+    /// Returns the offset of the next record of the file.
     pub(crate) const fn offset(&self) -> u64 {
         self.offset
     }

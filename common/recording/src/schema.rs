@@ -68,7 +68,7 @@ const fn message_name(group: Group) -> &'static str {
 }
 
 impl Schema {
-    /// The schema of an instance of a node of this role; `variant` distinguishes schemas with other
+    /// Makes the schema of an instance of a node of this role; `variant` distinguishes schemas with other
     /// signals that would have equal names.
     pub(crate) fn of(instance: &Instance, role: &str, variant: usize) -> Self {
         let package = format!("coaxle.{}", identifier(role));
@@ -90,7 +90,7 @@ impl Schema {
     }
 }
 
-/// Text as a name in a schema: only letters and digits are kept.
+/// Converts a text to a name in a schema: only letters and digits are kept.
 fn identifier(text: &str) -> String {
     let is_fine = |c: char| c.is_ascii_alphanumeric();
     text.chars()
@@ -153,8 +153,8 @@ fn put_meanings(out: &mut Vec<u8>, signals: &[Signal]) {
     }
 }
 
-/// The fields of the message `name`, in the order of their numbers, in a schema of a file. Fields of
-/// types that no signal has are left out.
+/// Returns the fields of the message `name`, in the order of their numbers, in a schema of a file. Fields
+/// of types that no signal has are left out.
 pub(crate) fn fields_of(name: &str, data: &[u8]) -> Result<Vec<Field>, NoMessage> {
     for file in inner(data, 1) {
         let file = file?;
@@ -185,7 +185,7 @@ fn signals_of(message: &[u8]) -> Result<Vec<Field>, NoMessage> {
     Ok(fields)
 }
 
-/// Messages in the field with this number.
+/// Returns the messages in the field with this number.
 fn inner(message: &[u8], number: u32) -> impl Iterator<Item = Result<&[u8], NoMessage>> {
     Fields(message).filter_map(move |field| match field {
         Ok((n, Wire::Bytes(bytes))) if n == number => Some(Ok(bytes)),

@@ -11,7 +11,7 @@ use crate::{
 /// Time between two rows of the example, ns.
 const CYCLE_NS: i64 = 10_000_000;
 
-/// A recording of this number of rows, and its length after each flush.
+/// Makes a recording of this number of rows, and its length after each flush.
 fn recording(tables: &[Table], rows: u64) -> Vec<u8> {
     let facts = Facts::from([("scenario".to_owned(), "beat".to_owned())]);
     let mut writer = Writer::create(Vec::new(), tables, &facts, 1_000).unwrap();
@@ -62,7 +62,7 @@ fn values(row: &BoilerRow) -> Vec<Option<Value>> {
     values
 }
 
-/// Valid items, and number of damages reported.
+/// Returns the valid items, and number of damages reported.
 fn read(file: &[u8]) -> (Vec<Item>, usize) {
     let mut damage = 0;
     let mut items = Vec::new();
@@ -268,7 +268,7 @@ proptest! {
     }
 }
 
-/// A run of the boiler in pieces of this number of rows.
+/// Makes a run of the boiler in pieces of this number of rows.
 fn pieces(epoch: &str, rows: u64, each: u64) -> Vec<Vec<u8>> {
     let facts = Facts::from([("epoch".to_owned(), epoch.to_owned())]);
     let mut encoder = RowEncoder::of(&boiler());

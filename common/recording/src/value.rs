@@ -19,7 +19,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Kind of the value.
+    /// Returns the kind of the value.
     #[must_use]
     pub const fn kind(&self) -> Kind {
         match self {
@@ -31,7 +31,7 @@ impl Value {
         }
     }
 
-    /// The number, if it is one.
+    /// Returns the number, if it is one.
     #[must_use]
     pub const fn as_number(&self) -> Option<f64> {
         match *self {

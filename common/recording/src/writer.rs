@@ -73,7 +73,7 @@ impl Written {
     };
 }
 
-/// Options of our files.
+/// Returns the options of our files.
 pub(crate) fn options() -> WriteOptions {
     WriteOptions::new()
         .compression(Some(Compression::Lz4))
@@ -262,7 +262,7 @@ impl<W: Write> Writer<W> {
         Ok(written.map_err(|error| McapError::Io(error.into_error()))?)
     }
 
-    /// Number of messages of the n-th table.
+    /// Returns the number of messages of the n-th table.
     pub(crate) fn written(&self, table: usize) -> Written {
         let channels = self.tables.get(table);
         channels.map_or(Written::NOTHING, |channels| channels.written)
@@ -286,7 +286,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Time in the file: MCAP knows no time before 1970.
+    /// Returns the time in the file: MCAP knows no time before 1970.
     fn log_time(&self, at_ns: i64) -> u64 {
         let time = at_ns.saturating_add(self.clock_offset_ns);
         u64::try_from(time).unwrap_or_default()
@@ -344,7 +344,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// Topic of an instance; that of the node itself is the node's name.
+/// Returns the topic of an instance; that of the node itself is the node's name.
 fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
     let is_taken = |name: &str| table.instances.iter().any(|other| other.name == name);
     match instance.name.as_str() {
@@ -354,13 +354,13 @@ fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
     }
 }
 
-/// Metadata common to the channels of a table.
+/// Returns the metadata common to the channels of a table.
 fn whose(table: &Table) -> [(String, String); 2] {
     let pairs = [(TABLE, &table.name), (ROLE, &table.role)];
     pairs.map(|(key, value)| (key.to_owned(), value.clone()))
 }
 
-/// The unit of each signal that has one, with the unit of the axis inserted.
+/// Returns the unit of each signal that has one, with the unit of the axis inserted.
 fn units(instance: &Instance) -> BTreeMap<String, String> {
     let unit = |signal: &coaxle_node::signal::Signal| {
         let unit = instance.unit.in_place_of_u(signal.unit);

@@ -28,7 +28,7 @@ pub struct Joint {
 pub struct Catalog(BTreeMap<(&'static str, u32), Joint>);
 
 impl Joint {
-    /// Scale of its values: 1 if the unit is not known.
+    /// Returns the scale of its values: 1 if the unit is not known.
     #[must_use]
     pub fn scale(&self) -> Scale {
         self.scale.unwrap_or(Scale::NONE)
@@ -76,9 +76,9 @@ impl Catalog {
         Self(joints)
     }
 
-    /// The joint of an axis in a frame of a channel. The status of a node with many axes does not contain
-    /// all of them: one that it does not contain is named by its id, `conveyor/axis-7`, and its unit is
-    /// not known.
+    /// Returns the joint of an axis in a frame of a channel. The status of a node with many axes does not
+    /// contain all of them: one that it does not contain is named by its id, `conveyor/axis-7`, and its
+    /// unit is not known.
     #[must_use]
     pub fn joint(&self, node: &NodeName, channel: Channel, id: u32) -> Joint {
         let known = self.0.get(&(channel.name(), id)).cloned();
@@ -88,13 +88,13 @@ impl Catalog {
         })
     }
 
-    /// The joints that take orders, each with the axis id of its slave.
+    /// Returns the joints that take orders, each with the axis id of its slave.
     pub fn slaves(&self) -> impl Iterator<Item = (u32, &Joint)> {
         let slaves = self.0.iter().filter(|(_, joint)| joint.slave.is_some());
         slaves.map(|((_, id), joint)| (*id, joint))
     }
 
-    /// The joints with a unit that is stated but not known.
+    /// Returns the joints with a unit that is stated but not known.
     pub fn unknown_units(&self) -> impl Iterator<Item = &Joint> {
         let unknown = |joint: &&Joint| joint.unit.is_some() && joint.scale.is_none();
         self.0.values().filter(unknown)

@@ -95,7 +95,7 @@ impl Namespace {
         })
     }
 
-    /// The full name of a topic or node in it.
+    /// Returns the full name of a topic or node in it.
     #[must_use]
     pub fn topic(&self, name: &RosName) -> String {
         match self.0.as_str() {
@@ -177,13 +177,13 @@ impl RosNode {
         self.entity("NN", NODE_ID)
     }
 
-    /// The full name of a topic in its namespace.
+    /// Returns the full name of a topic in its namespace.
     #[must_use]
     pub fn topic(&self, name: &RosName) -> String {
         self.namespace.topic(name)
     }
 
-    /// Endpoint number `id`, from 1 on, of a topic in its namespace.
+    /// Returns the endpoint number `id`, from 1 on, of a topic in its namespace.
     #[must_use]
     pub fn endpoint(&self, id: u32, role: Role, topic: &RosName, message: MessageType) -> Endpoint {
         let role = match role {

@@ -88,7 +88,7 @@ impl Moves {
         (due, lost)
     }
 
-    /// Time of the next order, if there is one.
+    /// Returns the time of the next order, if there is one.
     #[must_use]
     pub fn next_at(&self) -> Option<Instant<Local>> {
         self.running.iter().filter_map(Running::next_at).min()
@@ -101,7 +101,7 @@ impl Moves {
 }
 
 impl Running {
-    /// Time of its next orders; none if all have been returned.
+    /// Returns the time of its next orders; none if all have been returned.
     fn next_at(&self) -> Option<Instant<Local>> {
         let next = match self.plan.segments.as_slice() {
             [] if self.ordered == 0 => Some(Span::ZERO),
@@ -150,7 +150,7 @@ const THERE: f64 = 1e-9;
 /// Part of the peak velocity below which a slave counts as standing.
 const STANDING: f64 = 0.05;
 
-/// The move to a position in this time; none if the slave already stands there.
+/// Returns the move to a position in this time; none if the slave already stands there.
 ///
 /// From standstill each third of the time is a phase: the velocity rises with a jerk that changes its
 /// sign half way, is constant, and falls symmetrically. So its peak is 3/2 of the mean, v = 3/2·d/T, a =

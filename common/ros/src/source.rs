@@ -119,7 +119,7 @@ impl Source {
         (!state.name.is_empty()).then_some(state)
     }
 
-    /// Motion of an axis, and its time of arrival; none before its first frame.
+    /// Returns the motion of an axis, and its time of arrival; none before its first frame.
     #[must_use]
     pub fn motion(&self, id: u32) -> Option<(Instant<Local>, SlaveMotion)> {
         let newest = self.newest.as_ref()?;

@@ -37,8 +37,8 @@ impl Stamps {
         }
     }
 
-    /// Start of the cycle with this count. Until the clock is known, a second or two: the arrival of its
-    /// frame.
+    /// Returns the start of the cycle with this count. Until the clock is known, a second or two: the
+    /// arrival of its frame.
     #[must_use]
     pub fn began(&self, count: u64, came: Instant<Local>) -> Instant<Local> {
         let clock = self.clock.as_ref().zip(self.now);
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use coaxle_clock::{CycleIndex, CycleTime};
 
-    /// Noise from 0 to 1, reproducible.
+    /// Returns noise from 0 to 1, reproducible.
     fn noise(count: u64) -> f64 {
         let mixed = (count + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -139,7 +139,7 @@ fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, Refusal> 
     Ok(found)
 }
 
-/// The known joints, for a message.
+/// Lists the known joints, for a message.
 fn those(known: &[Address]) -> String {
     let names: Vec<_> = known.iter().map(|address| address.joint.as_str()).collect();
     match names.as_slice() {
@@ -170,7 +170,7 @@ fn begins(stamp: Time, unix_now: i64) -> Result<Span, Refusal> {
     Err(Refusal::new("header.stamp", received, expected))
 }
 
-/// Time of the `k`-th point; that of the first one may be zero.
+/// Returns the time of the `k`-th point; that of the first one may be zero.
 fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, Refusal> {
     let span = Span::from_nanos(time.as_nanos());
     let is_later = span > before || (k == 0 && span == before);
@@ -193,7 +193,7 @@ fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, Refusal> 
     ))
 }
 
-/// Positions of the joints at the `k`-th point, in their own units.
+/// Returns the positions of the joints at the `k`-th point, in their own units.
 fn positions(
     k: usize,
     point: &JointTrajectoryPoint,

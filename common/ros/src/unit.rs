@@ -13,7 +13,7 @@ impl Scale {
     /// Scale of values that are passed on unchanged.
     pub const NONE: Self = Self(1.0);
 
-    /// Scale of the unit with this text; none if that is not a known length or angle.
+    /// Returns the scale of the unit with this text; none if that is not a known length or angle.
     #[must_use]
     pub fn of(unit: &str) -> Option<Self> {
         let scale = match unit {
@@ -32,13 +32,13 @@ impl Scale {
         Some(Self(scale))
     }
 
-    /// From units of the axis, or those per second.
+    /// Converts from units of the axis, or those per second.
     #[must_use]
     pub fn to_ros(self, value: f64) -> f64 {
         value * self.0
     }
 
-    /// To units of the axis.
+    /// Converts to units of the axis.
     #[must_use]
     pub fn from_ros(self, value: f64) -> f64 {
         value / self.0

@@ -81,7 +81,7 @@ pub struct SawTable {
     pub periodic: bool,
 }
 
-/// The id of the table that holds a slave's profile: 256 − axis id (TS5055 13).
+/// Returns the id of the table that holds a slave's profile: 256 − axis id (TS5055 13).
 ///
 /// # Errors
 /// [`SawRefusal::NoTable`] (0x4A00) for an axis id that is not from 1 to 255, and
@@ -133,7 +133,7 @@ impl FlyingSawCharacteristics {
         "fSlaveAccEff",
     ];
 
-    /// The 31 values in the order of the structure.
+    /// Returns the 31 values in the order of the structure.
     #[must_use]
     pub fn values(&self) -> [f64; 31] {
         let Extremes {
@@ -191,7 +191,8 @@ impl SawPlan {
         }
     }
 
-    /// `velocity` is the velocity of the variable that the path depends on: the master or the time.
+    /// Computes the characteristic values. `velocity` is the velocity of the variable that the path
+    /// depends on: the master or the time.
     fn characteristics_of(
         &self,
         way: &Way,
@@ -307,7 +308,7 @@ impl SawPlan {
             .collect()
     }
 
-    /// The profile as a motion function, as a cam coupling would run it.
+    /// Returns the profile as a motion function, as a cam coupling would run it.
     ///
     /// # Errors
     /// [`CamError`] if there are no points, or if the master's path is so short that it vanishes in the

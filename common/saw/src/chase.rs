@@ -49,8 +49,8 @@ impl Chase {
         faster(turning, onward)
     }
 
-    /// Path of a slave that only moves in the direction of the line, or stands until the line arrives.
-    /// One that moves the other way stops first.
+    /// Plans the path of a slave that only moves in the direction of the line, or stands until the line
+    /// arrives. One that moves the other way stops first.
     fn onward(
         &self,
         (start, line): (&Kinematics, &Kinematics),
@@ -97,7 +97,7 @@ impl Chase {
         numbers.iter().all(|n| n.is_finite()).then_some(profile)
     }
 
-    /// The fastest stop.
+    /// Plans the fastest stop.
     pub(super) fn stopping(&self, start: &Kinematics) -> Profile {
         self.stopping_with(start, 1.0)
     }
@@ -109,13 +109,14 @@ impl Chase {
         towards(start, 0.0, &band)
     }
 
-    /// Position at which the slave comes to rest with a share of its acceleration, deceleration and jerk,
-    /// u.
+    /// Returns the position at which the slave comes to rest with a share of its acceleration,
+    /// deceleration and jerk, u.
     pub(super) fn stop(&self, start: &Kinematics, share: f64) -> f64 {
         self.stopping_with(start, share).end().position
     }
 
-    /// Path towards a line that cannot be caught, as fast as possible; along with it if it is too fast.
+    /// Plans the path towards a line that cannot be caught, as fast as possible; along with it if it is
+    /// too fast.
     pub(super) fn towards(&self, start: &Kinematics, line: &Kinematics) -> Profile {
         let window = self.window(start.velocity, line.velocity);
         let push = self.limits.acceleration().min(self.limits.deceleration());
@@ -141,7 +142,7 @@ impl Chase {
         }
     }
 
-    /// The velocities from `from` to `to` that the limit and the mask allow.
+    /// Returns the velocities from `from` to `to` that the limit and the mask allow.
     fn window(&self, from: f64, to: f64) -> Window {
         let limit = self.limits.velocity() * (1.0 - ROUNDING);
         let reached = if to.abs() <= self.fastest_line {

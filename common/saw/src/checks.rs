@@ -146,7 +146,8 @@ impl Checklist {
         )
     }
 
-    /// A velocity beyond zero counts only if the slave neither starts nor ends there.
+    /// Checks for reversals. A velocity beyond zero counts only if the slave neither starts nor ends
+    /// there.
     fn reversals(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
         let velocity = &demands.course.velocity;
         let (start, sync) = (ends.start.1, ends.sync.1);
@@ -170,7 +171,7 @@ impl Checklist {
         Ok(())
     }
 
-    /// Acceleration, deceleration and jerk.
+    /// Checks acceleration, deceleration and jerk.
     pub(super) fn dynamics(&self, demands: &Demands) -> Result<(), Violation> {
         let (limit, slack) = (self.acceleration, ROUNDING * self.acceleration);
         let faster = demands.speeding_up;

@@ -51,7 +51,7 @@ pub struct GearInPos<P = f64> {
 }
 
 impl<P: Copy> GearInPos<P> {
-    /// The positions of master and slave.
+    /// Returns the positions of master and slave.
     #[must_use]
     pub const fn positions(&self) -> (P, P) {
         (self.master_sync_position, self.slave_sync_position)

@@ -21,7 +21,7 @@ const HALVINGS: usize = 40;
 /// this.
 const ROUNDING: f64 = 1e-13;
 
-/// The shortest ramp of this task within acceleration, deceleration and jerk.
+/// Finds the shortest ramp of this task within acceleration, deceleration and jerk.
 pub(super) fn shortest(task: &Task) -> Result<Piece, SawRefusal> {
     let change = Change::of(task);
     let limits = task.checklist.dynamics_only();
@@ -64,12 +64,12 @@ impl Change {
         }
     }
 
-    /// Δv.
+    /// Returns Δv.
     fn rise(&self) -> f64 {
         self.velocity.1 - self.velocity.0
     }
 
-    /// Lower bound of the duration by three limits: the acceleration, the jerk that leads the
+    /// Returns the lower bound of the duration by three limits: the acceleration, the jerk that leads the
     /// acceleration to zero, and the jerk by which the velocity changes, `|Δv| ≤ |a0|·T + j·T²/2`. The
     /// duration needed is a small multiple of the greatest.
     fn least(&self, limits: &Checklist) -> f64 {
@@ -98,7 +98,7 @@ impl Change {
             .copied()
     }
 
-    /// |6·Δv − 4·a0·T| = j·T² at the start, |6·Δv − 2·a0·T| = j·T² at the end.
+    /// Adds the solutions of |6·Δv − 4·a0·T| = j·T² at the start, |6·Δv − 2·a0·T| = j·T² at the end.
     fn reach_jerk(&self, jerk: f64, durations: &mut Durations) {
         for share in [4.0, 2.0] {
             for side in [jerk, -jerk] {
@@ -107,7 +107,8 @@ impl Change {
         }
     }
 
-    /// The peak between the ends, (3·Δv − a0·T)²/(3·T·(2·Δv − a0·T)), is a limit of either sign.
+    /// Adds the solutions for which the peak between the ends, (3·Δv − a0·T)²/(3·T·(2·Δv − a0·T)),
+    /// reaches a limit of either sign.
     fn reach_acceleration(&self, limit: f64, durations: &mut Durations) {
         let (a, rise) = (self.acceleration, self.rise());
         for side in [limit, -limit] {

@@ -7,7 +7,7 @@ use coaxle_curve::law::{Extreme, Extremes, MinMax, Roots};
 use super::piece::Piece;
 
 impl Piece {
-    /// Demands on the slave while the master runs at `master_velocity`.
+    /// Computes the demands on the slave while the master runs at `master_velocity`.
     pub(super) fn demands(&self, master_velocity: f64) -> Demands {
         let rate = master_velocity / self.length;
         if self.is_line() {
@@ -19,7 +19,7 @@ impl Piece {
         }
     }
 
-    /// Demands of any course, by the extremes of its quantities.
+    /// Computes the demands of any course, by the extremes of its quantities.
     fn demands_by_turns(&self, rate: f64) -> Demands {
         let velocity = self.way.derivative();
         let acceleration = velocity.derivative();
@@ -59,16 +59,16 @@ impl Piece {
         }
     }
 
-    /// Growth of the slope from begin to end, per length, of a [ramp](Self::ramp) without a reversal;
-    /// none for any other course.
+    /// Returns the growth of the slope from begin to end, per length, of a [ramp](Self::ramp) without a
+    /// reversal; none for any other course.
     fn rise_of_ramp(&self) -> Option<f64> {
         let [_, from, bend, rise, fourth, fifth] = self.way.0;
         let is_ramp = bend == 0.0 && fourth == -rise / 2.0 && fifth == 0.0;
         (is_ramp && from * (from + rise) >= 0.0).then_some(rise)
     }
 
-    /// Demands of a ramp: velocity, position and jerk are extreme at its ends, the acceleration in the
-    /// middle.
+    /// Computes the demands of a ramp: velocity, position and jerk are extreme at its ends, the
+    /// acceleration in the middle.
     fn demands_of_ramp(&self, rise: f64, rate: f64) -> Demands {
         let (from, square) = (self.way.0[1], rate * rate);
         let to = from + rise;
@@ -107,7 +107,7 @@ impl Piece {
         }
     }
 
-    /// The range of a quantity that is extreme at the ends.
+    /// Returns the range of a quantity that is extreme at the ends.
     fn at_ends(&self, from: f64, to: f64) -> MinMax {
         MinMax::at(self.begin, from).joined(MinMax::at(self.end(), to))
     }
@@ -197,8 +197,8 @@ impl Effort {
         }
     }
 
-    /// Between two standstills the velocity keeps its sign; there, the acceleration is extreme at
-    /// its turns and at the two ends.
+    /// Adds a range. Between two standstills the velocity keeps its sign; there, the acceleration is
+    /// extreme at its turns and at the two ends.
     fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> Sample) {
         let mut from = 0.0;
         for &to in standstills.iter().chain(core::iter::once(&1.0)) {
@@ -256,7 +256,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Values of both, and their places.
+    /// Returns the values of both, and their places.
     fn values(demands: &Demands) -> [(f64, f64); 10] {
         let course = &demands.course;
         let extremes = [

@@ -29,7 +29,7 @@ pub struct DiagonalAngle {
 }
 
 impl DiagonalAngle {
-    /// The NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub const fn code(&self) -> u32 {
         0x4b06

@@ -52,7 +52,7 @@ impl GearInPos {
         }
     }
 
-    /// Task of a command whose velocity limit is kept, in sync too.
+    /// Returns the task of a command whose velocity limit is kept, in sync too.
     fn limited_task(&self, moment: &CouplingMoment) -> Result<Task, SawRefusal> {
         let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
         match self.limits.velocity {
@@ -129,14 +129,14 @@ impl GearInPos {
         Ok(takes.is_some_and(|takes| takes <= available))
     }
 
-    /// Time of the master to its synchronisation position, s.
+    /// Returns the time of the master to its synchronisation position, s.
     fn time_left(&self, moment: &CouplingMoment) -> Result<f64, SawRefusal> {
         let task = self.limited_task(moment)?;
         Ok(Pursuit::new(&task, self)?.available())
     }
 
-    /// Time of the slave to the line of its gear, s, with nearly all of its dynamics; none if it could no
-    /// longer stop within its software limits.
+    /// Returns the time of the slave to the line of its gear, s, with nearly all of its dynamics; none if
+    /// it could no longer stop within its software limits.
     fn arrival(&self, moment: &CouplingMoment) -> Result<Option<f64>, SawRefusal> {
         let task = self.limited_task(moment)?;
         // If the master is at its synchronisation position already, there is no time left.
@@ -150,7 +150,7 @@ impl GearInPos {
     }
 }
 
-/// The axes `wait` seconds later, if the slave keeps its velocity, and so does the master.
+/// Returns the axes `wait` seconds later, if the slave keeps its velocity, and so does the master.
 fn advanced(moment: &CouplingMoment, wait: f64) -> CouplingMoment {
     let dynamics = &moment.axis.dynamics;
     let keeping = to_velocity(&moment.slave, moment.slave.velocity, dynamics);
@@ -221,7 +221,7 @@ impl<'a> Pursuit<'a> {
         })
     }
 
-    /// Time of the master to its synchronisation position, s.
+    /// Returns the time of the master to its synchronisation position, s.
     fn available(&self) -> f64 {
         self.span.master / self.span.task.master_velocity
     }

@@ -76,7 +76,7 @@ pub struct EncoderMaster {
 }
 
 impl EncoderMaster {
-    /// The smallest acceleration that counts, u/s².
+    /// Returns the smallest acceleration that counts, u/s².
     #[must_use]
     pub fn acceleration_threshold(&self) -> f64 {
         2.0 * self.scaling.abs() / (self.cycle.0 * self.cycle.0)
@@ -116,7 +116,7 @@ impl CouplingMoment {
         })
     }
 
-    /// Acceleration of the master, as used for planning.
+    /// Returns the acceleration of the master, as used for planning.
     pub(super) fn master_acceleration(&self) -> f64 {
         let acceleration = self.master.acceleration;
         match self.encoder {

@@ -16,7 +16,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// P1: a constant slope.
+    /// Makes P1: a constant slope.
     pub(super) fn line(begin: f64, length: f64, position: f64, slope: f64) -> Self {
         Self::new(
             begin,
@@ -26,7 +26,7 @@ impl Piece {
         )
     }
 
-    /// P5 where it degenerates to a ramp: the slope goes from one value to another along
+    /// Makes P5 where it degenerates to a ramp: the slope goes from one value to another along
     /// 3x² − 2x³, without curvature at either end.
     pub(super) fn ramp(begin: f64, length: f64, position: f64, from: f64, to: f64) -> Self {
         let rise = (to - from) * length;
@@ -38,8 +38,8 @@ impl Piece {
         )
     }
 
-    /// P5 as a ramp with a start curvature: the slope is the cubic that meets slope and curvature at both
-    /// ends.
+    /// Makes P5 as a ramp with a start curvature: the slope is the cubic that meets slope and curvature
+    /// at both ends.
     pub(super) fn curved_ramp(
         begin: f64,
         length: f64,
@@ -60,7 +60,7 @@ impl Piece {
         Self::new(begin, length, position, way)
     }
 
-    /// P5: from slope and curvature over `distance` to the slope `to` without curvature.
+    /// Makes P5, from slope and curvature over `distance` to the slope `to` without curvature.
     pub(super) fn quintic(
         begin: f64,
         length: f64,
@@ -81,7 +81,7 @@ impl Piece {
         Self::new(begin, length, position, quintic(&start, &end).0)
     }
 
-    /// Constant jerk, over time.
+    /// Makes a piece of constant jerk, over time.
     pub(super) fn phase(
         begin: f64,
         length: f64,
@@ -117,12 +117,12 @@ impl Piece {
         }
     }
 
-    /// Position of the slave at its begin.
+    /// Returns the position of the slave at its begin.
     pub(super) const fn position(&self) -> f64 {
         self.position
     }
 
-    /// End of the piece.
+    /// Returns the end of the piece.
     pub(super) fn end(&self) -> f64 {
         self.begin + self.length
     }
@@ -132,7 +132,7 @@ impl Piece {
         (master - self.end()) * self.length > 0.0
     }
 
-    /// Displacement of the slave from begin to end.
+    /// Returns the displacement of the slave from begin to end.
     pub(super) fn distance(&self) -> f64 {
         self.way.0.iter().sum()
     }
@@ -157,7 +157,7 @@ impl Piece {
         }
     }
 
-    /// Total path length of the slave, forwards and backwards.
+    /// Returns the total path length of the slave, forwards and backwards.
     pub(super) fn path(&self) -> f64 {
         let velocity = self.way.derivative();
         let turns = velocity.roots_in(0.0, 1.0);
@@ -170,7 +170,7 @@ impl Piece {
         path
     }
 
-    /// The integral over time of the squared acceleration.
+    /// Returns the integral over time of the squared acceleration.
     pub(super) fn squared_acceleration(&self, master_velocity: f64) -> f64 {
         let acceleration = self.way.derivative().derivative();
         let terms = &acceleration.0[..4];
@@ -183,7 +183,7 @@ impl Piece {
         integral * cube(master_velocity / self.length)
     }
 
-    /// Minimum and maximum product of velocity and acceleration.
+    /// Returns the minimum and maximum product of velocity and acceleration.
     pub(super) fn dynamic_moment(&self, master_velocity: f64) -> MinMax {
         let velocity = self.way.derivative();
         let acceleration = velocity.derivative();
@@ -197,7 +197,7 @@ impl Piece {
         self.range(&product, &turns, cube(master_velocity / self.length))
     }
 
-    /// Motion law of the piece, as a segment of a cam.
+    /// Returns the motion law of the piece, as a segment of a cam.
     pub(super) fn law(&self) -> MotionLaw {
         if self.is_line() {
             MotionLaw::Polynom1

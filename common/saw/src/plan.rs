@@ -66,7 +66,7 @@ pub struct SyncLine {
 }
 
 impl SyncLine {
-    /// Positions of master and slave at the end of the synchronisation phase.
+    /// Returns the positions of master and slave at the end of the synchronisation phase.
     #[must_use]
     pub const fn sync_positions(&self) -> SyncPositions {
         SyncPositions {
@@ -102,7 +102,7 @@ impl SawPlan {
         )
     }
 
-    /// Plan of a slave that already has the gear's velocity.
+    /// Makes the plan of a slave that already has the gear's velocity.
     pub(super) fn synchronous(task: &Task) -> Self {
         let line = SyncLine {
             ratio: task.ratio,
@@ -128,46 +128,46 @@ impl SawPlan {
         }
     }
 
-    /// Form of the plan.
+    /// Returns the form of the plan.
     #[must_use]
     pub const fn form(&self) -> SawForm {
         self.form
     }
 
-    /// The synchronous phase that it leads to.
+    /// Returns the synchronous phase that it leads to.
     #[must_use]
     pub const fn line(&self) -> &SyncLine {
         &self.line
     }
 
-    /// The master's position at the coupling moment, u.
+    /// Returns the master's position at the coupling moment, u.
     #[doc(alias = "fMasterPosStart")]
     #[must_use]
     pub const fn master_start(&self) -> f64 {
         self.master_start
     }
 
-    /// The master's position at the end of the synchronisation phase, u.
+    /// Returns the master's position at the end of the synchronisation phase, u.
     #[doc(alias = "fMasterPosEnd")]
     #[must_use]
     pub const fn master_end(&self) -> f64 {
         self.line.master
     }
 
-    /// The master's velocity at the coupling moment, u/s.
+    /// Returns the master's velocity at the coupling moment, u/s.
     #[doc(alias = "fMasterVeloNom")]
     #[must_use]
     pub const fn master_velocity(&self) -> f64 {
         self.master_velocity
     }
 
-    /// The slave's start values in the plan: ignored accelerations are 0.
+    /// Returns the slave's start values in the plan: ignored accelerations are 0.
     #[must_use]
     pub const fn slave_start(&self) -> &Kinematics {
         &self.slave_start
     }
 
-    /// Duration of the synchronisation phase: infinite while the master stands still.
+    /// Returns the duration of the synchronisation phase: infinite while the master stands still.
     #[must_use]
     pub fn duration(&self) -> Seconds {
         match &self.profile {
@@ -179,8 +179,8 @@ impl SawPlan {
         }
     }
 
-    /// Master position at which the slave joins the synchronous line: before the end of the phase if the
-    /// last piece is part of that line already.
+    /// Returns the master position at which the slave joins the synchronous line: before the end of the
+    /// phase if the last piece is part of that line already.
     pub(super) fn joins_line_at(&self) -> f64 {
         match &self.profile {
             SawProfile::OverMaster(way) if self.ends_on_line(way) => way.last().begin,
@@ -248,7 +248,7 @@ impl SawPlan {
         })
     }
 
-    /// The profile over time of a time-based plan.
+    /// Returns the profile over time of a time-based plan.
     #[must_use]
     pub const fn time_profile(&self) -> Option<&Profile> {
         match &self.profile {

@@ -13,7 +13,7 @@ pub(super) struct Plateau {
 }
 
 impl Plateau {
-    /// The plateau between the shortest ramps, if the distance has room for them.
+    /// Returns the plateau between the shortest ramps, if the distance has room for them.
     pub(super) fn with_shortest_ramps(span: &Span) -> Option<Self> {
         // As seen by a master that moves forwards.
         let direction = span.master.signum();

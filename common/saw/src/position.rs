@@ -82,7 +82,7 @@ impl Span<'_> {
         Ok((SawForm::Quintic, quintic))
     }
 
-    /// P5.
+    /// Makes P5.
     fn quintic(&self) -> Way {
         Way::of(Piece::quintic(
             self.task.master_position,
@@ -92,8 +92,8 @@ impl Span<'_> {
         ))
     }
 
-    /// P1+P5 or P5+P1: one ramp, and for the rest of the distance the start or the synchronous slope, so
-    /// that the velocity has no overshoot or undershoot by construction.
+    /// Makes P1+P5 or P5+P1: one ramp, and for the rest of the distance the start or the synchronous
+    /// slope, so that the velocity has no overshoot or undershoot by construction.
     fn without_shoot(&self) -> Option<(SawForm, Way)> {
         let shoots = SyncMask::OVERSHOOT_VELO.union(SyncMask::UNDERSHOOT_VELO);
         if !self.task.checklist.mask.intersects(shoots) || self.has_sync_slope() {
@@ -135,7 +135,7 @@ impl Span<'_> {
         }
     }
 
-    /// P5+P1+P5 with the peak velocity at the limit that P5 breaks, both ramps with the same peak
+    /// Makes P5+P1+P5 with the peak velocity at the limit that P5 breaks, both ramps with the same peak
     /// of acceleration.
     fn at_highest_velocity(&self, quintic: &Demands) -> Option<(SawForm, Way)> {
         let limit = self.task.checklist.velocity;
@@ -187,7 +187,7 @@ impl Span<'_> {
         (gear - self.from).abs() <= NEGLIGIBLE * gear.abs().max(self.from.abs())
     }
 
-    /// P5+P1+P5.
+    /// Makes P5+P1+P5.
     fn plateau(&self, ramps: &Plateau) -> Option<(SawForm, Way)> {
         let between = self.master - ramps.first - ramps.last;
         // Rounding remainder between two ramps that touch.

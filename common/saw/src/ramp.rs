@@ -14,7 +14,7 @@ pub(super) struct RampBounds {
     pub(super) jerk: f64,
 }
 
-/// The duration of the shortest ramp between two velocities, s.
+/// Returns the duration of the shortest ramp between two velocities, s.
 ///
 /// Where the velocity changes its sign, the deceleration bounds the ramp up to there and the
 /// acceleration from there on.
@@ -39,12 +39,12 @@ fn effort(from: f64, to: f64, bounds: &RampBounds) -> f64 {
     }
 }
 
-/// Acceleration of the ramp as a part of its peak.
+/// Returns the acceleration of the ramp as a part of its peak.
 fn parabola(x: f64) -> f64 {
     4.0 * x * (1.0 - x)
 }
 
-/// Place from 0 to 1 at which 3x² − 2x³ is `part`.
+/// Returns the place from 0 to 1 at which 3x² − 2x³ is `part`.
 fn place_of(part: f64) -> f64 {
     0.5 - libm::sin(libm::asin(1.0 - 2.0 * part) / 3.0)
 }

@@ -187,7 +187,7 @@ checks! {
 }
 
 impl Check {
-    /// The detailed error code.
+    /// Returns the detailed error code.
     #[must_use]
     pub const fn code(self) -> u32 {
         self as u32
@@ -195,7 +195,7 @@ impl Check {
 }
 
 impl Check {
-    /// Flag of the sync mode that enables the check.
+    /// Returns the flag of the sync mode that enables the check.
     #[must_use]
     pub const fn flag(self) -> SyncMask {
         match self {
@@ -226,7 +226,7 @@ impl Check {
         }
     }
 
-    /// Quantity of the check: `position`, `velocity`, `acceleration` or `jerk`.
+    /// Returns the quantity of the check: `position`, `velocity`, `acceleration` or `jerk`.
     #[must_use]
     pub const fn quantity(self) -> &'static str {
         match self {
@@ -239,7 +239,7 @@ impl Check {
 }
 
 impl Violation {
-    /// Error code: the check's own, or the common one if details were not requested.
+    /// Returns the error code: the check's own, or the common one if details were not requested.
     #[must_use]
     pub const fn code(&self) -> u32 {
         if self.detailed {
@@ -257,7 +257,7 @@ impl Violation {
 }
 
 impl SawRefusal {
-    /// The NC error code.
+    /// Returns the NC error code.
     #[doc(alias = "ErrorID")]
     #[must_use]
     pub const fn code(&self) -> u32 {
@@ -275,7 +275,7 @@ impl SawRefusal {
         }
     }
 
-    /// The violated check, if that is the reason.
+    /// Returns the violated check, if that is the reason.
     #[must_use]
     pub const fn violation(&self) -> Option<&Violation> {
         match self {
@@ -291,7 +291,7 @@ impl From<Violation> for SawRefusal {
     }
 }
 
-/// Side from which a slave has to approach a position in this direction.
+/// Returns the side from which a slave has to approach a position in this direction.
 const fn side(direction: &f64) -> &'static str {
     if *direction > 0.0 { "above" } else { "below" }
 }

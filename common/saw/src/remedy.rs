@@ -96,8 +96,8 @@ impl GearInPos {
         }
     }
 
-    /// Not if the slave would wait for a start distance: distance and speed of the master then belong to
-    /// a later moment.
+    /// Finds distance and speed of the master. Not if the slave would wait for a start distance: distance
+    /// and speed of the master then belong to a later moment.
     fn other_motion_of_the_master(&self, moment: &CouplingMoment) -> SawRemedy {
         if self.master_start_distance.is_some() {
             return SawRemedy::default();
@@ -133,7 +133,8 @@ impl GearInVelo {
     }
 }
 
-/// The given distance, or, if that is not ahead of the master, a thousandth of the slave's distance.
+/// Returns the given distance, or, if that is not ahead of the master, a thousandth of the slave's
+/// distance.
 fn first_distance(command: &GearInPos, moment: &CouplingMoment) -> f64 {
     let velocity = moment.master.velocity;
     let distance = command.master_sync_position - moment.master.position;

@@ -20,7 +20,7 @@ pub enum RollbackReaction {
 }
 
 impl RollbackReaction {
-    /// The eight cases of TS5055 8:
+    /// Returns the reaction by the eight cases of TS5055 8:
     ///
     /// | lock | instant | synchronous phase reached | case | reaction |
     /// |--|--|--|--|--|
@@ -63,8 +63,8 @@ enum Course {
 }
 
 impl RollbackStop {
-    /// The shortest stop by a ramp within deceleration (u/s²) and jerk (u/s³), both above zero, of a
-    /// slave that is at the coupling position, and does not accelerate.
+    /// Plans the shortest stop by a ramp within deceleration (u/s²) and jerk (u/s³), both above zero, of
+    /// a slave that is at the coupling position, and does not accelerate.
     #[must_use]
     pub fn plan(slave: &Kinematics, deceleration: f64, jerk: f64) -> Self {
         let bounds = RampBounds {
@@ -78,13 +78,13 @@ impl RollbackStop {
         Self { course }
     }
 
-    /// The shortest stop of a slave that accelerates.
+    /// Plans the shortest stop of a slave that accelerates.
     pub(super) fn from_acceleration(slave: &Kinematics, limits: &Limits) -> Self {
         let course = Course::Phases(stop_from(slave, limits));
         Self { course }
     }
 
-    /// Duration of the stop.
+    /// Returns the duration of the stop.
     #[must_use]
     pub const fn duration(&self) -> Seconds {
         match &self.course {
@@ -93,7 +93,7 @@ impl RollbackStop {
         }
     }
 
-    /// Position at which the slave comes to rest, u.
+    /// Returns the position at which the slave comes to rest, u.
     #[must_use]
     pub fn end_position(&self) -> f64 {
         match &self.course {
@@ -122,8 +122,8 @@ impl RollbackStop {
     }
 }
 
-/// Stop of a slave from its present acceleration. An acceleration beyond its limits, caused by a jump of
-/// the master, is dropped at once.
+/// Plans the stop of a slave from its present acceleration. An acceleration beyond its limits, caused by
+/// a jump of the master, is dropped at once.
 pub(super) fn stop_from(slave: &Kinematics, limits: &Limits) -> Profile {
     let most = limits.acceleration().max(limits.deceleration());
     let start = limits.without_overspeed(&Kinematics {

@@ -35,7 +35,7 @@ impl<'a> Span<'a> {
         Ok(span)
     }
 
-    /// Distances of a slave that may approach from either side.
+    /// Makes the distances of a slave that may approach from either side.
     ///
     /// # Errors
     /// Positions that are not finite, or not ahead of the master.

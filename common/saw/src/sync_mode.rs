@@ -19,7 +19,7 @@ pub struct SyncMode {
 }
 
 impl SyncMode {
-    /// A profile over the master's position.
+    /// Makes a profile over the master's position.
     #[must_use]
     pub const fn position_based(mask: SyncMask) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl SyncMode {
         }
     }
 
-    /// A profile over time.
+    /// Makes a profile over time.
     #[must_use]
     pub const fn time_based(mask: SyncMask) -> Self {
         Self {

@@ -111,13 +111,13 @@ impl Task {
         }
     }
 
-    /// The limits in force, with the velocity limit of the command.
+    /// Returns the limits in force, with the velocity limit of the command.
     pub(super) fn limits_in_force(&self) -> Limits {
         let checked = self.limits.with_velocity(self.checklist.velocity);
         checked.unwrap_or(self.limits)
     }
 
-    /// The jerk that a profile has to keep, u/s³; infinite if that is not checked.
+    /// Returns the jerk that a profile has to keep, u/s³; infinite if that is not checked.
     pub(super) fn checked_jerk(&self) -> f64 {
         let checked = self.checklist.mask.contains(SyncMask::MAX_JERK);
         if checked || self.guard.is_some() {
@@ -127,12 +127,12 @@ impl Task {
         }
     }
 
-    /// The velocity of the coupled slave, u/s.
+    /// Returns the velocity of the coupled slave, u/s.
     pub(super) fn sync_velocity(&self) -> f64 {
         self.ratio * self.master_velocity
     }
 
-    /// The slave's velocity per master velocity.
+    /// Returns the slave's velocity per master velocity.
     pub(super) fn slope(&self) -> f64 {
         if self.master_velocity == 0.0 {
             0.0
@@ -141,7 +141,7 @@ impl Task {
         }
     }
 
-    /// The slave's second derivative with respect to the master.
+    /// Returns the slave's second derivative with respect to the master.
     pub(super) fn curvature(&self) -> f64 {
         if self.master_velocity == 0.0 {
             return 0.0;
@@ -158,7 +158,7 @@ impl Task {
             && (self.slave_acceleration * distance).abs() <= NEGLIGIBLE * square * steep
     }
 
-    /// Limits of a ramp of the slope over the master's position, for a master that moves.
+    /// Returns the limits of a ramp of the slope over the master's position, for a master that moves.
     pub(super) fn ramp_bounds(&self, jerk: f64) -> RampBounds {
         let speed = self.master_velocity.abs();
         RampBounds {
@@ -232,7 +232,7 @@ fn check_finite(moment: &CouplingMoment) -> Result<(), SawRefusal> {
     finite("slave-acceleration", slave.acceleration)
 }
 
-/// Position limits; infinity by default.
+/// Returns the position limits; infinity by default.
 fn bounds(
     min: Option<f64>,
     max: Option<f64>,

@@ -17,7 +17,7 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// Path of one piece.
+    /// Makes a path of one piece.
     pub(super) const fn of(first: Piece) -> Self {
         Self {
             first,
@@ -65,7 +65,7 @@ impl Way {
         piece.unwrap_or(self.last()).at(master)
     }
 
-    /// Demands on the slave.
+    /// Computes the demands on the slave.
     pub(super) fn demands(&self, master_velocity: f64) -> Demands {
         let first = self.first.demands(master_velocity);
         let rest = self.rest[..self.len].iter();

@@ -30,7 +30,7 @@ impl SourceAxis {
         })
     }
 
-    /// The axis id.
+    /// Returns the axis id.
     #[must_use]
     pub const fn id(&self) -> u32 {
         self.id

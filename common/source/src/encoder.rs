@@ -44,7 +44,7 @@ impl Encoder {
         }
     }
 
-    /// Values in the controller for an encoder at `position`.
+    /// Returns the values in the controller for an encoder at `position`.
     fn read(&mut self, at: Span, position: f64) -> Kinematics {
         // A counter holds the last increment passed.
         let increments = (position / self.resolution).floor();

@@ -53,7 +53,7 @@ impl Motion {
         self.profile.at(Seconds::from(at - self.began))
     }
 
-    /// The first nanosecond at which it is certainly over.
+    /// Returns the first nanosecond at which it is certainly over.
     fn end(&self) -> Span {
         let nanos = (self.profile.duration().0 * 1e9).ceil();
         if nanos > 0.0 {

@@ -18,7 +18,7 @@ fn at(program: &mut Program, seconds: f64) -> AxisSample {
     program.sample(Span::from_secs_f64(seconds))
 }
 
-/// Samples every millisecond up to `seconds`.
+/// Returns samples of every millisecond up to `seconds`.
 fn samples(program: &mut Program, seconds: f64) -> Vec<AxisSample> {
     (0..=(seconds * 1e3) as i64)
         .map(|k| program.sample(Span::from_millis(k)))

@@ -101,7 +101,7 @@ impl BeaconResponse {
         self.stamps.min(self.request.stamps)
     }
 
-    /// Departure of the request, as the requester's program saw it.
+    /// Returns the departure of the request, as the requester's program saw it.
     #[must_use]
     pub const fn requested(&self) -> Instant<Local> {
         Instant::from_nanos(self.request.requested)

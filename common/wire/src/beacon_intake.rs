@@ -58,7 +58,7 @@ impl BeaconIntake {
         }
     }
 
-    /// Message to the node about a beacon; none if the beacon is for another node.
+    /// Returns the message to the node about a beacon; none if the beacon is for another node.
     pub(crate) fn message(&self, payload: &[u8]) -> Option<Message<'static>> {
         let read = match self.of {
             Of::Requests => {

@@ -31,7 +31,7 @@ impl Channel {
         Self::BeaconResponses,
     ];
 
-    /// The last part of its key.
+    /// Returns the last part of its key.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -72,19 +72,19 @@ pub struct Frame<'a> {
     pub axes: &'a [Option<AxisSample>],
 }
 
-/// Id of a node in a frame: the CRC-32 of its name.
+/// Returns the id of a node in a frame: the CRC-32 of its name.
 #[must_use]
 pub fn sender_id(name: &NodeName) -> u32 {
     crc32fast::hash(name.as_str().as_bytes())
 }
 
-/// A buffer of this many bytes holds the body of every frame with that many axes.
+/// Returns the size of a buffer, in bytes, for the body of every frame with this number of axes.
 #[must_use]
 pub const fn body_capacity(axes: usize) -> usize {
     MAX_PREFIX_LEN + axes * MAX_AXIS_LEN
 }
 
-/// A buffer of this many bytes holds every sealed frame with that many axes.
+/// Returns the size of a buffer, in bytes, for every sealed frame with this number of axes.
 #[must_use]
 pub const fn frame_capacity(axes: usize) -> usize {
     body_capacity(axes) + MAX_STAMP_LEN + CHECKSUM_LEN
@@ -145,7 +145,7 @@ pub struct KeySeal {
 }
 
 impl KeySeal {
-    /// The seal of the frames under `key`.
+    /// Makes the seal of the frames under `key`.
     #[must_use]
     pub fn new(key: &str) -> Self {
         let mut after_key = crc32fast::Hasher::new();
@@ -186,8 +186,8 @@ impl KeySeal {
         read_content(content, each_axis)
     }
 
-    /// Fields of a frame whose version and check sum are right. `walk` goes through them, to classify the
-    /// damage of one whose check sum is wrong.
+    /// Returns the fields of a frame whose version and check sum are right. `walk` goes through them, to
+    /// classify the damage of one whose check sum is wrong.
     pub(crate) fn verify<'a>(
         &self,
         payload: &'a [u8],
@@ -214,12 +214,12 @@ impl KeySeal {
     }
 }
 
-/// [`KeySeal::seal`] for a key that is used once.
+/// Seals by [`KeySeal::seal`] for a key that is used once.
 pub fn seal(key: &str, body: &[u8], send_stamp: Option<Span>, out: &mut Vec<u8>) {
     KeySeal::new(key).seal(body, send_stamp, out);
 }
 
-/// [`KeySeal::open`] for a key that is used once.
+/// Opens by [`KeySeal::open`] for a key that is used once.
 ///
 /// # Errors
 /// As [`KeySeal::open`].
@@ -298,7 +298,7 @@ fn read_content(
     prefix.header(read_send_stamp(rest)?)
 }
 
-/// Last field of every frame before its check sum.
+/// Reads the last field of every frame before its check sum.
 pub(crate) fn read_send_stamp(bytes: &[u8]) -> Result<Option<Span>, Rejection> {
     let (send_stamp, rest) = read::<Option<Span>>(bytes)?;
     if rest.is_empty() {
@@ -308,8 +308,8 @@ pub(crate) fn read_send_stamp(bytes: &[u8]) -> Result<Option<Span>, Rejection> {
     }
 }
 
-/// Reason for a frame whose check sum is wrong. Nothing in it is trusted, but one that ends in the middle
-/// of its fields was truncated, which points at another cause than a flipped bit does.
+/// Returns the reason for a frame whose check sum is wrong. Nothing in it is trusted, but one that ends
+/// in the middle of its fields was truncated, which points at another cause than a flipped bit does.
 #[cold]
 fn diagnose_damage(walked: Result<(), Rejection>) -> Rejection {
     match walked {

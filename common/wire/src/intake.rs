@@ -38,7 +38,7 @@ impl Intake {
         }
     }
 
-    /// Message to the node about a frame.
+    /// Returns the message to the node about a frame.
     #[must_use]
     pub fn message(&mut self, payload: &[u8]) -> Message<'_> {
         match self.accept(payload) {
@@ -90,8 +90,8 @@ impl Intake {
         })
     }
 
-    /// Ids of all axes of a frame, in its order, for a log message when another axis is followed.
-    /// Allocates.
+    /// Returns the ids of all axes of a frame, in its order, for a log message when another axis is
+    /// followed. Allocates.
     #[must_use]
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         let mut ids = Vec::new();
@@ -141,7 +141,7 @@ impl Reader {
         })
     }
 
-    /// Number of axes it takes of each frame.
+    /// Returns the number of axes it takes of each frame.
     #[must_use]
     pub fn axes(&self) -> usize {
         match self {
@@ -150,7 +150,7 @@ impl Reader {
         }
     }
 
-    /// Ids of all axes of a frame; none for other messages. Allocates.
+    /// Returns the ids of all axes of a frame; none for other messages. Allocates.
     #[must_use]
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         match self {

@@ -42,32 +42,33 @@ impl NodeName {
         }
     }
 
-    /// The name.
+    /// Returns the name.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// Node that a key belongs to; none if the key is not a node's.
+    /// Returns the node that a key belongs to; none if the key is not a node's.
     #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         let (name, _) = key.strip_prefix("coaxle/")?.split_once('/')?;
         Self::new(name).ok()
     }
 
-    /// Key of the frames of one of its channels.
+    /// Returns the key of the frames of one of its channels.
     #[must_use]
     pub fn channel_key(&self, channel: Channel) -> String {
         format!("coaxle/{self}/{}", channel.name())
     }
 
-    /// Key of its command queryable, see [`crate::command`].
+    /// Returns the key of its command queryable, see [`crate::command`].
     #[must_use]
     pub fn command_key(&self) -> String {
         format!("coaxle/{self}/command")
     }
 
-    /// Key of the commands of one operator: under access control, only that operator may send there.
+    /// Returns the key of the commands of one operator: under access control, only that operator may send
+    /// there.
     #[must_use]
     pub fn operator_command_key(&self, operator: &Self) -> String {
         format!("coaxle/{self}/command/{operator}")
@@ -79,26 +80,27 @@ impl NodeName {
         format!("coaxle/{self}/command/*")
     }
 
-    /// Key of its status, JSON a few times a second.
+    /// Returns the key of its status, JSON a few times a second.
     #[must_use]
     pub fn status_key(&self) -> String {
         format!("coaxle/{self}/status")
     }
 
-    /// Key of its rows for observers: small recordings, published while there is a subscriber.
+    /// Returns the key of its rows for observers: small recordings, published while there is a
+    /// subscriber.
     #[must_use]
     pub fn rows_key(&self) -> String {
         format!("coaxle/{self}/rows")
     }
 
-    /// The key of its liveliness token.
+    /// Returns the key of its liveliness token.
     #[must_use]
     pub fn alive_key(&self) -> String {
         format!("coaxle/{self}/alive")
     }
 
-    /// Key of the liveliness token with which another node reports that it receives what it follows of
-    /// this one.
+    /// Returns the key of the liveliness token with which another node reports that it receives what it
+    /// follows of this one.
     #[must_use]
     pub fn seen_by_key(&self, other: &Self) -> String {
         format!("coaxle/{self}/seen-by/{other}")
@@ -110,7 +112,7 @@ impl NodeName {
         format!("coaxle/{self}/seen-by/*")
     }
 
-    /// Key of the liveliness token of one run of it.
+    /// Returns the key of the liveliness token of one run of it.
     #[must_use]
     pub fn run_key(&self, epoch: u64) -> String {
         format!("coaxle/{self}/runs/{epoch:016x}")

@@ -78,7 +78,7 @@ impl KeptMessage {
         self.axes.extend_from_slice(axes);
     }
 
-    /// The message.
+    /// Returns the message.
     #[must_use]
     pub fn get(&self) -> Message<'_> {
         self.message.with_axes(&self.axes)
@@ -98,7 +98,7 @@ impl KeptMessage {
 pub struct Outgoing<'a> {
     /// Channel to publish on.
     pub channel: Channel,
-    /// Far node that it goes to, by its index among the followed nodes; 0 for the node's own channels.
+    /// Far node that it goes to, by its index from 0 among the followed nodes; 0 for the node's own channels.
     pub far: usize,
     /// Ideal start of the cycle it belongs to, in this node's clock.
     pub ideal_start: Instant<Local>,

@@ -49,7 +49,7 @@ impl Rejection {
         Self::Implausible,
     ];
 
-    /// Name of the reason in status and reports.
+    /// Returns the name of the reason in status and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -77,19 +77,19 @@ impl RejectionCounters {
         *counter = counter.saturating_add(1);
     }
 
-    /// Frames refused for this reason.
+    /// Returns the number of frames refused for this reason.
     #[must_use]
     pub const fn of(&self, reason: Rejection) -> u64 {
         self.0[reason as usize]
     }
 
-    /// Frames refused for any reason.
+    /// Returns the number of frames refused for any reason.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.0.iter().copied().fold(0, u64::saturating_add)
     }
 
-    /// Every reason's name and count, those that never came up included.
+    /// Returns every reason's name and count, those that never came up included.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, u64)> {
         Rejection::ALL
             .into_iter()

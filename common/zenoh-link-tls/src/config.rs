@@ -128,7 +128,7 @@ const CONNECT_CERTIFICATE: Pem = Pem {
 };
 
 impl Pem {
-    /// The setting of an endpoint.
+    /// Returns the setting of an endpoint.
     fn setting(
         &self,
         file: Option<&str>,
@@ -145,7 +145,7 @@ impl Pem {
         }
     }
 
-    /// The text; none if the endpoint does not have it.
+    /// Reads the text; none if the endpoint does not have it.
     async fn read(&self, endpoint: &Config<'_>) -> ZResult<Option<Vec<u8>>> {
         if let Some(text) = endpoint.get(self.raw) {
             return Ok(Some(text.as_bytes().to_vec()));
@@ -217,7 +217,7 @@ impl Common {
     }
 }
 
-/// The TLS of a listener: its own certificate, and the authority required of clients.
+/// Makes the TLS of a listener: its own certificate, and the authority required of clients.
 ///
 /// # Errors
 /// A file that cannot be read; no authority if both ends need certificates; a key that does not fit.
@@ -244,7 +244,7 @@ pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> 
     Ok(Arc::new(config))
 }
 
-/// The TLS of a client: the authority required of listeners, and its own certificate.
+/// Makes the TLS of a client: the authority required of listeners, and its own certificate.
 ///
 /// # Errors
 /// As of [`server`]; no authority.
@@ -275,7 +275,7 @@ pub(crate) async fn client(endpoint: &Config<'_>) -> ZResult<Arc<ClientConfig>> 
     Ok(Arc::new(config.map_err(|error| CONNECT_KEY.wrong(&error))?))
 }
 
-/// The TCP sockets below.
+/// Makes the TCP sockets below.
 ///
 /// # Errors
 /// An invalid size, class of service or address.
@@ -297,7 +297,7 @@ pub(crate) async fn sockets<'a>(endpoint: &'a Config<'_>) -> ZResult<TcpSocketCo
     ))
 }
 
-/// The first socket address of `<host>:<port>`.
+/// Returns the first socket address of `<host>:<port>`.
 pub(crate) async fn resolve(address: &str) -> ZResult<SocketAddr> {
     let mut found = tokio::net::lookup_host(address)
         .await

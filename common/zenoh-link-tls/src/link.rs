@@ -89,7 +89,7 @@ fn hang_up_at(until: OffsetDateTime, link: Weak<Link>) -> AbortHandle {
     zenoh_runtime::ZRuntime::Acceptor.spawn(wait).abort_handle()
 }
 
-/// Remaining time; none when it is over.
+/// Returns the remaining time; none when it is over.
 fn remaining(until: OffsetDateTime) -> Option<Duration> {
     let left = until - OffsetDateTime::now_utc();
     Duration::try_from(left).ok().filter(|left| !left.is_zero())

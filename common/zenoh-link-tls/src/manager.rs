@@ -109,7 +109,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     }
 }
 
-/// Name that the certificate of the peer must be for.
+/// Returns the name that the certificate of the peer must be for.
 fn server_name(address: &str) -> ZResult<ServerName<'static>> {
     let (host, _) = host_and_port(address)?;
     // An IPv6 address is in brackets, which are no part of it.

@@ -38,7 +38,7 @@ impl Refusals {
         })
     }
 
-    /// Time of the next line; none without a refusal.
+    /// Returns the time of the next line; none without a refusal.
     pub(crate) fn due(&self) -> Option<Instant> {
         self.last.as_ref()?;
         self.said.map(|said| said + BETWEEN_LINES)

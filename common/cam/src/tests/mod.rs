@@ -16,7 +16,7 @@ use coaxle_axis::{CommandState, Job};
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{Course, MotionFunction, MotionPoint, Plate};
 
-/// A point at rest that a quintic leaves.
+/// Makes a point at rest that a quintic leaves.
 const fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
     MotionPoint::rest(index, master, slave)
 }

@@ -40,7 +40,7 @@ fn rig_on(points: &[(f64, f64)]) -> Rig {
     rig
 }
 
-/// The steepest slope of a plate of rest points joined by quintics.
+/// Returns the steepest slope of a plate of rest points joined by quintics.
 fn slope_bound(points: &[(f64, f64)]) -> f64 {
     let slopes = points
         .windows(2)

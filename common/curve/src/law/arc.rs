@@ -37,7 +37,7 @@ pub(super) struct Acceleration {
 }
 
 impl Acceleration {
-    /// A quarter turn of a wave.
+    /// Makes a quarter turn of a wave.
     pub(super) const fn quarter(length: f64, sin: f64, cos: f64) -> Self {
         Self {
             length,
@@ -47,7 +47,7 @@ impl Acceleration {
         }
     }
 
-    /// Constant acceleration.
+    /// Makes a piece of constant acceleration.
     pub(super) const fn constant(length: f64, constant: f64) -> Self {
         Self {
             length,
@@ -69,7 +69,7 @@ pub(super) struct Arc {
 }
 
 impl Arc {
-    /// Value and derivatives at z, with respect to z.
+    /// Returns the value and derivatives at z, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         let x = z - self.begin;
@@ -95,7 +95,8 @@ impl Arc {
         }
     }
 
-    /// The places from z = `begin` to `end` at which velocity, acceleration, jerk and snap vanish.
+    /// Returns the places from z = `begin` to `end` at which velocity, acceleration, jerk and snap
+    /// vanish.
     fn turns(&self, end: f64) -> [Roots; 4] {
         let second = self.wave.derivative(self.omega).derivative(self.omega);
         let third = second.derivative(self.omega);
@@ -117,7 +118,7 @@ impl Arc {
         ]
     }
 
-    /// The extremes of position and derivatives from z = `begin` to `end`.
+    /// Returns the extremes of position and derivatives from z = `begin` to `end`.
     fn ranges(&self, end: f64) -> [MinMax; 4] {
         let turns = self.turns(end);
         core::array::from_fn(|order| {
@@ -157,16 +158,16 @@ impl Smooth for Velocity<'_> {
 
 /// Consecutive arcs, from z = 0 to z = 1.
 pub(super) trait Chain {
-    /// Number of arcs.
+    /// Returns the number of arcs.
     fn len(&self) -> usize;
 
-    /// The arc with an index below [`len`](Self::len).
+    /// Returns the arc with an index below [`len`](Self::len).
     fn arc(&self, index: usize) -> Arc;
 
-    /// The index of the arc that z lies on.
+    /// Returns the index of the arc that z lies on.
     fn index_at(&self, z: f64) -> usize;
 
-    /// End of an arc.
+    /// Returns the end of an arc.
     fn end_of(&self, index: usize) -> f64 {
         if index + 1 < self.len() {
             self.arc(index + 1).begin
@@ -175,7 +176,7 @@ pub(super) trait Chain {
         }
     }
 
-    /// The extremes of position and derivatives, placed by z.
+    /// Returns the extremes of position and derivatives, placed by z.
     fn ranges(&self) -> [MinMax; 4] {
         let first = self.arc(0).ranges(self.end_of(0));
         (1..self.len()).fold(first, |so_far, index| {
@@ -184,7 +185,7 @@ pub(super) trait Chain {
         })
     }
 
-    /// The places z at which the slave reaches a position.
+    /// Returns the places z at which the slave reaches a position.
     fn shares_at(&self, position: f64) -> Roots
     where
         Self: Sized,
@@ -277,7 +278,7 @@ pub(super) const fn chained<const N: usize>(
     arcs
 }
 
-/// The law from rest with a stroke of 1 and an acceleration of the given shape.
+/// Makes the law from rest with a stroke of 1 and an acceleration of the given shape.
 pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) -> [Arc; N] {
     let mut law = *shape;
     let stroke = stroke(shape);
@@ -290,7 +291,7 @@ pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) 
     chained(&law, 0.0, 0.0)
 }
 
-/// Stroke of an acceleration law from rest.
+/// Returns the stroke of an acceleration law from rest.
 const fn stroke<const N: usize>(law: &[Acceleration; N]) -> f64 {
     let arcs = chained(law, 0.0, 0.0);
     let Acceleration { length, angle, .. } = law[N - 1];

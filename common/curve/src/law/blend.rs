@@ -19,7 +19,7 @@ pub(super) struct Blend {
 }
 
 impl Blend {
-    /// A sum of two laws.
+    /// Makes a sum of two laws.
     pub(super) const fn new(start: f64, slope: f64, parts: [Part; 2]) -> Self {
         Self {
             start,
@@ -28,7 +28,7 @@ impl Blend {
         }
     }
 
-    /// A single law.
+    /// Makes a single law.
     pub(super) const fn single(start: f64, stroke: f64, arcs: &'static [Arc]) -> Self {
         let law = Part {
             weight: stroke,
@@ -38,7 +38,7 @@ impl Blend {
         Self::new(start, 0.0, [law, nothing])
     }
 
-    /// Value and derivatives at the share `z` of the segment, with respect to z.
+    /// Returns the value and derivatives at the share `z` of the segment, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         self.arc(self.index_at(z)).at(z)

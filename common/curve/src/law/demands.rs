@@ -6,7 +6,7 @@ use super::segment::{Segment, Shape};
 use crate::quadrature::{integral, integral_of_polynomial};
 
 impl Segment {
-    /// The extremes of velocity times acceleration, at a master velocity of 1.
+    /// Returns the extremes of velocity times acceleration, at a master velocity of 1.
     #[must_use]
     pub fn momentum(&self) -> MinMax {
         match self.shape() {
@@ -16,7 +16,7 @@ impl Segment {
         }
     }
 
-    /// The slave's whole path length, forwards and backwards: the integral of |velocity|.
+    /// Returns the slave's whole path length, forwards and backwards: the integral of |velocity|.
     #[must_use]
     pub fn way(&self) -> f64 {
         match self.shape() {
@@ -26,7 +26,7 @@ impl Segment {
         }
     }
 
-    /// The integral of the acceleration's square.
+    /// Returns the integral of the acceleration's square.
     #[must_use]
     pub fn squared_acceleration(&self) -> f64 {
         let square = |share: f64| {
@@ -49,8 +49,8 @@ impl Segment {
         MinMax::at(self.master_at(share), motion.velocity * motion.acceleration)
     }
 
-    /// Momentum range of a polynomial: at the ends, and where the slope of the product of its derivatives
-    /// is zero. `M` coefficients hold the product.
+    /// Returns the momentum range of a polynomial: at the ends, and where the slope of the product of its
+    /// derivatives is zero. `M` coefficients hold the product.
     fn momentum_at_turns<const N: usize, const M: usize>(&self, law: &Polynomial<N>) -> MinMax {
         let velocity = law.derivative();
         let product = velocity.product::<N, M>(&velocity.derivative());
@@ -61,8 +61,8 @@ impl Segment {
             .fold(ends, |range, &share| range.joined(self.momentum_at(share)))
     }
 
-    /// Momentum range of any law. Each extreme is found by a change of sign of the slope a² + v·j, and
-    /// narrowed down to the last bit.
+    /// Returns the momentum range of any law. Each extreme is found by a change of sign of the slope a² +
+    /// v·j, and narrowed down to the last bit.
     fn momentum_by_stretches(&self) -> MinMax {
         let share_of = |i: u32| f64::from(i) / f64::from(STRETCHES);
         let rises_at = |share: f64| {
@@ -103,7 +103,8 @@ impl Segment {
 /// tenth as many.
 const STRETCHES: u32 = 64;
 
-/// Path length: between two extremes a curve is monotone, so its length is the difference of its values.
+/// Returns the path length: between two extremes a curve is monotone, so its length is the difference of
+/// its values.
 fn way<const N: usize>(law: &Polynomial<N>) -> f64 {
     // Far from zero positions are rounded, and so are their differences.
     let mut from_start = *law;
@@ -159,8 +160,8 @@ mod tests {
         })
     }
 
-    /// Path length by quadrature between the extremes, each of which bends |v|: a bend near an end could
-    /// lie between the nodes of an integral.
+    /// Returns the path length by quadrature between the extremes, each of which bends |v|: a bend near
+    /// an end could lie between the nodes of an integral.
     fn way_by_numbers(segment: &Segment) -> f64 {
         let turns = match segment.shape() {
             Shape::Quintic(law) => law.derivative().roots_in(0.0, 1.0),

@@ -123,7 +123,7 @@ pub enum LawError {
 }
 
 impl LawError {
-    /// The NC error code: motion function table parameter incorrect.
+    /// Returns the NC error code: motion function table parameter incorrect.
     #[must_use]
     pub const fn code(&self) -> u32 {
         0x42DA

@@ -50,7 +50,7 @@ impl Combination {
         Self(chained(&law, start.position, velocity))
     }
 
-    /// Value and derivatives at the share `z` of the segment, with respect to z.
+    /// Returns the value and derivatives at the share `z` of the segment, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         self.0[self.index_at(z)].at(z)
@@ -72,7 +72,8 @@ impl Chain for Combination {
     }
 }
 
-/// The share λ with continuous jerk: A/λ = B/2μ. From rest it is 2 − √2. None exists for 1/2 < h/v < 2/π.
+/// Finds the share λ with continuous jerk: A/λ = B/2μ. From rest it is 2 − √2. None exists where
+/// 1/2 < h/v < 2/π.
 pub(super) fn share_with_continuous_jerk(velocity: f64, stroke: f64) -> Option<f64> {
     // v(λq + λ³/2 + 4μ³/π) = hq with q = 2μ² − λ², by powers of λ.
     let (v, h) = (velocity, stroke);
@@ -88,7 +89,7 @@ pub(super) fn share_with_continuous_jerk(velocity: f64, stroke: f64) -> Option<f
     .find(|&share| share < 1.0)
 }
 
-/// The share λ for which the acceleration at the turn is −B.
+/// Finds the share λ for which the acceleration at the turn is −B.
 pub(super) fn share_with_acceleration(velocity: f64, stroke: f64, at_turn: f64) -> Option<f64> {
     let b = -at_turn;
     // b((4 − π)μ² + πμ) = π²(h − v(1 − μ)/2)

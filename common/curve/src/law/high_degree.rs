@@ -51,7 +51,7 @@ pub(super) struct RestToRest {
 }
 
 impl RestToRest {
-    /// Value and derivatives at the share `z` of the segment, with respect to z.
+    /// Returns the value and derivatives at the share `z` of the segment, with respect to z.
     #[inline]
     pub(super) fn at(&self, z: f64) -> Motion {
         let stroke = self.end - self.start;
@@ -74,7 +74,7 @@ impl RestToRest {
         }
     }
 
-    /// The extremes of position and derivatives, placed by z.
+    /// Returns the extremes of position and derivatives, placed by z.
     pub(super) fn ranges(&self) -> [MinMax; 4] {
         let stroke = self.end - self.start;
         let from_start = expanded(self.start, stroke, &self.law.start).ranges_in(0.0, 0.5);
@@ -85,7 +85,7 @@ impl RestToRest {
         })
     }
 
-    /// The shares z at which the slave reaches a position.
+    /// Returns the shares z at which the slave reaches a position.
     pub(super) fn shares_at(&self, position: f64) -> Roots {
         let reaching = Reaching {
             curve: *self,
@@ -109,7 +109,7 @@ impl Smooth for RestToRest {
     }
 }
 
-/// Value and three derivatives of x⁴·`rest`(x).
+/// Returns the value and three derivatives of x⁴·`rest`(x).
 #[inline]
 fn lifted(rest: &Polynomial<8>, x: f64) -> [f64; 4] {
     let [r, r1, r2, r3] = rest.derivatives(x);
@@ -122,7 +122,7 @@ fn lifted(rest: &Polynomial<8>, x: f64) -> [f64; 4] {
     ]
 }
 
-/// `offset` + `stroke`·x⁴·`rest`(x).
+/// Returns `offset` + `stroke`·x⁴·`rest`(x).
 fn expanded(offset: f64, stroke: f64, rest: &Polynomial<8>) -> Polynomial<12> {
     let mut coefficients = [0.0; 12];
     coefficients[0] = offset;

@@ -54,7 +54,7 @@ impl MinMax {
         }
     }
 
-    /// The extremes of both; of equal values, those of `self`.
+    /// Returns the extremes of both; of equal values, those of `self`.
     #[must_use]
     pub fn joined(self, other: Self) -> Self {
         let lower = other.minimum.value < self.minimum.value;
@@ -65,7 +65,7 @@ impl MinMax {
         }
     }
 
-    /// The extremes of `factor` times the quantity, their places mapped by `place`.
+    /// Returns the extremes of `factor` times the quantity, their places mapped by `place`.
     pub(super) fn map(self, factor: f64, place: impl Fn(f64) -> f64) -> Self {
         let map = |extreme: Extreme| Extreme {
             master: place(extreme.master),
@@ -81,7 +81,7 @@ impl MinMax {
         Self { minimum, maximum }
     }
 
-    /// The larger of the two magnitudes.
+    /// Returns the larger of the two magnitudes.
     #[must_use]
     pub fn magnitude(&self) -> f64 {
         self.maximum.value.abs().max(self.minimum.value.abs())
@@ -104,7 +104,7 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    /// The extremes of a course followed by another.
+    /// Returns the extremes of a course followed by another.
     #[must_use]
     pub fn joined(self, next: Self) -> Self {
         Self {

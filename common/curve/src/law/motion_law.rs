@@ -136,13 +136,13 @@ impl MotionLaw {
         Self::SplineLinear,
     ];
 
-    /// The number of the law in the PLC.
+    /// Returns the number of the law in the PLC.
     #[must_use]
     pub const fn code(self) -> u16 {
         self as u16
     }
 
-    /// The law with a code; none if no law has it.
+    /// Returns the law with a code; none if no law has it.
     #[must_use]
     pub const fn from_code(code: u16) -> Option<Self> {
         let mut i = 0;
@@ -155,7 +155,7 @@ impl MotionLaw {
         None
     }
 
-    /// The name of the law in the PLC, in the manual's own spelling.
+    /// Returns the name of the law in the PLC, in the manual's own spelling.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -191,7 +191,7 @@ impl MotionLaw {
         }
     }
 
-    /// The name of the law in cam files and orders.
+    /// Returns the name of the law in cam files and orders.
     #[must_use]
     pub const fn file_name(self) -> &'static str {
         match self {

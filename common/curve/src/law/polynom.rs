@@ -6,12 +6,12 @@
 use super::motion::Motion;
 use super::polynomial::Polynomial;
 
-/// A straight line.
+/// Makes a straight line.
 pub(super) fn line(start: f64, end: f64) -> Polynomial<6> {
     Polynomial([start, end - start, 0.0, 0.0, 0.0, 0.0])
 }
 
-/// Degree 3: position and velocity at both ends.
+/// Makes the polynomial of degree 3: position and velocity at both ends.
 pub(super) fn cubic(start: &Motion, end: &Motion) -> Polynomial<6> {
     let c1 = start.velocity;
     let rise = (end.position - start.position) - c1;
@@ -20,7 +20,7 @@ pub(super) fn cubic(start: &Motion, end: &Motion) -> Polynomial<6> {
     Polynomial([start.position, c1, c2, c3, 0.0, 0.0])
 }
 
-/// Degree 5: position, velocity and acceleration at both ends.
+/// Makes the polynomial of degree 5: position, velocity and acceleration at both ends.
 pub fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
     let (c1, c2) = (start.velocity, start.acceleration / 2.0);
     // Remainder at the end after the terms above.
@@ -37,7 +37,7 @@ pub fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
     ])
 }
 
-/// Degree 7: position, velocity, acceleration and jerk at both ends.
+/// Makes the polynomial of degree 7: position, velocity, acceleration and jerk at both ends.
 pub(super) fn septic(start: &Motion, end: &Motion) -> Polynomial<8> {
     let (c1, c2, c3) = (start.velocity, start.acceleration / 2.0, start.jerk / 6.0);
     // Remainder at the end after the terms above.

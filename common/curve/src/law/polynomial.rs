@@ -8,7 +8,7 @@ use super::roots::{Roots, Smooth, roots_between_turns};
 pub struct Polynomial<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> Polynomial<N> {
-    /// Value and first three derivatives, by one nested pass.
+    /// Returns the value and first three derivatives, by one nested pass.
     #[inline]
     pub fn derivatives(&self, x: f64) -> [f64; 4] {
         let [mut value, mut first, mut half_second, mut sixth_third] = [0.0; 4];
@@ -21,7 +21,7 @@ impl<const N: usize> Polynomial<N> {
         [value, first, 2.0 * half_second, 6.0 * sixth_third]
     }
 
-    /// The derivative; its highest coefficient is zero.
+    /// Returns the derivative; its highest coefficient is zero.
     #[must_use]
     pub fn derivative(&self) -> Self {
         let mut derivative = [0.0; N];
@@ -31,7 +31,8 @@ impl<const N: usize> Polynomial<N> {
         Self(derivative)
     }
 
-    /// The product with another polynomial, of `P` coefficients, which must be enough for all its powers.
+    /// Returns the product with another polynomial, of `P` coefficients, which must be enough for all its
+    /// powers.
     #[must_use]
     pub fn product<const O: usize, const P: usize>(&self, other: &Polynomial<O>) -> Polynomial<P> {
         let mut product = [0.0; P];
@@ -58,7 +59,7 @@ impl<const N: usize> Polynomial<N> {
         roots_between_turns(self, &turns, lo, hi)
     }
 
-    /// The extremes from `lo` to `hi` of the value and of the first three derivatives.
+    /// Returns the extremes from `lo` to `hi` of the value and of the first three derivatives.
     #[must_use]
     pub fn ranges_in(&self, lo: f64, hi: f64) -> [MinMax; 4] {
         let first = self.derivative();
@@ -85,7 +86,7 @@ impl<const N: usize> Polynomial<N> {
         })
     }
 
-    /// The value at `x`.
+    /// Returns the value at `x`.
     #[must_use]
     pub fn value(&self, x: f64) -> f64 {
         self.derivatives(x)[0]
@@ -114,7 +115,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The product of (x − root).
+    /// Returns the product of (x − root).
     fn with_roots(roots: &[f64]) -> Polynomial<8> {
         let mut product = [0.0; 8];
         product[0] = 1.0;

@@ -13,7 +13,7 @@ pub struct Roots {
 }
 
 impl Roots {
-    /// An empty list.
+    /// Makes an empty list.
     #[must_use]
     pub const fn none() -> Self {
         Self {
@@ -60,10 +60,10 @@ impl Deref for Roots {
 
 /// A smooth curve whose roots are searched for.
 pub trait Smooth {
-    /// Value and slope at `x`.
+    /// Returns the value and slope at `x`.
     fn at(&self, x: f64) -> (f64, f64);
 
-    /// Greatest rounding error of the value at `x`.
+    /// Returns the greatest rounding error of the value at `x`.
     fn rounding(&self, x: f64) -> f64;
 }
 

@@ -91,7 +91,7 @@ impl Segment {
         })
     }
 
-    /// A cubic, by its `coefficients` of the powers 0 to 3 of (master − `start_master`): a piece
+    /// Makes a cubic, by its `coefficients` of the powers 0 to 3 of (master − `start_master`): a piece
     /// of a spline.
     #[must_use]
     pub fn cubic(start_master: f64, end_master: f64, coefficients: [f64; 4]) -> Self {
@@ -113,14 +113,14 @@ impl Segment {
         }
     }
 
-    /// Master position of the start.
+    /// Returns the master position of the start.
     #[inline]
     #[must_use]
     pub const fn start(&self) -> f64 {
         if self.rate < 0.0 { self.to } else { self.from }
     }
 
-    /// Master position of the end.
+    /// Returns the master position of the end.
     #[inline]
     #[must_use]
     pub const fn end(&self) -> f64 {
@@ -148,7 +148,7 @@ impl Segment {
         self.master(self.z_of(share))
     }
 
-    /// The formula. For polynomials the share is that of the segment.
+    /// Returns the formula. For polynomials the share is that of the segment.
     pub(super) const fn shape(&self) -> &Shape {
         &self.shape
     }
@@ -169,7 +169,7 @@ impl Segment {
         scaled(&over_z, self.rate)
     }
 
-    /// The extremes of position and derivatives from start to end, exactly: from the roots of
+    /// Returns the extremes of position and derivatives from start to end, exactly: from the roots of
     /// derivatives.
     #[must_use]
     pub fn extremes(&self) -> Extremes {

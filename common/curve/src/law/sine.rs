@@ -50,7 +50,7 @@ pub(super) const fn between_velocities(
     Blend::new(start, start_velocity, [ramp, bell])
 }
 
-/// The antiderivative, from 0, of a law of quarter turns without constant acceleration.
+/// Returns the antiderivative, from 0, of a law of quarter turns without constant acceleration.
 const fn integral<const N: usize>(law: &[Arc; N]) -> [Arc; N] {
     // Its acceleration is the law's velocity.
     let mut accelerations = [Acceleration::constant(0.0, 0.0); N];

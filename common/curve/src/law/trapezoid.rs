@@ -55,8 +55,8 @@ pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> B
     Blend::new(start, 0.0, [pulse, trapezoid])
 }
 
-/// Eight equal intervals, by constant acceleration and wave. Pulse and trapezoid have them in common, so
-/// that they can be added.
+/// Makes eight equal intervals, by constant acceleration and wave. Pulse and trapezoid have them in
+/// common, so that they can be added.
 const fn eighths(law: [(f64, Wave); 8]) -> [Acceleration; 8] {
     let mut stretches = [Acceleration::constant(0.125, 0.0); 8];
     let mut i = 0;
@@ -72,12 +72,12 @@ const fn held(constant: f64) -> (f64, Wave) {
     (constant, Wave::NONE)
 }
 
-/// An eighth of a turn.
+/// Returns an eighth of a turn.
 const fn once(sin: f64, cos: f64) -> (f64, Wave) {
     (0.0, Wave::new(sin, cos))
 }
 
-/// A quarter of a turn: the doubled angle.
+/// Returns a quarter of a turn: the doubled angle.
 const fn twice(sin2: f64, cos2: f64) -> (f64, Wave) {
     let wave = Wave {
         sin2,

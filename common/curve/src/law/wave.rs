@@ -42,7 +42,7 @@ impl Wave {
         }
     }
 
-    /// The derivative with respect to x where u = `omega`·x.
+    /// Returns the derivative with respect to x where u = `omega`·x.
     pub(super) const fn derivative(&self, omega: f64) -> Self {
         Self {
             sin: -omega * self.cos,
@@ -52,7 +52,7 @@ impl Wave {
         }
     }
 
-    /// The antiderivative without a constant term.
+    /// Returns the antiderivative without a constant term.
     pub(super) const fn integral(&self, omega: f64) -> Self {
         Self {
             sin: self.cos / omega,
@@ -71,8 +71,8 @@ impl Wave {
         self.sin.abs() + self.cos.abs() + self.sin2.abs() + self.cos2.abs()
     }
 
-    /// The angles from 0 to `last` (half a turn at most, exclusively) at which `constant` plus the wave
-    /// is zero. With t = tan(u/2) that is a polynomial of degree 4.
+    /// Returns the angles from 0 to `last` (half a turn at most, exclusively) at which `constant` plus
+    /// the wave is zero. With t = tan(u/2) that is a polynomial of degree 4.
     pub(super) fn zeros(&self, constant: f64, last: f64) -> Roots {
         let Self {
             sin,

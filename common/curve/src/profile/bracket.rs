@@ -58,7 +58,7 @@ pub fn bracket(below: (f64, f64), above: (f64, f64), mut f: impl FnMut(f64) -> f
     Bracket { below, above }
 }
 
-/// Expected place of the zero, as a part of the distance from `new` to `old`.
+/// Returns the expected place of the zero, as a part of the distance from `new` to `old`.
 fn interpolated(new: (f64, f64), old: (f64, f64), oldest: (f64, f64)) -> f64 {
     let place = (new.0 - old.0) / (oldest.0 - old.0);
     let height = (new.1 - old.1) / (oldest.1 - old.1);

@@ -55,8 +55,8 @@ impl ProfileExtremes {
     }
 }
 
-/// Times at which the velocity and the acceleration pass through zero under a constant jerk, in seconds
-/// from now; NaN if they do not.
+/// Returns the times at which the velocity and the acceleration pass through zero under a constant jerk,
+/// in seconds from now; NaN if they do not.
 fn turning_times(from: &Kinematics, jerk: f64) -> [f64; 3] {
     let (v, a) = (from.velocity, from.acceleration);
     // v + a·t + jerk/2·t² = 0 in the form that does not cancel.

@@ -15,7 +15,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Limits in u/s, u/s², u/s² and u/s³.
+    /// Makes limits in u/s, u/s², u/s² and u/s³.
     ///
     /// # Errors
     /// [`InvalidLimit`] unless each is a finite number above zero.
@@ -74,25 +74,25 @@ impl Limits {
         }
     }
 
-    /// Greatest speed, u/s.
+    /// Returns the greatest speed, u/s.
     #[must_use]
     pub const fn velocity(&self) -> f64 {
         self.velocity
     }
 
-    /// Greatest acceleration, u/s².
+    /// Returns the greatest acceleration, u/s².
     #[must_use]
     pub const fn acceleration(&self) -> f64 {
         self.acceleration
     }
 
-    /// Greatest deceleration, u/s².
+    /// Returns the greatest deceleration, u/s².
     #[must_use]
     pub const fn deceleration(&self) -> f64 {
         self.deceleration
     }
 
-    /// Greatest jerk, u/s³.
+    /// Returns the greatest jerk, u/s³.
     #[must_use]
     pub const fn jerk(&self) -> f64 {
         self.jerk

@@ -136,7 +136,7 @@ impl Chase {
         Some(profile)
     }
 
-    /// Distance of the end of a profile ahead of the line.
+    /// Returns the distance of the end of a profile ahead of the line.
     fn ahead(&self, profile: &Profile) -> f64 {
         profile.end().position - self.line_after(profile).position
     }

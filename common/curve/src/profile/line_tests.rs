@@ -67,7 +67,7 @@ fn independent(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<f64
     Some(trajectory.get_duration())
 }
 
-/// The profile by samples: within the band, without jumps, and on the line at its end.
+/// Checks the profile by samples: within the band, without jumps, and on the line at its end.
 fn assert_right(
     profile: &Profile,
     (start, line, band): (&Kinematics, &Kinematics, &Band),

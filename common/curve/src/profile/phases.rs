@@ -14,7 +14,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Standing still at a position.
+    /// Returns the state of standing still at a position.
     #[must_use]
     pub const fn at_rest(position: f64) -> Self {
         Self {
@@ -98,13 +98,13 @@ impl Profile {
         }
     }
 
-    /// Duration of the motion to its target.
+    /// Returns the duration of the motion to its target.
     #[must_use]
     pub const fn duration(&self) -> Seconds {
         Seconds(self.duration)
     }
 
-    /// The state at the end.
+    /// Returns the state at the end.
     #[must_use]
     pub const fn end(&self) -> Kinematics {
         self.end
@@ -118,7 +118,7 @@ impl Profile {
             .map(|phase| Seconds(phase.begin))
     }
 
-    /// The phase under way at `t`, which lies before the end: then there is at least one phase.
+    /// Returns the phase in progress at `t`, which lies before the end: then there is at least one phase.
     #[inline]
     fn phase_at(&self, t: f64) -> &Phase {
         let phases = &self.phases[..self.len];
@@ -126,7 +126,7 @@ impl Profile {
         &phases[next.saturating_sub(1)]
     }
 
-    /// A profile without phases, at its end from the start.
+    /// Makes a profile without phases, at its end from the start.
     #[inline]
     pub(super) fn starting_from(start: &Kinematics) -> Self {
         Self {

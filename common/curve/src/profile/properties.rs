@@ -147,7 +147,8 @@ fn assert_within(limits: &Limits, profile: &Profile) {
     }
 }
 
-/// The textbook: rest to rest with equal acceleration and deceleration in seven phases.
+/// Returns the duration by the textbook: rest to rest with equal acceleration and deceleration in seven
+/// phases.
 fn rest_to_rest(distance: f64, limits: &Limits) -> f64 {
     let (v, a, j) = (limits.velocity(), limits.acceleration(), limits.jerk());
     let ramp = |v: f64| {

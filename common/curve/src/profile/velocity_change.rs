@@ -24,7 +24,7 @@ struct Ramp {
 }
 
 impl VelocityChange {
-    /// The change from `start` to the velocity `target`.
+    /// Plans the change from `start` to the velocity `target`.
     #[inline]
     pub(super) fn new(start: &Kinematics, target: f64, limits: &Limits) -> Self {
         let bound = |from, to| acceleration_limit(from, to, limits);
@@ -64,7 +64,7 @@ impl VelocityChange {
         }
     }
 
-    /// Duration of the change, in seconds.
+    /// Returns the duration of the change, in seconds.
     pub(super) fn duration(&self) -> f64 {
         self.ramps.iter().map(|ramp| ramp.duration).sum()
     }
@@ -105,7 +105,7 @@ impl VelocityChange {
     }
 }
 
-/// The ramps of a change towards larger velocities, where `target` is at least `coasting`.
+/// Plans the ramps of a change towards larger velocities, where `target` is at least `coasting`.
 fn push_up(
     start: &Kinematics,
     coasting: f64,
@@ -145,13 +145,13 @@ fn push_up(
     [lead, hold, back]
 }
 
-/// Time at the peak for which the three ramps together span the change.
+/// Returns the time at the peak for which the three ramps together span the change.
 fn hold_time(span: f64, lead: &Ramp, back: &Ramp, a0: f64, peak: f64) -> f64 {
     let ramped = (a0 + peak) / 2.0 * lead.duration + peak / 2.0 * back.duration;
     ((span - ramped) / peak).max(0.0)
 }
 
-/// Limit of a push towards larger velocities.
+/// Returns the limit of a push towards larger velocities.
 fn acceleration_limit(from: f64, target: f64, limits: &Limits) -> f64 {
     if target <= 0.0 {
         limits.deceleration()

@@ -20,13 +20,13 @@ pub use request::{
     read_bytes, read_write, result, write,
 };
 
-/// The number at an offset; none beyond the end.
+/// Returns the number at an offset; none beyond the end.
 fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {
     let four = bytes.get(offset..offset.checked_add(4)?)?;
     Some(u32::from_le_bytes(four.try_into().ok()?))
 }
 
-/// The two-byte number at an offset; none beyond the end.
+/// Returns the two-byte number at an offset; none beyond the end.
 fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
     let two = bytes.get(offset..offset.checked_add(2)?)?;
     Some(u16::from_le_bytes(two.try_into().ok()?))

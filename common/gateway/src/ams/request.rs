@@ -28,13 +28,13 @@ pub const RELEASE_HANDLE: u32 = 0xf006;
 /// Notifications come in each cycle of the PLC, changed or not.
 pub const EVERY_CYCLE: u32 = 3;
 
-/// The data of [`READ`].
+/// Makes the data of [`READ`].
 #[must_use]
 pub fn read(group: u32, offset: u32, length: u32) -> Vec<u8> {
     numbers(&[group, offset, length])
 }
 
-/// The data of [`WRITE`].
+/// Makes the data of [`WRITE`].
 #[must_use]
 pub fn write(group: u32, offset: u32, bytes: &[u8]) -> Vec<u8> {
     let mut data = numbers(&[group, offset, bytes.len() as u32]);
@@ -42,7 +42,7 @@ pub fn write(group: u32, offset: u32, bytes: &[u8]) -> Vec<u8> {
     data
 }
 
-/// The data of [`READ_WRITE`].
+/// Makes the data of [`READ_WRITE`].
 #[must_use]
 pub fn read_write(group: u32, offset: u32, length: u32, bytes: &[u8]) -> Vec<u8> {
     let mut data = numbers(&[group, offset, length, bytes.len() as u32]);
@@ -50,8 +50,8 @@ pub fn read_write(group: u32, offset: u32, length: u32, bytes: &[u8]) -> Vec<u8>
     data
 }
 
-/// The data of [`ADD_NOTIFICATION`] for a value of this number of bytes, in each cycle of the PLC and
-/// without delay. Both times are 0, which is the shortest in any unit of a device.
+/// Makes the data of [`ADD_NOTIFICATION`] for a value of this number of bytes, in each cycle of the PLC
+/// and without delay. Both times are 0, which is the shortest in any unit of a device.
 #[must_use]
 pub fn add_notification(group: u32, offset: u32, length: u32) -> Vec<u8> {
     let mut data = numbers(&[group, offset, length, EVERY_CYCLE, 0, 0]);
@@ -59,7 +59,7 @@ pub fn add_notification(group: u32, offset: u32, length: u32) -> Vec<u8> {
     data
 }
 
-/// Data of a reply after its result.
+/// Returns the data of a reply after its result.
 ///
 /// # Errors
 /// [`AdsRefusal`] if that is not 0. A reply without a result has none of the codes: 0xffffffff.
@@ -71,7 +71,8 @@ pub fn result(reply: &[u8]) -> Result<&[u8], AdsRefusal> {
     }
 }
 
-/// Data read, of a reply after the result: a length and that number of bytes. None if they are not there.
+/// Returns the data read, of a reply after the result: a length and that number of bytes. None if they
+/// are not there.
 #[must_use]
 pub fn read_bytes(behind_result: &[u8]) -> Option<&[u8]> {
     let length = u32_at(behind_result, 0)? as usize;

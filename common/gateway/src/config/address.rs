@@ -27,13 +27,13 @@ pub struct WrongAddress {
 }
 
 impl HostPort {
-    /// The host.
+    /// Returns the host.
     #[must_use]
     pub fn host(&self) -> &str {
         &self.host
     }
 
-    /// The port, if it is given.
+    /// Returns the port, if it is given.
     #[must_use]
     pub const fn port(&self) -> Option<u16> {
         self.port

@@ -175,7 +175,7 @@ fn check_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
     }
 }
 
-/// The path of the first axis of an output that fulfils the condition.
+/// Returns the path of the first axis of an output that fulfils the condition.
 fn output_axis(
     config: &GatewayConfig,
     is_it: impl Fn(&OutputAxisConfig) -> bool,

@@ -74,7 +74,7 @@ struct Plc {
 }
 
 impl Plc {
-    /// Real start of its cycle number `n`, ns.
+    /// Returns the real start of its cycle number `n`, ns.
     fn start(&self, n: i64) -> f64 {
         (n * CYCLE) as f64 * (1.0 + self.drift_ppm * 1e-6)
     }
@@ -96,7 +96,7 @@ impl Plc {
         }
     }
 
-    /// Samples polled at half of its cycle; a read takes 60 µs.
+    /// Returns samples polled at half of its cycle; a read takes 60 µs.
     fn polled(&self, seconds: i64) -> VecDeque<PlcSample> {
         let (mut pauses, mut at, mut before) = (PollPauses::default(), 250_000.0, -1);
         let mut samples = VecDeque::new();
@@ -111,7 +111,7 @@ impl Plc {
         samples
     }
 
-    /// Samples sent in each cycle; that takes 80 µs, and up to 40 more.
+    /// Returns samples sent in each cycle; that takes 80 µs, and up to 40 more.
     fn notifying(&self, seconds: i64) -> VecDeque<PlcSample> {
         let mut random_numbers = Xoshiro256PlusPlus::seed_from_u64(1);
         let cycles = 0..self.cycle_at(seconds as f64 * 1e9);
@@ -314,14 +314,15 @@ fn what_a_receiver_sends_is_handed_to_the_plc() {
     assert_eq!(axis.expect("it is there").error_code, 9);
 }
 
-/// The rms of numbers around their mean.
+/// Returns the rms of numbers around their mean.
 fn scatter(numbers: &[f64]) -> f64 {
     let count = numbers.len() as f64;
     let mean = numbers.iter().sum::<f64>() / count;
     (numbers.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
-/// The error of the far time of a receiver behind the gateway, µs rms around its mean, and of the gateway's own.
+/// Returns the error of the far time of a receiver behind the gateway, µs rms around its mean, and of the
+/// gateway's own.
 fn errors(plc: Plc, samples: VecDeque<PlcSample>, seconds: i64) -> (f64, f64) {
     let sent = run(&mut gateway(samples), seconds);
     let mut random_numbers = Xoshiro256PlusPlus::seed_from_u64(2);

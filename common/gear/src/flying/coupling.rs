@@ -122,7 +122,7 @@ impl FlyingGearCoupling {
 }
 
 impl FlyingGearChange {
-    /// Positions of master and slave at which the gear is fully engaged.
+    /// Returns the positions of master and slave at which the gear is fully engaged.
     #[must_use]
     pub const fn sync_positions(&self) -> SyncPositions {
         self.gear.sync_positions()

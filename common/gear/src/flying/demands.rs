@@ -51,7 +51,7 @@ impl Ability {
         Ok(())
     }
 
-    /// Demands of a window, with the limits of the slave.
+    /// Returns the demands of a window, with the limits of the slave.
     fn demands(&self, window: &Window, speed: f64, cycle: f64) -> [(&'static str, f64, f64); 3] {
         let [velocity, acceleration, jerk] = window.demands(speed, cycle);
         [
@@ -61,7 +61,7 @@ impl Ability {
         ]
     }
 
-    /// The master's greatest speed at which the slave can follow, u/s.
+    /// Returns the master's greatest speed at which the slave can follow, u/s.
     pub(super) fn fastest(&self, window: &Window, cycle: f64) -> f64 {
         let (slope, length) = (window.slope, window.master_length);
         let by_velocity = self.velocity / slope;

@@ -48,7 +48,7 @@ pub enum FlyingGearError {
 }
 
 impl FlyingGearError {
-    /// NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub const fn code(&self) -> u32 {
         match self {

@@ -33,7 +33,7 @@ impl FlyingGear {
         [&self.engaging, &self.releasing].map(|window| self.stretch(window, speed.abs(), cycle))
     }
 
-    /// Direction of the master for engaging: 1 or -1.
+    /// Returns the direction of the master for engaging: 1 or -1.
     #[must_use]
     pub const fn master_direction(&self) -> f64 {
         self.master_direction
@@ -59,7 +59,7 @@ impl FlyingGear {
         self.check_demands(&Ability::of(limits), speed.abs(), cycle)
     }
 
-    /// The master's greatest speed at which a slave can follow, u/s.
+    /// Returns the master's greatest speed at which a slave can follow, u/s.
     #[must_use]
     pub fn fastest(&self, limits: &Limits, cycle: f64) -> f64 {
         let ability = Ability::of(limits);

@@ -209,8 +209,8 @@ fn gears() -> impl Strategy<Value = (FlyingGearParameters, f64, f64)> {
         })
 }
 
-/// The gear of a slave with working direction `direction`, by its distances: in, to the desync position,
-/// out (negative: on the way back), and the master's before it begins.
+/// Makes the gear of a slave with working direction `direction`, by its distances: in, to the desync
+/// position, out (negative: on the way back), and the master's before it begins.
 fn gear_of(
     ratio: f64,
     direction: f64,

@@ -36,14 +36,14 @@ impl Window {
         }
     }
 
-    /// The master's progress at the end where the slave stands.
+    /// Returns the master's progress at the end where the slave stands.
     pub(super) fn free_master(&self) -> f64 {
         self.coupled_master + self.side * self.master_length
     }
 
-    /// The greatest velocity, acceleration and jerk of the slave while its master runs at this speed,
-    /// u/s, with this cycle time, s. The slope runs along 3x² − 2x³: its acceleration is greatest half
-    /// way, its jerk at both ends. For a length of zero it is a step, which takes a cycle.
+    /// Returns the greatest velocity, acceleration and jerk of the slave while its master runs at this
+    /// speed, u/s, with this cycle time, s. The slope runs along 3x² − 2x³: its acceleration is greatest
+    /// half way, its jerk at both ends. For a length of zero it is a step, which takes a cycle.
     pub(super) fn demands(&self, speed: f64, cycle: f64) -> [f64; 3] {
         let velocity = self.slope * speed;
         if self.master_length > 0.0 {
@@ -58,7 +58,8 @@ impl Window {
         }
     }
 
-    /// Course inside the window: x runs from 0 where the slave stands to 1 where it is coupled.
+    /// Returns the course inside the window: x runs from 0 where the slave stands to 1 where it is
+    /// coupled.
     pub(super) fn at(&self, master: f64) -> Course {
         let x = (self.free_master() - master) * self.side / self.master_length;
         Course {
@@ -77,7 +78,8 @@ impl Window {
         }
     }
 
-    /// Course between the windows. Progress is relative to the sync positions, so there is no offset.
+    /// Returns the course between the windows. Progress is relative to the sync positions, so there is no
+    /// offset.
     pub(super) fn rigid(&self, master: f64) -> Course {
         Course {
             progress: self.slope * master,

@@ -46,8 +46,8 @@ pub trait System {
     /// A socket of a timing channel.
     type StampedSocket: StampedSocket + 'static;
 
-    /// Time in ns of a clock that never jumps. All processes of one machine read the same clock, so that
-    /// their records can be compared.
+    /// Reads the time in ns of a clock that never jumps. All processes of one machine read the same
+    /// clock, so that their records can be compared.
     fn clock_ns() -> i64;
 
     /// Sleeps until [`clock_ns`](Self::clock_ns) reaches `deadline`, never less. Interrupting signals do
@@ -72,8 +72,8 @@ pub trait System {
     /// The reason of the failure.
     fn drop_priority() -> Result<(), String>;
 
-    /// The threads of this process with a real-time priority, by name; none if the system cannot report
-    /// them.
+    /// Returns the threads of this process with a real-time priority, by name; none if the system cannot
+    /// report them.
     fn priorities() -> Vec<(String, u8)>;
 
     /// Binds the calling thread to this processor.
@@ -88,10 +88,11 @@ pub trait System {
     /// The reason of the failure, and its remedy.
     fn lock_memory() -> Result<(), String>;
 
-    /// Properties of the system, as far as cycles depend on them; none if the system cannot report them.
+    /// Returns the properties of the system, as far as cycles depend on them; none if the system cannot
+    /// report them.
     fn facts() -> Option<Facts>;
 
-    /// Firewall rules for incoming packets.
+    /// Returns the firewall rules for incoming packets.
     ///
     /// # Errors
     /// The reason why they cannot be read: mostly missing rights.
@@ -126,8 +127,8 @@ pub trait System {
     /// A service manager that cannot be notified.
     fn tell_service_manager(state: ServiceState) -> io::Result<()>;
 
-    /// Watchdog timeout: the service manager ends this process without a [`ServiceState::Alive`] for this
-    /// time.
+    /// Returns the watchdog timeout: the service manager ends this process without a
+    /// [`ServiceState::Alive`] for this time.
     fn watchdog() -> Option<Duration>;
 
     /// Keeps the Ctrl-C of this process's terminal from a process to be started.
@@ -139,10 +140,10 @@ pub trait System {
     /// A refusal of the system, or a signal that it does not have.
     fn signal(child: &Child, signal: ChildSignal) -> io::Result<()>;
 
-    /// The resident memory of a process, bytes; none if it is gone.
+    /// Returns the resident memory of a process, bytes; none if it is gone.
     fn resident_memory(process: u32) -> Option<u64>;
 
-    /// The processor time of a process so far, of all its threads; none if it is gone.
+    /// Returns the processor time of a process so far, of all its threads; none if it is gone.
     fn processor_time(process: u32) -> Option<Duration>;
 
     /// Locks a folder until the result is dropped or the process ends; none if another process holds it.
@@ -164,7 +165,7 @@ pub trait System {
     /// A file that cannot be made.
     fn create_file(path: &Path, readers: Readers) -> io::Result<File>;
 
-    /// Permissions of others than its owner for a file; none if they cannot be read.
+    /// Returns the permissions of others than its owner for a file; none if they cannot be read.
     fn others_may(path: &Path) -> Option<Others>;
 
     /// Opens a file that this process and another map into their memory, for reading and writing, making
@@ -174,7 +175,7 @@ pub trait System {
     /// A file that cannot be opened, or a system without such memory.
     fn open_shared_file(path: &Path, make: bool) -> io::Result<File>;
 
-    /// Kind of something that is not a regular file, in words.
+    /// Returns the kind of something that is not a regular file, in words.
     fn kind_of(metadata: &Metadata) -> Option<&'static str>;
 
     /// Takes one of the two locks of such a file, until it is closed: false if another process has that
@@ -190,7 +191,7 @@ pub trait System {
     /// No space left.
     fn reserve(file: &File, bytes: u64) -> io::Result<()>;
 
-    /// The permissions of such a file, as their three octal digits.
+    /// Returns the permissions of such a file, as their three octal digits.
     ///
     /// # Errors
     /// A refusal of the system.

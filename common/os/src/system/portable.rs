@@ -40,7 +40,7 @@ fn unsupported(what: &str) -> io::Error {
     )
 }
 
-/// An instant of both clocks, read once: processes agree as well as their wall clock did then.
+/// Returns an instant of both clocks, read once: processes agree as well as their wall clock did then.
 fn origin() -> &'static (Instant, i64) {
     static ORIGIN: OnceLock<(Instant, i64)> = OnceLock::new();
     ORIGIN.get_or_init(|| {
@@ -78,7 +78,7 @@ impl System for Portable {
         }
     }
 
-    /// Bundling of timers is not known here.
+    /// Does nothing: bundling of timers is not known here.
     fn tighten_timers() -> Result<(), String> {
         Ok(())
     }

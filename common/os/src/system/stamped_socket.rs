@@ -31,13 +31,13 @@ pub trait StampedSocket: Sized + Send {
     /// A refusal of the system.
     fn try_clone(&self) -> io::Result<Self>;
 
-    /// Bound address.
+    /// Returns the bound address.
     ///
     /// # Errors
     /// A refusal of the system.
     fn address(&self) -> io::Result<SocketAddr>;
 
-    /// Place where its stamps are taken.
+    /// Returns the place where its stamps are taken.
     fn stamps(&self) -> Stamps;
 
     /// Waits for the next datagram, for a tenth of a second at most; none if none arrived.
@@ -52,8 +52,8 @@ pub trait StampedSocket: Sized + Send {
     /// A datagram that was not sent.
     fn send(&mut self, bytes: &[u8], to: SocketAddr) -> io::Result<()>;
 
-    /// Departure stamp of a datagram: the number of datagrams sent before it by this socket, and its
-    /// time, ns of the clock above. None if there is no further one yet.
+    /// Returns the departure stamp of a datagram: the number of datagrams sent before it by this socket,
+    /// and its time, ns of the clock above. None if there is no further one yet.
     fn departure(&mut self) -> Option<(u32, i64)>;
 }
 
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// Simulated clock: every reading takes this number of ns, and some are interrupted.
+    /// Simulates a clock: every reading takes this number of ns, and some are interrupted.
     fn clock(now: &Cell<i64>, takes: &[i64]) -> impl Fn() -> i64 {
         let reading = Cell::new(0);
         move || {

@@ -27,7 +27,7 @@ fn source(points: impl Into<Vec<MotionPoint>>, course: Course) -> PlateSource {
     }
 }
 
-/// Stroke from 0 to 1 while the master moves from 0 to 1.
+/// Makes a stroke from 0 to 1 while the master moves from 0 to 1.
 fn unit(start_velocity: f64, end_velocity: f64) -> PlateSource {
     let point = |index, at, velocity| MotionPoint {
         point_type: PointType::Motion,

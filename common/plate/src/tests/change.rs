@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::plates::{motion, plate, points, rest};
 use crate::{CamError, Course, MotionFunction, MotionPoint, Plate, PointType};
 
-/// Values of a plate at many places.
+/// Returns values of a plate at many places.
 fn course_of(plate: &Plate) -> Vec<u64> {
     let (start, end) = (-150.0, 600.0);
     (0..=200)
@@ -19,7 +19,7 @@ fn course_of(plate: &Plate) -> Vec<u64> {
         .collect()
 }
 
-/// Other slave positions for some rows.
+/// Makes other slave positions for some rows.
 fn moved(points: &[MotionPoint], rows: &[(prop::sample::Index, f64)]) -> Vec<MotionPoint> {
     rows.iter()
         .map(|(row, slave)| MotionPoint {

@@ -95,7 +95,7 @@ proptest! {
     }
 }
 
-/// Stroke from 0 to 50 over 20 of the master, by one law.
+/// Makes a stroke from 0 to 50 over 20 of the master, by one law.
 fn stroke(function: MotionLaw) -> Plate {
     let start = MotionPoint {
         function,

@@ -126,7 +126,8 @@ proptest! {
     }
 }
 
-/// Segments from motion to motion, so that all derivatives are given; the last point repeats the first.
+/// Makes segments from motion to motion, so that all derivatives are given; the last point repeats the
+/// first.
 fn running(lift: f64) -> [MotionPoint; 3] {
     let with = |index, master, slave, velocity, acceleration, jerk| MotionPoint {
         function: MotionLaw::Polynom7Mm,

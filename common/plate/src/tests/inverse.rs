@@ -8,7 +8,7 @@ use super::plates::{any_plate, plate, rest};
 use crate::{Course, MasterQuery, MotionPoint, Plate};
 use coaxle_curve::law::MotionLaw;
 
-/// Greatest error of a position by rounding of the master and of the lifts.
+/// Returns the greatest error of a position by rounding of the master and of the lifts.
 fn tolerance(plate: &Plate, master: f64) -> f64 {
     let extremes = plate.characteristics(1.0).unwrap().extremes;
     let (start, end) = plate.master_range();
@@ -78,7 +78,7 @@ proptest! {
     }
 }
 
-/// Straight up to 106⅔ at 180 and down again, so that 80 is passed at 135 and 225.
+/// Makes a plate straight up to 106⅔ at 180 and down again, so that 80 is passed at 135 and 225.
 fn gable(course: Course) -> Plate {
     let straight = |index, master, slave| MotionPoint {
         function: MotionLaw::Polynom1,

@@ -9,12 +9,12 @@ use crate::{Course, Interpolation, MotionFunction, MotionPoint, Plate, PointType
 use crate::{PositionTable, TableType};
 use coaxle_curve::law::MotionLaw;
 
-/// A point at rest that a quintic leaves.
+/// Makes a point at rest that a quintic leaves.
 pub(super) const fn rest(index: u32, master: f64, slave: f64) -> MotionPoint {
     MotionPoint::rest(index, master, slave)
 }
 
-/// A point with any motion, that a quintic leaves.
+/// Makes a point with any motion, that a quintic leaves.
 pub(super) fn motion(index: u32, master: f64, slave: f64, velocity: f64) -> MotionPoint {
     MotionPoint {
         function: MotionLaw::Polynom5Mm,
@@ -173,7 +173,7 @@ pub(super) fn plate_of(course: Course) -> impl Strategy<Value = Plate> {
     prop_oneof![2 => function, 1 => table]
 }
 
-/// The masters between which the course of a plate is smooth: its points or rows in use.
+/// Returns the masters between which the course of a plate is smooth: its points or rows in use.
 pub(super) fn knots(plate: &Plate) -> Vec<f64> {
     let segments = plate.curve().segments();
     let (start, _) = plate.master_range();

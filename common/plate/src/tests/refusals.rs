@@ -10,7 +10,7 @@ use coaxle_curve::law::MotionLaw;
 
 const NAN: f64 = f64::NAN;
 
-/// Three points at rest, one of them replaced by `point`.
+/// Makes three points at rest, one of them replaced by `point`.
 fn with(point: MotionPoint) -> Vec<MotionPoint> {
     let mut points = [rest(1, 0.0, 0.0), rest(2, 10.0, 5.0), rest(3, 20.0, 0.0)].to_vec();
     let row = points.iter().position(|p| p.index == point.index);

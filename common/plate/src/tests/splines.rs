@@ -17,7 +17,7 @@ enum End {
     Slope(f64),
 }
 
-/// Gauss's elimination with partial pivoting.
+/// Solves by Gauss's elimination with partial pivoting.
 fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
     for column in 0..n {
@@ -44,7 +44,7 @@ fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     x
 }
 
-/// The second derivatives at the knots; `None` for a periodic spline.
+/// Returns the second derivatives at the knots; `None` for a periodic spline.
 fn moments(knots: &[(f64, f64)], ends: Option<[End; 2]>) -> Vec<f64> {
     let n = knots.len();
     let h = |i: usize| knots[i + 1].0 - knots[i].0;

@@ -36,7 +36,7 @@ fn axis(parameters: &SlaveParameters) -> SlaveAxis {
     SlaveAxis::new(parameters, drive(0.0), cycle_time()).expect("the parameters are in range")
 }
 
-/// An axis at rest at 0, with power.
+/// Makes an axis at rest at 0, with power.
 fn powered(parameters: &SlaveParameters) -> SlaveAxis {
     let mut axis = axis(parameters);
     start(&mut axis, &Command::Power(true));

@@ -8,7 +8,7 @@ use crate::{
     CommandBlock, FlyingSawBlock, FlyingSawOutputs, Outputs, ReadFlyingSawCharacteristicsBlock,
 };
 
-/// An axis with power, and a master at a velocity.
+/// Makes an axis with power, and a master at a velocity.
 fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
     let mut axis = powered(parameters);
     let mut master = Master::at(0.0, velocity);

@@ -144,7 +144,7 @@ fn count(rows: &mut Vec<(String, u64)>, table: &str) {
     }
 }
 
-/// The columns of a table, in the format of a trace.
+/// Returns the columns of a table, in the format of a trace.
 fn columns(table: &ReadTable) -> impl Iterator<Item = String> {
     let when = ["at_ns", "woke_ns"].map(str::to_owned);
     when.into_iter()

@@ -31,8 +31,8 @@ pub struct Saw {
 }
 
 impl Saw {
-    /// Saw whose master may run back by `master_noise` before that counts as a rollback, u. An encoder
-    /// has `master_increment` u per increment.
+    /// Makes a saw whose master may run back by `master_noise` before that counts as a rollback, u. An
+    /// encoder has `master_increment` u per increment.
     #[must_use]
     pub const fn new(master_noise: f64, master_increment: Option<f64>) -> Self {
         Self {
@@ -49,8 +49,8 @@ impl Saw {
         self.table_in_use = table;
     }
 
-    /// Plan of the saw that couples the slave; while it waits, the predicted plan. Without one, that of
-    /// the last saw.
+    /// Returns the plan of the saw that couples the slave; while it waits, the predicted plan. Without
+    /// one, that of the last saw.
     #[must_use]
     pub const fn plan_in_force(&self) -> Option<&SawPlan> {
         match &self.saw {
@@ -59,7 +59,7 @@ impl Saw {
         }
     }
 
-    /// Moment from which a saw is planned.
+    /// Returns the moment from which a saw is planned.
     #[must_use]
     pub fn moment(&self, master: &Kinematics, inputs: &PlanInputs) -> CouplingMoment {
         let (min_position, max_position) = inputs.guard.software_limits();

@@ -65,7 +65,7 @@ impl SawCoupling {
         }
     }
 
-    /// Acceleration of the master, as used for planning.
+    /// Returns the acceleration of the master, as used for planning.
     fn planned_acceleration(&self, master: &Kinematics) -> f64 {
         let is_noise =
             |encoder: EncoderMaster| master.acceleration.abs() < encoder.acceleration_threshold();

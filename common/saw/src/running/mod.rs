@@ -192,14 +192,14 @@ impl SawCoupling {
         Some((self.master_position - position) * self.direction >= 0.0)
     }
 
-    /// State of the command. In sync means that the slave's set values are those of the gear in this
-    /// cycle.
+    /// Returns the state of the command. In sync means that the slave's set values are those of the gear
+    /// in this cycle.
     #[must_use]
     pub const fn state(&self) -> &CommandState<SawFault> {
         &self.state
     }
 
-    /// `StartSync`: the synchronisation has begun.
+    /// `StartSync`: true once the synchronisation has begun.
     #[doc(alias = "StartSync")]
     #[must_use]
     pub const fn has_started_sync(&self) -> bool {
@@ -236,14 +236,14 @@ impl SawCoupling {
         }
     }
 
-    /// Reaction to a master that ran back past the coupling position. That aborts the command, as TS5055
-    /// 8 has it, and is no error: 0x4289 (illegal reversal) is never reported.
+    /// Returns the reaction to a master that ran back past the coupling position. That aborts the
+    /// command, as TS5055 8 has it, and is no error: 0x4289 (illegal reversal) is never reported.
     #[must_use]
     pub const fn rollback(&self) -> Option<RollbackReaction> {
         self.rollback
     }
 
-    /// The stop after that, and the time since its begin, while it lasts.
+    /// Returns the stop after that, and the time since its begin, while it lasts.
     #[must_use]
     pub const fn rollback_stop(&self) -> Option<(RollbackStop, Seconds)> {
         match self.phase {
@@ -252,13 +252,13 @@ impl SawCoupling {
         }
     }
 
-    /// The plan in force; in the preliminary phase the predicted one.
+    /// Returns the plan in force; in the preliminary phase the predicted one.
     #[must_use]
     pub const fn plan(&self) -> &SawPlan {
         &self.plan
     }
 
-    /// The slave's set values of the last cycle.
+    /// Returns the slave's set values of the last cycle.
     #[must_use]
     pub const fn slave(&self) -> &Kinematics {
         &self.slave
@@ -297,7 +297,7 @@ impl SawCoupling {
         }
     }
 
-    /// From here on the slave's set values are the gear's.
+    /// Begins the synchronous phase: from here on the slave's set values are the gear's.
     fn become_synchronous(&mut self) {
         self.phase = Phase::Synchronous;
         self.state = CommandState::InSync;
@@ -437,7 +437,7 @@ impl SawCoupling {
         }
     }
 
-    /// The set values break a limit of the slave's axis.
+    /// Ends the coupling with a fault: the set values break a limit of the slave's axis.
     #[cold]
     fn refuse_to_lead(&mut self, slave: &Kinematics, master: &Kinematics, dt: f64) {
         let detailed = self.command.mask().contains(SyncMask::DETAILED_ERROR_CODES);
@@ -455,13 +455,13 @@ impl SawCoupling {
     }
 }
 
-/// Motion of a free slave that keeps its velocity: an acceleration is led to zero within the jerk, and
-/// the change of velocity meanwhile is compensated.
+/// Returns the motion of a free slave that keeps its velocity: an acceleration is led to zero within the
+/// jerk, and the change of velocity meanwhile is compensated.
 fn keeping_velocity(slave: &Kinematics, axis: &SlaveLimits) -> Profile {
     to_velocity(slave, slave.velocity, &axis.dynamics)
 }
 
-/// 1, −1, or 0 for nothing.
+/// Returns 1, −1, or 0 for zero.
 fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
 }

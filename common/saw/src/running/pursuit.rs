@@ -170,8 +170,8 @@ impl Pursuit {
         self.chase.fastest((slave, line), 1.0, check)
     }
 
-    /// A line that ripples by more than the slave can follow is never reached. The slave then joins it
-    /// when it is no farther away than the ripple.
+    /// True if the line is within its ripple. A line that ripples by more than the slave can follow is
+    /// never reached. The slave then joins it when it is no farther away than the ripple.
     fn is_within_ripple(&self, next: &Kinematics, line: &Kinematics, dt: f64) -> bool {
         let jerk = self.chase.limits.binding_in_cycles(dt).jerk();
         let corrected = CORRECTED * jerk * dt * dt * dt;

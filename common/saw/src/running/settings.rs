@@ -36,7 +36,8 @@ impl SawCommand {
         }
     }
 
-    /// Direction of its master to the synchronisation position: 1 or −1, 0 if it does not matter.
+    /// Returns the direction of its master to the synchronisation position: 1 or −1, 0 if it does not
+    /// matter.
     pub(super) fn direction(&self, moment: &CouplingMoment) -> f64 {
         let Self::GearInPos(command) = self else {
             return 0.0;
@@ -49,7 +50,7 @@ impl SawCommand {
         }
     }
 
-    /// Synchronisation position of its master, if it has a strategy, u.
+    /// Returns the synchronisation position of its master, if it has a strategy, u.
     pub(super) fn strategic_sync_position(&self) -> Option<f64> {
         match self {
             Self::GearInPos(command) => {
@@ -60,7 +61,7 @@ impl SawCommand {
         }
     }
 
-    /// The pair of positions that the line of an early synchronisation goes through.
+    /// Returns the pair of positions that the line of an early synchronisation goes through.
     pub(super) fn early_positions(&self) -> Option<(f64, f64)> {
         match self {
             Self::GearInPos(command) if command.strategy == Some(SyncStrategy::Early) => {
@@ -70,7 +71,7 @@ impl SawCommand {
         }
     }
 
-    /// Limits of the slave on its path onto a line.
+    /// Returns the limits of the slave on its path onto a line.
     pub(super) fn chase(&self, axis: &SlaveLimits, slave: &Kinematics) -> Chase {
         let (given, own) = (self.limits(), &axis.dynamics);
         let limits = Limits::new(
@@ -86,8 +87,8 @@ impl SawCommand {
         }
     }
 
-    /// Range of positions of the slave on its path, from `start`, u: the requested checks of position,
-    /// and the axis's own limits in any case.
+    /// Returns the range of positions of the slave on its path, from `start`, u: the requested checks of
+    /// position, and the axis's own limits in any case.
     pub(super) fn range(&self, axis: &SlaveLimits, start: f64) -> PositionRange {
         let (mask, given) = (self.mask(), self.limits());
         let asked = |flag: SyncMask, limit: Option<f64>| limit.filter(|_| mask.contains(flag));
@@ -164,7 +165,7 @@ pub enum SawFault {
 }
 
 impl SawFault {
-    /// The NC error code.
+    /// Returns the NC error code.
     #[must_use]
     pub const fn code(&self) -> u32 {
         match self {
@@ -257,7 +258,7 @@ fn before_start_distance(
     Ok(Some(expected))
 }
 
-/// The limits of a synchronisation.
+/// Returns the limits of a synchronisation.
 pub(super) fn limits(
     command: &SawCommand,
     axis: &SlaveLimits,

@@ -308,8 +308,9 @@ fn time_based_chases_an_accelerating_master() {
     assert_eq!(last.velocity, 300.0);
 }
 
-/// Cycle in which a slave at rest is in sync with a master of this velocity over the seconds. Until then,
-/// the acceleration and jerk of its positions are within 2000 and 50000. Afterwards it is on its line.
+/// Returns the cycle in which a slave at rest is in sync with a master of this velocity over the seconds.
+/// Until then, the acceleration and jerk of its positions are within 2000 and 50000. Afterwards it is on
+/// its line.
 fn in_sync_after(velocity: impl Fn(f64) -> f64) -> Option<u32> {
     let start = moment((0.0, velocity(0.0)), (0.0, 0.0));
     let mode = SyncMode::time_based(SyncMask::empty());

@@ -8,8 +8,8 @@ use rsruckig::prelude::{
     ControlInterface, InputParameter, Ruckig, ThrowErrorHandler, Trajectory, daov_stack,
 };
 
-/// Duration and path of the change of velocity by an independent generator. Some of the very hard ones it
-/// gives up.
+/// Returns the duration and path of the change of velocity by an independent generator. Some of the very
+/// hard ones it gives up.
 fn independent(
     start: &Kinematics,
     target: f64,

@@ -16,7 +16,7 @@ use coaxle_clock::Seconds;
 use super::{CouplingMoment, GearInPos, GearInVelo, Ratio, SlaveLimits, SyncLimits, SyncMode};
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// A moment with both axes at constant velocity, and an axis with ample limits of its own.
+/// Makes a moment with both axes at constant velocity, and an axis with ample limits of its own.
 pub(super) fn moment(master: (f64, f64), slave: (f64, f64)) -> CouplingMoment {
     let moving = |(position, velocity)| Kinematics {
         position,
@@ -36,7 +36,7 @@ pub(super) fn moment(master: (f64, f64), slave: (f64, f64)) -> CouplingMoment {
     }
 }
 
-/// Limits with equal acceleration and deceleration, and a jerk.
+/// Makes limits with equal acceleration and deceleration, and a jerk.
 pub(super) fn dynamics(acceleration: f64, jerk: f64) -> SyncLimits {
     SyncLimits {
         acceleration: Some(acceleration),
@@ -71,7 +71,8 @@ pub(super) fn to_position(
     }
 }
 
-/// Half of the last digit that the manuals' tables print, and a little for its rounding.
+/// Checks a value within half of the last digit that the manuals' tables print, and a little for its
+/// rounding.
 fn printed(value: f64, expected: f64, unit: f64) {
     assert!(
         (value - expected).abs() <= 0.51 * unit,

@@ -89,7 +89,7 @@ pub(super) fn gear_in_velo(
     )
 }
 
-/// The begins of the pieces of a plan and its end, s since the start.
+/// Returns the begins of the pieces of a plan and its end, s since the start.
 fn knots(plan: &SawPlan) -> Vec<f64> {
     let (way, velocity) = plan.way().expect("something to synchronise");
     let begin = way.first().begin;
@@ -97,7 +97,7 @@ fn knots(plan: &SawPlan) -> Vec<f64> {
     begins.chain([plan.duration().0]).collect()
 }
 
-/// Times and the slave's motion then, close to each other in every piece.
+/// Returns the times and the slave's motion then, close to each other in every piece.
 fn samples(plan: &SawPlan) -> Vec<(f64, Kinematics)> {
     let knots = knots(plan);
     let times = knots.windows(2).flat_map(|piece| {
@@ -114,7 +114,7 @@ fn size(samples: &[(f64, Kinematics)], quantity: Quantity) -> f64 {
     magnitudes.fold(0.0, f64::max)
 }
 
-/// The checks, by sampling: independent of how the planner finds extremes.
+/// Makes the checks by sampling, independent of how the planner finds extremes.
 pub(super) fn assert_kept(
     plan: &SawPlan,
     mask: SyncMask,
@@ -175,7 +175,7 @@ pub(super) fn assert_kept(
     assert_smooth(plan, &samples, jerk)
 }
 
-/// No jump of position, velocity or acceleration within the phase.
+/// Checks that there is no jump of position, velocity or acceleration within the phase.
 fn assert_smooth(
     plan: &SawPlan,
     samples: &[(f64, Kinematics)],

@@ -21,9 +21,9 @@ fn by(strategy: SyncStrategy) -> impl Strategy<Value = (GearInPos, CouplingMomen
     })
 }
 
-/// Duration of the path onto the line of the gear, relative to the line: by another generator, with a
-/// share of acceleration and jerk. Some of the very hard ones it gives up, for a few its result is longer
-/// than necessary.
+/// Returns the duration of the path onto the line of the gear, relative to the line: by another
+/// generator, with a share of acceleration and jerk. Some of the very hard ones it gives up, for a few
+/// its result is longer than necessary.
 fn independent(command: &GearInPos, moment: &CouplingMoment, share: f64) -> Option<f64> {
     let ratio = command.ratio.numerator / f64::from(command.ratio.denominator);
     let line = command.slave_sync_position

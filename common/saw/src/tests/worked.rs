@@ -47,7 +47,7 @@ const CHAPTER_3: [Ramp; 3] = [
     },
 ];
 
-/// Peak of acceleration and of jerk.
+/// Returns the peak of acceleration and of jerk.
 fn peaks(plan: &SawPlan) -> (f64, f64) {
     let extremes = plan.characteristics(255).extremes;
     (extremes.acceleration.magnitude(), extremes.jerk.magnitude())

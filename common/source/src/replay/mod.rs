@@ -39,7 +39,7 @@ impl Replay {
         })
     }
 
-    /// The motion at `seconds`, or none while the axis stands.
+    /// Returns the motion at `seconds`, or none while the axis stands.
     fn motion_at(&self, seconds: f64) -> Option<Kinematics> {
         let (first, last) = self.ends();
         let length = last.time - first.time;
@@ -83,7 +83,7 @@ impl Replay {
     }
 }
 
-/// A recording in MCAP has many axes, a table one.
+/// Reads the file. A recording in MCAP has many axes, a table one.
 fn read(config: &ReplayConfig) -> Result<Motion, ReplayError> {
     let wrong = |received: &str, expected: &str| ReplayError::Axis {
         file: config.file.display().to_string(),
@@ -122,7 +122,7 @@ impl Source for Replay {
     }
 }
 
-/// The cubic Hermite polynomial through positions and velocities of both rows.
+/// Returns the cubic Hermite polynomial through positions and velocities of both rows.
 fn cubic(from: &Row, to: &Row, time: f64) -> Kinematics {
     let h = to.time - from.time;
     let s = (time - from.time) / h;
@@ -141,7 +141,7 @@ fn cubic(from: &Row, to: &Row, time: f64) -> Kinematics {
     }
 }
 
-/// Straight lines from row to row.
+/// Interpolates by straight lines from row to row.
 fn linear(from: &Row, to: &Row, time: f64, velocity_recorded: bool) -> Kinematics {
     let h = to.time - from.time;
     let s = (time - from.time) / h;
@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    /// A parabola in cycles of 10 ms; the first two have no position.
+    /// Makes a parabola in cycles of 10 ms; the first two have no position.
     fn recording(end: usize) -> Vec<u8> {
         let table = Table {
             name: "press".to_owned(),
@@ -285,7 +285,7 @@ mod tests {
         assert!((received - expected).abs() < slack, "{received} {expected}");
     }
 
-    /// p = t², exact for a cubic.
+    /// Returns the rows of p = t², exact for a cubic.
     fn parabola(columns: usize) -> String {
         let header = ["time_s", "position", "velocity", "acceleration"][..columns].join(",");
         let rows = (0..=20).map(|k| {

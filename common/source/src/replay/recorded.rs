@@ -160,8 +160,8 @@ impl Reading<'_> {
     }
 }
 
-/// Columns of the axis in rows of this table, if it is there: by its name, or by that of the table and
-/// its own.
+/// Returns the columns of the axis in rows of this table, if it is there: by its name, or by that of the
+/// table and its own.
 fn places(tables: &[ReadTable], table: usize, axis: &str) -> Option<Places> {
     let of = &tables[table];
     let own = axis

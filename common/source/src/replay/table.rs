@@ -205,8 +205,8 @@ impl Text {
         }
     }
 
-    /// The line of a record. Its own position is the end of the record before it, which is another line
-    /// if there are blank ones.
+    /// Returns the line of a record. Its own position is the end of the record before it, which is
+    /// another line if there are blank ones.
     fn line(&self, record: &csv::StringRecord) -> usize {
         let ended = record
             .position()

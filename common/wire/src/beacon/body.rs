@@ -36,7 +36,7 @@ pub struct BeaconLabel {
 }
 
 impl BeaconLabel {
-    /// Label of a body or of a whole beacon; none if the bytes are not a beacon.
+    /// Reads the label of a body or of a whole beacon; none if the bytes are not a beacon.
     #[must_use]
     pub fn of(channel: Channel, body: &[u8]) -> Option<Self> {
         match channel {
@@ -146,7 +146,7 @@ impl Departed {
     }
 }
 
-/// Request, and the bytes after its body.
+/// Reads the request, and the bytes after its body.
 pub(super) fn read_request(
     content: &[u8],
     departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,
@@ -163,7 +163,7 @@ pub(super) fn read_request(
     })
 }
 
-/// Response with the id of its responder.
+/// Reads the response with the id of its responder.
 pub(super) fn read_response(
     content: &[u8],
     departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,

@@ -44,7 +44,7 @@ struct DepartureFields {
 }
 
 impl BeaconSeal {
-    /// The seal of what travels under `key`.
+    /// Makes the seal of what travels under `key`.
     #[must_use]
     pub fn new(key: &str) -> Self {
         Self {

@@ -62,7 +62,8 @@ impl BeaconSecret {
         self.over(key, content).verify_truncated_left(tag).is_ok()
     }
 
-    /// The key contains no zero byte, so no part of it can be taken for content.
+    /// Starts the HMAC over key and content. The key contains no zero byte, so no part of it can be taken
+    /// for content.
     fn over(&self, key: &str, content: &[u8]) -> Hmac<Sha256> {
         let mut mac = self.0.clone();
         mac.update(key.as_bytes());

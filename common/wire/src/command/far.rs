@@ -63,7 +63,7 @@ impl FarCommand {
         "set-delay",
     ];
 
-    /// Name of the command on the wire.
+    /// Returns the name of the command on the wire.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -126,14 +126,14 @@ pub enum ParameterPart {
 }
 
 impl FarRefusal {
-    /// Error code of TwinCAT's remote synchronisation: a parameter is wrong. The manual knows no other
-    /// refusal.
+    /// Returns the error code of TwinCAT's remote synchronisation: a parameter is wrong. The manual knows
+    /// no other refusal.
     #[must_use]
     pub const fn code(&self) -> u32 {
         0x4b56
     }
 
-    /// Field that is refused.
+    /// Returns the field that is refused.
     #[must_use]
     pub fn field(&self) -> String {
         match self {
@@ -144,7 +144,7 @@ impl FarRefusal {
         }
     }
 
-    /// Value received for the field, if it is a number.
+    /// Returns the value received for the field, if it is a number.
     #[must_use]
     pub const fn received(&self) -> Option<f64> {
         match self {

@@ -130,7 +130,7 @@ impl CommandOrder {
         }
     }
 
-    /// Slave or far node that the order is for.
+    /// Returns the slave or far node that the order is for.
     #[must_use]
     pub fn addressee(&self) -> &str {
         match self {
@@ -140,7 +140,7 @@ impl CommandOrder {
         }
     }
 
-    /// Name of the command: its block, or its name on the wire.
+    /// Returns the name of the command: its block, or its name on the wire.
     #[must_use]
     pub fn command_name(&self) -> &'static str {
         match self {
@@ -150,7 +150,7 @@ impl CommandOrder {
         }
     }
 
-    /// Outcome at a node that has no slaves or no far nodes.
+    /// Returns the outcome at a node that has no slaves or no far nodes.
     #[must_use]
     pub const fn for_nobody(&self) -> CommandOutcome {
         CommandOutcome::NotTaken(match self {

@@ -47,7 +47,7 @@ macro_rules! name {
                 })
             }
 
-            /// The name.
+            /// Returns the name.
             #[must_use]
             pub fn as_str(&self) -> &str {
                 std::str::from_utf8(&self.bytes[..usize::from(self.length)])

@@ -97,7 +97,7 @@ pub enum NotTaken {
 }
 
 impl NotTaken {
-    /// Name of the reason on the wire.
+    /// Returns the name of the reason on the wire.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {

@@ -51,7 +51,7 @@ fn departure(left: i64, before: Option<BeaconBefore>) -> Departure {
     }
 }
 
-/// Request sealed for a cycle that ideally began at 0.
+/// Makes a request sealed for a cycle that ideally began at 0.
 fn request_frame(request: &BeaconRequest) -> Vec<u8> {
     let BeaconRequest {
         requester,
@@ -69,7 +69,7 @@ fn request_frame(request: &BeaconRequest) -> Vec<u8> {
     payload
 }
 
-/// Response sealed for cycle 0.
+/// Makes a response sealed for cycle 0.
 fn response_frame(sender: &str, response: &BeaconResponse) -> Vec<u8> {
     let header = BeaconResponseHeader {
         sender: sender_id(&name(sender)),

@@ -114,7 +114,7 @@ const VIEW: SlaveView = SlaveView {
     velocity: 0.0,
 };
 
-/// A document with its numbers rounded.
+/// Returns a document with its numbers rounded.
 fn shape(value: &Value) -> Value {
     match value {
         Value::Number(number) => format!("{:.12e}", number.as_f64().unwrap()).into(),
@@ -127,7 +127,8 @@ fn shape(value: &Value) -> Value {
     }
 }
 
-/// Response to a reading command on the plate of `SELECT`, whose second point was written since.
+/// Returns the response to a reading command on the plate of `SELECT`, whose second point was written
+/// since.
 fn answered(command: &str) -> CommandAnswer {
     let mut tables = Tables::new(1);
     let mut cargo = CommandOrder::from(cam(SELECT)).cargo();

@@ -28,7 +28,7 @@ fn name(name: &str) -> SlaveName {
     SlaveName::new(name).unwrap()
 }
 
-/// The n-th JSON example of the document's section.
+/// Returns the n-th JSON example of the document's section.
 fn example(n: usize) -> &'static str {
     let blocks = section("\n## Commands\n").split("```json").skip(1);
     let example = blocks
@@ -330,7 +330,7 @@ fn an_order_is_for_a_slave_or_a_far_node() {
     );
 }
 
-/// The names of all commands, as the code lists them.
+/// Returns the names of all commands, as the code lists them.
 fn commands() -> BTreeSet<String> {
     let text = r#"{ "version": 1, "slave": "s", "command": { "dance": {} } }"#;
     let error = CommandOrder::from_json(text.as_bytes()).unwrap_err();

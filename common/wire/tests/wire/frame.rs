@@ -24,7 +24,7 @@ fn frame(header: &FrameHeader, axes: &[NcToPlcAxis]) -> Vec<u8> {
     payload
 }
 
-/// The header and axis whose every number takes the most bytes there are.
+/// Returns the header and axis whose every number takes the most bytes there are.
 fn longest() -> (FrameHeader, NcToPlcAxis) {
     let header = FrameHeader {
         sender: u32::MAX,

@@ -34,7 +34,7 @@ use coaxle_wire::command::{
 };
 use serde::Serialize;
 
-/// The examples of `docs/WIRE.md`, which has one of every command.
+/// Returns the examples of `docs/WIRE.md`, which has one of every command.
 fn documented_commands() -> impl Iterator<Item = &'static str> {
     let commands = section("\n## Commands\n");
     let (_, table) = commands.split_once("### What a slave can be told").unwrap();
@@ -64,7 +64,7 @@ fn commands() {
     insta::assert_snapshot!(lines);
 }
 
-/// Spelling of the values of an enumeration.
+/// Writes spelling of the values of an enumeration.
 fn spelled<T: Serialize>(lines: &mut String, name: &str, values: &[T]) {
     let values: Vec<_> = values
         .iter()
@@ -163,7 +163,7 @@ const FOLLOWING: SlaveView = SlaveView {
 const SAW: &str = r#"{ "gear-in-pos": {
     "ratio": { "numerator": 1.0 }, "master-sync-position": 100.0, "slave-sync-position": 50.0 } }"#;
 
-/// A saw at rest beside a master of this speed, u/s.
+/// Returns a saw at rest beside a master of this speed, u/s.
 fn beside(master_speed: f64) -> CouplingMoment {
     CouplingMoment {
         master: Kinematics {
@@ -268,7 +268,7 @@ fn coupling(refusal: impl Into<CouplingRefusal>) -> Refusal {
     Refusal::Coupling(refusal.into())
 }
 
-/// Refusal of each kind.
+/// Returns a refusal of each kind.
 fn refusals() -> Vec<Refusal> {
     let command = "MC_GearOut";
     let status = |status, transition| Refusal::Status {

@@ -53,7 +53,7 @@ fn frame_of(header: &FrameHeader, axes: &[NcToPlcAxis]) -> Vec<u8> {
     payload
 }
 
-/// Any content with the check sum that fits it.
+/// Returns any content with the check sum that fits it.
 fn with_checksum(content: &[u8]) -> Vec<u8> {
     let sum = crc32fast::hash(&[key().as_bytes(), content].concat());
     [content, &sum.to_le_bytes()].concat()
@@ -73,7 +73,7 @@ fn varint(mut number: u64) -> Vec<u8> {
     bytes
 }
 
-/// A frame written by hand: no axes in it, but it may claim some.
+/// Returns a frame written by hand: no axes in it, but it may claim some.
 fn by_hand(cycle_nanos: u64, axes_claimed: u64, stamp: &[u8]) -> Vec<u8> {
     let sender = varint(sender_id(&press()).into());
     let (epoch, index, count) = (varint(9), varint(7), varint(7));
@@ -98,7 +98,7 @@ fn refusal(payload: &[u8]) -> Rejection {
     accepted(payload).unwrap_err()
 }
 
-/// The header, and the axis 3.
+/// Returns the header, and the axis 3.
 fn accepted(payload: &[u8]) -> Result<(FrameHeader, AxisSample), Rejection> {
     let mut intake = intake();
     let frame = intake.accept(payload)?;

@@ -84,7 +84,8 @@ impl Files {
         self
     }
 
-    /// The endpoint with certificates of both ends. `more` has settings that replace previous ones.
+    /// Returns the endpoint with certificates of both ends. `more` has settings that replace previous
+    /// ones.
     pub(crate) fn endpoint(&self, address: &str, more: &str) -> EndPoint {
         let file = |name: &str| -> PathBuf { self.folder.path().join(name) };
         let mut settings = vec![

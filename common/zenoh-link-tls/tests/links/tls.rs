@@ -47,7 +47,7 @@ impl Listening {
     }
 }
 
-/// A listener of `line` and both ends of a link of `saw` to it: the end that dialled first.
+/// Makes a listener of `line` and both ends of a link of `saw` to it: the end that dialled first.
 async fn linked(authority: &Authority) -> (Listening, LinkUnicast, LinkUnicast) {
     let listening = Listening::with(&authority.issue("line"), "127.0.0.1", "").await;
     let dialled = listening.dialled(&authority.issue("saw")).await;
@@ -68,7 +68,7 @@ fn name_of(link: &LinkUnicast) -> Option<&str> {
     }
 }
 
-/// A byte that depends on its place, so that lost, doubled or mixed up bytes are detected.
+/// Returns a byte that depends on its place, so that lost, doubled or mixed up bytes are detected.
 fn pattern(n: usize, salt: u8) -> u8 {
     (n as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).to_le_bytes()[5] ^ salt
 }

@@ -10,7 +10,7 @@ use std::vec::Vec;
 
 use super::{Knot, Motion, MotionLaw, Segment};
 
-/// The laws between two points.
+/// Returns the laws between two points.
 fn laws() -> Vec<MotionLaw> {
     let all = MotionLaw::ALL.iter().copied();
     all.filter(|law| !law.is_spline()).collect()
@@ -29,7 +29,7 @@ fn knot(master: f64, [position, velocity, acceleration, jerk]: [f64; 4]) -> Knot
     }
 }
 
-/// The law from 0 to 1 over 0 to 1, with the velocities of its `V` ends. Laws with `M` ends start
+/// Makes the law from 0 to 1 over 0 to 1, with the velocities of its `V` ends. Laws with `M` ends start
 /// and end at rest.
 fn unit(law: MotionLaw, velocities: [f64; 2]) -> Segment {
     let start = knot(0.0, [0.0, velocities[0], 0.0, 0.0]);

@@ -205,7 +205,7 @@ fn assert_peaks(
     }
 }
 
-/// The best of a grid, then narrowed down by thirds.
+/// Returns the best of a grid, then narrowed down by thirds.
 fn largest(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     const GRID: i32 = 64;
     let place = |k: i32| from + (to - from) * f64::from(k) / f64::from(GRID);

@@ -38,7 +38,7 @@ pub(super) struct Reference {
 }
 
 impl Reference {
-    /// A law from rest, its amplitudes scaled to a stroke of 1.
+    /// Makes a law from rest, its amplitudes scaled to a stroke of 1.
     pub(super) fn of_shape(pieces: &[Sine]) -> Self {
         let shape = Self::from_rest(pieces);
         let stroke = shape.at(1.0)[0];
@@ -60,7 +60,7 @@ impl Reference {
         self
     }
 
-    /// Position, velocity, acceleration and jerk.
+    /// Returns the position, velocity, acceleration and jerk.
     pub(super) fn at(&self, z: f64) -> [f64; 4] {
         let [position, velocity] = self.integrals(z);
         let piece = self.piece_at(z);
@@ -85,7 +85,7 @@ impl Reference {
         *inside.or(self.pieces.last()).unwrap()
     }
 
-    /// ∫(z − x)·a(x) dx and ∫a(x) dx from 0 to z.
+    /// Returns ∫(z − x)·a(x) dx and ∫a(x) dx from 0 to z.
     fn integrals(&self, z: f64) -> [f64; 2] {
         let mut from = 0.0;
         let mut sums = [0.0; 2];
@@ -126,7 +126,7 @@ pub(super) fn trapezoid() -> Reference {
     ])
 }
 
-/// The rising half of the trapezoid over the whole length.
+/// Makes the rising half of the trapezoid over the whole length.
 pub(super) fn pulse() -> Reference {
     Reference::of_shape(&[
         sine(0.25, 1.0, 2.0 * PI, 0.0),
@@ -135,7 +135,7 @@ pub(super) fn pulse() -> Reference {
     ])
 }
 
-/// The trapezoid that ends turning, its ramp found by bisection for a velocity of zero there.
+/// Makes the trapezoid that ends turning, its ramp found by bisection for a velocity of zero there.
 pub(super) fn trapezoid_to_turn() -> Reference {
     let shape = |b: f64| {
         let omega = FRAC_PI_2 / b;
@@ -150,7 +150,7 @@ pub(super) fn trapezoid_to_turn() -> Reference {
     Reference::of_shape(&shape(bisected(0.05, 0.19, last_velocity)))
 }
 
-/// Half a sine and a quarter sine, the amplitudes such that the stroke is 1 and the velocity at
+/// Makes half a sine and a quarter sine, the amplitudes such that the stroke is 1 and the velocity at
 /// the end zero.
 pub(super) fn harmonic_combination(velocity: f64, lambda: f64) -> Reference {
     let mu = 1.0 - lambda;
@@ -170,7 +170,7 @@ pub(super) fn harmonic_combination(velocity: f64, lambda: f64) -> Reference {
     with(velocity, a, b)
 }
 
-/// Harmonic combination with continuous jerk, its joint found by bisection.
+/// Makes the harmonic combination with continuous jerk, its joint found by bisection.
 pub(super) fn smooth_harmonic_combination(velocity: f64, range: [f64; 2]) -> Reference {
     let jump = |lambda: f64| {
         let pieces = harmonic_combination(velocity, lambda).pieces;
@@ -199,14 +199,14 @@ const NODES: usize = 24;
 static RULE: LazyLock<[(f64, f64); NODES]> =
     LazyLock::new(|| core::array::from_fn(|index| legendre_node(NODES, index)));
 
-/// Gauss-Legendre quadrature: exact to rounding for half a period of a sine.
+/// Integrates by Gauss-Legendre quadrature: exact to rounding for half a period of a sine.
 pub(super) fn quadrature(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let term = |&(node, weight): &(f64, f64)| weight * half * f(middle + half * node);
     RULE.iter().map(term).sum()
 }
 
-/// A root of the Legendre polynomial of a degree, and its weight, by Newton's method.
+/// Returns a root of the Legendre polynomial of a degree, and its weight, by Newton's method.
 fn legendre_node(degree: usize, index: usize) -> (f64, f64) {
     let n = degree as f64;
     let mut x = (PI * (index as f64 + 0.75) / (n + 0.5)).cos();

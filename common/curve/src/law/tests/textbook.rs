@@ -10,7 +10,7 @@ use super::{knot, unit, values};
 /// Relative to the greatest value of the law.
 const TOLERANCE: f64 = 1e-12;
 
-/// Evenly spread, with joints, ends and places close to both ends.
+/// Returns places evenly spread, with joints, ends and places close to both ends.
 fn places() -> impl Iterator<Item = f64> {
     (0..=256)
         .map(|k| f64::from(k) / 256.0)
@@ -62,7 +62,7 @@ pub(super) const POLYNOMIALS: [(MotionLaw, &[i128]); 9] = [
     (MotionLaw::Polynom5Mm, &[0, 0, 0, 10, -15, 6]),
 ];
 
-/// Value and three derivatives at k/1024, in whole numbers: only the last division rounds.
+/// Returns the value and three derivatives at k/1024, in whole numbers: only the last division rounds.
 pub(super) fn exact(coefficients: &[i128], k: i128) -> [f64; 4] {
     let degree = coefficients.len() as u32 - 1;
     core::array::from_fn(|order| {

@@ -71,8 +71,8 @@ pub(super) fn kind_of(metadata: &Metadata) -> Option<&'static str> {
     }
 }
 
-/// A `flock` for the node, a record lock (`lockf`) for the drive process: the two are independent, and
-/// the system drops them when their process ends, however it does.
+/// Takes a `flock` for the node, a record lock (`lockf`) for the drive process: the two are independent,
+/// and the system drops them when their process ends, however it does.
 pub(super) fn lock(file: &File, lock: SharedLock) -> io::Result<bool> {
     let exclusive = FlockOperation::NonBlockingLockExclusive;
     let taken = match lock {

@@ -31,7 +31,7 @@ impl System for Linux {
     type EndSignals = signals::Signals;
     type StampedSocket = stamped_socket::KernelStamped;
 
-    /// `CLOCK_MONOTONIC`. An i64 of nanoseconds covers 292 years of uptime.
+    /// Reads `CLOCK_MONOTONIC`. An i64 of nanoseconds covers 292 years of uptime.
     fn clock_ns() -> i64 {
         let time = clock_gettime(ClockId::Monotonic);
         time.tv_sec * threads::NANOS_PER_SEC + time.tv_nsec

@@ -51,8 +51,8 @@ pub(super) fn processor_time(process: u32) -> Option<Duration> {
     ))
 }
 
-/// The ticks in a line of `/proc/…/stat`: in user mode, and in kernel mode. The name is in parentheses,
-/// and may itself contain parentheses.
+/// Returns the ticks in a line of `/proc/…/stat`: in user mode, and in kernel mode. The name is in
+/// parentheses, and may itself contain parentheses.
 fn processor_ticks(stat: &str) -> Option<u64> {
     /// `utime` is the 14th field and `stime` the 15th; the first after the name is the third.
     const USER: usize = 14 - 3;

@@ -49,7 +49,7 @@ fn ignores_hang_up() -> bool {
     ignored_signals(&status).is_some_and(|mask| mask & 1 != 0)
 }
 
-/// A bit for each signal, from number 1 on.
+/// Returns a bit for each signal, from number 1 on.
 fn ignored_signals(status: &str) -> Option<u64> {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     u64::from_str_radix(mask?.trim(), 16).ok()

@@ -15,8 +15,8 @@ use thread_priority::{
 
 pub(super) const NANOS_PER_SEC: i64 = 1_000_000_000;
 
-/// Absolute deadline: neither an interrupting signal nor the time between reading the clock and going to
-/// sleep adds to it.
+/// Sleeps to an absolute deadline: neither an interrupting signal nor the time between reading the clock
+/// and going to sleep adds to it.
 pub(super) fn sleep_until(deadline: i64) {
     let nanos = deadline.max(0);
     let request = Timespec {
@@ -27,7 +27,7 @@ pub(super) fn sleep_until(deadline: i64) {
     while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(Errno::INTR) {}
 }
 
-/// The kernel may otherwise bundle wake-ups within 50 µs.
+/// Tightens the timer slack: the kernel may otherwise bundle wake-ups within 50 µs.
 pub(super) fn tighten_timers() -> Result<(), String> {
     set_current_timer_slack(NonZeroU64::new(1)).map_err(|errno| errno.to_string())
 }
@@ -72,8 +72,8 @@ pub(super) fn priorities() -> Vec<(String, u8)> {
     found
 }
 
-/// The name and the real-time priority in a line of `/proc/…/stat`; none for a thread without one. The
-/// name is in parentheses, and may itself contain parentheses.
+/// Returns the name and the real-time priority in a line of `/proc/…/stat`; none for a thread without
+/// one. The name is in parentheses, and may itself contain parentheses.
 fn priority_of(stat: &str) -> Option<(String, u8)> {
     /// `rt_priority` is the 40th field; the first after the name is the third.
     const PRIORITY: usize = 40 - 3;

@@ -251,7 +251,7 @@ impl CharacteristicFigures {
     }
 }
 
-/// Values under the names and in the order of TF5050 chapter 8.11.
+/// Returns the values under the names and in the order of TF5050 chapter 8.11.
 fn named(c: &Characteristics) -> Vec<NamedValue> {
     let (start, end) = (&c.start, &c.end);
     let [position, velocity, acceleration, jerk]: [&MinMax; 4] = [

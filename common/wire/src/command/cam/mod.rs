@@ -177,7 +177,7 @@ impl CamCommand {
         "cam-info",
     ];
 
-    /// PLC name of the command.
+    /// Returns the PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -193,7 +193,7 @@ impl CamCommand {
         }
     }
 
-    /// Plate that the command is about; 0 if none is named.
+    /// Returns the plate that the command is about; 0 if none is named.
     #[must_use]
     pub fn table(&self) -> TableId {
         match self {
@@ -211,7 +211,7 @@ impl CamCommand {
         }
     }
 
-    /// Query for a master position; none for another command.
+    /// Returns the query for a master position; none for another command.
     const fn master_query(&self) -> Option<MasterQuery> {
         match *self {
             Self::ReadCamTableMasterPosition {

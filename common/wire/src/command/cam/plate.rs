@@ -15,7 +15,7 @@ pub struct PlateOrder {
 }
 
 impl PlateOrder {
-    /// Plate of this source, with its own number.
+    /// Makes the order of a plate of this source, with its own number.
     #[must_use]
     pub fn new(source: PlateSource, table_id: Option<TableId>) -> Self {
         Self {
@@ -24,13 +24,13 @@ impl PlateOrder {
         }
     }
 
-    /// Source of the plate.
+    /// Returns the source of the plate.
     #[must_use]
     pub const fn source(&self) -> &Arc<PlateSource> {
         &self.source
     }
 
-    /// Own number of the plate.
+    /// Returns the own number of the plate.
     #[must_use]
     pub const fn table_id(&self) -> Option<TableId> {
         self.table_id

@@ -20,7 +20,7 @@ impl SelectedValues {
     /// The names of all, in the order of their bits.
     pub const NAMES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
 
-    /// The names of those that are selected.
+    /// Returns the names of the selected values.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         (0..4)
             .filter(move |bit| self.0.bits() >> bit & 1 == 1)

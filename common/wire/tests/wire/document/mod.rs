@@ -22,7 +22,7 @@ pub(crate) fn section(heading: &str) -> &'static str {
     after.split("\n## ").next().unwrap()
 }
 
-/// The cells of each line of a table that begins with something in code.
+/// Returns the cells of each line of a table that begins with something in code.
 pub(crate) fn table(heading: &str) -> Vec<Vec<&'static str>> {
     let (_, after) = section("\n## Commands\n").split_once(heading).unwrap();
     let lines = after.lines().skip_while(|line| !line.starts_with("| `"));
@@ -39,13 +39,13 @@ fn hex(text: &str) -> Vec<u8> {
         .collect()
 }
 
-/// The bytes of the example under a heading.
+/// Returns the bytes of the example under a heading.
 pub(crate) fn example_dump(heading: &str) -> Vec<u8> {
     let (_, after) = section(heading).split_once("```hex").unwrap();
     hex(after.split("```").next().unwrap())
 }
 
-/// The lines of its table.
+/// Returns the lines of its table.
 pub(crate) fn example_rows(heading: &str) -> Vec<Row> {
     section(heading)
         .lines()
@@ -87,7 +87,7 @@ fn zigzag(bytes: &mut &[u8]) -> i64 {
     }
 }
 
-/// A field's bytes, read by the document's rules, as the document writes values.
+/// Reads a field's bytes by the document's rules, as the document writes values.
 pub(crate) fn by_the_rules(type_name: &str, mut bytes: &[u8]) -> String {
     let rest = &mut bytes;
     let value = match type_name {
@@ -119,7 +119,7 @@ pub(crate) fn by_the_rules(type_name: &str, mut bytes: &[u8]) -> String {
     value
 }
 
-/// CRC-32 bit by bit, straight from its definition.
+/// Computes CRC-32 bit by bit, straight from its definition.
 pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     let mut crc = 0xFFFF_FFFF_u32;
     for byte in bytes {
@@ -132,7 +132,7 @@ pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// The table of an example covers its dump byte by byte, and the rules give its values.
+/// Checks that the table of an example covers its dump byte by byte, and that the rules give its values.
 pub(crate) fn assert_consistent(heading: &str) {
     let mut covered = Vec::new();
     for row in example_rows(heading) {
