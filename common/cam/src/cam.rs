@@ -108,7 +108,7 @@ impl Cam {
         })
     }
 
-    /// Couples the axis in this way, and returns its position on the plate.
+    /// Couples the axis like this, and returns its position on the plate.
     ///
     /// # Errors
     /// [`CouplingError`]: the plate has no position for it.

@@ -34,7 +34,7 @@ pub enum ActivationMode {
     /// Not at all.
     #[doc(alias = "MC_CAMACTIVATION_OFF")]
     Off = 6,
-    /// Discards what is queued.
+    /// Discards the queued change.
     #[doc(alias = "MC_CAMACTIVATION_DELETEQUEUEDDATA")]
     DeleteQueuedData = 7,
     /// Pass of the master axis over a position towards larger ones.

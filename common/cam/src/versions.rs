@@ -348,7 +348,7 @@ impl Versions {
         self.settle();
     }
 
-    /// Checks that no change is under way: one that is in force for some slaves can neither be extended
+    /// Checks that no change is in progress: one that is in force for some slaves can neither be extended
     /// nor cancelled.
     pub(super) const fn check_not_under_way(&self, id: TableId) -> Result<(), CouplingError> {
         if self.queued.is_some() && self.is_under_way() {

@@ -18,7 +18,7 @@ pub struct CouplingBlock {
 
 impl CouplingBlock {
     /// Runs one scan. The inputs are read on the rising edge of `execute`; call [`CamCoupling::update`]
-    /// once per cycle besides.
+    /// once per cycle, too.
     pub fn scan(
         &mut self,
         execute: bool,

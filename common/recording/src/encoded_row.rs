@@ -1,4 +1,4 @@
-//! A row on its way into a file.
+//! A row, encoded for a file.
 
 use coaxle_node::signal::Kind;
 

@@ -88,7 +88,7 @@ pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
     line
 }
 
-/// Returns the schema as Foxglove publishes it, with what it imports in front.
+/// Returns the schema as published by Foxglove, preceded by its imports.
 pub(crate) fn schema() -> Schema {
     let mut data = Vec::new();
     put_message(&mut data, 1, |file| {

@@ -1,7 +1,7 @@
 //! The part of the encoding of Protocol Buffers for rows and their schemas: fields with a number, of four
 //! types.
 
-/// A value as it lies in a message.
+/// An encoded value in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Wire<'a> {
     Varint(u64),

@@ -65,7 +65,7 @@ fn to_velocity(sync_mode: SyncMode) -> GearInVelo {
 fn planning(c: &mut Criterion) {
     let mut group = c.benchmark_group("plan");
     let start = moment(moving(250.0));
-    // Overshoots of velocity are allowed here, or the way would not be a quintic.
+    // Overshoots of velocity are allowed here, or the path would not be a quintic.
     let shoots = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
     let all = SyncMask::CHECKS - shoots;
     group.bench_function("quintic, no check", |b| {

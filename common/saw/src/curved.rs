@@ -180,7 +180,7 @@ impl Durations {
         }
     }
 
-    /// Adds the solutions of a·T² + b·T + c = 0 above zero, a hair beyond them.
+    /// Adds the solutions of a·T² + b·T + c = 0 above zero, plus a small margin.
     fn solve(&mut self, a: f64, b: f64, c: f64) {
         let square = b * b - 4.0 * a * c;
         if square < 0.0 {

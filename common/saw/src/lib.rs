@@ -67,7 +67,7 @@
 //! | `StartSync` | TS5055 12.1 | [`SawCoupling::has_started_sync`] |
 //! | error codes of a check | TF5055 8.1 | [`Check`] |
 //! | rollback, cases 1 to 8 | TS5055 8 | [`RollbackReaction`], [`RollbackStop`] |
-//! | 0x4289, illegal reversal | TF5055 8 | never: a slave that turns round is a check (0x4384 to 0x4387), a master that does is a rollback |
+//! | 0x4289, illegal reversal | TF5055 8 | never: a reversal of the slave is a check (0x4384 to 0x4387), of the master a rollback |
 //! | optimisation of the profile | TS5055 7 | [`GearInPos::plan`] |
 //! | table id 256 − axis id | TS5055 13 | [`saw_table_id`] |
 //!

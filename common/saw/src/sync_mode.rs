@@ -73,13 +73,13 @@ bitflags::bitflags! {
         /// Position not above the software limit.
         #[doc(alias = "GearInSync_CheckMask_MaxPos")]
         const MAX_POS = 0x0000_0002;
-        /// Speed not above the limit, either way.
+        /// Speed not above the limit, in either direction.
         #[doc(alias = "GearInSync_CheckMask_MaxVelo")]
         const MAX_VELO = 0x0000_0004;
-        /// Acceleration within its limit wherever the slave gets faster.
+        /// Acceleration within its limit while the slave speeds up.
         #[doc(alias = "GearInSync_CheckMask_MaxAcc")]
         const MAX_ACC = 0x0000_0008;
-        /// Deceleration within its limit wherever the slave gets slower.
+        /// Deceleration within its limit while the slave slows down.
         #[doc(alias = "GearInSync_CheckMask_MaxDec")]
         const MAX_DEC = 0x0000_0010;
         /// Jerk within its limit, either sign.

@@ -153,7 +153,7 @@ impl KeySeal {
         Self { after_key }
     }
 
-    /// Replaces what is in `out` by the complete frame. Does not allocate where `out` has room for
+    /// Replaces the content of `out` by the complete frame. Does not allocate where `out` has room for
     /// [`frame_capacity`] bytes.
     ///
     /// `send_stamp` is how long after the ideal start of its cycle the frame leaves, in the

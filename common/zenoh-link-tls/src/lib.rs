@@ -4,7 +4,7 @@
 //! writes one TLS stream from two tasks at once, through an `UnsafeCell`, which rustls does not allow: nodes crashed, now
 //! and then, in the middle of a run ([zenoh#2557](https://github.com/eclipse-zenoh/zenoh/issues/2557),
 //! [rustls#288](https://github.com/rustls/rustls/issues/288)). Here the stream is behind a lock that is held for one poll
-//! (`stream.rs`). What travels is the same, so both understand each other.
+//! (`stream.rs`). The protocol is the same, so both are compatible.
 //!
 //! Stricter for secure networks:
 //!

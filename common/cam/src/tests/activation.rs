@@ -45,7 +45,7 @@ const MANUAL: [(ActivationMode, Is, Is, Is, Is); 10] = [
     (AtMasterAxisPosNegativeDirection, At(40.0),   At(40.0),   No(0x4B04), No(0x4283)),
 ];
 
-/// Downwards there is another position on the way.
+/// Returns the activation position: downwards another one is passed.
 fn position(mode: ActivationMode) -> f64 {
     if mode == AtMasterAxisPosNegativeDirection {
         40.0

@@ -67,7 +67,7 @@ pub trait Smooth {
     fn rounding(&self, x: f64) -> f64;
 }
 
-/// A curve minus a target value.
+/// A curve less a target value, so that its roots are where the curve reaches it.
 pub struct Reaching<C> {
     /// The curve.
     pub curve: C,

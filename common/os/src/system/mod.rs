@@ -98,7 +98,7 @@ pub trait System {
     /// The reason why they cannot be read: mostly missing rights.
     fn firewall() -> Result<Firewall, String>;
 
-    /// Replaces the default actions of the signals that end a program. To be called in a tokio runtime.
+    /// Listens for the signals that end a program, in place of their defaults. To be called in a tokio runtime.
     ///
     /// # Errors
     /// A refusal of the system.

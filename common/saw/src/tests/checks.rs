@@ -3,8 +3,8 @@
 use super::super::{Check, SyncMask, Violation};
 use super::*;
 
-/// A command that violates a check: master velocity, slave velocity, gear, and how far the slave
-/// has to go while the master goes its velocity for one second.
+/// A command that violates a check: master velocity, slave velocity, gear, and the distance of the slave
+/// while the master runs at its velocity for one second.
 struct Case {
     check: Check,
     mask: SyncMask,

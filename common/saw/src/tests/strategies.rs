@@ -273,7 +273,7 @@ fn what_cannot_be_done_is_refused_with_figures() {
 
 #[test]
 fn where_turning_round_breaks_a_check_the_slave_waits() {
-    // The line comes from behind: the fastest way goes to meet it.
+    // The line approaches from behind: the fastest path moves towards it.
     let start = moment((0.0, 100.0), (0.0, 50.0));
     let meets = GearInPos {
         slave_sync_position: 600.0,

@@ -76,7 +76,7 @@ pub enum StepConfig {
     /// `MC_Power`: makes the axis ready for motions, or disables it after halting it.
     #[doc(alias = "MC_Power")]
     Enable(bool),
-    /// `MC_MoveAbsolute`: goes to a position.
+    /// `MC_MoveAbsolute`: moves to a position.
     #[doc(alias = "MC_MoveAbsolute")]
     MoveAbsolute {
         /// Target position, u.

@@ -44,7 +44,7 @@ struct DepartureFields {
 }
 
 impl BeaconSeal {
-    /// Makes the seal of what travels under `key`.
+    /// Makes the seal of the beacons under `key`.
     #[must_use]
     pub fn new(key: &str) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl BeaconSeal {
         Self { tag, ..self }
     }
 
-    /// Replaces what is in `out` by the complete beacon.
+    /// Replaces the content of `out` by the complete beacon.
     pub fn seal(&self, body: &[u8], departure: &Departure, out: &mut Vec<u8>) {
         let fields = DepartureFields {
             left: departure.left,

@@ -111,7 +111,7 @@ fn slave_order(json: &str) -> SlaveOrder {
     }
 }
 
-/// A slave at rest beside its master, and what it would have to do.
+/// Returns an order to a slave at rest that is too near, and its coupling moment.
 fn too_near() -> (SlaveOrder, CouplingMoment) {
     let order = r#"{ "version": 1, "slave": "s", "dry-run": true, "command": { "gear-in-pos": {
         "ratio": { "numerator": 1.0 }, "master-sync-position": 100.0, "slave-sync-position": 50.0 } } }"#;

@@ -1,4 +1,4 @@
-//! Frames come back as they went in, and fit what is set aside for them.
+//! Round trip of frames, and the sizes of their buffers.
 
 #![expect(
     clippy::unwrap_used,
@@ -24,7 +24,7 @@ fn frame(header: &FrameHeader, axes: &[NcToPlcAxis]) -> Vec<u8> {
     payload
 }
 
-/// Returns the header and axis whose every number takes the most bytes there are.
+/// Returns the header and axis with the longest encoding of every number.
 fn longest() -> (FrameHeader, NcToPlcAxis) {
     let header = FrameHeader {
         sender: u32::MAX,
@@ -45,7 +45,7 @@ fn the_capacities_hold_the_longest_frame() {
     let (header, axis) = longest();
     let axes = [axis; MAX_AXES];
     let payload = frame(&header, &axes);
-    // Of what is set aside, only the cycle time's bound of 100 ms leaves a byte unused.
+    // Of the capacity, only the cycle time's bound of 100 ms leaves a byte unused.
     assert_eq!(payload.len(), frame_capacity(MAX_AXES) - 1);
 }
 

@@ -1,4 +1,4 @@
-//! `docs/WIRE.md` as tests read it, with its rules written down once more.
+//! `docs/WIRE.md` for tests, with a second implementation of its rules.
 
 #![expect(
     clippy::unwrap_used,
