@@ -20,7 +20,7 @@ pub struct AxisConfig {
     pub name: String,
     /// Unit of its position; `u` by default.
     pub unit: Unit,
-    /// The length of a modulo turn in u, say 360 for degrees; none for a linear axis.
+    /// The length of a modulo turn in u, say 360 for degrees; none for a non-modulo axis.
     pub modulo: Option<Modulo>,
     /// Source of its motion.
     pub source: SourceConfig,
@@ -114,7 +114,7 @@ struct Written {
     /// Unit of its position; `u` by default.
     #[serde(default)]
     unit: Unit,
-    /// The length of a modulo turn in u, say 360 for degrees; none for a linear axis.
+    /// The length of a modulo turn in u, say 360 for degrees; none for a non-modulo axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
     /// A virtual axis that runs a program. One of program, encoder and replay.
