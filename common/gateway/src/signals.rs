@@ -17,8 +17,7 @@ signals! {
         plc_is_stopped: bool [""],
         /// Connections to the PLC so far.
         plc_connections: u32 [""],
-        /// Runs of the PLC so far: another one begins with another connection, or an index that does not
-        /// continue.
+        /// Runs of the PLC so far: another one begins with another connection or an index out of sequence.
         plc_runs: u64 [""],
         /// The newest cycle index of the PLC.
         plc_index: u16 [""],

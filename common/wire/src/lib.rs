@@ -2,8 +2,8 @@
 //!
 //! * [`frame`]: the axes of a node, once per cycle of its own clock.
 //! * [`exchange`]: time requests and responses; [`TimeServer`] responds.
-//! * [`beacon`]: time requests and responses near the wire, beside the transport; [`BeaconServer`]
-//! responds.
+//! * [`beacon`]: time requests and responses near the wire, beside the transport.
+//!   [`BeaconServer`] responds.
 //! * [`command`]: orders to the slaves of a node from anywhere, and their results: JSON.
 //! * [`keys`]: the key expressions under which all of it travels.
 //! * [`intake`]: arriving bytes become a [`Message`], or a [`Rejection`] with its reason.
