@@ -189,7 +189,7 @@ struct Stretch {
 /// Motion of the slave on the other side of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Beyond {
-    /// Its acceleration, and the greatest of its segment, u/x².
+    /// Acceleration there, and the greatest of that segment, u/x².
     Acceleration(f64, f64),
     /// The examined segment, which follows itself: the only one of a cyclic plate.
     Itself,

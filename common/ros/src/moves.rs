@@ -44,7 +44,7 @@ pub struct Due {
 pub struct Lost {
     /// Number of the trajectory.
     pub trajectory: u64,
-    /// The joint without a known motion.
+    /// The joint whose motion is not received.
     pub joint: String,
 }
 

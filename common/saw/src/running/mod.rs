@@ -122,7 +122,7 @@ impl SawCoupling {
     }
 
     /// Sets the direction of a measured master by its increments, for the cycles to come. A master whose
-    /// increments continue forwards is not running back, wherever its position seems to be. None if the
+    /// increments continue in its direction is not running back, wherever its position seems to be. None if the
     /// positions are exact.
     pub const fn set_master_travel(&mut self, travel: Option<TravelDirection>) {
         self.travel = travel;

@@ -366,7 +366,7 @@ fn time_based_is_in_sync_with_a_master_that_accelerates() {
     assert!((400..=600).contains(&cycles), "{cycles}");
 }
 
-/// A master whose increments continue forwards is not running back, wherever its position seems to be.
+/// A master whose increments continue in its direction is not running back, wherever its position seems to be.
 #[test]
 fn increments_that_go_on_are_no_rollback() {
     let (start, command) = (moment((0.0, 10.0), (0.0, 0.0)), SyncMask::ROLLBACK_LOCK);
