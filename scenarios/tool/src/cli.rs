@@ -34,6 +34,7 @@ use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::gateway;
 use crate::gear::{self, GearCommand};
+use crate::overview;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::ros2::{self, Ros2Args};
 use crate::saw::{self, SawCommand};
@@ -47,8 +48,7 @@ use crate::sweep::SweepArgs;
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
 /// clock.
 ///
-/// Without a command it cuts to length: a flying saw whose conveyor is on another PC with another
-/// clock, without correction and with it, with real processes on this machine, in about a minute.
+/// Without a command it shows its commands. In a checkout, `cargo run --release` runs `coaxle demo`.
 #[derive(Debug, Parser)]
 #[command(name = "coaxle", version, after_help = EXIT_CODES)]
 pub struct Cli {
@@ -60,6 +60,9 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Cut pieces to length with real processes on this machine, in about a minute: a flying saw whose conveyor is on
+    /// another PC with another clock, without correction and with it
+    Demo,
     /// List the scenarios that come with the tool
     List,
     /// Run a scenario and write summary.json, trace.mcap and report.html
@@ -249,14 +252,18 @@ fn demonstration() -> RunArgs {
 /// Runs the tool.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = overview::parse();
     let logging = cli.log.init();
     exit_code(carry_out(cli.command), logging)
 }
 
 fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
-        None => return run_scenario(&demonstration()),
+        // Cargo names itself to the programs that it runs.
+        None if std::env::var_os("CARGO").is_none() => {
+            (say(&overview::help()).map(|()| true)?, Exit::Failed)
+        }
+        None | Some(Command::Demo) => return run_scenario(&demonstration()),
         Some(Command::Run(args)) => return run_scenario(&args),
         Some(Command::Sweep(args)) => return crate::sweep::run(&args),
         Some(Command::Soak(args)) => return crate::soak::run(&args),

@@ -16,6 +16,7 @@ mod examples;
 mod gateway;
 pub mod gear;
 pub mod node_config;
+mod overview;
 mod recorded;
 mod ros2;
 #[cfg(test)]

@@ -1,0 +1,120 @@
+//! Overview of the commands, in groups: the help of the tool.
+
+use clap::{Command, CommandFactory, FromArgMatches};
+
+use crate::cli::Cli;
+
+/// Groups of commands, with the most common ones first.
+const GROUPS: [(&str, &[&str]); 6] = [
+    (
+        "Run",
+        &[
+            "demo", "sender", "receiver", "gateway", "ros2", "run", "sweep", "soak",
+        ],
+    ),
+    (
+        "Look",
+        &[
+            "nodes",
+            "status",
+            "wait-sync",
+            "scope",
+            "record",
+            "info",
+            "export",
+            "replay",
+            "recover",
+        ],
+    ),
+    ("Command", &["command"]),
+    (
+        "Files",
+        &[
+            "example", "list", "show", "check", "cam", "saw", "gear", "signals", "schema",
+        ],
+    ),
+    ("Measure", &["bench", "scale", "conform", "record-arrivals"]),
+    ("Install", &["doctor", "secure", "completions", "man"]),
+];
+
+/// Width of the column of names.
+const NAMES: usize = 17;
+
+/// Reads the command line.
+pub(crate) fn parse() -> Cli {
+    let matches = command().get_matches();
+    Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+/// Returns the text that the tool shows without arguments.
+pub(crate) fn help() -> String {
+    command().render_help().to_string()
+}
+
+fn command() -> Command {
+    let command = Cli::command();
+    let groups = groups(&command);
+    let template = format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
+    );
+    command.help_template(template)
+}
+
+fn groups(command: &Command) -> String {
+    let mut text = String::new();
+    for (heading, names) in GROUPS {
+        text += heading;
+        text += ":\n";
+        for name in names {
+            let about = command.find_subcommand(name).and_then(Command::get_about);
+            let about = about.map(ToString::to_string).unwrap_or_default();
+            text += &format!("  {name:NAMES$}{}\n", in_short(&about));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// The statement of a description, without the details behind it.
+fn in_short(about: &str) -> &str {
+    let end = about.find([':', ';']).unwrap_or(about.len());
+    &about[..end]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn every_command_is_in_one_group() {
+        let command = Cli::command();
+        let shown = command
+            .get_subcommands()
+            .filter(|command| !command.is_hide_set());
+        let shown: BTreeSet<_> = shown.map(Command::get_name).collect();
+        let grouped: Vec<_> = GROUPS
+            .iter()
+            .flat_map(|(_, names)| *names)
+            .copied()
+            .collect();
+        assert_eq!(grouped.len(), shown.len());
+        assert_eq!(grouped.into_iter().collect::<BTreeSet<_>>(), shown);
+    }
+
+    #[test]
+    fn the_overview_has_each_command_with_its_description() {
+        let text = help();
+        for line in [
+            "Run:", "Look:", "Command:", "Files:", "Measure:", "Install:", "Options:",
+        ] {
+            assert!(text.lines().any(|found| found == line), "{line}: {text}");
+        }
+        assert!(
+            text.contains("  wait-sync        Wait until a receiver knows"),
+            "{text}"
+        );
+        assert!(text.lines().count() < 80, "{text}");
+    }
+}
