@@ -91,7 +91,7 @@ One scenario for each fault, run in virtual time with its first seed: `coaxle ru
 `--processes`. What was seen is what the summary says; what is expected is in the scenario. Besides, in every cycle of every
 run: what leaves a node is finite, set positions keep the velocity, acceleration, jerk and software limits of their slave by
 their differences, error stop is latched, far time goes strictly on, nobody is followed instead of another uncounted, and
-every message is accounted for ([README](../README.md#experiments) has them all). Of processes, no signal kills a node but
+every message is accounted for ([INVARIANTS.md](INVARIANTS.md) has them all). Of processes, no signal kills a node but
 where the scenario does. This table is made by a test (`UPDATE_DOCS=1 cargo test --workspace --test
 virtual_time faults`), which runs some more seeds of each every time, and 200 of each by
 `cargo test --release --workspace --test virtual_time every_fault_with_many_seeds -- --ignored`.
