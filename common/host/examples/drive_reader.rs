@@ -1,10 +1,12 @@
-//! A drive process: it reads the set values of a slave, acts as its drive, and answers where it is.
+//! A drive process that reads the set values of a slave, acts as its drive, and writes back actual
+//! values.
 //!
 //! `cargo run -p coaxle-host --example drive_reader -- /dev/shm/coaxle-carriage`
 //!
-//! beside a receiver with `drive = { kind = "shared-memory", path = "/dev/shm/coaxle-carriage", … }`, say
-//! `coaxle receiver receiver/configs/drive.toml`. It waits for the receiver, and finds it again when that is
-//! started anew. Where this one simulates a drive, a real one would hand the set values to it.
+//! runs with a receiver that has `drive = { kind = "shared-memory", path =
+//! "/dev/shm/coaxle-carriage", … }`, for example `coaxle receiver receiver/configs/drive.toml`. The
+//! process waits for the receiver and attaches again after a restart of the receiver. The drive is
+//! simulated here; a real process would pass the set values on to its drive.
 
 #![allow(
     clippy::disallowed_methods,
@@ -17,12 +19,12 @@ use std::time::{Duration, Instant};
 
 use coaxle_host::shared_memory::{DriveProcess, ProcessValues, SetValues};
 
-/// How often it looks for set values: several times in a cycle, so that it answers in the same one.
+/// Polling interval for set values, several times per cycle, so that the response comes within the cycle.
 const LOOK: Duration = Duration::from_micros(200);
-/// How often it looks for the receiver.
+/// Interval between attempts to attach to the receiver.
 const TRY: Duration = Duration::from_millis(100);
 
-/// A drive that is, with power, where it was told to be in the cycle before.
+/// A simulated drive: with power, its position is the set position of the previous cycle.
 #[derive(Debug, Default)]
 struct Drive {
     position: f64,
@@ -41,8 +43,8 @@ impl Drive {
     }
 }
 
-/// Acts as the drive until `stop` is set, and shows what it is told: one line a second, and one whenever it
-/// gets or loses power.
+/// Acts as the drive until `stop` is set, and shows the set values once a second and whenever power
+/// is switched on or off.
 pub(crate) fn run(path: &Path, stop: &AtomicBool, mut show: impl FnMut(String)) {
     let mut drive = Drive::default();
     while !stop.load(Ordering::Relaxed) {
@@ -68,7 +70,7 @@ fn attached(
     let (mut last, mut shown) = (None::<SetValues>, Instant::now());
     while process.is_attached() && !stop.load(Ordering::Relaxed) {
         let set = process.set_values();
-        // Each cycle is answered once: the heartbeat says that its set values were read.
+        // A single response per cycle: its heartbeat shows that the set values were read.
         if let Some(set) = set.filter(|set| last.is_none_or(|last| last.counter != set.counter)) {
             process.answer(&drive.follow(&set));
             let switched = last.is_none_or(|last| last.enable != set.enable);

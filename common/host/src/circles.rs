@@ -1,5 +1,5 @@
-//! Circles over nodes as a running node finds them: it hears the statuses of the receivers that it follows, and gives its cycle
-//! what follows for each axis.
+//! Detection of circular coupling across nodes: reads the statuses of the followed receivers, and
+//! passes the result for each axis to the cycle.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,43 +15,43 @@ use serde_json::{Map, Value, json};
 
 use crate::transport::{Declared, Transport};
 
-/// The longest status that is taken, bytes: that of a node with thousands of axes.
+/// Longest status accepted, bytes: that of a node with thousands of axes.
 const LONGEST_STATUS: usize = 16 << 20;
-/// A node whose status does not come for so long is not known any more: 20 of them are missing.
+/// Time without a status after which a node is forgotten: 20 statuses missing.
 const SILENCE: Span = Span::from_secs(5);
-/// Changes on their way to the cycle. What finds no room goes with the next status.
+/// Capacity of the ring of changes to the cycle. A change that does not fit is sent with the next status.
 const CHANGES: usize = 1024;
 
-/// Hears other nodes' statuses, and looks for circles in them.
+/// Subscribes to other nodes' statuses and searches them for circles.
 pub(crate) struct CircleSearch {
     node: NodeName,
     watch: CircleWatch,
     statuses: Arc<Statuses>,
-    /// Of each node whose status is heard.
+    /// State per node whose status is subscribed to.
     sources: BTreeMap<NodeName, Source>,
     to_cycle: Producer<CircleChange>,
-    /// What the cycle has, but for axes in no circle.
+    /// Changes already sent to the cycle, except for axes in no circle.
     given: Vec<CircleChange>,
     slaves: CircleNames,
     found: Vec<String>,
     _declared: Vec<Declared>,
 }
 
-/// How the statuses of a node come.
+/// Arrival state of the statuses of one node.
 #[derive(Clone, Copy, Debug, Default)]
 struct Source {
-    /// When the last one came, unless the node was forgotten since.
+    /// Arrival time of the last status, unless the node was forgotten since.
     last: Option<Instant<Machine>>,
-    /// Since when frames come without it.
+    /// Start of the time in which frames arrive without a status.
     missed_since: Option<Instant<Machine>>,
-    /// That was logged.
+    /// True once the missing status was logged.
     is_logged: bool,
 }
 
 /// The newest status of each node that was not read yet.
 type Statuses = Mutex<BTreeMap<NodeName, (Instant<Machine>, Vec<u8>)>>;
 
-/// The circles of slaves, by their names: orders that are refused name them.
+/// The circles of slaves, by slave name, for the text of refused orders.
 #[derive(Clone, Default)]
 pub(crate) struct CircleNames(Arc<Mutex<BTreeMap<String, String>>>);
 
@@ -67,7 +67,8 @@ impl CircleNames {
 }
 
 impl CircleSearch {
-    /// For a node that hears these. The cycle takes what comes out of the other end.
+    /// Opens the search of a node with these subscriptions. The consumer returned is for the cycle.
+    /// The cycle takes what comes out of the other end.
     ///
     /// # Errors
     /// The transport refuses.
@@ -78,7 +79,7 @@ impl CircleSearch {
         transport: &dyn Transport,
     ) -> anyhow::Result<(Self, Consumer<CircleChange>)> {
         let followers = subscriptions.iter().filter(|heard| {
-            // Those who publish these follow others; senders and gateways do not.
+            // Publishers of these channels follow other nodes; senders and gateways do not.
             matches!(heard.channel, Channel::Slaves | Channel::FarAxes)
         });
         let followers = followers.map(|heard| heard.node.clone());
@@ -113,7 +114,8 @@ impl CircleSearch {
         Ok((search, changes))
     }
 
-    /// Reads what came, gives the cycle what has changed, and adds to the node's own status what is found.
+    /// Reads the statuses that arrived, passes changes to the cycle, and adds the findings to the
+    /// node's own status.
     pub(crate) fn look(
         &mut self,
         now: Instant<Machine>,
@@ -156,7 +158,7 @@ impl CircleSearch {
         }
     }
 
-    /// Logs each node whose frames come without its status.
+    /// Logs each node whose frames arrive without its status.
     fn say_who_is_silent(
         &mut self,
         now: Instant<Machine>,

@@ -1,4 +1,4 @@
-//! What the binaries share: the log, durations on the command line, the last words.
+//! Shared by the binaries: the log, durations on the command line, the exit code.
 
 use std::io::{IsTerminal, Write};
 use std::process::{Command, ExitCode};
@@ -11,7 +11,7 @@ use tracing_subscriber::EnvFilter;
 
 use crate::transport::ZENOH_RUNTIME;
 
-/// How much a program logs; flatten it into its arguments.
+/// Log verbosity; flatten it into the arguments of a program.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LogArgs {
     /// Log more; twice for everything. RUST_LOG has the last word
@@ -22,7 +22,7 @@ pub struct LogArgs {
     pub quiet: bool,
 }
 
-/// Logging: what is left is written when it is dropped.
+/// Logging guard: flushes the remaining lines when dropped.
 #[must_use]
 pub struct Logging {
     _writer: WorkerGuard,
@@ -31,8 +31,8 @@ pub struct Logging {
 impl LogArgs {
     /// Starts logging to standard error, until the result is dropped. Only the first call in a process has an effect.
     ///
-    /// A thread of its own writes: nobody waits for a log that is full, closed or not read. What there is no room for is
-    /// dropped.
+    /// A separate thread writes, so no caller waits for a log that is full, closed or not read.
+    /// Lines without room are dropped.
     pub fn init(self) -> Logging {
         let filter = match std::env::var("RUST_LOG") {
             Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
@@ -49,7 +49,7 @@ impl LogArgs {
         Logging { _writer: guard }
     }
 
-    /// Zenoh's own warnings repeat at every attempt to connect what the nodes say once.
+    /// Zenoh's own warnings repeat at every connection attempt; the nodes report the fault once.
     fn filter(self) -> &'static str {
         match (self.quiet, self.verbose) {
             (true, _) => "error",
@@ -60,13 +60,13 @@ impl LogArgs {
     }
 }
 
-/// Prints an error as one line, from the outermost context to the cause, and gives the exit code. What was logged comes
-/// before it. Of a config every mistake has a line.
+/// Prints an error as one line, from the outermost context to the cause, and returns the exit code.
+/// Pending log lines are written first. For a config, every mistake has a line.
 #[must_use]
 pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
     drop(logging);
     let exit = result.unwrap_or_else(|error| {
-        // With standard error closed there is nobody left to tell.
+        // An error is ignored here: standard error may be closed.
         for line in lines_of(&error) {
             let _ = writeln!(std::io::stderr(), "error: {line}");
         }
@@ -75,12 +75,12 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
     ExitCode::from(exit as u8)
 }
 
-/// Starts the calling program anew with Zenoh's threads shared out as [`ZENOH_RUNTIME`] says,
-/// unless the environment has an opinion already. To be called first in `main`.
+/// Restarts the calling program with Zenoh's threads set as in [`ZENOH_RUNTIME`], unless the
+/// environment sets them already. To be called first in `main`.
 ///
-/// Zenoh reads nothing but the environment for this, and a program cannot safely change its own.
-/// The process, its id, its arguments and its open files stay the same. Where starting anew is not
-/// possible the program goes on with Zenoh's defaults.
+/// Zenoh reads only the environment for this, and a program cannot safely change its own. The
+/// process, its id, its arguments and its open files stay the same. Where a restart is not possible
+/// the program continues with Zenoh's defaults.
 pub fn tune_transport() {
     let (name, value) = ZENOH_RUNTIME;
     if std::env::var_os(name).is_some() {
@@ -98,7 +98,7 @@ pub fn tune_transport() {
 /// Parses `10s`, `500ms`, `250us`, `2min`, `1h`, or plain seconds, for clap's `value_parser`.
 ///
 /// # Errors
-/// Says what was received and what is expected.
+/// The text received and the expected form.
 pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
     let bad = || BadDuration {
         received: text.to_owned(),
@@ -125,7 +125,7 @@ pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
     }
 }
 
-/// A text that is no duration.
+/// A text that is not a duration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "received {received:?}, expected a duration above zero such as 10s, 500ms, 2min, 1h, or plain \

@@ -16,23 +16,23 @@ use crate::credentials::{BadCredentials, Credentials};
 use crate::transport::{Client, OverZenoh, Transport};
 use crate::watcher::Watcher;
 
-/// How long a node may take to turn up.
+/// Longest time to wait for a node to appear.
 const SEARCH: Span = Span::from_secs(5);
-/// Nodes answer within a second, and the network is slow for once.
+/// Response timeout: nodes respond within a second; the rest is for a slow network.
 const ANSWER: Duration = Duration::from_secs(3);
-/// Others that are there announce themselves within this time.
+/// Time for other nodes to announce themselves.
 const ROUND: Span = Span::from_millis(600);
-/// How often it looks whether the node is there.
+/// Interval between checks for the node.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Sends orders. Its calls wait for the answers.
+/// Client that sends orders; its calls block until the response.
 pub struct Commander {
     transport: Arc<dyn Transport>,
     operator: Option<NodeName>,
 }
 
 impl Commander {
-    /// Joins the network. With certificates, orders bear the name of their holder.
+    /// Joins the network. With certificates, orders carry the name of their holder.
     ///
     /// # Errors
     /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
@@ -45,8 +45,8 @@ impl Commander {
         })
     }
 
-    /// Sends orders over a transport that is there already: in the name of the operator whose folder of the secure profile it
-    /// was opened with, in nobody's without one.
+    /// Sends orders over an existing transport, in the name of the operator of the secure profile
+    /// it was opened with, or without a name.
     ///
     /// # Errors
     /// Certificates that cannot be read.
@@ -57,7 +57,7 @@ impl Commander {
         })
     }
 
-    /// The same in this name, which nobody proves.
+    /// Creates a commander with an operator's name that is not authenticated.
     #[cfg(test)]
     pub(crate) fn named(transport: Arc<dyn Transport>, operator: NodeName) -> Self {
         Self {
@@ -66,11 +66,11 @@ impl Commander {
         }
     }
 
-    /// Sends an order and waits for the node's answer.
+    /// Sends an order and waits for the node's response.
     ///
     /// # Errors
-    /// The node does not turn up within five seconds, or does not answer within three; says which
-    /// node was asked and where it was looked for.
+    /// The node does not appear within five seconds, or does not respond within three; with the
+    /// node's name and the searched endpoints.
     pub fn send(&self, node: &NodeName, order: &CommandOrder) -> anyhow::Result<CommandAnswer> {
         let key = match &self.operator {
             Some(operator) => node.operator_command_key(operator),
@@ -93,9 +93,10 @@ impl Commander {
         })
     }
 
-    /// Who is there instead of a node, or why nobody is; empty if neither can be told.
+    /// Text on the nodes seen instead of the missing one, or on why none is seen; empty if neither
+    /// is known.
     fn others(&self, node: &NodeName) -> String {
-        // In a secure network an operator may not look around.
+        // In a secure network an operator may not list all nodes.
         let names = match &self.operator {
             Some(_) => Vec::new(),
             None => self.nodes(),
@@ -109,7 +110,7 @@ impl Commander {
         format!("; there are {}{meant}", names.join(", "))
     }
 
-    /// The nodes that are there.
+    /// The nodes that are announced.
     fn nodes(&self) -> Vec<NodeName> {
         let Ok(watcher) = Watcher::over(Arc::clone(&self.transport), &[]) else {
             return Vec::new();
@@ -126,7 +127,7 @@ impl Commander {
     }
 }
 
-/// Whose a folder of the secure profile is.
+/// Name of the holder of a secure profile folder.
 fn holder_of(secure: Option<&Path>) -> Result<Option<NodeName>, BadCredentials> {
     let credentials = secure.map(Credentials::open).transpose()?;
     Ok(credentials.map(|found| found.name().clone()))

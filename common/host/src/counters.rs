@@ -1,9 +1,9 @@
-//! What the host counts, shared by its threads.
+//! The host's counters, shared by its threads.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Counters that several threads add to and the status reads. They order nothing, so relaxed
+/// Counters that several threads increment and the status reads. No ordering is needed, so relaxed
 /// access is enough.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
@@ -29,12 +29,12 @@ pub(crate) struct Counters {
     pub(crate) arrivals_dropped: AtomicU64,
 }
 
-/// Adds one.
+/// Increments a counter.
 pub(crate) fn count(counter: &AtomicU64) {
     counter.fetch_add(1, Ordering::Relaxed);
 }
 
-/// Reads.
+/// Reads a counter.
 pub(crate) fn read(counter: &AtomicU64) -> u64 {
     counter.load(Ordering::Relaxed)
 }

@@ -21,10 +21,10 @@ use crate::mailbox::Mailbox;
 use crate::outbox::{Outbox, OutgoingFrame};
 use crate::telemetry::{ArrivalRecord, Records};
 
-/// The longest sleep without a look at the stop flag.
+/// Longest sleep between checks of the stop flag.
 const NAP: Span = Span::from_millis(50);
 
-/// From the start of a clock to its zero, so that the first cycle is not late already.
+/// Time from the start of a clock to its zero, so that the first cycle is not late already.
 const RUN_UP: Span = Span::from_millis(5);
 
 /// Everything the cycle thread owns.
@@ -36,14 +36,14 @@ pub(crate) struct Cycle<N: Node> {
     pub(crate) outbox: Outbox,
     pub(crate) records: Records<N::Snapshot>,
     pub(crate) arrivals: Producer<ArrivalRecord>,
-    /// Where its inputs go, if anybody wants them.
+    /// Tap for the node's inputs, if they are recorded.
     pub(crate) inputs: Option<InputTap>,
-    /// What is found of circles over nodes.
+    /// Changes of the circles across nodes.
     pub(crate) circles: Consumer<CircleChange>,
     pub(crate) counters: Arc<Counters>,
 }
 
-/// The node's clock as it hangs on the machine's: with a deviation, and with jittery wake-ups.
+/// The node's clock derived from the machine's, with a deviation and jittery wake-ups.
 pub(crate) struct NodeClock {
     deviated: DeviatedClock<Machine>,
     jitter: CycleJitter,
@@ -62,19 +62,19 @@ impl NodeClock {
         })
     }
 
-    /// The same clock, but that it reads zero in a moment.
+    /// Restarts the clock so that it reads zero in a moment.
     pub(crate) fn starting_soon(mut self) -> Self {
         self.deviated.start_at(machine::now() + RUN_UP);
         self
     }
 
-    /// When a node with this clock has its first cycle.
+    /// Start of the first cycle of a node with this clock.
     pub(crate) fn first_cycle(config: &ClockConfig) -> Instant<Local> {
         Instant::EPOCH + config.start_phase()
     }
 }
 
-/// When the loop ends, and how it waits.
+/// End of the loop, and its way of waiting.
 pub(crate) struct Limits {
     pub(crate) run_for: Option<Span>,
     pub(crate) spin: Span,
@@ -88,7 +88,7 @@ impl<N: Node> Cycle<N> {
             let due = self.clock.deviated.reference_at(self.node.next_cycle());
             let wake = due + self.clock.jitter.next();
             if end.is_some_and(|end| wake >= end) {
-                // The time up to the end is the node's too.
+                // The node also owns the time up to the end.
                 wait_until(end.unwrap_or(wake), limits.spin, stop);
                 return;
             }
@@ -99,7 +99,7 @@ impl<N: Node> Cycle<N> {
         }
     }
 
-    /// One scan, which really begins at `woke`.
+    /// Runs one scan that actually begins at `woke`.
     pub(crate) fn scan(&mut self, woke: Instant<Machine>) {
         let Self {
             node,
@@ -172,7 +172,7 @@ impl<N: Node> Cycle<N> {
     }
 }
 
-/// Waits for an instant; false if `stop` was set meanwhile.
+/// Waits for an instant; returns false if `stop` was set meanwhile.
 fn wait_until(wake: Instant<Machine>, spin: Span, stop: &AtomicBool) -> bool {
     while !stop.load(Ordering::Relaxed) {
         let nap = machine::now() + NAP;
@@ -203,7 +203,7 @@ mod tests {
     use rtrb::RingBuffer;
     use std::borrow::Cow;
 
-    /// Always requests the same, and reads no answer.
+    /// A request that always carries one fixed order and ignores its response.
     struct SameOrder;
 
     impl Request for SameOrder {

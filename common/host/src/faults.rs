@@ -7,7 +7,7 @@ use coaxle_node::faults::{Deliveries, LinkModel, Tampering, WrongTerm};
 use coaxle_node::wiring::far_link_seed;
 use coaxle_os::machine::{self, Machine};
 
-/// What is laid over the frames of one channel.
+/// Faults applied to the frames of one channel.
 pub(crate) struct Faults {
     tampering: Option<Tampering>,
     link: Option<LinkModel>,
@@ -15,7 +15,8 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// What is laid over the frames of `key`. `far` is the number of the followed node that the link is to.
+    /// Creates the faults for the frames of `key`. `far` is the number of the followed node at the
+    /// other end of the link. `far` is the number of the followed node that the link is to.
     ///
     /// # Errors
     /// A file that its delay names cannot be used.
@@ -43,7 +44,7 @@ impl Faults {
         }
     }
 
-    /// Gives `arrive` what becomes of a frame that is handed over at `at`, whenever that arrives.
+    /// Passes the possibly altered frames for a frame handed over at `at` to `arrive`.
     pub(crate) fn tamper(
         &mut self,
         at: Instant<Machine>,

@@ -1,4 +1,5 @@
-//! How fit this PC is for cycles: what the operating system is set to, what it permits, and how late it wakes a thread.
+//! Fitness of this PC for cycles: the settings and permissions of the operating system, and the
+//! latency of wake-ups.
 
 use anyhow::Context;
 use coaxle_clock::Span;
@@ -8,46 +9,46 @@ use coaxle_os::{Facts, Firewall, Os, System};
 
 use crate::real_time::{self, Denied};
 
-/// Something about this PC.
+/// A finding about this PC.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Whether it is well as it is.
+    /// Severity of the finding.
     pub weight: Weight,
-    /// What it is.
+    /// Description of the finding.
     pub text: String,
-    /// What would be better, and how.
+    /// Recommended change, and how to make it.
     pub remedy: Option<&'static str>,
 }
 
-/// How much something matters.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
-    /// It is well.
+    /// In order.
     Good,
     /// Cycles would profit from a change.
     Note,
-    /// It stands against cycles.
+    /// Not fit for cycles.
     Against,
 }
 
-/// How late a thread was woken, beside an absolute time: the cycle of a node begins no earlier.
+/// Latency of wake-ups against absolute deadlines: the cycle of a node begins no earlier.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WakeUps {
-    /// How often.
+    /// Number of wake-ups.
     pub count: usize,
-    /// Half of them were no later than this.
+    /// Median latency.
     pub median: Span,
-    /// 999 of 1000 were not.
+    /// Latency not exceeded by 999 of 1000 wake-ups.
     pub nearly_all: Span,
-    /// None was.
+    /// Greatest latency.
     pub most: Span,
-    /// So many came a whole cycle late, or more: a node skips those.
+    /// Number of wake-ups late by a whole cycle or more: a node skips those cycles.
     pub missed: usize,
-    /// What the thread asked for and did not get.
+    /// Settings that the thread requested and did not get.
     pub denied: Vec<Denied>,
 }
 
-/// The settings of this PC that matter.
+/// Examines the settings of this PC that matter for cycles.
 #[must_use]
 pub fn examine() -> Vec<Finding> {
     let mut all = match Os::facts() {
@@ -58,11 +59,11 @@ pub fn examine() -> Vec<Finding> {
     all
 }
 
-/// Wakes a thread with this cycle for so long, with the real-time priority that nodes are advised to have, if it is
-/// permitted.
+/// Measures wake-ups with this cycle for this time, at the real-time priority that nodes are
+/// advised to have, if permitted.
 ///
 /// # Errors
-/// The system gives no thread.
+/// The thread cannot be started.
 pub fn wake_ups(cycle: Span, time: Span, priority: Option<u8>) -> anyhow::Result<WakeUps> {
     let wishes = RealTimeConfig {
         priority,
@@ -72,20 +73,20 @@ pub fn wake_ups(cycle: Span, time: Span, priority: Option<u8>) -> anyhow::Result
     Ok(summary(late, cycle, denied))
 }
 
-/// How late each wake-up of a thread was that does nothing but sleep, to deadlines a cycle apart.
+/// Latency of each wake-up of a thread that only sleeps, to deadlines a cycle apart.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lateness {
-    /// Of each deadline, in order. One that had passed before the thread could sleep counts, too.
+    /// Latency per deadline, in order. A deadline that passed before the thread could sleep counts, too.
     pub late: Vec<Span>,
-    /// What the thread asked for and did not get.
+    /// Settings that the thread requested and did not get.
     pub denied: Vec<Denied>,
 }
 
-/// Wakes a thread with this cycle for so long, as those wishes of a node would have it, in a bare loop: what no cycle can
-/// beat here.
+/// Measures wake-ups with this cycle for this time in a bare loop with these real-time settings:
+/// the lower bound for any node here.
 ///
 /// # Errors
-/// The system gives no thread.
+/// The thread cannot be started.
 pub fn lateness(cycle: Span, time: Span, wishes: RealTimeConfig) -> anyhow::Result<Lateness> {
     let thread = std::thread::Builder::new().name("wake-ups".to_owned());
     let measuring = thread.spawn(move || measure(cycle, time, &wishes));
@@ -123,12 +124,13 @@ fn summary(mut late: Vec<Span>, cycle: Span, denied: Vec<Denied>) -> WakeUps {
     }
 }
 
-/// A cycle may begin so much of itself late at most, and 999 of 1000 so much: what is left is the node's and the network's.
+/// Greatest start latency of a cycle, and that of 999 of 1000, as fractions of the cycle; the rest
+/// of the cycle is for the node and the network.
 const LATE_AT_MOST: f64 = 0.5;
 const LATE_USUALLY: f64 = 0.1;
 
 impl WakeUps {
-    /// Whether cycles of this length can be kept here, and what would help if not.
+    /// Judges whether cycles of this length can be kept here, with a remedy if not.
     #[must_use]
     pub fn verdict(&self, cycle: Span) -> Finding {
         let part = |late: Span| late.as_secs_f64() / cycle.as_secs_f64();
@@ -160,7 +162,7 @@ impl WakeUps {
         }
     }
 
-    /// The first thing that helps.
+    /// The first remedy.
     fn remedy(&self) -> &'static str {
         match self.denied.is_empty() {
             false => {
@@ -210,9 +212,9 @@ fn of_firewall(known: Result<Firewall, String>) -> Finding {
 
 /// Clocks that are read without a call into the kernel.
 const QUICK_CLOCKS: [&str; 3] = ["tsc", "kvm-clock", "arch_sys_counter"];
-/// Enough for a node and what it maps.
+/// Enough for a node and its mappings.
 const ENOUGH_MEMORY: u64 = 256 << 20;
-/// What docs/SERVICE.md gives a node.
+/// Priority that docs/SERVICE.md gives a node.
 const WANTED_PRIORITY: u64 = 80;
 
 fn unknown_system() -> Finding {

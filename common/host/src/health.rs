@@ -1,25 +1,25 @@
-//! Whether a node has what it needs from the network.
+//! Health of a node with respect to the network.
 
 use std::fmt;
 
 use coaxle_clock::Span;
 
-/// Frames older than this count as gone: five cycles of the slowest sender.
+/// Greatest age of a frame that counts as present: five cycles of the slowest sender.
 const FRESH: Span = Span::from_millis(500);
 
-/// A node's health as far as the host can judge it. What the node itself thinks is added by its
+/// A node's health as far as the host can judge it. The node's own judgement is added by its
 /// recorder and shows only while this is [`Health::Ok`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
-    /// The counterpart is there: frames come in, or somebody takes the frames that go out.
+    /// The counterpart is present: frames arrive, or at least one follower receives the frames sent.
     Ok,
-    /// The counterpart is alive, but no good frame came for half a second.
+    /// The counterpart is alive, but no good frame arrived for half a second.
     NoData,
     /// There is no counterpart.
     Waiting,
     /// A node that this one follows refuses it, or is refused.
     Refused,
-    /// Another node of the same name is there.
+    /// Another node of the same name is announced.
     NameTaken,
     /// The node has ended.
     Stopped,
@@ -46,24 +46,24 @@ impl fmt::Display for Health {
     }
 }
 
-/// What the network shows.
+/// Evidence from the network.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Evidence {
-    /// Of the source that this node follows.
+    /// Evidence about a followed source.
     Source {
-        /// Its liveliness token is there.
+        /// True if its liveliness token is present.
         alive: bool,
         /// Age of its last good frame.
         age: Option<Span>,
     },
-    /// Of those who follow this node.
+    /// Evidence about the followers of this node.
     Followers {
-        /// There is at least one.
+        /// True if there is at least one.
         any: bool,
     },
 }
 
-/// Judges by what arrives: a session opens and a `put` succeeds without any counterpart at all.
+/// Judges by arriving frames: a session opens and a `put` succeeds even without a counterpart.
 pub(crate) fn judge(evidence: Evidence) -> Health {
     match evidence {
         Evidence::Source { age: Some(age), .. } if age <= FRESH => Health::Ok,

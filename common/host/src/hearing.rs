@@ -1,5 +1,6 @@
-//! Who hears whom. That somebody subscribes does not mean that anything arrives: where access control drops it,
-//! neither end is told. So whoever hears a node says so, under a key of that node.
+//! Announcement of received nodes. A subscription does not mean that frames arrive: where access
+//! control drops them, neither end is notified. So each follower announces the nodes that it
+//! receives, under a key of that node.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +8,13 @@ use coaxle_node::keys::NodeName;
 
 use crate::transport::{Declared, Transport};
 
-/// What a node says of those that it hears.
+/// Announcements of a node about the nodes that it receives.
 #[derive(Default)]
 pub(crate) struct Hearing(BTreeMap<NodeName, Declared>);
 
 impl Hearing {
-    /// Says of one that it is heard, as `own`, or is not any more. What the transport refuses is tried again
-    /// the next time.
+    /// Announces as `own` that `source` is received, or withdraws the announcement. If the
+    /// transport refuses, it is tried again the next time.
     pub(crate) fn say(
         &mut self,
         source: &NodeName,

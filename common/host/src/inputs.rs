@@ -1,6 +1,8 @@
-//! The inputs of a node on their way into a recording: what it is told before each scan, and when the scan begins.
+//! The inputs of a node on their way into a recording: everything received before each scan, and
+//! the start of the scan.
 //!
-//! Bounded, wait-free rings, as for its records. A scan that finds no room for all it was told is left out, and the next one says so.
+//! Bounded, wait-free rings, as for its records. A scan without room for all its inputs is left
+//! out, and the next one is marked as after a gap.
 
 use coaxle_clock::{Instant, Local};
 use coaxle_node::command::CommandOrder;
@@ -11,25 +13,25 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Scans and messages that telemetry may lag behind: a second's worth of a few nodes at 1 kHz.
 const ENTRIES: usize = 16_384;
-/// Axes in them.
+/// Axes in these messages.
 const AXES: usize = 512 * MAX_AXES;
-/// Orders in them: more than come in a second.
+/// Orders in these scans: more than arrive in a second.
 const ORDERS: usize = 256;
 
-/// A scan as it is recorded.
+/// A recorded scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputRecord {
-    /// When the cycle should have begun.
+    /// Nominal start of the cycle.
     pub ideal_start: Instant<Machine>,
-    /// When it really did.
+    /// Actual start of the cycle.
     pub woke: Instant<Machine>,
-    /// What the node was told.
+    /// Inputs of the node.
     pub scan: Scan,
-    /// Scans before it are missing.
+    /// True if scans before it are missing.
     pub after_gap: bool,
 }
 
-/// One thing that the node was told, or the scan itself.
+/// An input of the node, or the scan itself.
 #[derive(Clone, Copy, Debug)]
 enum Entry {
     Message {
@@ -52,7 +54,7 @@ pub(crate) struct InputTap {
     entries: Producer<Entry>,
     axes: Producer<Option<AxisSample>>,
     orders: Producer<CommandOrder>,
-    /// Nothing of this scan is missing yet.
+    /// True while no input of this scan is missing.
     is_whole: bool,
 }
 
@@ -61,13 +63,13 @@ pub(crate) struct Inputs {
     entries: Consumer<Entry>,
     axes: Consumer<Option<AxisSample>>,
     orders: Consumer<CommandOrder>,
-    /// What has come of the scan that is not over yet.
+    /// Inputs of the scan that is not complete yet.
     open: Scan,
-    /// The last one was not whole.
+    /// True if the last scan was incomplete.
     gap: bool,
 }
 
-/// The rings.
+/// Creates the rings.
 pub(crate) fn inputs() -> (InputTap, Inputs) {
     let (entries, entries_out) = RingBuffer::new(ENTRIES);
     let (axes, axes_out) = RingBuffer::new(AXES);
@@ -89,7 +91,7 @@ pub(crate) fn inputs() -> (InputTap, Inputs) {
 }
 
 impl InputTap {
-    /// The node receives a message.
+    /// Records a message that the node receives.
     pub(crate) fn received(
         &mut self,
         at: Instant<Local>,
@@ -99,14 +101,14 @@ impl InputTap {
         self.is_whole &= self.try_received(at, subscription, message).is_some();
     }
 
-    /// The node executes an order. A copy shares the plate that may come with it, whose last owner is not this one: the
-    /// order itself goes back to who took it.
+    /// Records an order that the node executes. The copy shares the plate that may come with the
+    /// order and is not its last owner: the order itself goes back to the command server.
     pub(crate) fn ordered(&mut self, order: &CommandOrder) {
         let has_room = !self.entries.is_full() && self.orders.push(order.clone()).is_ok();
         self.is_whole &= has_room && self.entries.push(Entry::Order).is_ok();
     }
 
-    /// The scan begins.
+    /// Records the start of the scan.
     pub(crate) fn scan(
         &mut self,
         ideal_start: Instant<Machine>,
@@ -119,7 +121,7 @@ impl InputTap {
             now,
             is_whole: self.is_whole,
         };
-        // What is left of one that has no room belongs to the next one, which is not whole then.
+        // Entries left over from a scan without room belong to the next one, which is incomplete then.
         self.is_whole = self.entries.push(scan).is_ok();
     }
 
@@ -146,7 +148,7 @@ impl InputTap {
 }
 
 impl Inputs {
-    /// The oldest scan that is whole, with what the node was told before it.
+    /// Takes the oldest complete scan with its inputs.
     pub(crate) fn take(&mut self) -> Option<InputRecord> {
         while let Ok(entry) = self.entries.pop() {
             match entry {
@@ -252,10 +254,10 @@ mod tests {
         for _ in 0..ENTRIES {
             tap.received(at(1), 0, &REFUSED);
         }
-        // No room for itself.
+        // No room for the scan entry itself.
         tap.scan(at(10), at(11), at(12));
         assert_eq!(inputs.take(), None);
-        // What came before is in this one.
+        // The earlier inputs are in this one.
         tap.received(at(2), 0, &REFUSED);
         tap.scan(at(20), at(21), at(22));
         tap.scan(at(30), at(31), at(32));

@@ -1,4 +1,4 @@
-//! The mailbox: what arrived, on its way from the network's thread into the cycle thread.
+//! The mailbox: messages on their way from the network's thread into the cycle thread.
 //!
 //! Bounded, wait-free rings: one of messages, one of the axes of those that are frames. When either is
 //! full a message is rejected and counted; neither side ever waits for the other.
@@ -12,7 +12,7 @@ use coaxle_node::{AxisSample, Message};
 use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// A message with its arrival; how many of the next axes are its own.
+/// A message with its arrival and the number of following axes that belong to it.
 #[derive(Clone, Copy, Debug)]
 struct Stored {
     arrival: Instant<Machine>,
@@ -20,7 +20,7 @@ struct Stored {
     axes: usize,
 }
 
-/// The end that the network fills.
+/// The network's end, for pushing messages.
 #[derive(Debug)]
 pub struct Inbox {
     messages: Producer<Stored>,
@@ -28,7 +28,7 @@ pub struct Inbox {
     rejected: Arc<AtomicU64>,
 }
 
-/// The end that the cycle thread empties.
+/// The cycle thread's end, for draining them.
 #[derive(Debug)]
 pub struct Mailbox {
     messages: Consumer<Stored>,
@@ -37,8 +37,8 @@ pub struct Mailbox {
     frame: Box<[Option<AxisSample>]>,
 }
 
-/// A mailbox for so many messages, and so many axes in all of them. Every message that finds it full
-/// adds one to `rejected`.
+/// Creates a mailbox with room for this number of messages and of axes in all of them. Every
+/// message that finds it full increments `rejected`.
 #[must_use]
 pub fn mailbox(messages: usize, axes: usize, rejected: Arc<AtomicU64>) -> (Inbox, Mailbox) {
     let (messages_in, messages_out) = RingBuffer::new(messages);
@@ -57,8 +57,8 @@ pub fn mailbox(messages: usize, axes: usize, rejected: Arc<AtomicU64>) -> (Inbox
 }
 
 impl Inbox {
-    /// Puts in a message that arrived at `arrival`; with faults laid over the link this may lie in the
-    /// future. Or counts it as rejected.
+    /// Pushes a message that arrived at `arrival`, which may lie in the future with faults applied
+    /// to the link. A message without room is counted as rejected.
     pub fn push(&mut self, arrival: Instant<Machine>, message: &Message<'_>) {
         if self.try_push(arrival, message).is_none() {
             self.rejected.fetch_add(1, Ordering::Relaxed);
@@ -82,8 +82,8 @@ impl Inbox {
 }
 
 impl Mailbox {
-    /// Takes what is in it now. Messages that come in meanwhile wait for the next time, so a flood
-    /// cannot hold up the cycle for longer than a full ring takes.
+    /// Takes the messages that are in it now. Messages that arrive meanwhile wait for the next
+    /// call, so a flood cannot hold up the cycle for longer than a full ring takes.
     pub fn drain(&mut self, mut each: impl FnMut(Instant<Machine>, &Message<'_>)) {
         for _ in 0..self.messages.slots() {
             let Ok(stored) = self.messages.pop() else {

@@ -1,4 +1,4 @@
-//! Where running nodes are looked for.
+//! Endpoints for finding running nodes.
 
 use std::path::{Path, PathBuf};
 
@@ -11,29 +11,29 @@ use crate::credentials::known_nodes;
 use crate::transport::endpoint;
 use crate::watcher::Watcher;
 
-/// Where the examples' nodes listen.
+/// Endpoints on which the examples' nodes listen.
 const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
 
-/// What a command that reaches running nodes is told of the network.
+/// Network options of a command that reaches running nodes.
 #[derive(Clone, Debug, Default, Args)]
 pub struct NetworkArgs {
     /// Look for nodes here, such as tcp/192.168.1.10:7448; may be given several times [default:
     /// this machine, ports 7447 and 7448]
     #[arg(long, global = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub connect: Vec<String>,
-    /// Look for nodes where this config file of one of them says: where it listens, and where it
-    /// connects to
+    /// Look for nodes at the endpoints in this config file of one of them: those it listens on and
+    /// those it connects to
     #[arg(long, global = true, value_name = "FILE", conflicts_with = "connect")]
     pub config: Option<PathBuf>,
-    /// The operator's folder of the secure profile, as `coaxle secure init` wrote it: nodes are looked for where
-    /// that says, and orders bear the operator's name
+    /// The operator's folder of the secure profile, as written by `coaxle secure init`: its
+    /// endpoints are used to find nodes, and orders carry the operator's name
     #[arg(long, global = true, value_name = "DIR")]
     pub secure: Option<PathBuf>,
 }
 
 impl NetworkArgs {
-    /// The transport to look for nodes with; with an operator's folder of the secure profile, which knows where the
-    /// nodes are.
+    /// Returns the transport for finding nodes; with an operator's folder of the secure profile,
+    /// the endpoints of its config.
     ///
     /// # Errors
     /// A config file that cannot be read, or whose transport section is wrong.
@@ -64,7 +64,8 @@ impl NetworkArgs {
 }
 
 impl NetworkArgs {
-    /// Watches these nodes; where everybody may, all that there are, to say who is there instead of one that is not.
+    /// Watches these nodes; where access control permits, all nodes, so that those present can be
+    /// listed if one is missing.
     ///
     /// # Errors
     /// A wrong network section, or a network that cannot be joined.
@@ -79,7 +80,7 @@ impl NetworkArgs {
     }
 }
 
-/// The transport section of a node's config, for somebody who wants to reach that node.
+/// The transport section of a node's config, changed for a client that connects to that node.
 fn of_config(file: &Path) -> Result<TransportConfig, ConfigError> {
     let name = file.display().to_string();
     let text = text_file::read(file, MOST_CONFIG_BYTES)?;

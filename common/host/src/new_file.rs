@@ -1,13 +1,14 @@
-//! Files that are begun where none is yet: what somebody recorded is never emptied.
+//! Creation of new files without overwriting existing recordings.
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Creates a file that is not there yet. A device or a pipe holds nothing that could be lost: it is opened as it is.
+/// Creates a file that does not exist yet. A device or a pipe holds no data that could be lost and
+/// is opened as it is. A device or a pipe holds nothing that could be lost: it is opened as it is.
 ///
 /// # Errors
-/// [`ErrorKind::AlreadyExists`] where there is one, or what the system says.
+/// [`ErrorKind::AlreadyExists`] if the file exists, or the system's error.
 pub fn create_new(path: &Path) -> io::Result<File> {
     match File::create_new(path) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists && holds_nothing(path) => {
@@ -17,10 +18,11 @@ pub fn create_new(path: &Path) -> io::Result<File> {
     }
 }
 
-/// The same, or the next one of its name that is free: of `saw.mcap` that is `saw-2.mcap`, `saw-3.mcap`, … Says which.
+/// Creates the file, or the next free one of its name: for `saw.mcap` this is `saw-2.mcap`,
+/// `saw-3.mcap`, … Returns the file and its path.
 ///
 /// # Errors
-/// What the system says.
+/// The system's error.
 pub fn create_next(path: &Path) -> io::Result<(File, PathBuf)> {
     let mut next = path.to_owned();
     for number in 2_u64.. {

@@ -1,4 +1,4 @@
-//! What every node is told on its command line.
+//! Command line arguments of every node.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -30,29 +30,30 @@ pub struct NodeArgs {
     /// Stop after this time: 10s, 500ms, 2min … [default: run until Ctrl-C]
     #[arg(long = "for", value_name = "DURATION", value_parser = parse_duration)]
     pub run_for: Option<Span>,
-    /// Write every cycle to this file, as CSV with a head line. A receiver's raw arrivals go beside
-    /// it: trace.csv, trace-arrivals.csv and trace-exchanges.csv
+    /// Write every cycle to this file, as CSV with a header line. A receiver also writes its raw
+    /// arrivals: trace.csv, trace-arrivals.csv and trace-exchanges.csv
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Record every cycle, the log and the status to this file, as MCAP: docs/RECORDING.md. One that is there stays as it
-    /// is, and the next gets a number: saw.mcap, saw-2.mcap
+    /// Record every cycle, the log and the status to this file, as MCAP: docs/RECORDING.md. An
+    /// existing file is kept, and the next one gets a number: saw.mcap, saw-2.mcap
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Only check the config and the files it names: say "CONFIG: ok" or what is wrong
+    /// Only check the config and the files it names: print "CONFIG: ok" or the errors
     #[arg(long, conflicts_with_all = ["run_for", "trace", "record"])]
     pub check: bool,
-    /// Connect here instead of where the config says, such as tcp/192.168.1.10:7447; may be given
-    /// several times
+    /// Connect here instead of to the endpoints in the config, such as tcp/192.168.1.10:7447; may
+    /// be given several times
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub connect: Vec<String>,
-    /// Listen here instead of where the config says, such as tcp/0.0.0.0:7447 for all network
-    /// interfaces; may be given several times
+    /// Listen here instead of on the endpoints in the config, such as tcp/0.0.0.0:7447 for all
+    /// network interfaces; may be given several times
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub listen: Vec<String>,
-    /// Die with this process, which started this one
+    /// Terminate with this process, which started this one
     #[arg(long, value_name = "PID", hide = true)]
     pub parent: Option<i32>,
-    /// The node's folder of the secure profile, as `coaxle secure init` wrote it: endpoints are tls/… then
+    /// The node's folder of the secure profile, as written by `coaxle secure init`: endpoints are
+    /// tls/… then
     #[arg(long, value_name = "DIR")]
     pub secure: Option<PathBuf>,
 }
@@ -61,12 +62,12 @@ impl NodeArgs {
     /// Reads the config file.
     ///
     /// # Errors
-    /// Names the file, the field, what was received and what is expected.
+    /// Names the file, the field, the value received and the one expected.
     pub fn load<C: DeserializeOwned + JsonSchema>(&self) -> anyhow::Result<C> {
         Ok(load(&self.config)?)
     }
 
-    /// What is wrong in the config file, found by a check of its own that names the field first, with its line.
+    /// Error in the config file from a separate check whose text begins with the field, with its line.
     pub fn wrong(&self, reason: impl ToString) -> ConfigError {
         let file = self.file();
         let error = ConfigError::whole(&file, reason);
@@ -76,7 +77,7 @@ impl NodeArgs {
         }
     }
 
-    /// The config file, as errors call it.
+    /// The config file's name in error messages.
     #[must_use]
     pub fn file(&self) -> String {
         self.config.display().to_string()
@@ -88,10 +89,11 @@ impl NodeArgs {
         self.config.parent().unwrap_or(Path::new(""))
     }
 
-    /// The transport section of a node with what the command line puts in its place, checked.
+    /// Returns the node's transport section with the command line's overrides, checked.
     ///
     /// # Errors
-    /// Names the endpoint or setting that is wrong, or why the certificates are not those of this node.
+    /// Names the wrong endpoint or setting, or the reason why the certificates are not those of
+    /// this node.
     pub fn transport(
         &self,
         node: &NodeName,
@@ -115,9 +117,9 @@ impl NodeArgs {
         Ok(transport)
     }
 
-    /// What becomes of the node's rows: creates the trace and the recording, if they are asked for. `instances` is
-    /// everything of the node that has signals, in the order of a row, and `columns` are their names;
-    /// `cycle` is how often there is a row.
+    /// Creates the trace and the recording of the node's rows, if requested. `instances` are all
+    /// parts of the node that have signals, in the order of a row, `columns` the names of the
+    /// signals, and `cycle` the interval between rows.
     ///
     /// # Errors
     /// Names the file that cannot be written, or read.
@@ -148,7 +150,7 @@ impl NodeArgs {
         Ok(Rows::new(table, facts, trace, recording))
     }
 
-    /// With the config file in it.
+    /// Creates the recording, with the config file in it.
     fn recording(
         &self,
         table: &Table,
@@ -171,10 +173,10 @@ impl NodeArgs {
         Ok(Some(recording))
     }
 
-    /// From now on this process dies with the one that started it, where it is told of one: however that ends.
+    /// Ties the life of this process to that of its parent, if one is given.
     ///
     /// # Errors
-    /// That one is gone already, or the system refuses.
+    /// The parent has ended already, or the system refuses.
     pub fn die_with_parent(&self) -> anyhow::Result<()> {
         let Some(parent) = self.parent else {
             return Ok(());
@@ -182,7 +184,7 @@ impl NodeArgs {
         Os::die_with(parent).context("cannot be tied to the process that started it")
     }
 
-    /// Says on standard output that the config is all right.
+    /// Reports on standard output that the config is valid.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -191,7 +193,7 @@ impl NodeArgs {
     }
 }
 
-/// Where it records to, and what that takes of the disk.
+/// Logs the recording's path and its growth on the disk.
 fn say_where(asked: &Path, path: &Path, growth: Growth) {
     let file = path.display();
     if path == asked {
@@ -202,7 +204,8 @@ fn say_where(asked: &Path, path: &Path, growth: Growth) {
     }
 }
 
-/// Whether the certificates are this node's. One that has expired is not the node's fault: it may run, alone.
+/// Checks that the certificates are this node's. An expired one is not an error here: the node may
+/// run, alone.
 fn check_holder(node: &NodeName, folder: &Path) -> anyhow::Result<()> {
     let field = || format!("transport.secure: {}", folder.display());
     let credentials = Credentials::open(folder).with_context(field)?;

@@ -12,31 +12,31 @@ use rtrb::{Consumer, Producer, RingBuffer};
 /// Bytes before each body: channel, ideal start, rate, length, far node.
 const HEADER: usize = 1 + 8 + 8 + 4 + 2;
 
-/// What the publisher must know of a frame besides its body.
+/// Data about a frame, besides its body, for the publisher.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OutgoingFrame {
-    /// Where it goes.
+    /// Channel to publish on.
     pub(crate) channel: Channel,
-    /// Which of the nodes that this one follows it goes to.
+    /// Number of the followed node that the frame is sent to.
     pub(crate) far: u16,
     /// The ideal start of its cycle.
     pub(crate) ideal_start: Instant<Machine>,
-    /// How much faster the node's clock runs than the machine's, ppm.
+    /// Rate of the node's clock relative to the machine's, ppm.
     pub(crate) drift_ppm: f64,
 }
 
-/// The end that the cycle thread fills.
+/// The cycle thread's end, for pushing frames.
 pub(crate) struct Outbox {
     ring: Producer<u8>,
     publisher: Option<Thread>,
 }
 
-/// The end that the publisher empties.
+/// The publisher's end, for popping frames.
 pub(crate) struct OutgoingFrames {
     ring: Consumer<u8>,
 }
 
-/// An outbox for `capacity` bytes.
+/// Creates an outbox of `capacity` bytes.
 pub(crate) fn outbox(capacity: usize) -> (Outbox, OutgoingFrames) {
     let (producer, consumer) = RingBuffer::new(capacity);
     let outbox = Outbox {
@@ -47,12 +47,12 @@ pub(crate) fn outbox(capacity: usize) -> (Outbox, OutgoingFrames) {
 }
 
 impl Outbox {
-    /// From now on [`Self::wake`] wakes this thread.
+    /// Sets the thread that [`Self::wake`] wakes.
     pub(crate) fn attach(&mut self, publisher: Thread) {
         self.publisher = Some(publisher);
     }
 
-    /// Puts a frame in as a whole; false if it does not fit.
+    /// Pushes a whole frame; returns false if it does not fit.
     #[must_use]
     pub(crate) fn push(&mut self, frame: &OutgoingFrame, body: &[u8]) -> bool {
         let header = frame.encode(body.len() as u32);
@@ -66,7 +66,7 @@ impl Outbox {
         true
     }
 
-    /// Lets the publisher look.
+    /// Wakes the publisher.
     pub(crate) fn wake(&self) {
         if let Some(publisher) = &self.publisher {
             publisher.unpark();
@@ -75,15 +75,15 @@ impl Outbox {
 }
 
 impl Drop for Outbox {
-    /// The publisher must learn that nothing more will come. The ring shows it only once this
-    /// value is gone, a moment later; the publisher's park has a timeout for that.
+    /// Wakes the publisher: no more frames follow. The ring shows it only once this value is gone,
+    /// a moment later; the publisher's park has a timeout for that.
     fn drop(&mut self) {
         self.wake();
     }
 }
 
 impl OutgoingFrames {
-    /// Takes the oldest frame; its body replaces what `body` held.
+    /// Takes the oldest frame; its body replaces the contents of `body`.
     pub(crate) fn pop(&mut self, body: &mut Vec<u8>) -> Option<OutgoingFrame> {
         let mut header = [0; HEADER];
         self.ring.pop_entire_slice(&mut header).ok()?;
@@ -96,15 +96,15 @@ impl OutgoingFrames {
         Some(frame)
     }
 
-    /// Whether nothing is left and nothing more will come.
+    /// True if no frame is left and none can follow.
     pub(crate) fn is_finished(&self) -> bool {
-        // The order matters: once abandoned, what is in it is all there will be.
+        // The order of the two checks matters: an abandoned ring receives no more frames.
         self.ring.is_abandoned() && self.ring.is_empty()
     }
 }
 
 impl OutgoingFrame {
-    /// How long after the ideal start of its cycle something happens, in the node's own clock.
+    /// Time of an event since the ideal start of the frame's cycle, in the node's own clock.
     ///
     /// Measured on the machine's clock and scaled by the drift injected into the node's; without an
     /// injected drift the two are the same clock.

@@ -1,19 +1,20 @@
-//! A thread that panics ends its node: what is left of it would look alive and do half of its work.
+//! Shutdown of a node when one of its threads panics: otherwise the node would look alive and do
+//! half of its work.
 
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-/// Given to every thread that does a node's work.
+/// Watch passed to every thread that does a node's work.
 #[derive(Clone)]
 pub(crate) struct PanicWatch {
     sender: UnboundedSender<&'static str>,
 }
 
-/// Hears of the first one.
+/// Receiver of the first panic.
 pub(crate) struct Panics {
     receiver: UnboundedReceiver<&'static str>,
 }
 
-/// While it lives a panic of its thread is noticed.
+/// Guard that reports a panic of its thread.
 pub(crate) struct Watched<'a> {
     watch: &'a PanicWatch,
     thread: &'static str,
@@ -25,7 +26,7 @@ pub(crate) fn panics() -> (PanicWatch, Panics) {
 }
 
 impl PanicWatch {
-    /// Watches the calling thread, which messages call by this name.
+    /// Watches the calling thread, under this name in messages.
     pub(crate) const fn over(&self, thread: &'static str) -> Watched<'_> {
         Watched {
             watch: self,
@@ -35,7 +36,7 @@ impl PanicWatch {
 }
 
 impl Panics {
-    /// The name of the next thread that panics; never, if none does.
+    /// Waits for the next thread that panics, and returns its name; never returns if none does.
     pub(crate) async fn next(&mut self) -> &'static str {
         match self.receiver.recv().await {
             Some(thread) => thread,
@@ -47,7 +48,7 @@ impl Panics {
 impl Drop for Watched<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            // Who is to hear of it may be gone.
+            // The receiver may be gone.
             let _ = self.watch.sender.send(self.thread);
         }
     }

@@ -15,16 +15,16 @@ use crate::outbox::{OutgoingFrame, OutgoingFrames};
 use crate::timing::{BeaconSender, Socket};
 use crate::transport::Publisher;
 
-/// How long it sleeps at most when nobody wakes it.
+/// Longest sleep without a wake-up.
 const IDLE: Duration = Duration::from_millis(50);
 
-/// What sealing adds to a body at most, amply.
+/// Greatest number of bytes that sealing adds to a body, with a margin.
 const SEAL_ROOM: usize = 32;
 
-/// One channel this node publishes.
+/// A channel this node publishes.
 pub(crate) struct PublishedChannel {
     pub(crate) channel: Channel,
-    /// Which of the nodes that this one follows it is to.
+    /// Number of the followed node that it is sent to.
     pub(crate) far: usize,
     pub(crate) seal: KeySeal,
     pub(crate) publisher: Arc<dyn Publisher>,
@@ -37,7 +37,7 @@ impl PublishedChannel {
     }
 }
 
-/// Publishes what comes out of the ring until nothing more will come.
+/// Publishes frames from the ring until no more can follow.
 pub(crate) fn publish(
     mut frames: OutgoingFrames,
     channels: &mut [PublishedChannel],
@@ -93,8 +93,8 @@ pub(crate) fn publish_waiting(
     }
 }
 
-/// Sends a frame, as often and as late as the faults want it. Nothing is held back for a delay:
-/// the frame leaves at once, with a stamp that says it left that much earlier.
+/// Sends a frame with the copies and delays of the faults. No frame is held back for a delay: it
+/// leaves at once, with a stamp that much earlier.
 fn send(
     channel: &mut PublishedChannel,
     frame: &OutgoingFrame,

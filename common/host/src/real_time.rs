@@ -1,4 +1,4 @@
-//! What the cycle thread asks of the operating system.
+//! Real-time settings that the cycle thread requests from the operating system.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -6,16 +6,16 @@ use std::sync::OnceLock;
 use coaxle_node::config::RealTimeConfig;
 use coaxle_os::{Os, System};
 
-/// A wish the operating system did not grant.
+/// A setting that the operating system did not grant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Denied {
-    /// What was wished for, in the words of the config.
+    /// The setting, in the words of the config.
     pub wish: String,
-    /// Why it was not granted, and what would help.
+    /// Reason for the denial, and a remedy.
     pub reason: String,
 }
 
-/// What became of the wishes, once the cycle runs.
+/// Denied settings, known once the cycle runs.
 pub(crate) type Outcome = OnceLock<Vec<Denied>>;
 
 impl fmt::Display for Denied {
@@ -24,12 +24,12 @@ impl fmt::Display for Denied {
     }
 }
 
-/// Applies the wishes to the calling thread, and the memory lock to the whole process. What is
-/// not permitted is left out and returned.
+/// Applies the settings to the calling thread, and the memory lock to the whole process. Settings
+/// that are not permitted are skipped and returned.
 #[must_use]
 pub fn apply(config: &RealTimeConfig) -> Vec<Denied> {
     let wishes = [
-        // Wished for always: the kernel may otherwise bundle wake-ups within 50 µs.
+        // Always requested: the kernel may otherwise bundle wake-ups within 50 µs.
         Some(("a timer slack of 1 ns".to_owned(), Os::tighten_timers())),
         config
             .priority
@@ -48,8 +48,8 @@ pub fn apply(config: &RealTimeConfig) -> Vec<Denied> {
         .collect()
 }
 
-/// What the threads have that carry frames for a cycle of this priority: the one below it, so that a flood of messages never
-/// holds up the cycle, but nothing ordinary holds up the messages.
+/// Priority of the threads that carry frames for a cycle of this priority: one below it, so that a
+/// flood of messages never holds up the cycle, and no ordinary thread holds up the messages.
 #[must_use]
 pub fn carriers(config: &RealTimeConfig) -> Option<u8> {
     config
@@ -57,21 +57,21 @@ pub fn carriers(config: &RealTimeConfig) -> Option<u8> {
         .map(|priority| priority.saturating_sub(1).max(1))
 }
 
-/// Gives the calling thread this priority, and whether that was permitted: the cycle, which wishes for more, says where it
-/// is not.
+/// Sets the priority of the calling thread; returns true if permitted. A denial is reported by the
+/// cycle, which requests a higher one.
 pub(crate) fn raise(priority: Option<u8>) -> bool {
     priority.is_some_and(|priority| Os::set_priority(priority).is_ok())
 }
 
-/// Gives the calling thread this priority until the result is dropped. Threads that are started meanwhile inherit it, and
-/// keep it: so the transport's get it, which starts its own.
+/// Sets the priority of the calling thread until the result is dropped. Threads started meanwhile
+/// inherit and keep it, and so do the threads that the transport starts.
 pub(crate) fn raised(priority: Option<u8>) -> Raised {
     Raised {
         is_raised: raise(priority),
     }
 }
 
-/// The calling thread has a priority.
+/// Guard of the raised priority of the calling thread.
 pub(crate) struct Raised {
     is_raised: bool,
 }

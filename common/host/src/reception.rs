@@ -1,4 +1,4 @@
-//! The way in for what a node receives, and what is known of where it comes from.
+//! The path of received messages into a node, and the state of their source.
 
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,16 +13,16 @@ use crate::counters::{Counters, count};
 use crate::faults::Faults;
 use crate::mailbox::Inbox;
 
-/// What is known of a source, written by the transport's threads.
+/// State of a source, written by the transport's threads.
 pub(crate) struct Contact {
     alive: AtomicBool,
     /// Machine time of the last accepted frame; `i64::MIN` before the first.
     last_frame: AtomicI64,
-    /// The axes of a frame with none of those that are followed, and when it came.
+    /// The axis ids of a frame with none of the followed axes, and its arrival.
     other_axes: Mutex<Option<(Instant<Machine>, Vec<u32>)>>,
 }
 
-/// The axes of frames that have none of those that are followed are looked at so often.
+/// Interval between checks of the axes of frames that have none of the followed ones.
 const LOOK: Span = Span::from_secs(1);
 
 impl Contact {
@@ -34,7 +34,7 @@ impl Contact {
         })
     }
 
-    /// The ids of the axes that came instead of those that are followed, if that is so.
+    /// Ids of the axes received instead of the followed ones; empty otherwise.
     pub(crate) fn other_axes(&self) -> Vec<u32> {
         let other = self.other_axes.lock();
         let other = other.unwrap_or_else(PoisonError::into_inner);
@@ -52,17 +52,18 @@ impl Contact {
         }
     }
 
-    /// It has announced itself, or left.
+    /// Notes that the source has announced itself or left.
     pub(crate) fn set_alive(&self, alive: bool) {
         self.alive.store(alive, Ordering::Relaxed);
     }
 
-    /// Whether the source has announced itself. For display: what counts is the age of its frames.
+    /// True if the source has announced itself. For display only: health depends on the age of its
+    /// frames.
     pub(crate) fn is_alive(&self) -> bool {
         self.alive.load(Ordering::Relaxed)
     }
 
-    /// How long ago the source's last good frame came; none if none ever did.
+    /// Age of the source's last good frame; none before the first.
     pub(crate) fn frame_age(&self, now: Instant<Machine>) -> Option<Span> {
         match self.last_frame.load(Ordering::Relaxed) {
             i64::MIN => None,
@@ -71,7 +72,7 @@ impl Contact {
     }
 }
 
-/// The way in for the frames of one key: checked, put through the faults, into the mailbox.
+/// The path of the frames of one key: checked, passed through the faults, into the mailbox.
 pub(crate) struct Reception {
     carries_axes: bool,
     reader: Reader,
@@ -82,7 +83,7 @@ pub(crate) struct Reception {
 }
 
 impl Reception {
-    /// The way in of a subscription: its messages go to `inbox`.
+    /// Creates the path of a subscription; its messages go to `inbox`.
     ///
     /// # Errors
     /// A file that its faults name cannot be used.
@@ -105,7 +106,8 @@ impl Reception {
         })
     }
 
-    /// A delayed message is delivered at once, with a stamp in the future: the node holds it. Whether it was a good one.
+    /// Takes a message; returns true if it was good. A delayed message is delivered at once, with a
+    /// stamp in the future, and held by the node.
     pub(crate) fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) -> bool {
         let mut is_good = false;
         let Self {

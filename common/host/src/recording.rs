@@ -14,30 +14,31 @@ use crate::inputs::InputRecord;
 use crate::new_file::create_next;
 use crate::synced_file::SyncedFile;
 
-/// Memory for what waits to be written: a disk may stand still for a second or more.
+/// Memory for entries that wait to be written: a disk may stall for a second or more.
 const QUEUE_BYTES: usize = 32 << 20;
-/// As many rows as that holds, but no more and no fewer than that.
+/// Capacity in rows, as many as this memory holds, within these limits.
 const MOST_ENTRIES: usize = 16_384;
 const FEWEST_ENTRIES: usize = 64;
-/// About what a signal takes in a row.
+/// Approximate size of a signal in a row.
 const SIGNAL_BYTES: usize = 12;
 
-/// Rows, log lines and status of a node, on their way into an MCAP file. Nobody waits for the disk: what the queue to the
-/// thread that writes cannot hold is dropped and counted. What is older than a quarter of a second is on the disk.
+/// Rows, log lines and status of a node, on their way into an MCAP file. No thread waits for the
+/// disk: entries that do not fit into the writing thread's queue are dropped and counted. Entries
+/// older than a quarter of a second are on the disk.
 pub struct Recording {
     path: PathBuf,
     encoder: RowEncoder,
-    /// None after the end.
+    /// Queue to the writing thread; none after the end.
     queue: Option<SyncSender<Entry>>,
     thread: Option<JoinHandle<anyhow::Result<()>>>,
     dropped: u64,
-    /// Times that scans are missing among the inputs.
+    /// Number of gaps in the recorded inputs.
     input_gaps: u64,
-    /// A row that did not fit its table; nothing is written after that.
+    /// A row that did not fit its table; no row is written after that.
     failure: Option<RowError>,
 }
 
-/// Something to write.
+/// An entry to write.
 enum Entry {
     Row(EncodedRow),
     Inputs {
@@ -53,19 +54,19 @@ enum Entry {
     Facts(Facts),
 }
 
-/// A file that is put into a recording.
+/// A file attached to a recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Attached<'a> {
-    /// Its name.
+    /// Name of the file.
     pub name: &'a str,
-    /// What it is.
+    /// Media type of the contents.
     pub media_type: &'a str,
-    /// What is in it.
+    /// Contents.
     pub data: &'a [u8],
 }
 
 impl Recording {
-    /// Creates the file, or where there is one the next of its name that is free, and starts the thread that writes it.
+    /// Creates the file, or the next free one of its name, and starts the thread that writes it.
     ///
     /// # Errors
     /// Names the file that cannot be written.
@@ -112,13 +113,13 @@ impl Recording {
         })
     }
 
-    /// Where it is.
+    /// Path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Says which run of the node it is.
+    /// Records the epoch of the run.
     pub fn begin(&mut self, epoch: u64) {
         let facts = [("epoch", format!("{epoch:016x}"))];
         self.facts(facts);
@@ -138,7 +139,7 @@ impl Recording {
         }
     }
 
-    /// Adds what the node was told before a scan.
+    /// Adds the inputs of the node before a scan.
     pub fn told(&mut self, record: &InputRecord) {
         self.input_gaps += u64::from(record.after_gap);
         let dropped = self.dropped;
@@ -162,16 +163,16 @@ impl Recording {
         self.push(Entry::Status { at_ns, json });
     }
 
-    /// What did not fit into the queue, or came after a failure: rows, log lines and status.
+    /// Number of rows, log lines and statuses that did not fit into the queue or came after a failure.
     #[must_use]
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Writes out what is left, and ends the file with its summary.
+    /// Writes the remaining entries, and ends the file with its summary.
     ///
     /// # Errors
-    /// Names the file that is incomplete, and why.
+    /// Names the incomplete file and the reason.
     pub fn finish(&mut self) -> anyhow::Result<()> {
         let facts = [
             ("dropped", self.dropped.to_string()),
@@ -194,7 +195,7 @@ impl Recording {
 
     fn facts<const N: usize>(&mut self, facts: [(&str, String); N]) {
         let facts = facts.map(|(name, value)| (name.to_owned(), value));
-        // Few and small: they may wait, for as long as a disk does.
+        // Few and small: these may wait, even for a slow disk.
         if let Some(queue) = &self.queue {
             let _ = queue.send(Entry::Facts(facts.into()));
         }
@@ -205,7 +206,7 @@ impl Recording {
             return;
         };
         let pushed = queue.try_send(entry);
-        // Why nobody takes them any more, the thread has said itself.
+        // A disconnected queue is not logged here: the thread has logged the reason itself.
         if let Err(TrySendError::Full(_)) = &pushed
             && self.dropped == 0
         {
@@ -217,7 +218,7 @@ impl Recording {
 }
 
 impl Drop for Recording {
-    /// A node that does not come to its end leaves a file that is finished, too.
+    /// Finishes the file of a node that did not end regularly, too.
     fn drop(&mut self) {
         if self.thread.is_some() {
             let _ = self.finish();
@@ -225,7 +226,7 @@ impl Drop for Recording {
     }
 }
 
-/// Writes what comes until nothing more does, and ends the file.
+/// Writes entries until the queue closes, and ends the file.
 fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<Entry>) -> anyhow::Result<()> {
     for entry in entries {
         match entry {
@@ -292,7 +293,7 @@ mod tests {
         });
         let rows: Vec<_> = rows.collect();
         assert_eq!(rows.len(), 100);
-        // The machine's clock comes back to the nanosecond.
+        // The machine's clock is kept to the nanosecond.
         assert_eq!(rows[3].at_ns, (start + Span::from_millis(30)).as_nanos());
         assert_eq!(rows[3].values, [Some(Value::Number(3.0))]);
         let facts = items.iter().filter_map(|item| match item {

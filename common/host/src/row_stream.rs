@@ -1,4 +1,4 @@
-//! The rows of a node for those who look on.
+//! The rows of a node for live viewers.
 
 use coaxle_clock::{Instant, Span};
 use coaxle_os::machine::Machine;
@@ -7,24 +7,24 @@ use serde::Serialize;
 
 use crate::transport::Publisher;
 
-/// As long as a piece is: twenty a second look like motion, and what each needs besides its rows stays small.
+/// Length of a piece: twenty a second look like motion, and the overhead of each stays small.
 pub(crate) const PIECE: Span = Span::from_millis(50);
 
-/// Rows, log lines and status of a node, published in small recordings while somebody subscribes to them. While nobody
-/// does nothing is made of a row. Nobody is waited for: what the network cannot take is lost, and the gap shows by the
-/// sequence numbers of the rows.
+/// Rows, log lines and status of a node, published in small recordings while there is a subscriber.
+/// Without one, no row is encoded. The stream never waits: data that the network cannot take is
+/// lost, and the gap shows in the sequence numbers of the rows.
 pub(crate) struct RowStream {
     encoder: RowEncoder,
     pieces: Pieces,
     publisher: Box<dyn Publisher>,
     is_watched: bool,
-    /// When the piece began.
+    /// Start of the current piece.
     began: Option<Instant<Machine>>,
     is_broken: bool,
 }
 
 impl RowStream {
-    /// Of a table; the pieces say `facts`, and what is published goes to `publisher`.
+    /// Creates the stream of a table; the pieces carry `facts`, and `publisher` publishes them.
     pub(crate) fn new(table: &Table, pieces: Pieces, publisher: Box<dyn Publisher>) -> Self {
         Self {
             encoder: RowEncoder::of(table),
@@ -36,7 +36,7 @@ impl RowStream {
         }
     }
 
-    /// Takes the row of a cycle, and publishes the piece that is full.
+    /// Takes the row of a cycle, and publishes a full piece.
     pub(crate) fn row(
         &mut self,
         at: Instant<Machine>,
@@ -71,7 +71,7 @@ impl RowStream {
         }
     }
 
-    /// Publishes what there is.
+    /// Publishes the current piece.
     pub(crate) fn send(&mut self) {
         match self.pieces.take() {
             Ok(Some(piece)) => {

@@ -1,4 +1,4 @@
-//! What becomes of the rows of a node: a trace, a recording, and what those see who look on.
+//! Destinations of the rows of a node: a trace, a recording, and live viewers.
 
 use coaxle_clock::Instant;
 use coaxle_os::Trace;
@@ -12,18 +12,18 @@ use crate::recording::Recording;
 use crate::row_stream::RowStream;
 use crate::transport::Publisher;
 
-/// The rows of a node, with its log and its status, on their way to wherever they are wanted.
+/// The rows of a node, with its log and its status, on their way to their destinations.
 pub struct Rows {
     table: Table,
     facts: Facts,
     trace: Option<Trace>,
     recording: Option<Recording>,
-    /// None before the run begins.
+    /// Stream to live viewers; none before the run begins.
     stream: Option<RowStream>,
 }
 
 impl Rows {
-    /// Of a table, of which `facts` are known, into the files that are wanted.
+    /// Creates the rows of a table with these facts, for the given files.
     #[must_use]
     pub const fn new(
         table: Table,
@@ -40,7 +40,7 @@ impl Rows {
         }
     }
 
-    /// The run with this epoch begins; those who look on hear of it from this publisher.
+    /// Begins the run with this epoch; `publisher` serves the live viewers.
     pub fn begin(&mut self, epoch: u64, publisher: Box<dyn Publisher>) {
         if let Some(recording) = &mut self.recording {
             recording.begin(epoch);
@@ -65,13 +65,13 @@ impl Rows {
         }
     }
 
-    /// Whether somebody wants what the node is told before its scans: a recording has it, so that it can be replayed.
+    /// True if the node's inputs before its scans are wanted: a recording holds them for replay.
     #[must_use]
     pub const fn want_inputs(&self) -> bool {
         self.recording.is_some()
     }
 
-    /// Adds what the node was told before a scan.
+    /// Adds the inputs of the node before a scan.
     pub fn told(&mut self, record: &InputRecord) {
         if let Some(recording) = &mut self.recording {
             recording.told(record);
@@ -94,7 +94,7 @@ impl Rows {
         }
     }
 
-    /// Adds the node's status, as it was published: JSON.
+    /// Adds the node's status, as published: JSON.
     pub fn reported(&mut self, at: Instant<Machine>, status: &str) {
         if let Some(recording) = &mut self.recording {
             recording.status(at, status);
@@ -104,17 +104,17 @@ impl Rows {
         }
     }
 
-    /// Adds to the status how it goes with them.
+    /// Adds the recording's counters to the status.
     pub fn add_to(&self, status: &mut Map<String, Value>) {
         if let Some(recording) = &self.recording {
             status.insert("recording_dropped".to_owned(), json!(recording.dropped()));
         }
     }
 
-    /// The run is over.
+    /// Ends the run.
     ///
     /// # Errors
-    /// Names the file that is incomplete, and why.
+    /// Names the incomplete file and the reason.
     pub fn finish(&mut self) -> anyhow::Result<()> {
         if let Some(mut stream) = self.stream.take() {
             stream.send();
@@ -171,7 +171,8 @@ mod tests {
             join.piece("boiler", piece).unwrap();
         }
         let joined = &join.nodes()[0];
-        // From the next piece on; those of the last one are on their way when nobody is there any more.
+        // Received from the next piece on; the last pieces are still under way when the subscriber
+        // is gone.
         assert_eq!((joined.rows, joined.missing), (200, 0));
         let file = join.finish().unwrap();
         let items: Vec<_> = Reader::new(file.as_slice()).map(Result::unwrap).collect();

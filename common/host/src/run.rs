@@ -37,7 +37,7 @@ use crate::transport::{Declared, Exposure, OverZenoh, Transport, Urgency};
 
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
-/// Axes in them: of so many frames of the longest kind, and as many as there are frames of few axes.
+/// Axes in these messages: 128 frames of the longest kind, or all messages with few axes each.
 const MAILBOX_AXES: usize = 128 * MAX_AXES;
 /// Requests or responses between two scans: those of a hundred nodes in a second, at ten each.
 const MAILBOX_EXCHANGES: usize = 1024;
@@ -48,44 +48,44 @@ const ARRIVAL_RECORDS: usize = 8192 + 1024;
 
 /// A node and all it needs of the real world.
 pub struct Setup<N: Node> {
-    /// Its name.
+    /// Name of the node.
     pub name: NodeName,
-    /// What it is, for its status: `sender`, `receiver`.
+    /// Role in the status: `sender`, `receiver`.
     pub role: &'static str,
-    /// How it reaches the others.
+    /// Connection to other nodes.
     pub transport: TransportConfig,
-    /// What it asks of the operating system.
+    /// Settings requested from the operating system.
     pub real_time: RealTimeConfig,
-    /// What is wrong with its clock on purpose.
+    /// Injected clock faults.
     pub clock: ClockConfig,
-    /// Where all its injected randomness comes from.
+    /// Seed of all injected randomness.
     pub seed: u64,
-    /// Whether its frames of axes say how late they left.
+    /// True if frames of axes carry their send delay.
     pub send_stamps: bool,
-    /// What it publishes and hears. It follows the nodes whose axes it hears.
+    /// Publications and subscriptions. The node follows the nodes whose axes it subscribes to.
     pub wiring: Wiring,
-    /// Where its timing channel is, if it has one.
+    /// Endpoints of the timing channel, if there is one.
     pub timing: TimingEndpoints,
-    /// Ends the run after this time; none runs until a signal comes.
+    /// Duration of the run; none: until a signal.
     pub run_for: Option<Span>,
     /// Builds the node, given the ideal start of its first cycle and the epoch of this run.
     pub build: BuildNode<N>,
-    /// Keeps what the node shows of itself.
+    /// Recorder of the node's snapshots.
     pub recorder: Box<dyn Recorder<N::Snapshot>>,
-    /// What else runs on the node's transport, if anything.
+    /// Service that runs on the node's transport, if any.
     pub beside: Option<Beside>,
 }
 
-/// Starts something on the transport of a node; it ends when what it gives is dropped.
+/// Starts a service on the transport of a node; it ends when the result is dropped.
 pub type Beside = Box<dyn FnOnce(Arc<dyn Transport>) -> anyhow::Result<Declared> + Send>;
 
 /// Builds a node from the ideal start of its first cycle, in its own clock, and the run's epoch.
 pub type BuildNode<N> = Box<dyn FnOnce(Instant<Local>, u64) -> anyhow::Result<N>>;
 
-/// How a run went.
+/// Result of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Why it ended.
+    /// Reason for the end.
     pub ended: Ended,
     /// The random epoch of this run.
     pub epoch: u64,
@@ -93,13 +93,13 @@ pub struct Outcome {
     pub cycles: u64,
     /// Frames handed to the transport.
     pub published: u64,
-    /// Frames that did not get as far: the publisher's ring was full, or the transport refused them.
+    /// Frames not handed to the transport: the publisher's ring was full, or the transport refused them.
     pub not_published: u64,
     /// Frames that were accepted on arrival.
     pub received: u64,
     /// Frames of axes that were refused on arrival.
     pub refused: u64,
-    /// Time requests and responses that were.
+    /// Time requests and responses refused on arrival.
     pub exchange_refused: u64,
     /// Messages that found the mailbox full.
     pub mailbox_dropped: u64,
@@ -109,7 +109,7 @@ pub struct Outcome {
     pub arrivals_dropped: u64,
 }
 
-/// Runs a node over Zenoh until its time is up or Ctrl-C or SIGTERM comes, and ends it cleanly.
+/// Runs a node over Zenoh until its time is up or a Ctrl-C or SIGTERM, and ends it cleanly.
 ///
 /// # Errors
 /// The node cannot be built, the session cannot be opened, a thread died, or the recorder could
@@ -124,7 +124,7 @@ where
     runtime()?.block_on(drive(setup, opening))
 }
 
-/// The same over a transport that is there already; [`Setup::transport`] means nothing then.
+/// Runs a node over an existing transport; [`Setup::transport`] is ignored.
 ///
 /// # Errors
 /// As [`run`].
@@ -135,7 +135,7 @@ where
     runtime()?.block_on(drive(setup, async move { Ok(transport) }))
 }
 
-/// One line each for what whoever starts a node ought to know of its transport.
+/// Logs one warning per security risk of the transport.
 fn warn_of_open_doors(node: &NodeName, transport: &TransportConfig) -> anyhow::Result<()> {
     let exposure = Exposure::of(transport)?;
     let open = exposure.without_mutual_tls(&exposure.listens);
@@ -306,7 +306,7 @@ where
     };
     service.stopping();
     cycle.stop.store(true, Ordering::Relaxed);
-    // In the order the data flow, so that each finds all that is left.
+    // In the order of the data flow, so that each thread finds all remaining data.
     let cycled = joined("cycle", cycle.thread).await;
     let commanded = joined("command", server).await;
     let published = joined("publish", publisher).await;
@@ -319,7 +319,7 @@ where
         None => Ok(()),
     };
     session.close();
-    // What a thread said itself says more.
+    // An error of a thread itself is more specific.
     cycled?;
     commanded?;
     published?;
@@ -330,7 +330,7 @@ where
     Ok(outcome(why, epoch, &counters))
 }
 
-/// The timing channel of the node, if it has one and may have it.
+/// The timing channel of the node, if configured and permitted.
 fn timing_channel(
     node: &NodeName,
     endpoints: &TimingEndpoints,
@@ -377,7 +377,7 @@ fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
     }
 }
 
-/// A mailbox for each subscription: each has only one thread that fills it.
+/// Creates a mailbox for each subscription: each is filled by one thread only.
 fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>, Vec<Mailbox>) {
     let mailbox = |subscription: &Subscription| {
         let (messages, axes) = match subscription.reader.axes() {

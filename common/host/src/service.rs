@@ -1,4 +1,4 @@
-//! What the service manager is told: that the node runs, that its cycle still does, and that it ends.
+//! Notifications to the service manager: the node runs, its cycle is alive, the node ends.
 
 use std::convert::Infallible;
 use std::sync::atomic::AtomicU64;
@@ -8,18 +8,18 @@ use coaxle_os::{Os, ServiceState, System};
 
 use crate::counters::read;
 
-/// A watchdog is fed so many times in its time.
+/// Number of watchdog notifications within the watchdog time.
 const MEALS: u32 = 3;
 
-/// The service that this process is.
+/// The service manager's view of this process.
 pub(crate) struct Service {
-    /// The manager ends it when it is not fed for so long.
+    /// Time without a notification after which the manager ends the process.
     watchdog: Option<Duration>,
     pulse: Pulse,
 }
 
 impl Service {
-    /// From now on the node runs.
+    /// Notifies that the node runs.
     pub(crate) fn ready() -> Self {
         tell(ServiceState::Ready);
         Self {
@@ -28,7 +28,7 @@ impl Service {
         }
     }
 
-    /// Feeds the watchdog, if there is one, for as long as `cycles` goes on.
+    /// Triggers the watchdog, if there is one, as long as `cycles` increases.
     pub(crate) async fn feed_watchdog(&mut self, cycles: &AtomicU64) -> Infallible {
         let Some(watchdog) = self.watchdog else {
             return std::future::pending().await;
@@ -41,7 +41,7 @@ impl Service {
         }
     }
 
-    /// From now on the node ends.
+    /// Notifies that the node ends.
     pub(crate) fn stopping(&self) {
         tell(ServiceState::Stopping);
     }
@@ -53,7 +53,7 @@ fn tell(state: ServiceState) {
     }
 }
 
-/// Whether something that counts still does.
+/// Detects whether a counter still increases.
 #[derive(Default)]
 struct Pulse {
     last: Option<u64>,

@@ -1,5 +1,5 @@
-//! What a node has on its transport: its channels, its status, its presence, and the way in for
-//! frames and requests.
+//! A node's declarations on its transport: its channels, its status, its presence, and the
+//! subscriptions for frames and requests.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -21,20 +21,20 @@ use crate::publisher::PublishedChannel;
 use crate::reception::{Contact, Reception};
 use crate::transport::{Declared, PresenceHandler, Publisher, Request, Transport, Urgency};
 
-/// A node on its transport, with everything it declared there.
+/// A node on its transport, with all its declarations.
 pub(crate) struct Session {
     transport: Arc<dyn Transport>,
-    /// Where axes are published: whoever subscribes there follows the node.
+    /// Publishers of axes; the subscribers follow the node.
     axes: Vec<Arc<dyn Publisher>>,
     status: Box<dyn Publisher>,
     declared: Vec<Declared>,
-    /// Of each node whose axes this one follows.
+    /// State of each followed node.
     contacts: Vec<Arc<Contact>>,
     /// Other runs under the name of this node.
     namesakes: Keys,
-    /// Those that say that they hear the axes of this node.
+    /// Announcements of the nodes that receive the axes of this node.
     seen_by: Keys,
-    /// All other nodes, where everybody may know of all.
+    /// Other nodes, where access control permits listing them.
     neighbours: Keys,
     panics: PanicWatch,
 }
@@ -43,7 +43,7 @@ pub(crate) struct Session {
 type Keys = Arc<Mutex<BTreeSet<String>>>;
 
 impl Session {
-    /// Announces the node, and this run of it; from then on other runs under its name are noticed.
+    /// Announces the node and this run of it, and watches for other runs under its name.
     ///
     /// # Errors
     /// The transport refuses.
@@ -72,13 +72,13 @@ impl Session {
         })
     }
 
-    /// How many other nodes of the same name this one can see: no network forwards between two peers.
+    /// Number of visible other nodes with this name: no network forwards between two peers.
     pub(crate) fn namesakes(&self) -> usize {
         let namesakes = self.namesakes.lock();
         namesakes.unwrap_or_else(PoisonError::into_inner).len()
     }
 
-    /// Notices from now on who hears the axes of this node, which is called so, if it publishes any.
+    /// Watches for nodes that receive the axes of this node, `name`, if it publishes any.
     pub(crate) fn watch_hearers(&mut self, name: &NodeName) -> anyhow::Result<()> {
         if self.axes.is_empty() {
             return Ok(());
@@ -89,7 +89,7 @@ impl Session {
         Ok(())
     }
 
-    /// Notices from now on which other nodes are there.
+    /// Watches for other nodes.
     pub(crate) fn watch_neighbours(&mut self, name: &NodeName) -> anyhow::Result<()> {
         let on_change = keeping(Arc::clone(&self.neighbours), Some(name.alive_key()));
         let watched = self.transport.watch(ANY_ALIVE_KEY, on_change)?;
@@ -97,13 +97,13 @@ impl Session {
         Ok(())
     }
 
-    /// The names of all other nodes that are there, in order; none where nobody may know of all.
+    /// Names of the other visible nodes, in order; empty where access control forbids it.
     pub(crate) fn neighbours(&self) -> Vec<String> {
         let names = names(&self.neighbours, NodeName::of_key);
         names.iter().map(NodeName::to_string).collect()
     }
 
-    /// The names of those that say that they hear the axes of this node, in order.
+    /// Names of the nodes that announce to receive the axes of this node, in order.
     pub(crate) fn seen_by(&self) -> Vec<String> {
         names(&self.seen_by, |key| {
             key.rsplit('/').next().map(str::to_owned)
@@ -136,7 +136,7 @@ impl Session {
         Ok(channels)
     }
 
-    /// Subscribes to a channel: its messages go to `inbox`. A source of axes is one more of
+    /// Subscribes to a channel: its messages go to `inbox`. A source of axes is added to
     /// [`Self::contacts`].
     pub(crate) fn subscribe(
         &mut self,
@@ -164,7 +164,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes orders, of operators and of who gives no name: they are handed to `requests`.
+    /// Takes orders, of operators and of unnamed clients, and hands them to `requests`.
     pub(crate) fn take_orders(
         &mut self,
         name: &NodeName,
@@ -192,29 +192,29 @@ impl Session {
         Ok(())
     }
 
-    /// Whether somebody subscribes to the axes of this node.
+    /// True if the axes of this node have a subscriber.
     pub(crate) fn has_follower(&self) -> bool {
         self.axes.iter().any(|publisher| publisher.has_subscriber())
     }
 
-    /// What is known of each node whose axes this one follows, in the order of the subscriptions.
+    /// State of each followed node, in the order of the subscriptions.
     pub(crate) fn contacts(&self) -> &[Arc<Contact>] {
         &self.contacts
     }
 
-    /// Publishes the status, as well as the network can take it.
+    /// Publishes the status; a failure is only logged.
     pub(crate) fn publish_status(&self, json: String) {
         if let Err(error) = self.status.publish(json.into_bytes()) {
             tracing::debug!(%error, "the transport refused the status");
         }
     }
 
-    /// The transport, for those who may wait for it.
+    /// The transport, for callers that may wait for it.
     pub(crate) const fn transport(&self) -> &Arc<dyn Transport> {
         &self.transport
     }
 
-    /// How it reaches others, for messages.
+    /// Endpoints of the transport, for messages.
     pub(crate) fn whereabouts(&self) -> &str {
         self.transport.whereabouts()
     }
@@ -225,7 +225,7 @@ impl Session {
     }
 }
 
-/// The way in for orders: who gives one is in its key.
+/// The path of orders; the sender's name is in the key.
 struct Orders {
     key: String,
     requests: RequestSender,
@@ -243,7 +243,7 @@ impl Orders {
         }
     }
 
-    /// Who gives an order with this key, if anybody is named; none if it is the key of no order.
+    /// Operator named in the key of an order, if any; none if this is not the key of an order.
     fn given_by(&self, key: &str) -> Option<Option<NodeName>> {
         let operator = key.strip_prefix(&self.key)?;
         if operator.is_empty() {
@@ -254,13 +254,13 @@ impl Orders {
     }
 }
 
-/// What keys that are announced name.
+/// Names in announced keys.
 fn names<T>(keys: &Keys, name: impl Fn(&str) -> Option<T>) -> Vec<T> {
     let keys = keys.lock().unwrap_or_else(PoisonError::into_inner);
     keys.iter().filter_map(|key| name(key)).collect()
 }
 
-/// Keeps which keys other than the own one are announced. Of one it may be told more than once.
+/// Keeps the set of announced keys other than the own one. A key may be reported more than once.
 fn keeping(keys: Keys, own: Option<String>) -> PresenceHandler {
     Box::new(move |key, is_there| {
         let mut keys = keys.lock().unwrap_or_else(PoisonError::into_inner);

@@ -20,12 +20,12 @@ use crate::transport::Unseen;
 use crate::unseen::{Inquiry, Search};
 use crate::waiting::{last_came, other_axes, others};
 
-/// A node that waits says so this often.
+/// Interval of the reminders that a node still waits.
 const REMINDER: Span = Span::from_secs(5);
-/// Counterparts usually turn up within this time; until then a wait is not worth a warning.
+/// Time in which counterparts usually appear; until then waiting is not worth a warning.
 const PATIENCE: Span = Span::from_secs(2);
 
-/// Who the status is about.
+/// Identity of the node in its status.
 pub(crate) struct Identity {
     pub(crate) name: NodeName,
     pub(crate) role: &'static str,
@@ -34,7 +34,7 @@ pub(crate) struct Identity {
     pub(crate) sources: Vec<(NodeName, String)>,
     /// The keys under which this node publishes axes.
     pub(crate) publishes: Vec<String>,
-    /// Whether access control decides what passes between the nodes.
+    /// True if access control decides which data pass between the nodes.
     pub(crate) in_secure_network: bool,
 }
 
@@ -46,12 +46,12 @@ pub(crate) struct Reporter {
     granted: Arc<real_time::Outcome>,
     started: Instant<Machine>,
     log: HealthLog,
-    /// Of each source, in the order of the session's contacts.
+    /// Search state per source, in the order of the session's contacts.
     searches: Vec<Search>,
     inquiry: Inquiry,
     hearing: Hearing,
     circles: CircleSearch,
-    /// Why nobody hears the axes of this node, although somebody subscribes to them.
+    /// Search for the reason why no node receives the axes of this one although there is a subscriber.
     unheard: Search,
 }
 
@@ -83,7 +83,7 @@ impl Reporter {
         }
     }
 
-    /// Publishes the status at `now`, with what the recorder adds to it, and gives it back: JSON.
+    /// Publishes the status at `now`, with the recorder's additions, and returns it: JSON.
     pub(crate) fn report(
         &mut self,
         now: Instant<Machine>,
@@ -109,8 +109,8 @@ impl Reporter {
         self.publish(now, Health::Stopped, details);
     }
 
-    /// A node that follows others needs the frames of all of them; any other needs somebody to follow
-    /// it. Gives the worst evidence, and the source that it is of.
+    /// Evidence for the health. A node that follows others needs the frames of all of them; any
+    /// other needs a follower. Returns the worst evidence, and the index of its source.
     fn evidence(&self, now: Instant<Machine>) -> (Evidence, usize) {
         let contacts = self.session.contacts().iter();
         let evidence = contacts.map(|contact| evidence_of(contact, now));
@@ -126,7 +126,7 @@ impl Reporter {
         worst.unwrap_or_else(|| (Evidence::Followers { any: any() }, 0))
     }
 
-    /// Asks why sources are not to be seen, one at a time, and says what holds.
+    /// Inquires why sources are not visible, one at a time, and logs each confirmed reason.
     fn look_for_missing(&mut self, now: Instant<Machine>) {
         let node = &self.identity.name;
         if let Some((n, found)) = self.inquiry.take()
@@ -153,7 +153,7 @@ impl Reporter {
         }
     }
 
-    /// Says of each source whether all that is followed of it comes in.
+    /// Announces for each source whether all followed frames of it arrive.
     fn say_who_is_heard(&mut self, now: Instant<Machine>) {
         let mut heard = BTreeMap::new();
         let sources = self.identity.sources.iter().zip(self.session.contacts());
@@ -178,7 +178,7 @@ impl Reporter {
         });
     }
 
-    /// Elsewhere than in a secure network everything passes, and who only listens need not say so.
+    /// Outside a secure network all data pass, and a listener need not announce itself.
     fn look_for_hearers(&mut self, now: Instant<Machine>) {
         if !self.identity.in_secure_network {
             return;
@@ -285,7 +285,7 @@ impl Reporter {
         }
     }
 
-    /// What a node that is not healthy lacks.
+    /// Text on the data that an unhealthy node lacks.
     fn wanted(&self, (evidence, source): (Evidence, usize), now: Instant<Machine>) -> String {
         let running = now - self.started;
         let endpoints = self.session.whereabouts();
@@ -327,7 +327,7 @@ impl Reporter {
     }
 }
 
-/// What the system granted: the real-time priority of each thread that has one, and what it denied.
+/// Granted real-time priorities per thread, and denied settings.
 fn real_time_of(granted: &real_time::Outcome) -> Value {
     let Some(denied) = granted.get() else {
         return json!({ "priorities": {}, "denied": [] });
@@ -340,7 +340,7 @@ fn real_time_of(granted: &real_time::Outcome) -> Value {
     json!({ "priorities": priorities, "denied": denied })
 }
 
-/// Its node with the key of its frames, what the transport's threads know of it, and why it is not to be seen.
+/// A source: its node with the key of its frames, its contact, and the search for why it is not visible.
 type Source<'a> = ((&'a (NodeName, String), &'a Arc<Contact>), &'a Search);
 
 fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
@@ -370,7 +370,7 @@ fn word_for(health: Health, details: &Map<String, Value>) -> String {
     }
 }
 
-/// When a line about the health is due.
+/// Decides when a line about the health is due.
 struct HealthLog {
     last_word: Option<String>,
     next_reminder: Instant<Machine>,
@@ -396,7 +396,7 @@ impl HealthLog {
         if changed {
             self.last_word = Some(word.to_owned());
         }
-        // Nobody has met anybody in the first moment: that is no news.
+        // In the first moment no counterpart is known: not worth a line.
         if changed && !(first && health != Health::Ok) {
             self.next_reminder = now + REMINDER;
             return Some(Note::Changed);

@@ -1,10 +1,10 @@
-//! A file that outlives the process, and the power.
+//! A file that survives the end of the process and a power failure.
 
 use std::fs::File;
 use std::io::{self, Write};
 
-/// A file of which all that was flushed is on the disk, so that neither the end of the process nor that of the power takes
-/// it.
+/// A file whose flushed data are on the disk, so that they survive the end of the process and a
+/// power failure.
 #[derive(Debug)]
 pub struct SyncedFile(pub File);
 
@@ -15,7 +15,7 @@ impl Write for SyncedFile {
 
     fn flush(&mut self) -> io::Result<()> {
         match self.0.sync_data() {
-            // What is no file, such as a pipe, has no disk.
+            // A target that is no file, such as a pipe, has no disk.
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
             other => other,
         }

@@ -1,4 +1,4 @@
-//! Telemetry: what leaves the cycle thread for people, recorders and the status.
+//! Telemetry: data from the cycle thread for people, recorders and the status.
 
 use std::time::Duration;
 
@@ -13,95 +13,97 @@ use crate::inputs::{InputRecord, Inputs};
 use crate::status::Reporter;
 use crate::transport::Publisher;
 
-/// One cycle as telemetry sees it.
+/// Telemetry of one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<S> {
-    /// When the cycle should have begun.
+    /// Nominal start of the cycle.
     pub ideal_start: Instant<Machine>,
-    /// When it really did.
+    /// Actual start of the cycle.
     pub woke: Instant<Machine>,
-    /// What the node showed of itself at its end.
+    /// Snapshot of the node at the end of the cycle.
     pub snapshot: S,
 }
 
-/// Something that a cycle took in of the followed clock.
+/// A measurement of the followed clock that a cycle took in.
 #[derive(Clone, Copy, Debug)]
 pub struct ArrivalRecord {
-    /// When the cycle should have begun.
+    /// Nominal start of the cycle.
     pub ideal_start: Instant<Machine>,
-    /// Which cycle it was.
+    /// Number of the cycle.
     pub tick: Tick,
-    /// What it took in.
+    /// The measurement.
     pub arrival: Arrival,
 }
 
-/// Keeps what a node shows of itself. It runs on the telemetry thread, where it may allocate,
-/// write files and take its time: what the rings cannot hold meanwhile is dropped and counted.
+/// Keeps the snapshots of a node. It runs on the telemetry thread, where it may allocate, write
+/// files and take its time: records that do not fit into the rings meanwhile are dropped and
+/// counted.
 pub trait Recorder<S>: Send {
-    /// Takes a cycle's record; each is given once, in order.
+    /// Takes a cycle's record; each is passed once, in order.
     fn record(&mut self, record: &Record<S>);
 
-    /// The run with this epoch begins: nothing has been given yet. Whoever looks on hears what `rows` publishes.
+    /// Begins the run with this epoch, before any record. Live viewers receive the data published
+    /// by `rows`.
     fn begin(&mut self, epoch: u64, rows: Box<dyn Publisher>) {
         let _ = (epoch, rows);
     }
 
-    /// Takes something that a cycle took in; each is given once, in order, but some time before or
-    /// after the record of its cycle.
+    /// Takes a measurement that a cycle took in; each is passed once, in order, but some time
+    /// before or after the record of its cycle.
     fn arrived(&mut self, record: &ArrivalRecord) {
         let _ = record;
     }
 
-    /// Whether it takes what the node is told before its scans.
+    /// True if it takes the node's inputs before its scans.
     fn wants_inputs(&self) -> bool {
         false
     }
 
-    /// Takes what the node was told before a scan; each is given once, in order, but some time before or after the record
-    /// of its cycle.
+    /// Takes the node's inputs before a scan; each is passed once, in order, but some time before
+    /// or after the record of its cycle.
     fn told(&mut self, record: &InputRecord) {
         let _ = record;
     }
 
-    /// What to add to the node's status, a few times a second. A text under `health` is the
-    /// node's own opinion: it shows while the network gives no reason for a worse one.
+    /// Additions to the node's status, a few times a second. A text under `health` is the node's
+    /// own judgement: it shows while the network gives no reason for a worse one.
     fn status(&self) -> Map<String, Value> {
         Map::new()
     }
 
-    /// The node's whole status, as it was published at `at`: JSON.
+    /// Takes the node's whole status, as published at `at`: JSON.
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
         let _ = (at, status);
     }
 
-    /// The run is over: nothing more comes.
+    /// Ends the run: no more records follow.
     ///
     /// # Errors
-    /// Whatever was recorded could not be kept.
+    /// The recorded data could not be kept.
     fn finish(&mut self) -> anyhow::Result<()> {
         Ok(())
     }
 }
 
-/// How often the rings are emptied.
+/// Interval at which the rings are emptied.
 const TICK: Duration = Duration::from_millis(10);
 /// Four times a second.
 const STATUS_PERIOD: Span = Span::from_millis(250);
 
 /// Memory for records that wait for telemetry.
 const RECORD_BYTES: usize = 32 << 20;
-/// As many as that holds, but no more than nearly a second's worth at the shortest cycle time, and no
-/// fewer than that many.
+/// Capacity in records, as many as this memory holds; at most nearly a second's worth at the
+/// shortest cycle time, and at least the lower limit.
 const MOST_RECORDS: usize = 8192;
 const FEWEST_RECORDS: usize = 64;
 
-/// The cycle thread's ends of the rings: records go round, so that none is ever made in a cycle.
+/// The cycle thread's ends of the rings: records circulate, so that none is allocated in a cycle.
 pub(crate) struct Records<S> {
     empty: Consumer<Record<S>>,
     full: Producer<Record<S>>,
 }
 
-/// The other ends.
+/// Telemetry's ends of the rings.
 pub(crate) struct Telemetry<S> {
     records: Consumer<Record<S>>,
     emptied: Producer<Record<S>>,
@@ -109,7 +111,7 @@ pub(crate) struct Telemetry<S> {
     inputs: Option<Inputs>,
 }
 
-/// Rings of records like the node's snapshot, which takes so many bytes.
+/// Creates rings of records like the node's snapshot, which takes `bytes` bytes.
 pub(crate) fn telemetry<S: Clone>(
     snapshot: &S,
     bytes: usize,
@@ -124,7 +126,7 @@ pub(crate) fn telemetry<S: Clone>(
             woke: Instant::EPOCH,
             snapshot: snapshot.clone(),
         };
-        // The ring was made for them.
+        // The ring has room for all of them.
         let _ = emptied.push(record);
     }
     let telemetry = Telemetry {
@@ -137,7 +139,7 @@ pub(crate) fn telemetry<S: Clone>(
 }
 
 impl<S: Clone> Records<S> {
-    /// Hands a cycle to telemetry; false if that lags behind too far.
+    /// Hands a cycle to telemetry; returns false if telemetry lags behind too far.
     #[must_use]
     pub(crate) fn push(
         &mut self,
@@ -156,28 +158,28 @@ impl<S: Clone> Records<S> {
 }
 
 impl<S> Telemetry<S> {
-    /// The oldest record, shown to `each`.
+    /// Passes the oldest record to `each`; returns false if there is none.
     pub(crate) fn take(&mut self, each: impl FnOnce(&Record<S>)) -> bool {
         let Ok(record) = self.records.pop() else {
             return false;
         };
         each(&record);
-        // There is room for all that there are; at the end nobody takes it any more.
+        // There is room for all records; at the end the other side is gone.
         let _ = self.emptied.push(record);
         true
     }
 
-    /// From now on these inputs are telemetry's, too.
+    /// Attaches the inputs to telemetry.
     pub(crate) fn attach(&mut self, inputs: Option<Inputs>) {
         self.inputs = inputs;
     }
 
-    /// The oldest scan with what came before it.
+    /// Takes the oldest scan with its inputs.
     fn input(&mut self) -> Option<InputRecord> {
         self.inputs.as_mut()?.take()
     }
 
-    /// The oldest arrival.
+    /// Takes the oldest arrival.
     pub(crate) fn arrival(&mut self) -> Option<ArrivalRecord> {
         self.arrivals.pop().ok()
     }
@@ -191,7 +193,7 @@ pub(crate) fn observe<S>(
 ) -> anyhow::Result<()> {
     let mut next_status = machine::now();
     loop {
-        // Asked before the rings are emptied, so that the last records are not missed.
+        // Read before the rings are emptied, so that the last records are not missed.
         let last_round = telemetry.records.is_abandoned();
         while telemetry.take(|record| recorder.record(record)) {}
         while let Some(arrival) = telemetry.arrival() {

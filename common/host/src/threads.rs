@@ -1,4 +1,4 @@
-//! The threads of a node, each with what it owns.
+//! The threads of a node, each with the data it owns.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use crate::status::Reporter;
 use crate::telemetry::{Recorder, Telemetry, observe};
 use crate::timing::{BeaconReceiver, BeaconSender, Socket};
 
-/// The thread that answers requests.
+/// Starts the thread that responds to requests.
 pub(crate) fn start_server(
     server: CommandServer,
     panics: &PanicWatch,
@@ -32,7 +32,7 @@ pub(crate) fn start_server(
     thread("command", panics, move || server.work())
 }
 
-/// The thread that publishes frames.
+/// Starts the thread that publishes frames.
 pub(crate) fn start_publisher(
     frames: OutgoingFrames,
     send_stamps: bool,
@@ -49,7 +49,7 @@ pub(crate) fn start_publisher(
     })
 }
 
-/// The thread that keeps records and shows the status.
+/// Starts the thread that keeps records and publishes the status.
 pub(crate) fn start_telemetry<S: Send + 'static>(
     telemetry: Telemetry<S>,
     mut recorder: Box<dyn Recorder<S>>,
@@ -61,7 +61,7 @@ pub(crate) fn start_telemetry<S: Send + 'static>(
     })
 }
 
-/// The thread that receives beacons, and what tells it to end.
+/// The thread that receives beacons, with its stop flag.
 pub(crate) struct RunningBeacons {
     pub(crate) thread: JoinHandle<()>,
     pub(crate) stop: Arc<AtomicBool>,
@@ -81,7 +81,7 @@ pub(crate) fn start_beacons(
     Ok(RunningBeacons { thread, stop })
 }
 
-/// How the cycle is to run.
+/// Settings for running the cycle.
 pub(crate) struct Wishes {
     pub(crate) real_time: RealTimeConfig,
     pub(crate) clock: NodeClock,
@@ -92,13 +92,13 @@ pub(crate) struct Wishes {
 pub(crate) struct RunningCycle {
     pub(crate) thread: JoinHandle<()>,
     pub(crate) stop: Arc<AtomicBool>,
-    /// Comes once before the first cycle, with what the operating system did not grant.
+    /// Sent once before the first cycle, with the settings that the operating system did not grant.
     pub(crate) running: oneshot::Receiver<Vec<real_time::Denied>>,
-    /// Closes when the thread ends, be it by a panic.
+    /// Closes when the thread ends, even by a panic.
     pub(crate) ended: oneshot::Receiver<()>,
 }
 
-/// The thread of the cycle, which makes it of its clock: the clock starts there.
+/// Starts the cycle thread, which builds the cycle with its clock: the clock starts there.
 pub(crate) fn start_cycle<N: Node>(
     with_clock: impl FnOnce(NodeClock) -> Cycle<N> + Send + 'static,
     wishes: Wishes,
@@ -111,7 +111,7 @@ pub(crate) fn start_cycle<N: Node>(
     let thread = thread("cycle", panics, move || {
         let _ending = ending;
         let denied = real_time::apply(&wishes.real_time);
-        // A thread that nobody waits for any more may still run.
+        // The receiver may be gone while the thread still runs.
         let _ = now_running.send(denied);
         let cycle = with_clock(wishes.clock.starting_soon());
         let limits = Limits {
@@ -143,15 +143,16 @@ fn thread<T: Send + 'static>(
         .with_context(|| format!("cannot start the {name} thread"))
 }
 
-/// How long a thread may take to end: one that writes to a file nobody empties would keep the node from ending.
+/// Longest time for a thread to end: one that writes to a file without a reader would keep the node
+/// from ending.
 const PATIENCE: Span = Span::from_secs(5);
-/// How often it looks whether it has.
+/// Interval between checks for the end.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// What a thread gave when it ended, which it has been told to.
+/// Waits for a thread that was requested to end, and returns its result.
 ///
 /// # Errors
-/// It panicked, with what it said; or it does not end.
+/// The thread panicked, with its message; or it does not end.
 pub(crate) async fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Result<T> {
     let asked = machine::now();
     while !thread.is_finished() {

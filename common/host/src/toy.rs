@@ -9,7 +9,7 @@ use coaxle_node::{
 };
 use coaxle_slave::{Command, Refusal};
 
-/// The smallest node there is.
+/// The smallest possible node.
 pub(crate) struct Toy {
     schedule: Schedule,
     body: Vec<u8>,
@@ -18,7 +18,7 @@ pub(crate) struct Toy {
     snapshot: ToySnapshot,
 }
 
-/// What a toy remembers.
+/// Snapshot of a toy.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ToySnapshot {
     pub(crate) samples: u64,
@@ -62,7 +62,7 @@ impl Node for Toy {
         }
     }
 
-    /// Its slave `toy` can be told to be somewhere else, and nothing more.
+    /// Executes an order for its slave `toy`, which accepts a new position and no other command.
     fn execute_with(&mut self, order: &CommandOrder, _: &mut OrderCargo) -> CommandOutcome {
         let order = match order {
             CommandOrder::Slave(order) if order.slave.as_str() == "toy" => order,

@@ -1,5 +1,5 @@
-//! Nodes that ought to be there and are not to be seen: when the transport is asked for the reason, and when a reason
-//! holds.
+//! Expected nodes that are not visible: when the transport looks for the reason, and when a reason
+//! is confirmed.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
@@ -10,14 +10,14 @@ use coaxle_os::machine::Machine;
 
 use crate::transport::{Transport, Unseen};
 
-/// A node that is missing for so long is asked for. Most are there sooner.
+/// Time a node is missing before the transport looks for the reason. Most nodes appear sooner.
 const PATIENCE: Span = Span::from_secs(3);
-/// A reason holds once it was found twice, so far apart: a node that is just about to start has none.
+/// Interval between two findings that confirm a reason: a node that is about to start has none.
 const AGAIN: Span = Span::from_secs(3);
-/// How often one that holds is looked at again.
+/// Interval between checks of a confirmed reason.
 const REVIEW: Span = Span::from_secs(30);
 
-/// What is known of one node that may be missing.
+/// State of one node that may be missing.
 #[derive(Default)]
 pub(crate) struct Search {
     missing_since: Option<Instant<Machine>>,
@@ -27,7 +27,7 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Whether the transport is to be asked now. A node that is seen is not missing any more.
+    /// True if an inquiry is due. A visible node is not missing any more.
     pub(crate) fn is_due(&mut self, now: Instant<Machine>, is_seen: bool) -> bool {
         if is_seen {
             *self = Self::default();
@@ -42,15 +42,15 @@ impl Search {
         now >= due
     }
 
-    /// The transport is asked now.
+    /// Notes that an inquiry starts now.
     pub(crate) fn ask(&mut self, now: Instant<Machine>) {
         self.asked = Some(now);
     }
 
-    /// What the transport found; true if that holds from now on.
+    /// Takes the transport's finding; returns true if it is confirmed by this.
     pub(crate) fn find(&mut self, found: Option<Unseen>) -> bool {
         if self.asked.is_none() {
-            // It was seen meanwhile.
+            // Visible meanwhile.
             return false;
         }
         let holds = found == self.found && found != self.reason;
@@ -61,35 +61,35 @@ impl Search {
         holds && self.reason.is_some()
     }
 
-    /// Why it is missing, once that holds.
+    /// Confirmed reason why the node is missing.
     pub(crate) const fn reason(&self) -> Option<&Unseen> {
         self.reason.as_ref()
     }
 }
 
-/// Asks the transport on a thread of its own: that may take seconds.
+/// An inquiry to the transport on a thread of its own, since it may take seconds.
 #[derive(Default)]
 pub(crate) struct Inquiry(Option<(usize, Receiver<Option<Unseen>>)>);
 
 impl Inquiry {
-    /// Whether one is under way.
+    /// True if an inquiry is under way.
     pub(crate) const fn is_open(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Asks for the n-th node.
+    /// Starts an inquiry about the n-th node.
     pub(crate) fn open(&mut self, n: usize, node: &NodeName, transport: &Arc<dyn Transport>) {
         let (answer, answered) = sync_channel(1);
         let (node, transport) = (node.clone(), Arc::clone(transport));
         let asking = move || answer.send(transport.why_unseen(node.as_str()));
         let thread = std::thread::Builder::new().name("inquiry".to_owned());
-        // Without a thread there is no answer, and the next one is asked for later.
+        // Without a thread there is no result, and the inquiry is repeated later.
         if thread.spawn(asking).is_ok() {
             self.0 = Some((n, answered));
         }
     }
 
-    /// What came of the one that is over, and of which node.
+    /// Result of the finished inquiry, and its node.
     pub(crate) fn take(&mut self) -> Option<(usize, Option<Unseen>)> {
         let (n, answered) = self.0.as_ref()?;
         let n = *n;
@@ -115,7 +115,7 @@ mod tests {
         Some(Unseen::Refused(why.to_owned()))
     }
 
-    /// Seconds at which it asks, and at which a reason begins to hold, if `find` says what is found.
+    /// Seconds of the inquiries, and those at which a reason is confirmed, with `found` as the finding.
     fn course(found: impl Fn(i64) -> Option<Unseen>) -> (Vec<i64>, Vec<i64>) {
         let mut search = Search::default();
         let (mut asked, mut held) = (Vec::new(), Vec::new());

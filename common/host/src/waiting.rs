@@ -1,10 +1,10 @@
-//! What a node that waits for another one says of it.
+//! Messages of a node that waits for another one.
 
 use coaxle_clock::Span;
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 
-/// Since when nothing comes.
+/// Text on the time since the last arrival.
 pub(crate) fn last_came(age: Option<Span>, running: Span) -> String {
     let seconds = |span: Span| span.as_secs_f64();
     match age {
@@ -13,7 +13,7 @@ pub(crate) fn last_came(age: Option<Span>, running: Span) -> String {
     }
 }
 
-/// Who is there instead: a name may be written wrong.
+/// Text on the visible nodes instead of the missing one, whose name may be misspelt.
 pub(crate) fn others(missing: &NodeName, names: &[String]) -> String {
     let meant = || did_you_mean(missing.as_str(), names.iter().map(String::as_str));
     match names {
@@ -22,7 +22,7 @@ pub(crate) fn others(missing: &NodeName, names: &[String]) -> String {
     }
 }
 
-/// Which axes come instead of those that are followed.
+/// Text on the axes received instead of the followed ones.
 pub(crate) fn other_axes(ids: &[u32]) -> String {
     let ids: Vec<_> = ids.iter().map(u32::to_string).collect();
     match ids.as_slice() {

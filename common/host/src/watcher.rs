@@ -1,4 +1,4 @@
-//! Watching nodes from outside: who is there, and what they say of themselves.
+//! Watching nodes from outside: their presence and their status.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -12,26 +12,26 @@ use serde_json::{Map, Value};
 
 use crate::transport::{Declared, OverZenoh, Transport, Unseen};
 
-/// The longest status that is taken, bytes: that of a node with thousands of axes.
+/// Longest status accepted, bytes: that of a node with thousands of axes.
 const LONGEST_STATUS: usize = 16 << 20;
-/// So many nodes are told apart at most: whoever may publish could invent more.
+/// Greatest number of nodes kept: a malicious publisher could invent more.
 const MOST_NODES: usize = 10_000;
 
-/// Sees nodes, and hears their status. Nothing of them changes by that.
+/// Watches nodes and reads their status, without any effect on them.
 pub struct Watcher {
     transport: Arc<dyn Transport>,
     seen: Arc<Seen>,
     _declared: Vec<Declared>,
 }
 
-/// A node as it is seen from outside.
+/// A node seen from outside.
 #[derive(Clone, Debug)]
 pub struct SeenNode {
-    /// Its name.
+    /// Name of the node.
     pub name: NodeName,
-    /// Whether it has announced itself.
+    /// True if it has announced itself.
     pub is_alive: bool,
-    /// The newest status, and when it came.
+    /// The newest status and its arrival.
     pub status: Option<(Instant<Machine>, Map<String, Value>)>,
 }
 
@@ -46,7 +46,7 @@ impl Seen {
         self.nodes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes something of the node that a key names.
+    /// Updates the node that a key names.
     fn note(&self, key: &str, what: impl FnOnce(&mut SeenNode)) {
         let Some(name) = NodeName::of_key(key) else {
             return;
@@ -66,7 +66,7 @@ impl Seen {
 }
 
 impl Watcher {
-    /// Joins the network and watches these nodes, or all where none is named.
+    /// Joins the network and watches these nodes, or all if none is named.
     ///
     /// # Errors
     /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
@@ -75,7 +75,7 @@ impl Watcher {
         Self::over(Arc::new(OverZenoh::open_and_wait(transport)?), nodes)
     }
 
-    /// The same over a transport that is there already.
+    /// Watches nodes over an existing transport.
     ///
     /// # Errors
     /// The transport refuses.
@@ -102,13 +102,13 @@ impl Watcher {
         })
     }
 
-    /// The nodes that were seen so far, by name.
+    /// The nodes seen since the start, by name.
     #[must_use]
     pub fn seen(&self) -> Vec<SeenNode> {
         self.seen.lock().values().cloned().collect()
     }
 
-    /// Waits until what is seen is `enough`, or for so long; gives what is seen then.
+    /// Waits until the seen nodes are `enough`, or until the timeout; returns the nodes seen then.
     #[must_use]
     pub fn wait_for(
         &self,
@@ -129,19 +129,19 @@ impl Watcher {
         }
     }
 
-    /// Why a node is not to be seen, as far as trying to reach it tells. Takes some seconds.
+    /// Finds out why a node is not visible, by trying to reach it. Takes some seconds.
     #[must_use]
     pub fn why_unseen(&self, node: &NodeName) -> Option<Unseen> {
         self.transport.why_unseen(node.as_str())
     }
 
-    /// The transport, for whatever else one wants of the nodes.
+    /// The transport, for other uses.
     #[must_use]
     pub const fn transport(&self) -> &Arc<dyn Transport> {
         &self.transport
     }
 
-    /// How it reaches others, for messages.
+    /// Endpoints of the transport, for messages.
     #[must_use]
     pub fn whereabouts(&self) -> &str {
         self.transport.whereabouts()
@@ -153,7 +153,7 @@ impl Watcher {
     }
 }
 
-/// A status names its node. What is none is nobody's.
+/// Takes a status, which names its node. Other data are ignored.
 fn take_status(seen: &Seen, at: Instant<Machine>, bytes: &[u8]) {
     if bytes.len() > LONGEST_STATUS {
         return;

@@ -1,10 +1,10 @@
-//! What the log says of each order: who gave it, and what became of it.
+//! Log lines of orders: their origin and their result.
 
 use coaxle_node::command::CommandVerdict;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 
-/// Logs an order that reached the cycle. A dry run moves nothing and is told only to who asks for more.
+/// Logs an order that reached the cycle. A dry run moves no axis and is logged at debug level only.
 pub(super) fn log(
     node: &NodeName,
     by: Option<&NodeName>,

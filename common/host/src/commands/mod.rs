@@ -1,12 +1,12 @@
-//! The way in for orders to a node's slaves, and the way back for what becomes of them.
+//! The path of orders to a node's slaves, and of their results back.
 //!
 //! ```text
 //! request ─▶ [transport's thread] ─▶ server: decode ─▶ orders ─▶ cycle thread: the node's execute()
 //! reply ◀─────────────────────────── server: encode ◀─ outcomes ◀───┘
 //! ```
 //!
-//! The command server has a thread of its own: it may allocate, and it answers in time whatever the
-//! cycle does. Between it and the cycle lie two bounded, wait-free rings; a number ties each outcome
+//! The command server has a thread of its own: it may allocate, and it responds in time even if the
+//! cycle hangs. Two bounded, wait-free rings connect it to the cycle; a number matches each outcome
 //! to its request.
 
 mod journal;
@@ -21,10 +21,10 @@ use rtrb::RingBuffer;
 pub(crate) use queue::OrderQueue;
 pub(crate) use server::{CommandServer, RequestSender, answer};
 
-/// Most orders that wait for an outcome; more are refused.
+/// Greatest number of orders waiting for an outcome; further ones are rejected as busy.
 const MAX_WAITING: usize = 16;
 
-/// The cycle's end and the server's end of a node, and where requests are handed in.
+/// The cycle's end and the server's end of a node, and the sender that accepts requests.
 pub(crate) fn commands(node: &NodeName) -> (OrderQueue, CommandServer, RequestSender) {
     let (order_in, order_out) = RingBuffer::new(MAX_WAITING);
     let (outcome_in, outcome_out) = RingBuffer::new(MAX_WAITING);

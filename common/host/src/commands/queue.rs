@@ -1,4 +1,4 @@
-//! The cycle's end: takes orders, gives outcomes. Wait-free.
+//! The cycle's end: takes orders, returns outcomes. Wait-free.
 
 use std::thread::Thread;
 
@@ -7,8 +7,8 @@ use coaxle_node::command::{CommandOrder, CommandOutcome, OrderCargo};
 use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer};
 
-/// An order that is older is not executed: who sent it is told at that time, or a moment later, that
-/// it will not be.
+/// Greatest age of an order that is still executed. The client gets the response that an older one
+/// is not executed at that time, or a moment later.
 const EXECUTE_WITHIN: Span = Span::from_millis(900);
 
 /// An order on its way to the cycle, with all the memory that it needs there.
@@ -20,15 +20,15 @@ pub(super) struct QueuedOrder {
     pub(super) cargo: OrderCargo,
 }
 
-/// What became of one, on its way back: whole, so that whatever there is to free is freed outside the cycle.
+/// An order on its way back, whole, so that its memory is freed outside the cycle.
 #[derive(Debug)]
 pub(super) struct ReturnedOrder {
     pub(super) queued: QueuedOrder,
-    /// None if it has waited for too long, and was not executed.
+    /// Outcome; none if the order waited for too long and was not executed.
     pub(super) outcome: Option<CommandOutcome>,
 }
 
-/// Where the cycle finds its orders.
+/// The queue from which the cycle takes its orders.
 pub(crate) struct OrderQueue {
     orders: Consumer<QueuedOrder>,
     outcomes: Producer<ReturnedOrder>,
@@ -47,20 +47,20 @@ impl OrderQueue {
         }
     }
 
-    /// From now on this thread is woken when there is an outcome.
+    /// Sets the thread that is woken when there is an outcome.
     pub(crate) fn attach(&mut self, server: Thread) {
         self.server = Some(server);
     }
 
-    /// Has the orders that came until now executed, in a scan that began at `woke`. Those that
-    /// have waited for too long go back as they came.
+    /// Executes the orders that arrived until now, in a scan that began at `woke`. Orders that
+    /// waited for too long go back unexecuted.
     pub(crate) fn execute_all(
         &mut self,
         woke: Instant<Machine>,
         mut execute: impl FnMut(&CommandOrder, &mut OrderCargo) -> CommandOutcome,
     ) {
         let mut any = false;
-        // An order is executed only if there is room to say so.
+        // An order is executed only if there is room for its outcome.
         for _ in 0..self.orders.slots().min(self.outcomes.slots()) {
             let Ok(mut queued) = self.orders.pop() else {
                 break;
@@ -85,8 +85,8 @@ impl OrderQueue {
 }
 
 impl Drop for OrderQueue {
-    /// The server must learn that no more outcomes will come. The ring shows it only once this value
-    /// is gone, a moment later; the server's park has a timeout for that.
+    /// Wakes the server: no more outcomes follow. The ring shows it only once this value is gone, a
+    /// moment later; the server's park has a timeout for that.
     fn drop(&mut self) {
         self.wake();
     }

@@ -1,4 +1,4 @@
-//! The command server: takes requests in, and sees to it that each gets its answer.
+//! The command server: accepts requests and ensures a response to each.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::Thread;
@@ -17,25 +17,25 @@ use super::queue::{QueuedOrder, ReturnedOrder};
 use crate::circles::CircleNames;
 use crate::transport::Request;
 
-/// Within this time an order has its answer, whatever the cycle does.
+/// Time within which an order gets its response, even if the cycle hangs.
 const ANSWER_WITHIN: Span = Span::from_secs(1);
 
-/// How long it sleeps at most when nobody wakes it: answers that are due wait no longer.
+/// Longest sleep without a wake-up: due responses wait no longer.
 const IDLE: Duration = Duration::from_millis(20);
 
-/// Replies with an answer: as an error where no slave got the order.
+/// Sends a reply with this response, as an error if no slave got the order.
 pub(crate) fn answer(request: &dyn Request, answer: &CommandAnswer) {
     request.reply(answer.to_json(), answer.is_taken());
 }
 
-/// A request with its arrival, and who sent it, if that is known.
+/// A request with its arrival and, if known, its operator.
 pub(super) struct ArrivedRequest {
     arrival: Instant<Machine>,
     request: Box<dyn Request>,
     by: Option<NodeName>,
 }
 
-/// Where requests are handed in. Never waits.
+/// The sender that accepts requests. Never waits.
 pub(crate) struct RequestSender {
     sender: SyncSender<ArrivedRequest>,
     server: Option<Thread>,
@@ -48,12 +48,12 @@ pub(super) fn requests(most: usize) -> (RequestSender, Receiver<ArrivedRequest>)
 }
 
 impl RequestSender {
-    /// From now on this thread is woken when there is a request.
+    /// Sets the thread that is woken when there is a request.
     pub(crate) fn attach(&mut self, server: Thread) {
         self.server = Some(server);
     }
 
-    /// Hands a request in, or says at once that there are too many.
+    /// Queues a request, or replies at once that there are too many.
     pub(crate) fn send(
         &self,
         arrival: Instant<Machine>,
@@ -80,7 +80,7 @@ impl RequestSender {
     }
 }
 
-/// Deals with the requests.
+/// The server that handles the requests.
 pub(crate) struct CommandServer {
     node: NodeName,
     requests: Receiver<ArrivedRequest>,
@@ -91,7 +91,7 @@ pub(crate) struct CommandServer {
     circles: CircleNames,
 }
 
-/// A request whose order is with the cycle.
+/// A request whose order is in the cycle.
 struct Waiting {
     number: u64,
     arrival: Instant<Machine>,
@@ -117,15 +117,15 @@ impl CommandServer {
         }
     }
 
-    /// Where it finds the circles of slaves.
+    /// The circles of slaves, shared with the circle search.
     pub(crate) fn circles(&self) -> CircleNames {
         self.circles.clone()
     }
 
-    /// Works until the cycle has ended.
+    /// Serves requests until the cycle has ended.
     pub(crate) fn work(mut self) {
         loop {
-            // Asked before the outcomes are taken, so that the last ones are not missed.
+            // Read before the outcomes are taken, so that the last ones are not missed.
             let last_round = self.outcomes.is_abandoned();
             self.round(machine::now());
             if last_round {
@@ -139,7 +139,7 @@ impl CommandServer {
         }
     }
 
-    /// Answers what has an outcome, then what has waited too long, then takes in what is new.
+    /// Responds to requests with an outcome, then to those past their timeout, then accepts new ones.
     pub(crate) fn round(&mut self, now: Instant<Machine>) {
         while let Ok(returned) = self.outcomes.pop() {
             self.finish(&returned);
@@ -159,7 +159,7 @@ impl CommandServer {
         }
     }
 
-    /// Answers an order that was executed. What it brought and took back is freed here.
+    /// Responds to an executed order. Its memory is freed here.
     fn finish(&mut self, returned: &ReturnedOrder) {
         let ReturnedOrder { queued, outcome } = returned;
         let Some(outcome) = outcome else {
@@ -176,7 +176,8 @@ impl CommandServer {
         }
     }
 
-    /// The cycle knows that there is a circle, and not whose axes are in it.
+    /// Adds the circle's text to a refusal: the cycle knows that there is a circle, but not the
+    /// axes in it.
     fn name_circle(&self, order: &CommandOrder, answer: &mut CommandAnswer) {
         if let (CommandOrder::Slave(order), CommandVerdict::Refused { code, text, .. }) =
             (order, &mut answer.verdict)
@@ -213,7 +214,7 @@ impl CommandServer {
                 request,
                 by,
             };
-            // There is room: nobody else puts anything in.
+            // There is room: no other thread pushes orders.
             if self.orders.push(queued).is_ok() {
                 self.taken += 1;
                 self.waiting.push(waiting);

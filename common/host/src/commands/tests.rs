@@ -12,7 +12,7 @@ use coaxle_slave::Command;
 use super::*;
 use crate::transport::Request;
 
-/// A request that keeps its answers.
+/// A request that keeps its responses.
 struct Kept {
     text: String,
     answers: Answers,
@@ -58,7 +58,7 @@ fn at(millis: i64) -> Instant<Machine> {
     Instant::EPOCH + Span::from_millis(millis)
 }
 
-/// An order that is told from others by its position.
+/// An order that is distinguished from others by its position.
 fn order(position: f64) -> String {
     let order = SlaveOrder {
         slave: SlaveName::new("carriage").unwrap(),
@@ -137,7 +137,7 @@ fn a_cycle_that_stands_still_neither_answers_nor_executes_later() {
     assert_eq!(bench.reasons(), ["no-answer"]);
     assert!(bench.scan(1_001).is_empty());
 
-    // The next one finds everything as it should be.
+    // The next order finds a working server.
     bench.ask(1_002, order(2.0));
     bench.server.round(at(1_003));
     assert_eq!(bench.scan(1_004), [2.0]);
@@ -151,7 +151,7 @@ fn sixteen_wait_and_more_are_refused() {
     for k in 0..MAX_WAITING {
         bench.ask(0, order(k as f64));
     }
-    // One too many before the server has looked, and one after.
+    // An order beyond the limit before the server's round, and another after.
     bench.ask(0, order(100.0));
     assert_eq!(bench.reasons(), ["busy"]);
     bench.server.round(at(1));
@@ -186,7 +186,7 @@ fn a_node_that_ends_says_so_to_those_who_wait() {
     let reasons: Vec<_> = answers.lock().unwrap().iter().map(reason).collect();
     assert_eq!(reasons, ["no-slaves", "stopped"]);
 
-    // There is nobody left to take it.
+    // The server is gone.
     let late = Kept {
         text: order(3.0),
         answers: Arc::clone(&answers),

@@ -1,4 +1,4 @@
-//! The authority of a network: its key signs who is who.
+//! The certificate authority of a network, which signs the certificates of nodes and operators.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -12,7 +12,7 @@ use time::OffsetDateTime;
 
 use super::certificate::common_name_in_pem;
 
-/// Signs certificates.
+/// An authority that signs certificates.
 pub struct Authority {
     certificate: String,
     issuer: Issuer<'static, KeyPair>,
@@ -20,25 +20,25 @@ pub struct Authority {
 
 /// A certificate with its key, both in PEM.
 pub struct Issued {
-    /// For everybody.
+    /// The certificate, public.
     pub certificate: String,
-    /// For its holder alone.
+    /// The private key, for its holder only.
     pub key: String,
 }
 
-/// From when to when a certificate holds.
+/// The validity period of a certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Validity {
-    /// Its first moment.
+    /// Start of the validity.
     pub from: SystemTime,
-    /// Its last one.
+    /// End of the validity.
     pub until: SystemTime,
 }
 
 const DAY: Duration = Duration::from_secs(24 * 60 * 60);
 
 impl Validity {
-    /// So many days from now on, and the day before: clocks differ.
+    /// Validity of this number of days from now, starting a day ago because clocks differ.
     #[must_use]
     pub fn days(now: SystemTime, days: u16) -> Self {
         Self {
@@ -60,10 +60,10 @@ impl Validity {
 }
 
 impl Authority {
-    /// A new one, with a name that no other has.
+    /// Creates an authority with a unique name.
     ///
     /// # Errors
-    /// The system gives no random numbers.
+    /// The system provides no random numbers.
     pub fn new(validity: Validity) -> anyhow::Result<Self> {
         let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256).context("the authority's key")?;
         let number: String = key
@@ -85,10 +85,10 @@ impl Authority {
         })
     }
 
-    /// The one with this certificate and key, both in PEM.
+    /// Reads an authority from its certificate and key, both in PEM.
     ///
     /// # Errors
-    /// Either is none, or the certificate has no name.
+    /// Either is not valid PEM, or the certificate has no name.
     pub fn read(certificate: &str, key: &str) -> anyhow::Result<Self> {
         let key = KeyPair::from_pem(key).context("the authority's key")?;
         let name = common_name_in_pem(certificate);
@@ -99,19 +99,19 @@ impl Authority {
         })
     }
 
-    /// Its certificate, for everybody who shall believe it.
+    /// The authority's certificate, for all who are to trust it.
     #[must_use]
     pub fn certificate(&self) -> &str {
         &self.certificate
     }
 
-    /// Its key, for nobody.
+    /// The authority's private key, to be kept secret.
     #[must_use]
     pub fn key(&self) -> String {
         self.issuer.key().serialize_pem()
     }
 
-    /// A certificate for a node or an operator that is reached under these addresses.
+    /// Issues a certificate for a node or an operator that is reached under these addresses.
     ///
     /// # Errors
     /// An address that is neither an IP address nor a host name.
@@ -130,7 +130,7 @@ impl Authority {
             .collect::<Result<_, _>>()?;
         params.is_ca = IsCa::ExplicitNoCa;
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
-        // Every node is a server to some and a client to others.
+        // Every node is a server to some nodes and a client to others.
         params.extended_key_usages = vec![
             ExtendedKeyUsagePurpose::ServerAuth,
             ExtendedKeyUsagePurpose::ClientAuth,

@@ -1,4 +1,4 @@
-//! What a certificate says.
+//! Contents of certificates.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -7,7 +7,7 @@ use rustls::pki_types::pem::PemObject;
 use x509_parser::prelude::{FromDer, X509Certificate};
 use x509_parser::time::ASN1Time;
 
-/// What is read off a certificate.
+/// Facts read from a certificate.
 pub(super) struct Facts {
     pub(super) common_name: String,
     pub(super) not_after: SystemTime,
@@ -22,7 +22,7 @@ pub(super) fn facts(certificate: &CertificateDer<'_>) -> Result<Facts, String> {
     })
 }
 
-/// Whose certificate it is, as access control sees it: its first common name.
+/// The holder of a certificate for access control: its first common name.
 #[must_use]
 pub(crate) fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     let (_, read) = X509Certificate::from_der(certificate).ok()?;
@@ -30,14 +30,14 @@ pub(crate) fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     name.as_str().ok().map(str::to_owned)
 }
 
-/// The same of the first certificate in a text.
+/// Common name of the first certificate in a PEM text.
 #[must_use]
 pub fn common_name_in_pem(pem: &str) -> Option<String> {
     let certificate = CertificateDer::from_pem_slice(pem.as_bytes()).ok()?;
     common_name(&certificate)
 }
 
-/// A day and time as people read it.
+/// A day and time in readable form.
 #[must_use]
 pub fn date(time: SystemTime) -> String {
     let seconds = time

@@ -1,15 +1,15 @@
-//! What is wrong with a folder of the secure profile.
+//! Errors of a secure profile folder.
 
 use std::fmt::Display;
 use std::path::PathBuf;
 
-/// A file that is missing, or that holds something else.
+/// A file that is missing or has other contents.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {reason}, expected what `coaxle secure init` wrote there", file.display())]
 pub struct BadCredentials {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// The reason for the error.
     pub reason: String,
 }
 
@@ -20,24 +20,24 @@ impl BadCredentials {
     }
 }
 
-/// Why nobody believes what the files say.
+/// Reasons why a certificate is not trusted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CredentialsFault {
-    /// Its time is over.
+    /// Expired certificate.
     #[error("the certificate has expired on {0}: renew it with `coaxle secure renew`")]
     Expired(String),
-    /// Its time has not come.
+    /// Certificate not valid yet.
     #[error("the certificate does not hold yet: is the clock of this PC right?")]
     NotYet,
-    /// It is not signed by the authority beside it.
+    /// Certificate not signed by the authority in the folder.
     #[error(
         "the certificate is of another authority than ca.pem beside it: copy the whole folder anew"
     )]
     OtherAuthority,
-    /// The key is that of another certificate.
+    /// Key of another certificate.
     #[error("key.pem belongs to another certificate: copy the whole folder anew")]
     OtherKey,
-    /// Something else.
+    /// Any other reason.
     #[error("the certificate cannot be used: {0}")]
     Unusable(String),
 }

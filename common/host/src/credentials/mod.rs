@@ -1,5 +1,5 @@
-//! A folder of the secure profile, as `coaxle secure init` writes it: who a node or an operator is, and whom it
-//! believes.
+//! A secure profile folder, as `coaxle secure init` writes it: the identity of a node or an
+//! operator, and the authority it trusts.
 
 mod authority;
 mod certificate;
@@ -27,25 +27,25 @@ pub(crate) use certificate::common_name;
 pub use certificate::{common_name_in_pem, date};
 pub use error::{BadCredentials, CredentialsFault};
 
-/// The Zenoh config of the profile: who may do what here.
+/// The Zenoh config of the profile, with the access control rules.
 pub const PROFILE_FILE: &str = "zenoh.json5";
-/// The authority's certificate: who is believed.
+/// The certificate of the trusted authority.
 pub const AUTHORITY_FILE: &str = "ca.pem";
 /// The own certificate.
 pub const CERTIFICATE_FILE: &str = "cert.pem";
-/// The key that belongs to it, for nobody else.
+/// The private key of that certificate.
 pub const KEY_FILE: &str = "key.pem";
 
 /// The secret that authenticates beacons of timing channels: all nodes of the network share it.
 pub const TIMING_KEY_FILE: &str = "timing.key";
 
-/// From when on before its end a certificate ought to be renewed.
+/// Time before its end from which a certificate should be renewed.
 pub const RENEW_WITHIN: Duration = Duration::from_secs(30 * 24 * 60 * 60);
 
-/// The secret that authenticates beacons; none in a folder of before there were any.
+/// Returns the secret that authenticates beacons; none in a folder from before beacons existed.
 ///
 /// # Errors
-/// [`BadCredentials`] names the file, which is something else or cannot be read.
+/// [`BadCredentials`] names the file that is not a key or cannot be read.
 pub fn timing_secret(folder: &Path) -> Result<Option<BeaconSecret>, BadCredentials> {
     let file = folder.join(TIMING_KEY_FILE);
     if !file.exists() {
@@ -61,10 +61,11 @@ pub fn timing_secret(folder: &Path) -> Result<Option<BeaconSecret>, BadCredentia
         .map_err(|error| BadCredentials::new(file, error))
 }
 
-/// The nodes whose status the holder of a folder may hear: those of whose rights its profile speaks.
+/// Returns the nodes whose status the holder of a folder may read: those named in the rules of its
+/// profile.
 ///
 /// # Errors
-/// A profile that cannot be read, or that speaks of no node.
+/// A profile that cannot be read, or that names no node.
 pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
     let file = folder.join(PROFILE_FILE);
     let text = text_file::read(&file, MOST_CONFIG_BYTES)?;
@@ -79,10 +80,10 @@ pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
     Ok(nodes.into_iter().collect())
 }
 
-/// A longer file is none.
+/// Greatest length of a key file, bytes.
 const MOST_KEY_BYTES: u64 = 1024;
 
-/// What a folder of the secure profile holds.
+/// The contents of a secure profile folder.
 #[derive(Debug)]
 pub struct Credentials {
     folder: PathBuf,
@@ -94,10 +95,11 @@ pub struct Credentials {
 }
 
 impl Credentials {
-    /// Reads a folder. What it holds may be of no use yet, or no longer: [`Self::check`] says so.
+    /// Reads a folder. Its certificate may be not valid yet or expired: see [`Self::check`]. What
+    /// it holds may be of no use yet, or no longer: [`Self::check`] says so.
     ///
     /// # Errors
-    /// [`BadCredentials`] names the file that is missing or holds something else.
+    /// [`BadCredentials`] names the file that is missing or has other contents.
     pub fn open(folder: &Path) -> Result<Self, BadCredentials> {
         let mut authorities = RootCertStore::empty();
         for authority in certificates(&folder.join(AUTHORITY_FILE))? {
@@ -122,25 +124,25 @@ impl Credentials {
         })
     }
 
-    /// Whose they are: what access control knows their holder by.
+    /// The holder's name as access control sees it.
     #[must_use]
     pub const fn name(&self) -> &NodeName {
         &self.name
     }
 
-    /// Where they are.
+    /// The folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Until when the certificate holds.
+    /// End of the certificate's validity.
     #[must_use]
     pub const fn not_after(&self) -> SystemTime {
         self.not_after
     }
 
-    /// Whether others can believe them at this time.
+    /// Checks that others can trust the certificate at this time.
     ///
     /// # Errors
     /// [`CredentialsFault`]: of another authority, expired, or a key that belongs to another certificate.
@@ -178,7 +180,7 @@ impl Credentials {
         }
     }
 
-    /// How their holder introduces itself to a node that it connects to.
+    /// Returns the client config with which the holder connects to a node.
     ///
     /// # Errors
     /// A key that belongs to another certificate.
@@ -190,7 +192,7 @@ impl Credentials {
     }
 }
 
-/// The cryptography that Zenoh has, too.
+/// The cryptography provider that Zenoh uses, too.
 pub(crate) fn provider() -> Arc<CryptoProvider> {
     Arc::new(ring::default_provider())
 }

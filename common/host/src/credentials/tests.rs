@@ -29,7 +29,7 @@ fn authority(name: &str) -> Authority {
     }
 }
 
-/// A folder with a certificate of `by`, beside the certificate of `beside`.
+/// A folder with a certificate of `by` and the certificate of the authority `beside`.
 fn folder(name: &str, by: &Authority, beside: &Authority) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let key = KeyPair::generate().unwrap();

@@ -1,25 +1,25 @@
-//! A block of words that one writes and another reads, whole or not at all: a sequence lock.
+//! A sequence lock: a block of words that one side writes and another reads, whole or not at all.
 
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-/// Reads that are tried before a block is taken for torn.
+/// Number of reads before a block counts as torn.
 const TRIES: usize = 4;
 
-/// Writes the words behind the sequence. There may be one writer only.
+/// Writes the words behind the sequence. Only one writer is allowed.
 pub(super) fn write<const N: usize>(sequence: &AtomicU64, words: &[AtomicU64], values: [u64; N]) {
-    // Odd from here on, even where a writer before has died in the middle.
+    // Odd from here on, even if an earlier writer died in the middle.
     let open = sequence.load(Ordering::Relaxed).wrapping_add(1) | 1;
     sequence.store(open, Ordering::Relaxed);
-    // Whoever sees one of the new values sees the odd number too.
+    // A reader that sees one of the new values sees the odd number too.
     fence(Ordering::Release);
     for (word, value) in words.iter().zip(values) {
         word.store(value, Ordering::Relaxed);
     }
-    // And whoever sees the even number sees all of the new values.
+    // A reader that sees the even number sees all of the new values.
     sequence.store(open.wrapping_add(1), Ordering::Release);
 }
 
-/// The words behind the sequence as somebody wrote them together; none if they are just being written.
+/// Reads the words behind the sequence as one consistent write; none while they are being written.
 pub(super) fn read<const N: usize>(sequence: &AtomicU64, words: &[AtomicU64]) -> Option<[u64; N]> {
     (0..TRIES).find_map(|_| {
         let before = sequence.load(Ordering::Acquire);
@@ -52,7 +52,7 @@ mod tests {
         assert_eq!(read(&sequence, &words), Some([1, 2, 3]));
         sequence.fetch_add(1, Ordering::Relaxed);
         assert_eq!(read::<3>(&sequence, &words), None);
-        // The next writer makes it good.
+        // The next writer repairs it.
         write(&sequence, &words, [4, 5, 6]);
         assert_eq!(read(&sequence, &words), Some([4, 5, 6]));
     }

@@ -1,6 +1,6 @@
-//! The file: made or taken over by one node, opened by one drive process, and by nobody else.
+//! The file, created or taken over by one node, opened by one drive process only.
 //!
-//! Node and drive process hold a lock each, which the system drops when they end, however they do.
+//! Node and drive process hold a lock each, which the system releases when they end, even by a crash.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
@@ -13,12 +13,12 @@ use super::layout::{
     ACTUAL_PID, MAGIC, MAGIC_FIELD, NODE_PID, SIZE, SIZE_FIELD, VERSION, VERSION_FIELD,
 };
 
-/// The file of a node: a new one, or the one that a node before left behind.
+/// Creates the file of a node, or takes over the one left by an earlier node.
 pub(super) fn create(path: &Path) -> Result<File, SharedMemoryError> {
     created(path).map_err(|reason| wrong(path, reason))
 }
 
-/// The file of a running node, for a drive process.
+/// Opens the file of a running node, for a drive process.
 pub(super) fn open(path: &Path) -> Result<File, SharedMemoryError> {
     opened(path).map_err(|reason| wrong(path, reason))
 }
@@ -36,20 +36,20 @@ fn created(path: &Path) -> Result<File, Reason> {
         let pid = word(&file, NODE_PID.offset());
         return Err(Reason::UsedByNode { pid });
     }
-    // A node that ended meanwhile has removed it: then there is room for a new one.
+    // A node that ended meanwhile has removed it, so a new one can be created.
     if !Os::is_at(path, &file) {
         return created(path);
     }
     check_mode(&file)?;
     match length(&file)? {
-        // Without the room, a write to the mapping would end the process.
+        // Without reserved space, a write to the mapping would end the process.
         0 => Os::reserve(&file, SIZE as u64).map_err(system("made"))?,
         length => check(&file, length)?,
     }
     Ok(file)
 }
 
-/// What everybody may write to could say anything about the drive.
+/// A file writable by others could hold any data about the drive.
 fn check_mode(file: &File) -> Result<(), Reason> {
     let received = Os::mode_of(file).map_err(system("looked at"))?;
     if received & 0o002 == 0 {
@@ -83,7 +83,7 @@ fn open_file(path: &Path, make: bool) -> Result<File, Reason> {
     Os::open_shared_file(path, make).map_err(system("opened for reading and writing"))
 }
 
-/// That it is the memory of a drive, of this version.
+/// Checks that the file is the memory of a drive, of this version.
 fn check(file: &File, length: u64) -> Result<(), Reason> {
     let magic = word(file, MAGIC_FIELD.offset());
     if magic != MAGIC {
@@ -115,7 +115,7 @@ fn length(file: &File) -> Result<u64, Reason> {
     Ok(file.metadata().map_err(system("looked at"))?.len())
 }
 
-/// The word there; 0 where the file is too short.
+/// Reads a word; 0 if the file is too short.
 fn word(mut file: &File, offset: usize) -> u64 {
     use std::io::{Seek, SeekFrom};
     let mut bytes = [0; 8];

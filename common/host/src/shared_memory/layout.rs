@@ -1,4 +1,4 @@
-//! The bytes of the memory that a node and a drive process share, as `docs/DRIVE.md` has them.
+//! The layout of the memory that a node and a drive process share, as documented in `docs/DRIVE.md`.
 //!
 //! All fields are words of 8 bytes in the byte order of the machine, so that each is read and written at once.
 
@@ -8,18 +8,18 @@ pub const MAGIC: u64 = u64::from_ne_bytes(*b"COAXLEDR");
 pub const VERSION: u64 = 1;
 /// Bytes of the file.
 pub const SIZE: usize = 384;
-/// Words of it.
+/// Words of the file.
 pub const WORDS: usize = SIZE / 8;
 
 /// Bytes of the name.
 pub const NAME_BYTES: usize = 64;
 
-/// A field: which word it is.
+/// A field, by the index of its word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field(pub(super) usize);
 
 impl Field {
-    /// Its first byte in the file.
+    /// Offset of its first byte in the file.
     #[must_use]
     pub const fn offset(self) -> usize {
         self.0 * 8
@@ -42,7 +42,7 @@ fields! {
     VERSION_FIELD = 8 "u64";
     /// [`SIZE`].
     SIZE_FIELD = 16 "u64";
-    /// This run of the node, not 0; 0: the node has ended.
+    /// Run number of the node, not 0; 0: the node has ended.
     RUN = 24 "u64";
     /// Axis id of the slave.
     SLAVE_ID = 32 "u64";
@@ -57,7 +57,7 @@ fields! {
 
     /// Odd while the set values are being written.
     SET_SEQUENCE = 128 "u64";
-    /// One more in each cycle.
+    /// Incremented in each cycle.
     SET_COUNTER = 136 "u64";
     /// The ideal start of the cycle, ns of `CLOCK_MONOTONIC`.
     SET_IDEAL_START = 144 "i64";
@@ -67,16 +67,16 @@ fields! {
     SET_VELOCITY = 160 "f64";
     /// Set acceleration, u/s².
     SET_ACCELERATION = 168 "f64";
-    /// 1: have power and follow; 0: no power.
+    /// 1: switch power on and follow; 0: no power.
     SET_ENABLE = 176 "u64";
-    /// Another number than before: acknowledge errors.
+    /// A changed number means: acknowledge errors.
     SET_RESETS = 184 "u64";
-    /// What the node takes the drive for: 0 off, 1 switching on, 2 following, 3 tripped.
+    /// State of the drive as seen by the node: 0 off, 1 switching on, 2 following, 3 tripped.
     SET_STATE = 192 "u64";
 
     /// Odd while the actual values are being written.
     ACTUAL_SEQUENCE = 256 "u64";
-    /// The run of the node that the process is attached to; 0: it is not.
+    /// Run of the node that the process is attached to; 0: not attached.
     ACTUAL_RUN = 264 "u64";
     /// Changes as long as the process lives.
     ACTUAL_HEARTBEAT = 272 "u64";
@@ -84,9 +84,9 @@ fields! {
     ACTUAL_COUNTER = 280 "u64";
     /// The resets that it has carried out, as in the set values.
     ACTUAL_RESETS = 288 "u64";
-    /// Its state: 0 off, 1 following, 2 error.
+    /// State of the drive: 0 off, 1 following, 2 error.
     ACTUAL_STATE = 296 "u64";
-    /// Its own error code, 0 without an error; the lower 32 bits.
+    /// Error code of the drive, 0 without an error; the lower 32 bits.
     ACTUAL_ERROR = 304 "u64";
     /// Actual position, u.
     ACTUAL_POSITION = 312 "f64";

@@ -1,9 +1,10 @@
 //! Set values for a drive process on this machine, over shared memory.
 //!
-//! A node maps a file, and so does the process: the node writes a block of set values in each of its cycles,
-//! the process a block of actual values whenever it likes. Neither makes a system call for that, and neither
-//! waits for the other. [`SharedMemoryDrive`] is the node's end, a [`Drive`](coaxle_axis::drive::Drive);
-//! [`DriveProcess`] is the other one. `docs/DRIVE.md` describes every byte, for processes in other languages.
+//! A node and the process map one file: the node writes a block of set values in each of its
+//! cycles, the process a block of actual values at any time. Neither makes a system call for that,
+//! and neither waits for the other. [`SharedMemoryDrive`] is the node's end, a
+//! [`Drive`](coaxle_axis::drive::Drive); [`DriveProcess`] is the other one. `docs/DRIVE.md`
+//! describes every byte, for processes in other languages.
 //!
 //! ```no_run
 //! use coaxle_host::shared_memory::{DriveProcess, ProcessValues};

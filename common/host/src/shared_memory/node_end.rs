@@ -20,14 +20,14 @@ use super::layout as at;
 use super::layout::Field;
 use super::mapping::Mapping;
 
-/// What the memory says of the node and the slave.
+/// Identity of the node and the slave in the memory.
 #[derive(Clone, Copy, Debug)]
 pub struct DriveIdentity<'a> {
-    /// This run of the node, any number.
+    /// Run number of the node, any number.
     pub run: u64,
     /// The axis id of the slave.
     pub slave_id: u32,
-    /// Its name, at most 64 bytes.
+    /// Name of the slave, at most 64 bytes.
     pub slave: &'a str,
     /// The nominal cycle time of the node.
     pub cycle_time: CycleTime,
@@ -35,19 +35,19 @@ pub struct DriveIdentity<'a> {
 
 /// A drive in another process on this machine, over a file that both map.
 ///
-/// The life of the drive is that of a [`ProcessDrive`]. In the cycle it loads and stores words of the
-/// mapping, and makes no system call. When it is dropped the drive process is told that the node has ended,
-/// and the file is removed.
+/// The life of the drive is that of a [`ProcessDrive`]. In the cycle it loads and stores words of
+/// the mapping, and makes no system call. When dropped, it signals the end of the node to the drive
+/// process and removes the file.
 #[derive(Debug)]
 pub struct SharedMemoryDrive(ProcessDrive<NodeEnd>);
 
 impl SharedMemoryDrive {
-    /// Makes the file, or takes over the one that a node before left behind when it crashed.
+    /// Creates the file, or takes over the one left by an earlier node that crashed.
     ///
     /// # Errors
-    /// [`SharedMemoryError`] names the file, and what was found and expected: another node uses it; it is
-    /// something else, of another length or version; the system refuses it; or a parameter is out of its
-    /// range.
+    /// [`SharedMemoryError`] names the file, the value found and the one expected: the file is used
+    /// by another node, or of another format, length or version; the system refuses it; or a
+    /// parameter is out of its range.
     pub fn create(
         path: &Path,
         identity: &DriveIdentity<'_>,
@@ -70,7 +70,7 @@ impl SharedMemoryDrive {
             .map_err(|error| file::wrong(path, Reason::Parameter(error)))
     }
 
-    /// Whether the file is on a disk: then the system may hold up the cycle when it writes to it.
+    /// True if the file is on a disk: the system may then hold up the cycle when it writes to it.
     #[must_use]
     pub fn is_on_disk(&self) -> bool {
         Os::is_on_disk(&self.0.link().file)
@@ -99,7 +99,7 @@ impl Drive for SharedMemoryDrive {
     }
 }
 
-/// The mapping, and the file that it is of.
+/// The mapping and its file.
 #[derive(Debug)]
 struct NodeEnd {
     mapping: Mapping,
@@ -110,7 +110,7 @@ struct NodeEnd {
 }
 
 impl NodeEnd {
-    /// Fills in everything, the run last: whoever sees it sees the rest.
+    /// Fills in all fields, the run last: a process that sees the run sees the rest.
     fn begin(&self, identity: &DriveIdentity<'_>) {
         let words = self.mapping.words();
         let put = |field: Field, value: u64| words[field.0].store(value, Ordering::Relaxed);
@@ -119,7 +119,7 @@ impl NodeEnd {
         for word in &words[at::NAME.0..] {
             word.store(0, Ordering::Relaxed);
         }
-        // A process that reads just now must not take two different states for one.
+        // A process that is reading now must not take two different states for one.
         put(at::SET_SEQUENCE, set_sequence.wrapping_add(2) & !1);
         put(at::MAGIC_FIELD, at::MAGIC);
         put(at::VERSION_FIELD, at::VERSION);
@@ -138,7 +138,7 @@ impl NodeEnd {
         words[at::RUN.0].store(self.run, Ordering::Release);
     }
 
-    /// The words from one on, as many as the block has.
+    /// The words from the sequence on, as many as the block has.
     fn block(&self, sequence: Field) -> (&AtomicU64, &[AtomicU64]) {
         let words = self.mapping.words();
         (&words[sequence.0], &words[sequence.0 + 1..])
@@ -211,7 +211,7 @@ impl DriveLink for NodeEnd {
 
 impl Drop for NodeEnd {
     fn drop(&mut self) {
-        // The last word is "no power", for a process that looks at nothing else.
+        // The last command is "no power", for a process that checks no other field.
         self.write_set(&DriveCommand::default());
         self.mapping.words()[at::RUN.0].store(0, Ordering::Release);
         file::remove(&self.path, &self.file);

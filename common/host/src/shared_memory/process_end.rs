@@ -14,9 +14,9 @@ use super::file;
 use super::layout as at;
 use super::mapping::Mapping;
 
-/// What a drive process is attached by: it reads set values, and answers with actual values.
+/// The attachment of a drive process, which reads set values and writes actual values.
 ///
-/// One process is attached at a time. When it is dropped the node sees that nobody is attached any more.
+/// One process is attached at a time. When dropped, it signals to the node that no process is attached.
 #[derive(Debug)]
 pub struct DriveProcess {
     mapping: Mapping,
@@ -29,13 +29,13 @@ pub struct DriveProcess {
 /// The set values of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetValues {
-    /// One more in each cycle: the heartbeat of the node.
+    /// Incremented in each cycle: the heartbeat of the node.
     pub counter: u64,
-    /// When the cycle ideally started.
+    /// Ideal start of the cycle.
     pub ideal_start: Instant<Machine>,
-    /// Whether the drive shall have power and follow.
+    /// True if the drive shall have power and follow.
     pub enable: bool,
-    /// Another number than before: acknowledge errors.
+    /// A changed number means: acknowledge errors.
     pub resets: u64,
     /// Set position, u.
     pub position: f64,
@@ -45,37 +45,37 @@ pub struct SetValues {
     pub acceleration: f64,
 }
 
-/// What a drive process answers.
+/// Actual values of a drive process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcessValues {
-    /// Whether the drive moves.
+    /// State of the drive.
     pub state: ProcessState,
-    /// Its own error, 0 without one.
+    /// Error code of the drive, 0 without an error.
     pub error: u32,
     /// Actual position, u.
     pub position: f64,
     /// Actual velocity, u/s.
     pub velocity: f64,
-    /// The counter of the set values that it has read.
+    /// Counter of the set values that were read.
     pub counter: u64,
-    /// The resets that it has carried out.
+    /// Resets that were carried out.
     pub resets: u64,
 }
 
 impl ProcessValues {
-    /// A drive without power.
+    /// Values of a drive without power.
     #[must_use]
     pub const fn off(position: f64) -> Self {
         Self::with(ProcessState::Off, position, 0.0)
     }
 
-    /// A drive that follows.
+    /// Values of a drive that follows.
     #[must_use]
     pub const fn following(position: f64, velocity: f64) -> Self {
         Self::with(ProcessState::Following, position, velocity)
     }
 
-    /// A drive with an error.
+    /// Values of a drive with an error.
     #[must_use]
     pub const fn failed(error: u32, position: f64) -> Self {
         Self {
@@ -95,7 +95,7 @@ impl ProcessValues {
         }
     }
 
-    /// The same as the answer to these set values, with their reset carried out.
+    /// Turns these values into the response to these set values, with their reset carried out.
     #[must_use]
     pub const fn of(self, set: &SetValues) -> Self {
         Self {
@@ -110,9 +110,9 @@ impl DriveProcess {
     /// Attaches to the memory of a running node.
     ///
     /// # Errors
-    /// [`SharedMemoryError`] names the file, and what was found and expected: there is none, its node has
-    /// ended, another drive process is attached, it is something else or of another version, or the
-    /// system refuses it.
+    /// [`SharedMemoryError`] names the file, the value found and the one expected: the file is
+    /// missing, its node has ended, another drive process is attached, the file is of another
+    /// format or version, or the system refuses it.
     pub fn attach(path: &Path) -> Result<Self, SharedMemoryError> {
         let file = file::open(path)?;
         let system = |source| {
@@ -126,7 +126,7 @@ impl DriveProcess {
             return Err(file::wrong(path, Reason::Ended));
         }
         words[at::ACTUAL_PID.0].store(std::process::id().into(), Ordering::Relaxed);
-        // A process before may have had any heartbeat: this one goes on from there.
+        // An earlier process may have left any heartbeat: this one continues from there.
         let heartbeat = words[at::ACTUAL_HEARTBEAT.0].load(Ordering::Relaxed);
         Ok(Self {
             mapping,
@@ -136,14 +136,14 @@ impl DriveProcess {
         })
     }
 
-    /// Whether the node still runs, and is the one that this is attached to. After it has ended, or another
-    /// has begun, attach again.
+    /// True if the attached run of the node is still active. After its end, or the start of another
+    /// run, attach again.
     #[must_use]
     pub fn is_attached(&self) -> bool {
         self.word(at::RUN) == self.run
     }
 
-    /// The slave that the set values are of, by its name and axis id.
+    /// Name and axis id of the slave of the set values.
     #[must_use]
     pub fn slave(&self) -> (String, u32) {
         let length = self.word(at::NAME_LENGTH).min(at::NAME_BYTES as u64);
@@ -162,7 +162,7 @@ impl DriveProcess {
         Span::from_nanos(i64::try_from(self.word(at::CYCLE_TIME)).unwrap_or(0))
     }
 
-    /// The newest set values; none if they are just being written, or the node has ended.
+    /// Reads the newest set values; none while they are being written, or after the end of the node.
     #[must_use]
     pub fn set_values(&self) -> Option<SetValues> {
         let words = self.mapping.words();
@@ -186,7 +186,7 @@ impl DriveProcess {
         })
     }
 
-    /// Says where the drive is and how it does. Each answer is a beat of the process's heart.
+    /// Writes the actual values of the drive. Each call increments the process's heartbeat.
     pub fn answer(&mut self, values: &ProcessValues) {
         self.heartbeat = self.heartbeat.wrapping_add(1);
         self.write(self.run, values);

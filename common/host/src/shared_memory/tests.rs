@@ -1,4 +1,4 @@
-//! Both ends of the memory, in one process.
+//! Tests with both ends of the memory in one process.
 
 use std::path::PathBuf;
 
@@ -53,7 +53,7 @@ fn step(drive: &mut SharedMemoryDrive, position: f64) {
     drive.step(&set, Seconds(1e-3));
 }
 
-/// A process that is where it is told to be.
+/// A process whose drive is at its set position.
 fn answer(process: &mut DriveProcess) {
     let set = process.set_values().expect("nobody writes just now");
     let values = if set.enable {
@@ -95,7 +95,7 @@ fn what_one_end_writes_the_other_reads() {
     );
     assert!(actual.attachment.unwrap().attached);
 
-    // It detaches: the node does not wait for long.
+    // The process detaches: the node trips after a few cycles.
     drop(process);
     for _ in 0..6 {
         step(&mut drive, 1.5);
@@ -114,7 +114,7 @@ fn a_cycle_does_not_allocate() {
     assert_no_alloc(|| {
         for k in 0..10_000 {
             step(&mut drive, f64::from(k) * 1e-3);
-            // Now and then the process is late, or gone.
+            // Sometimes the process is late, or gone.
             if k % 7 != 0 && k % 1_000 < 900 {
                 answer(&mut process);
             }
@@ -150,7 +150,7 @@ fn the_file_is_removed_at_the_end_and_one_left_behind_is_taken_over() {
     step(&mut drive, 0.0);
     answer(&mut process);
     drop(drive);
-    // A file that another has put there meanwhile is not this one's to remove.
+    // A file that another process has put there meanwhile must not be removed.
     let drive = create(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
     std::fs::write(&path, "else").unwrap();
@@ -255,7 +255,7 @@ fn what_the_document_says_of_the_bytes_is_so() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Any bytes are refused or, where they are those of a node, read as something.
+    /// Any bytes are rejected or, if they form a node's file, read as values.
     #[test]
     fn garbage_never_panics(
         garbage in proptest::collection::vec(any::<u8>(), 0..2 * SIZE),
@@ -268,7 +268,7 @@ proptest! {
         let real = std::fs::read(&path).unwrap();
         let keep = keep.min(bytes.len());
         bytes[..keep].copy_from_slice(&real[..keep]);
-        // Behind the back of the node, too: both blocks are what they are.
+        // Changed without the node's knowledge, too: both blocks hold any bytes.
         let length = bytes.len().min(SIZE);
         std::os::unix::fs::FileExt::write_all_at(
             &std::fs::OpenOptions::new().write(true).open(&path).unwrap(), &bytes[..length], 0,

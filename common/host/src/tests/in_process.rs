@@ -79,7 +79,7 @@ fn a_thread_that_panics_ends_the_node_and_is_named() {
             Ok(())
         }
     }
-    // An hour, if nobody noticed.
+    // An hour, if the panic went unnoticed.
     let mut setup = setup("ill", TransportConfig::default(), 3_600, &Memory::default());
     setup.recorder = Box::new(Ill(0));
     let message = format!("{:#}", run_over(setup, InProcess::default()).unwrap_err());

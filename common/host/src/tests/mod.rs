@@ -28,7 +28,7 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 const AXIS: u32 = 7;
 
-/// Remembers the last record and how many there were.
+/// Remembers the last record and the number of records.
 #[derive(Clone, Default)]
 struct Memory(Arc<Mutex<Remembered>>);
 
@@ -71,7 +71,7 @@ fn name(name: &str) -> NodeName {
     NodeName::new(name).unwrap()
 }
 
-/// The body of a frame of the node `sender` with the one axis.
+/// The body of a frame of the node `sender` with one axis.
 fn body(sender: &NodeName, epoch: u64) -> Vec<u8> {
     let header = FrameHeader {
         sender: sender_id(sender),

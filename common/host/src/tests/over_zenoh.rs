@@ -37,7 +37,7 @@ fn started(
     std::thread::spawn(move || run(setup()).unwrap())
 }
 
-/// Collects a node's status until `wanted` says that is enough, for half a minute at most.
+/// Collects a node's status until `wanted` returns true, for half a minute at most.
 fn watch(endpoint: &str, node: &str, wanted: impl Fn(&Value) -> bool) -> Vec<Value> {
     let session = zenoh::open(zenoh_config(&connecting(endpoint)).unwrap())
         .wait()
@@ -97,7 +97,7 @@ fn frames_arrive_and_both_ends_say_so() {
     assert!(samples > 100 && samples <= got.received, "{samples}");
 }
 
-/// A Zenoh router on a free endpoint; it ends with the session.
+/// Starts a Zenoh router on a free endpoint; it ends with the session.
 fn router(endpoint: &str) -> zenoh::Session {
     let mut config = zenoh_config(&listening(endpoint)).unwrap();
     config.insert_json5("mode", "\"router\"").unwrap();
@@ -167,7 +167,7 @@ fn orders_reach_the_cycle_and_are_answered() {
     assert_eq!(snapshot.commands, 2);
 }
 
-/// A query as any tool may send it, and the reason it gets as an error reply.
+/// Asserts the reason in the error reply to a query that any tool may send.
 fn assert_reason(endpoint: &str, key: &str, payload: &str, expected: &str) {
     let session = zenoh::open(zenoh_config(&connecting(endpoint)).unwrap())
         .wait()

@@ -1,5 +1,5 @@
-//! Nodes whose scans, publishing and status the test calls itself, at instants of its own choice: no
-//! thread and no clock has a say.
+//! Nodes whose scans, publishing and status are called by the test itself at chosen instants: no
+//! thread and no clock takes part.
 
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -30,7 +30,7 @@ use crate::toy::{Toy, ToySnapshot};
 use crate::transport::{Declared, Transport};
 use crate::{Commander, InProcess};
 
-/// A network that is dated by hand.
+/// A network whose clock the test sets.
 #[derive(Clone)]
 struct Network {
     transport: InProcess,
@@ -57,7 +57,7 @@ impl Network {
     }
 }
 
-/// A toy with a cycle of 2 ms and all it has of the host, but for threads.
+/// A toy with a cycle of 2 ms and all parts of the host except threads.
 struct Stepped {
     network: Network,
     cycle: Cycle<Toy>,
@@ -73,19 +73,19 @@ struct Stepped {
 }
 
 impl Stepped {
-    /// One that publishes axes.
+    /// Creates a node that publishes axes.
     fn sending(node: &str, network: &Network) -> Self {
         let publishes = [Publication::new(&name(node), Channel::Axes)];
         Self::new(node, network, &publishes, &[], false)
     }
 
-    /// The same in a secure network.
+    /// Creates a node that publishes axes in a secure network.
     fn sending_securely(node: &str, network: &Network) -> Self {
         let publishes = [Publication::new(&name(node), Channel::Axes)];
         Self::new(node, network, &publishes, &[], true)
     }
 
-    /// One that follows another.
+    /// Creates a node that follows another.
     fn following(node: &str, source: &str, axis: u32, faults: &str, network: &Network) -> Self {
         let subscriptions = following(source, axis, faults);
         Self::new(node, network, &[], &subscriptions, false)
@@ -181,7 +181,7 @@ impl Stepped {
         }
     }
 
-    /// A scan and the publishing after it.
+    /// Runs a scan and the publishing after it.
     fn step(&mut self, now: Instant<Machine>) -> ToySnapshot {
         self.network.set(now);
         self.cycle.scan(now);
@@ -264,7 +264,7 @@ fn who_hears_a_node_says_so_as_long_as_it_does() {
     };
     assert_eq!(told(&mut saw, at(2)), serde_json::json!([]));
     assert_eq!(told(&mut saw, at(4)), serde_json::json!(["press", "saw"]));
-    // Nothing came meanwhile.
+    // No status arrived meanwhile.
     assert_eq!(told(&mut saw, at(600)), serde_json::json!([]));
     assert_eq!(told(&mut saw, at(602)), serde_json::json!(["press", "saw"]));
     drop(saw);

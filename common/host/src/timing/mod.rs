@@ -1,6 +1,8 @@
-//! The timing channel in the real world: beacons beside the transport, over UDP, stamped by the kernel.
+//! The timing channel in the real world: beacons over UDP, apart from the transport, stamped by the
+//! kernel.
 //!
-//! A thread of its own receives; the publish thread sends. They share the socket, and who asked from where.
+//! A thread of its own receives; the publish thread sends. The two share the socket and the
+//! addresses of the requesters.
 
 mod receiver;
 mod sender;
@@ -31,7 +33,7 @@ pub(crate) use sender::BeaconSender;
 /// The socket of the system this was built for.
 pub(crate) type Socket = <Os as System>::StampedSocket;
 
-/// The longest beacon, amply: what is longer is none.
+/// Length of the longest beacon, with a margin; longer datagrams are not beacons.
 const LONGEST_BEACON: usize = 512;
 
 /// The timing channel of a node, before its threads have its ends.
@@ -43,10 +45,12 @@ pub(crate) struct TimingChannel {
 }
 
 impl TimingChannel {
-    /// Opens it, for what the node sends on it. With a secret its beacons are authenticated, and all others refused.
+    /// Opens the channel for the beacons that the node sends. With a secret, its beacons are
+    /// authenticated, and all others are rejected. With a secret its beacons are authenticated, and
+    /// all others refused.
     ///
     /// # Errors
-    /// The address cannot be used, or a file that faults name.
+    /// The address, or a file that faults name, cannot be used.
     pub(crate) fn open(
         node: &NodeName,
         endpoints: &TimingEndpoints,
@@ -92,7 +96,7 @@ impl TimingChannel {
         })
     }
 
-    /// What comes of this subscription goes to `inbox`.
+    /// Hands the beacons of this subscription to `inbox`.
     ///
     /// # Errors
     /// A file that its faults name cannot be used.
@@ -117,7 +121,7 @@ impl TimingChannel {
         Ok(())
     }
 
-    /// Its ends, for the threads that send and receive.
+    /// Splits it into the ends for the threads that send and receive.
     pub(crate) fn ends(self) -> (BeaconSender<Socket>, BeaconReceiver<Socket>) {
         (self.sender, self.receiver)
     }
@@ -131,9 +135,10 @@ const fn stamped_by(stamps: Stamps) -> &'static str {
     }
 }
 
-/// Where a channel to a node that is followed goes, and comes from; none of what goes to whoever asked.
+/// Address of a channel to or from a followed node; none for responses to requesters.
 ///
-/// A node that is asked has a channel of requests to it here; the one that answers hears them of anybody.
+/// A requested node has a channel of requests to it here; the responder accepts requests from any
+/// address.
 fn address_of(
     endpoints: &TimingEndpoints,
     publication: bool,
@@ -150,7 +155,7 @@ fn address_of(
         .map(|(_, address)| *address)
 }
 
-/// Any port, of the kind of addresses that it sends to.
+/// Any port, of the address family that it sends to.
 fn any_like(endpoints: &TimingEndpoints) -> SocketAddr {
     match endpoints.nodes.first() {
         Some((_, SocketAddr::V6(_))) => (Ipv6Addr::UNSPECIFIED, 0).into(),
@@ -158,7 +163,7 @@ fn any_like(endpoints: &TimingEndpoints) -> SocketAddr {
     }
 }
 
-/// Where those are who sent beacons, by the ids of their nodes.
+/// Addresses of the senders of beacons, by node id.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Peers(Arc<Mutex<Vec<Peer>>>);
 
@@ -170,11 +175,11 @@ struct Peer {
     address: SocketAddr,
 }
 
-/// Most nodes that are answered.
+/// Greatest number of nodes that get responses.
 const MOST_PEERS: usize = 64;
 
 impl Peers {
-    /// One sent a beacon from there. What is older than its newest one says nothing.
+    /// Notes that a node sent a beacon from there. A beacon older than its newest one is ignored.
     fn heard(&self, label: BeaconLabel, address: SocketAddr) {
         let mut peers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let peer = Peer {

@@ -1,4 +1,4 @@
-//! Beacons that come.
+//! Receiving beacons.
 
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,18 +12,18 @@ use coaxle_os::stamped_socket::{Came, StampedSocket};
 use super::{LONGEST_BEACON, Peers};
 use crate::reception::Reception;
 
-/// After a datagram that could not be received.
+/// Pause after a datagram that could not be received.
 const PAUSE: Span = Span::from_millis(100);
 
-/// A way that beacons come by.
+/// A path by which beacons arrive.
 pub(crate) struct Way {
     pub(crate) channel: Channel,
-    /// From where they must come: answers, from where the beacons went.
+    /// Required source address: responses come from the address that the beacons were sent to.
     pub(crate) from: Option<SocketAddr>,
     pub(crate) reception: Reception,
 }
 
-/// The end of a timing channel that receives.
+/// The receiving end of a timing channel.
 pub(crate) struct BeaconReceiver<S> {
     socket: S,
     peers: Peers,
@@ -39,12 +39,12 @@ impl<S: StampedSocket> BeaconReceiver<S> {
         }
     }
 
-    /// Receives what comes by this way, too.
+    /// Adds a path to receive by.
     pub(crate) fn add(&mut self, way: Way) {
         self.ways.push(way);
     }
 
-    /// Receives until it is told to stop.
+    /// Receives until `stop` is set.
     pub(crate) fn work(&mut self, stop: &AtomicBool) {
         let mut buffer = [0; LONGEST_BEACON + 1];
         while !stop.load(Ordering::Relaxed) {
@@ -53,19 +53,19 @@ impl<S: StampedSocket> BeaconReceiver<S> {
                 Ok(None) => {}
                 Err(error) => {
                     tracing::debug!(%error, "the timing channel cannot receive");
-                    // Not as fast as it fails.
+                    // Limits the rate of retries.
                     machine::sleep_until(machine::now() + PAUSE);
                 }
             }
         }
     }
 
-    /// A datagram. One without a stamp that can be believed says nothing, nor does one that is too long.
+    /// Takes a datagram. One without a valid stamp is ignored, and so is one that is too long.
     pub(super) fn take(&mut self, came: &Came, bytes: &[u8]) {
         let Some(at) = came.at_ns.filter(|_| bytes.len() <= LONGEST_BEACON) else {
             return;
         };
-        // The answers of a node come from where it answers; all else is taken for beacons to this one.
+        // Responses of a node come from its address; all else counts as beacons to this one.
         let answers = |way: &&mut Way| way.from == Some(came.from);
         let way = match self.ways.iter_mut().find(answers) {
             Some(way) => Some(way),

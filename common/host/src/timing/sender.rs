@@ -1,4 +1,4 @@
-//! Beacons that leave.
+//! Sending beacons.
 
 use std::net::SocketAddr;
 
@@ -15,9 +15,9 @@ use crate::outbox::OutgoingFrame;
 /// A channel of beacons that this node sends.
 pub(crate) struct BeaconChannel {
     pub(crate) channel: Channel,
-    /// Which of the nodes that this one follows it is to.
+    /// Number of the followed node that it is sent to.
     pub(crate) far: usize,
-    /// Where that is; answers go to where the beacon came from.
+    /// Address of that node; none for responses, which go to the address that the beacon came from.
     pub(crate) to: Option<SocketAddr>,
     pub(crate) seal: BeaconSeal,
     pub(crate) faults: Faults,
@@ -29,31 +29,31 @@ struct Sent {
     channel: Channel,
     far: u16,
     label: BeaconLabel,
-    /// How many were sent before it.
+    /// Number of datagrams sent before it.
     number: u32,
     called: Instant<Machine>,
-    /// By its stamp.
+    /// Departure by its stamp.
     left: Option<Instant<Machine>>,
-    /// What faults are laid over it say that it left earlier.
+    /// Time by which the injected faults move the departure earlier.
     earlier: Span,
 }
 
-/// The end of a timing channel that sends.
+/// The sending end of a timing channel.
 pub(crate) struct BeaconSender<S> {
     socket: S,
     peers: Peers,
     channels: Vec<BeaconChannel>,
     sent: Vec<Sent>,
-    /// Datagrams that were sent so far.
+    /// Number of datagrams sent.
     number: u32,
     sealed: Vec<u8>,
 }
 
-/// A datagram leaves no later than this after the call that sends it.
+/// Latest departure of a datagram after the call that sends it.
 const LATEST: Span = Span::from_millis(50);
-/// Clocks are read one after the other.
+/// Tolerance because the clocks are read one after the other.
 const READING: Span = Span::from_micros(1);
-/// Of so many nodes the newest beacon is known.
+/// Greatest number of nodes whose newest beacon is known.
 const MOST: usize = 64;
 
 impl<S: StampedSocket> BeaconSender<S> {
@@ -68,12 +68,12 @@ impl<S: StampedSocket> BeaconSender<S> {
         }
     }
 
-    /// Sends on this channel, too.
+    /// Adds a channel to send on.
     pub(crate) fn add(&mut self, channel: BeaconChannel) {
         self.channels.push(channel);
     }
 
-    /// Sends a beacon; false if it cannot.
+    /// Sends a beacon; returns false if it cannot.
     pub(crate) fn send(&mut self, frame: &OutgoingFrame, body: &[u8]) -> bool {
         self.note_departures();
         let Some(label) = BeaconLabel::of(frame.channel, body) else {
@@ -92,7 +92,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             return false;
         };
         let Some(earlier) = channel.faults.deliveries(machine::now()).next() else {
-            // A fault has lost it.
+            // Lost by an injected fault.
             return true;
         };
         let same = |sent: &Sent| {
@@ -135,11 +135,11 @@ impl<S: StampedSocket> BeaconSender<S> {
         true
     }
 
-    /// When the last ones left, as far as it is known by now.
+    /// Notes the departures of the last beacons, as far as known.
     fn note_departures(&mut self) {
         while let Some((number, left_ns)) = self.socket.departure() {
             let left = Instant::from_nanos(left_ns);
-            // A stamp of another one would be off by far more.
+            // A stamp of another beacon would be off by far more.
             let fits = |sent: &Sent| {
                 sent.left.is_none()
                     && (sent.called - READING..=sent.called + LATEST).contains(&left)

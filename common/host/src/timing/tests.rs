@@ -29,7 +29,7 @@ use crate::reception::{Contact, Reception};
 
 type Sent = Arc<Mutex<Vec<(Vec<u8>, SocketAddr)>>>;
 
-/// Keeps what is sent; the test says when it left.
+/// A socket that keeps the datagrams sent; the test sets their departure.
 #[derive(Clone, Default)]
 struct Paper {
     sent: Sent,
@@ -157,7 +157,7 @@ fn a_stamp_of_another_time_is_not_believed_and_a_refused_datagram_breaks_nothing
     let long_ago = machine::now().as_nanos() - 1_000_000_000;
     paper.departures.lock().unwrap().push_back((0, long_ago));
     assert!(sender.send(&frame, &request(1)));
-    // The kernel counted one that it did not send.
+    // The kernel counted a datagram that it did not send.
     let left = machine::now().as_nanos();
     paper.departures.lock().unwrap().push_back((2, left));
     assert!(sender.send(&frame, &request(2)));
@@ -266,7 +266,7 @@ fn answers_go_to_where_the_newest_good_beacon_came_from() {
 
     let good = asked(9);
     receiver.take(&came(good.len(), at(100), Some(50)), &good);
-    // An older one from elsewhere, one that is damaged, one without a stamp, one that is too long.
+    // An older beacon from another address, a damaged one, one without a stamp, one that is too long.
     let older = asked(8);
     receiver.take(&came(older.len(), at(200), Some(60)), &older);
     let mut damaged = asked(10);
@@ -312,7 +312,7 @@ fn the_systems_socket_says_when_datagrams_left_and_came() {
         let after = machine::now().as_nanos();
         assert_eq!((came.length, came.from), (9, one.address().unwrap()));
         assert_eq!(buffer[..9], [number; 9]);
-        // A clock that is set meanwhile, or a machine that stands still for long, leaves no stamp.
+        // A clock that is set meanwhile, or a machine that stalls for long, leaves no stamp.
         let Some(received) = came.at_ns else {
             continue;
         };

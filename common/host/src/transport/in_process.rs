@@ -14,12 +14,12 @@ use super::{
     Urgency,
 };
 
-/// Joins all that hold a clone of it. Whatever is published is handed over at once, on the thread
-/// that publishes; nothing is lost.
+/// Joins all holders of a clone of it. Published data are delivered at once, on the publishing
+/// thread, without loss.
 #[derive(Clone)]
 pub struct InProcess {
     hub: Arc<Mutex<Hub>>,
-    /// Dates what arrives.
+    /// Clock for the arrival stamps.
     now: Arc<dyn Fn() -> Instant<Machine> + Send + Sync>,
 }
 
@@ -32,7 +32,7 @@ struct Hub {
     servers: Handlers<RequestHandler>,
 }
 
-/// By key, and the number under which they were declared.
+/// Handlers by key and declaration number.
 type Handlers<H> = BTreeMap<(String, u64), Arc<H>>;
 
 impl Default for InProcess {
@@ -42,7 +42,7 @@ impl Default for InProcess {
 }
 
 impl InProcess {
-    /// One that dates arrivals by another clock than the machine's.
+    /// Creates a transport that stamps arrivals by another clock than the machine's.
     pub fn dated_by(now: impl Fn() -> Instant<Machine> + Send + Sync + 'static) -> Self {
         Self {
             hub: Arc::default(),
@@ -72,7 +72,8 @@ impl InProcess {
         }
     }
 
-    /// The handlers of a key and of all patterns that mean it, so that they can be called without the hub.
+    /// The handlers of a key and of all patterns that match it, so that they can be called without
+    /// the hub.
     fn all_meant<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
         let mut hub = self.hub();
         let meant = place(&mut hub).iter().filter(|((of, _), _)| means(of, key));
@@ -89,7 +90,7 @@ impl InProcess {
         }
     }
 
-    /// What is announced of all that a key stands for.
+    /// Announced keys that match a key.
     fn announced(&self, key: &str) -> Vec<String> {
         let hub = self.hub();
         let announced = hub.announcements.keys().map(|(key, _)| key.clone());
@@ -99,7 +100,7 @@ impl InProcess {
     }
 }
 
-/// Whether a key stands for another one: it is that, but for parts that are `*`.
+/// True if a pattern matches a key: equal parts, or `*` in the pattern.
 fn means(pattern: &str, key: &str) -> bool {
     let (mut wanted, mut parts) = (pattern.split('/'), key.split('/'));
     loop {
@@ -111,7 +112,7 @@ fn means(pattern: &str, key: &str) -> bool {
     }
 }
 
-/// A handler in its place.
+/// A handler with its place in the hub.
 struct Held<H> {
     transport: InProcess,
     at: (String, u64),
@@ -121,12 +122,12 @@ struct Held<H> {
 impl<H> Drop for Held<H> {
     fn drop(&mut self) {
         let handler = (self.place)(&mut self.transport.hub()).remove(&self.at);
-        // Without the hub: what it holds may be declared there too.
+        // Dropped without the hub lock: the handler may hold declarations of the hub too.
         drop(handler);
     }
 }
 
-/// An announcement: who watches is told of its end.
+/// An announcement; watchers are notified of its end.
 struct Announced(Option<Held<()>>);
 
 impl Drop for Announced {
@@ -195,7 +196,7 @@ impl Transport for InProcess {
     fn close(&self) {}
 }
 
-/// What is sent to one key.
+/// Publisher for one key.
 struct ToKey {
     transport: InProcess,
     key: String,
@@ -222,7 +223,7 @@ impl Publisher for ToKey {
     }
 }
 
-/// Requests to one key.
+/// Client for one key.
 struct Requests {
     to: ToKey,
     patience: Duration,
@@ -245,7 +246,7 @@ impl Client for Requests {
             };
             on_request((transport.now)(), Box::new(request));
         }
-        // Only the requests keep the way back open.
+        // Only the requests keep the reply channel open.
         drop(reply);
         Ok(replies.recv_timeout(self.patience).ok())
     }
@@ -268,7 +269,7 @@ impl Request for Sent {
     }
 
     fn reply(&self, json: String, _taken: bool) {
-        // Who asked may be gone.
+        // The client may be gone.
         let _ = self.reply.send(json.into_bytes());
     }
 }

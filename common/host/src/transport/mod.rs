@@ -1,7 +1,7 @@
-//! The network as a node needs it: frames under keys, who is there, requests and their replies.
+//! The network as a node needs it: frames under keys, presence, requests and their replies.
 //!
-//! A [`Transport`] moves bytes and knows nothing of what they say. [`OverZenoh`] is the one that
-//! machines use; [`InProcess`] joins nodes of one process without any network.
+//! A [`Transport`] moves bytes without knowing their meaning. [`OverZenoh`] is the one for
+//! machines; [`InProcess`] joins nodes of one process without any network.
 //!
 //! Handlers are called on threads of the transport, or on the very thread that publishes: they must
 //! not wait.
@@ -29,14 +29,15 @@ pub trait Transport: Send + Sync {
     /// The transport refuses.
     fn publisher(&self, key: &str, urgency: Urgency) -> anyhow::Result<Box<dyn Publisher>>;
 
-    /// Has everything that is published under `key` handed to `on_bytes`, until the result is dropped. A part of the
-    /// key that is `*` stands for any.
+    /// Hands all data published under `key` to `on_bytes`, until the result is dropped. A part `*`
+    /// of the key matches any part.
     ///
     /// # Errors
     /// The transport refuses.
     fn subscribe(&self, key: &str, on_bytes: BytesHandler) -> anyhow::Result<Declared>;
 
-    /// The same, and how each was sent, where the transport tells.
+    /// Subscribes as [`Self::subscribe`] does, with the delivery options of each sample, where the
+    /// transport reports them.
     ///
     /// # Errors
     /// The transport refuses.
@@ -44,82 +45,82 @@ pub trait Transport: Send + Sync {
         self.subscribe(key, Box::new(move |at, bytes| on_sample(at, bytes, None)))
     }
 
-    /// Shows everybody that `key` is there, until the result is dropped, or this process dies.
+    /// Announces `key` until the result is dropped, or this process dies.
     ///
     /// # Errors
     /// The transport refuses.
     fn announce(&self, key: &str) -> anyhow::Result<Declared>;
 
-    /// Tells `on_change` whenever the announcement of `key` comes or goes, until the result is dropped. A part
-    /// of the key that is `*` stands for any.
+    /// Calls `on_change` whenever the announcement of `key` appears or ends, until the result is
+    /// dropped. A part `*` of the key matches any part.
     ///
     /// # Errors
     /// The transport refuses.
     fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared>;
 
-    /// Has requests under `key` handed to `on_request`, until the result is dropped. A key that ends in `/*`
-    /// stands for all that have one part more in its place.
+    /// Hands requests under `key` to `on_request`, until the result is dropped. A key that ends in
+    /// `/*` matches all keys with one part in its place.
     ///
     /// # Errors
     /// The transport refuses.
     fn serve(&self, key: &str, on_request: RequestHandler) -> anyhow::Result<Declared>;
 
-    /// Where requests under `key` are sent from, which wait so long for their replies.
+    /// Creates a client that sends requests under `key` and waits for replies up to `patience`.
     ///
     /// # Errors
     /// The transport refuses.
     fn client(&self, key: &str, patience: Duration) -> anyhow::Result<Box<dyn Client>>;
 
-    /// Why a node is not to be seen, as far as trying to reach it tells. Takes some seconds.
+    /// Finds out why a node is not visible, by trying to reach it. Takes some seconds.
     fn why_unseen(&self, node: &str) -> Option<Unseen> {
         let _ = node;
         None
     }
 
-    /// How it reaches others, for messages: where it listens, where it connects to.
+    /// Endpoints of the transport, for messages: those listened on and those connected to.
     fn whereabouts(&self) -> &str;
 
-    /// What the network calls this one, in hexadecimal digits; none where nobody is called anything.
+    /// Session id in the network, in hexadecimal digits; none if the transport has no ids.
     fn session_id(&self) -> Option<String> {
         None
     }
 
-    /// Leaves. Takes a few seconds at most.
+    /// Leaves the network. Takes a few seconds at most.
     fn close(&self);
 }
 
-/// Takes what was published, with the instant of its arrival.
+/// Takes published data with the instant of their arrival.
 pub type BytesHandler = Box<dyn FnMut(Instant<Machine>, &[u8]) + Send>;
 
-/// Takes what was published, with the instant of its arrival, and how it was sent, if that is known.
+/// Takes published data with the instant of their arrival and, if known, the delivery options.
 pub type SampleHandler = Box<dyn FnMut(Instant<Machine>, &[u8], Option<Delivery>) + Send>;
 
-/// How something was sent: what whoever published it asked of the network.
+/// Delivery options requested by the publisher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Delivery {
-    /// Its priority, 1 (real-time) to 7 (background).
+    /// Priority, 1 (real-time) to 7 (background).
     pub priority: u8,
-    /// Whether it is dropped where the network cannot keep up; else whoever publishes waits.
+    /// True if it is dropped under congestion; otherwise the publisher waits.
     pub is_dropped: bool,
-    /// Whether it waits for no other message to leave with.
+    /// True if it is sent at once instead of in a batch with other messages.
     pub is_express: bool,
 }
 
-/// Takes the key of an announcement, and whether it is there.
+/// Takes the key of an announcement, and true if it is present.
 pub type PresenceHandler = Box<dyn Fn(&str, bool) + Send + Sync>;
 
 /// Takes a request, with the instant of its arrival.
 pub type RequestHandler = Box<dyn Fn(Instant<Machine>, Box<dyn Request>) + Send + Sync>;
 
-/// Something that holds until it is dropped.
+/// A declaration that holds until it is dropped.
 pub type Declared = Box<dyn Send + Sync>;
 
-/// Why a node is not to be seen.
+/// Reasons why a node is not visible.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unseen {
-    /// Nobody answers where it may be, or somebody else does.
+    /// No response from its possible endpoints, or one from another node.
     Unreachable(String),
-    /// Somebody answers, and refuses this one or is refused.
+    /// Refusal by the node, or of the node by this one.
     Refused(String),
 }
 
@@ -133,19 +134,18 @@ impl Unseen {
     }
 }
 
-/// How much it matters that something arrives soon. Nothing is ever waited for: what the network
-/// cannot take is dropped.
+/// Importance of a timely arrival. Sending never waits: data that the network cannot take are dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Urgency {
     /// Frames, before all else.
     RealTime,
-    /// What people read.
+    /// Data for people.
     Ordinary,
-    /// Much at a time, for who looks on: after all else.
+    /// Large data for live viewers: after all else.
     Bulk,
 }
 
-/// Publishes under one key.
+/// Publisher for one key.
 pub trait Publisher: Send + Sync {
     /// Publishes bytes. May allocate, and take some ten microseconds.
     ///
@@ -153,7 +153,8 @@ pub trait Publisher: Send + Sync {
     /// The transport refuses.
     fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()>;
 
-    /// The same with an attachment beside the bytes, which no node of ours reads; left out where the transport has none.
+    /// Publishes bytes with an attachment, which none of our nodes reads; the attachment is left
+    /// out where the transport has none.
     ///
     /// # Errors
     /// The transport refuses.
@@ -162,7 +163,7 @@ pub trait Publisher: Send + Sync {
         self.publish(bytes)
     }
 
-    /// Whether anybody subscribes to the key.
+    /// True if the key has a subscriber.
     fn has_subscriber(&self) -> bool;
 }
 
@@ -171,20 +172,19 @@ pub trait Request: Send {
     /// The key it was sent to, which may be a pattern of many.
     fn key(&self) -> &str;
 
-    /// What it says.
+    /// Contents of the request.
     fn payload(&self) -> Cow<'_, [u8]>;
 
-    /// Replies in JSON; `taken`: as a result, otherwise as an error.
+    /// Replies in JSON: as a result if `taken`, otherwise as an error.
     fn reply(&self, json: String, taken: bool);
 }
 
-/// Sends requests under one key.
+/// Client for one key.
 pub trait Client {
-    /// Whether anybody serves the key.
+    /// True if the key has a server.
     fn has_server(&self) -> bool;
 
-    /// Sends a request in JSON and waits for the reply, be it a result or an error; none if it does
-    /// not come in time.
+    /// Sends a request in JSON and waits for the reply, a result or an error; none on a timeout.
     ///
     /// # Errors
     /// The transport refuses.

@@ -8,22 +8,22 @@ use super::endpoint::{check_endpoint, check_secure_endpoint};
 use super::secure;
 use super::settings::{from_file, insert, unless_set};
 
-/// How Zenoh shares out its threads: the environment variable it reads before its first call, and
-/// the value that suits a node.
+/// Zenoh's thread settings: the environment variable it reads before its first call, and the value
+/// that suits a node.
 ///
 /// One thread to receive and one to send instead of six: a quarter less latency, a third less
-/// processor time. [`crate::cli::tune_transport`] sets it for the calling program; whoever starts
-/// nodes as processes can put it into their environment.
+/// processor time. [`crate::cli::tune_transport`] sets it for the calling program; a program that
+/// starts nodes as processes can put it into their environment.
 pub const ZENOH_RUNTIME: (&str, &str) = (
     "ZENOH_RUNTIME",
     "(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:1),tx:(worker_threads:1))",
 );
 
-/// What is set wherever a config file leaves Zenoh's own default in place.
+/// Settings used wherever a config file leaves Zenoh's own default in place.
 const DEFAULTS: [(&str, &str); 5] = [
-    // Nothing is found by chance.
+    // No discovery by multicast.
     ("scouting/multicast/enabled", "false"),
-    // Nodes may start in any order and should meet soon.
+    // Nodes may start in any order and should connect soon.
     (
         "connect/retry",
         "{ period_init_ms: 250, period_max_ms: 1000, period_increase_factor: 2 }",
@@ -36,11 +36,11 @@ const DEFAULTS: [(&str, &str); 5] = [
     ("transport/unicast/lowlatency", "false"),
 ];
 
-/// Builds the Zenoh config: first the file or the secure profile, then what suits a node, then what the
-/// transport section says, and last its settings by path.
+/// Builds the Zenoh config from, in this order, the file or the secure profile, the defaults for a
+/// node, the transport section, and its settings by path.
 ///
 /// # Errors
-/// Names the file, the endpoint, or the setting that is wrong, and its value.
+/// Names the wrong file, endpoint or setting, and its value.
 pub fn zenoh_config(transport: &TransportConfig) -> anyhow::Result<Config> {
     let mut config = match (&transport.secure, &transport.file) {
         (Some(folder), _) => {
@@ -58,7 +58,7 @@ pub fn zenoh_config(transport: &TransportConfig) -> anyhow::Result<Config> {
         TransportMode::Client => "\"client\"",
     };
     match transport.mode {
-        // Peer is the section's default: a file that says client is not overruled by it.
+        // Peer is the section's default and does not override a file with client mode.
         TransportMode::Peer => unless_set(&mut config, "mode", mode)?,
         TransportMode::Client => insert(&mut config, "mode", mode)?,
     }
@@ -69,7 +69,7 @@ pub fn zenoh_config(transport: &TransportConfig) -> anyhow::Result<Config> {
     endpoints(&mut config, "listen", &transport.listen, is_secure)?;
     endpoints(&mut config, "connect", &transport.connect, is_secure)?;
     if transport.listen.is_empty() && !transport.multicast {
-        // Zenoh would listen on a random port of all interfaces.
+        // Otherwise Zenoh would listen on a random port of all interfaces.
         unless_set(&mut config, "listen/endpoints", "[]")?;
     }
     for (path, value) in &transport.settings {

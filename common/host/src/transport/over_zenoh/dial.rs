@@ -1,7 +1,7 @@
-//! Asks an endpoint for its reason: dials it with TLS as Zenoh does, and takes the alert for an answer.
+//! Finds out why an endpoint refuses: dials it with TLS as Zenoh does, and evaluates the alert.
 //!
-//! Zenoh itself only says that there is no link. With TLS 1.3 who connects has done its part before the other end has
-//! looked at its certificate, so the alert comes as the first thing that is read afterwards.
+//! Zenoh itself only reports that there is no link. With TLS 1.3 the client finishes its handshake
+//! before the server has checked its certificate, so the alert is the first data read afterwards.
 
 use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -14,21 +14,21 @@ use rustls::{AlertDescription, CertificateError, ClientConfig, ClientConnection}
 use super::endpoint::host_and_port;
 use crate::credentials::common_name;
 
-/// How long anything may take on the way.
+/// Timeout of each step.
 const CONNECTING: Duration = Duration::from_secs(2);
-/// Who lets somebody in says nothing for this long.
+/// Time without data after which the connection counts as accepted.
 const SILENCE: Duration = Duration::from_millis(500);
 
-/// What came of it.
+/// Result of dialling.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Dialled {
-    /// Nobody answers.
+    /// No response.
     Unreachable(String),
-    /// Somebody does, and not with TLS.
+    /// A response without TLS.
     WithoutTls,
-    /// Somebody does, and one end does not believe the other.
+    /// A response, but one end does not trust the other.
     Refused(String),
-    /// Both ends believe each other: the name in the certificate there.
+    /// Mutual trust, with the name in the certificate of the other end.
     Believed(Option<String>),
 }
 
@@ -77,7 +77,7 @@ fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> Diall
     let _ = socket.set_read_timeout(Some(SILENCE));
     loop {
         match connection.read_tls(&mut socket) {
-            // Gone without a word, or silent: there is no refusal in that.
+            // Closed without an alert, or silent: not a refusal.
             Ok(0) | Err(_) => return Dialled::Believed(name),
             Ok(_) => {
                 if let Err(error) = connection.process_new_packets() {
@@ -88,7 +88,7 @@ fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> Diall
     }
 }
 
-/// What ends the handshake: an error of TLS, or of a connection to something that is none.
+/// Result from a failed handshake: a TLS error, or a connection to a server without TLS.
 fn told_by(error: &io::Error) -> Dialled {
     let inner = error.get_ref();
     match inner.and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
@@ -100,7 +100,7 @@ fn told_by(error: &io::Error) -> Dialled {
     }
 }
 
-/// What an alert says of us, and what we find wrong with the certificate there.
+/// Text for a received alert, or for a wrong certificate of the other end.
 fn refused(error: &rustls::Error) -> Dialled {
     use AlertDescription as Alert;
     use CertificateError as Found;

@@ -12,13 +12,13 @@ pub fn host_and_port(endpoint: &str) -> Option<(&str, u16)> {
     Some((host, port.parse().ok()?))
 }
 
-/// Whether what goes there goes in UDP datagrams.
+/// True if the endpoint uses UDP datagrams.
 #[must_use]
 pub fn is_over_udp(endpoint: &str) -> bool {
     endpoint.starts_with("udp/") || endpoint.starts_with("quic/")
 }
 
-/// Whether only programs on this machine can be at the other end.
+/// True if only programs on this machine can be at the other end.
 #[must_use]
 pub fn is_local(endpoint: &str) -> bool {
     if endpoint.starts_with("unixsock-stream/") {
@@ -31,11 +31,11 @@ pub fn is_local(endpoint: &str) -> bool {
     host == "localhost" || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
 }
 
-/// Checks an endpoint of a secure network, where nothing but TLS passes: the rest of the profile rests on the names in
-/// certificates.
+/// Checks an endpoint of a secure network, which must use TLS: the rest of the profile relies on
+/// the names in certificates.
 ///
-/// QUIC has such names, too. Its listener in Zenoh 1.10 takes one connection after the other, each for as long as its
-/// handshake lasts, so a stranger who says nothing keeps all members out.
+/// QUIC has such names, too. Its listener in Zenoh 1.10 takes one connection after the other, each
+/// for as long as its handshake lasts, so a silent stranger keeps all members out.
 pub(super) fn check_secure_endpoint(endpoint: &str) -> anyhow::Result<()> {
     check_endpoint(endpoint)?;
     match endpoint.split_once('/') {
@@ -46,10 +46,10 @@ pub(super) fn check_secure_endpoint(endpoint: &str) -> anyhow::Result<()> {
     }
 }
 
-/// An endpoint of the command line.
+/// Parses an endpoint of the command line.
 ///
 /// # Errors
-/// What was received, and what is expected.
+/// The text received and the expected form.
 pub fn endpoint(text: &str) -> Result<String, String> {
     match check_endpoint(text) {
         Ok(()) => Ok(text.to_owned()),
@@ -59,7 +59,7 @@ pub fn endpoint(text: &str) -> Result<String, String> {
 
 const PROTOCOLS: [&str; 5] = ["tcp", "udp", "tls", "quic", "unixsock-stream"];
 
-/// Zenoh itself would retry an endpoint that can never work, quietly and for ever.
+/// Checks an endpoint: Zenoh itself would retry one that can never work, silently and for ever.
 pub(super) fn check_endpoint(endpoint: &str) -> anyhow::Result<()> {
     let Some((protocol, rest)) = endpoint.split_once('/') else {
         bail!("is no endpoint, expected <protocol>/<address>, such as tcp/192.168.1.10:7447");

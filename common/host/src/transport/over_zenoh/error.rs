@@ -1,13 +1,14 @@
-//! What Zenoh says, for people.
+//! Zenoh's errors in readable form.
 
 use anyhow::anyhow;
 
-/// What Zenoh says, without the places in its source code.
+/// Zenoh's error, without the places in its source code.
 pub(super) fn zenoh_error(error: zenoh::Error) -> anyhow::Error {
     anyhow!(without_source_places(&error.to_string()))
 }
 
-/// Zenoh gives these errors only in their debug form, `Str("…")` or `Json5Err(Message { msg: "…" …`.
+/// Reason of an insertion error, which Zenoh gives only in debug form, `Str("…")` or
+/// `Json5Err(Message { msg: "…" …`.
 pub(super) fn insertion_reason(debug: &str) -> String {
     let quoted = debug.split_once("msg: \"").or(debug.split_once("Str(\""));
     match quoted.and_then(|(_, rest)| rest.split_once('"')) {
@@ -33,7 +34,7 @@ fn without_source_places(message: &str) -> String {
     words.join(" ")
 }
 
-/// What follows `<file>.rs:<line>.` in a word that begins with it, such as a bracket.
+/// Text after `<file>.rs:<line>.` in a word that begins with it, such as a bracket.
 fn after_source_place(word: &str) -> Option<&str> {
     let (_, line) = word.split_once(".rs:")?;
     let rest = line.trim_start_matches(|c: char| c.is_ascii_digit());

@@ -1,4 +1,4 @@
-//! What a transport section lets others do.
+//! Access that a transport section gives to others.
 
 use coaxle_node::config::TransportConfig;
 use serde_json::Value;
@@ -7,25 +7,25 @@ use zenoh::Config;
 use super::config::zenoh_config;
 use super::endpoint::is_local;
 
-/// Who can reach a node, and what holds them back.
+/// Reachability of a node, and its access restrictions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Exposure {
-    /// Where it listens beyond this machine.
+    /// Endpoints beyond this machine that it listens on.
     pub listens: Vec<String>,
-    /// Where it connects to beyond this machine.
+    /// Endpoints beyond this machine that it connects to.
     pub connects: Vec<String>,
-    /// Whether it looks for others by multicast.
+    /// True if it discovers others by multicast.
     pub multicast: bool,
-    /// Whether only who has a certificate of the authority gets a link, on the endpoints with TLS.
+    /// True if endpoints with TLS require a certificate of the authority.
     pub mutual_tls: bool,
-    /// Whether access control denies what it does not allow.
+    /// True if access control denies by default.
     pub denies_by_default: bool,
-    /// The longest message that is put together before anything looks at it, bytes.
+    /// Greatest size of a message that is assembled before any check, bytes.
     pub max_message_size: u64,
 }
 
 impl Exposure {
-    /// Reads it off the Zenoh config that a transport section comes to.
+    /// Determines it from the Zenoh config of a transport section.
     ///
     /// # Errors
     /// A wrong transport section.
@@ -45,7 +45,8 @@ impl Exposure {
         })
     }
 
-    /// The endpoints of these where anybody gets a link: without TLS, or without being asked for a certificate.
+    /// Endpoints among these that are open to anybody: without TLS, or without a required client
+    /// certificate.
     #[must_use]
     pub fn without_mutual_tls<'a>(&self, endpoints: &'a [String]) -> Vec<&'a str> {
         let is_open = |endpoint: &&str| {
@@ -65,7 +66,7 @@ fn beyond_this_machine(mut endpoints: Vec<String>) -> Vec<String> {
     endpoints
 }
 
-/// The endpoints of a section. They may stand for each mode on their own.
+/// The endpoints of a section, which may be given per mode.
 pub(super) fn endpoints(config: &Config, section: &str) -> Vec<String> {
     let found = setting(config, &format!("{section}/endpoints"));
     let mode = setting(config, "mode");

@@ -1,12 +1,12 @@
-//! Why nobody can listen where a config says, and what would help.
+//! Reasons why listening fails on a configured endpoint, and remedies.
 
 use std::io::{self, ErrorKind};
 use std::net::{TcpListener, UdpSocket};
 
 use super::endpoint::{host_and_port, is_over_udp};
 
-/// What to do about the first of these endpoints that cannot be listened on, to be said behind the reason; empty if all of
-/// them can.
+/// Remedy for the first of these endpoints that cannot be listened on, to be appended to the
+/// reason; empty if all can.
 pub(super) fn remedy(endpoints: &[String]) -> String {
     let tried = endpoints.iter().find_map(|endpoint| {
         let error = listen(endpoint).err()?;

@@ -1,4 +1,4 @@
-//! The transport over Zenoh: the only code that knows it.
+//! The transport over Zenoh: the only code that uses it.
 
 mod config;
 mod dial;
@@ -36,7 +36,7 @@ use super::{
     SampleHandler, Transport, Unseen, Urgency,
 };
 
-/// How long leaving the network may take.
+/// Timeout for leaving the network.
 const CLOSING: Duration = Duration::from_secs(3);
 
 /// A Zenoh session.
@@ -114,7 +114,7 @@ impl Transport for OverZenoh {
     }
 
     fn observe(&self, key: &str, on_sample: SampleHandler) -> anyhow::Result<Declared> {
-        // Zenoh calls back from one thread per link, so nobody ever waits for this lock.
+        // Zenoh calls back from one thread per link, so no caller ever waits for this lock.
         let on_sample = Mutex::new(on_sample);
         let subscriber = self
             .session
@@ -197,7 +197,7 @@ impl Transport for OverZenoh {
     fn close(&self) {
         let session = self.session.clone();
         let (done, closed) = channel();
-        // Zenoh has no limit of its own for this.
+        // Zenoh itself has no time limit for this.
         let closing = std::thread::Builder::new().name("closing".to_owned());
         let closing = closing.spawn(move || done.send(session.close().wait()));
         match closing.ok().and_then(|_| closed.recv_timeout(CLOSING).ok()) {
@@ -232,7 +232,7 @@ impl Publisher for zenoh::pubsub::Publisher<'static> {
     }
 }
 
-/// Requests to one key.
+/// Client for one key.
 struct OfKey {
     querier: Querier<'static>,
     patience: Duration,

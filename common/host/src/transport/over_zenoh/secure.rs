@@ -1,4 +1,4 @@
-//! The secure profile: a folder with certificates and with the Zenoh config of who may do what.
+//! The secure profile: a folder with certificates and with the Zenoh config of the access rights.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use zenoh::Config;
 use super::settings::{from_file, insert};
 use crate::credentials::{AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE};
 
-/// Where Zenoh is told of each file. The profile itself names none, so that the folder may lie anywhere.
+/// Zenoh's settings for each file. The profile itself names none, so that the folder may lie anywhere.
 const FILES: [(&str, &str); 5] = [
     ("root_ca_certificate", AUTHORITY_FILE),
     ("listen_certificate", CERTIFICATE_FILE),
@@ -18,7 +18,7 @@ const FILES: [(&str, &str); 5] = [
     ("connect_private_key", KEY_FILE),
 ];
 
-/// The profile with the files of its folder.
+/// Loads the profile with the files of its folder.
 pub(super) fn profile(folder: &Path) -> anyhow::Result<Config> {
     let field = || format!("transport.secure: {}", folder.display());
     let folder = std::path::absolute(folder).with_context(field)?;
@@ -38,7 +38,7 @@ pub(super) fn profile(folder: &Path) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// What would go past the profile.
+/// Refuses settings that would bypass the profile.
 pub(super) fn check_section(transport: &TransportConfig) -> anyhow::Result<()> {
     if transport.file.is_some() {
         bail!("transport.file: received one beside transport.secure, expected either of them");

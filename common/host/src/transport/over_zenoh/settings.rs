@@ -9,7 +9,7 @@ use zenoh::Config;
 use super::error::{insertion_reason, zenoh_error};
 
 pub(super) fn from_file(file: &Path) -> anyhow::Result<Config> {
-    // Zenoh itself would read whatever is there, without an end if it has none.
+    // Checked first because Zenoh itself would read any file, even one without an end.
     text_file::open(file, MOST_CONFIG_BYTES)
         .map_err(anyhow::Error::from)
         .and_then(|_| Config::from_file(file).map_err(zenoh_error))

@@ -1,4 +1,4 @@
-//! Why a node is not to be seen, by dialling where it may be.
+//! Finding out why a node is not visible, by dialling its possible endpoints.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::exposure::endpoints;
 use crate::credentials::{Credentials, provider};
 use crate::transport::Unseen;
 
-/// How a session reaches others.
+/// Endpoints and credentials of a session.
 #[derive(Debug)]
 pub(super) struct Ways {
     endpoints: Vec<String>,
@@ -27,7 +27,7 @@ impl Ways {
         }
     }
 
-    /// Dials every endpoint; none if that tells nothing of the node.
+    /// Dials every endpoint; none if that shows no reason.
     pub(super) fn why_unseen(&self, node: &str) -> Option<Unseen> {
         let config = client_config(self.secure.as_deref())?;
         let dialled = self.endpoints.iter().filter_map(|endpoint| {
@@ -39,7 +39,7 @@ impl Ways {
     }
 }
 
-/// As the profile has it; without one, as somebody who has no certificate and believes nobody.
+/// Client config of the profile; without one, a client that has no certificate and trusts none.
 fn client_config(secure: Option<&Path>) -> Option<Arc<ClientConfig>> {
     let config = match secure {
         Some(folder) => Credentials::open(folder).ok()?.client_config().ok()?,
