@@ -1,7 +1,7 @@
-//! Raw arrivals: what a node learned of the clock it follows, as it came.
+//! Raw arrivals: measurements of the followed clock, as they arrived.
 //!
-//! Recorded, they let somebody run another estimator, or the same one with other parameters, over
-//! what really arrived. [`ArrivalRow`] and [`ExchangeRow`] are the lines of such a recording.
+//! From a recording, another estimator, or the same one with other parameters, can be run over the
+//! actual arrivals. [`ArrivalRow`] and [`ExchangeRow`] are the lines of such a recording.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
@@ -10,18 +10,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::frame::FrameHeader;
 
-/// One thing that a node took in during a cycle.
+/// A message that a node took in during a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// Of which of the nodes that it hears, counted from 0: those that it follows, then their standbys.
+    /// Number of the source among the nodes received, counted from 0: the followed nodes, then
+    /// their standbys.
     pub far: usize,
-    /// When it arrived, in the node's own clock.
+    /// Arrival, in the node's own clock.
     pub at: Instant<Local>,
-    /// What it was.
+    /// Contents of the message.
     pub what: Arrived,
 }
 
-/// What a node took in.
+/// Contents of a message taken in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrived {
     /// A frame of followed axes.
@@ -30,10 +31,10 @@ pub enum Arrived {
     Exchange(TimeResponse),
 }
 
-/// A line of the file of messages. Messages that came twice or were too old to use are not in it.
+/// A line of the file of messages. Duplicates and messages too old to use are not in it.
 ///
-/// All fields but `at_ns` are in the clock of the node that received, or of the one that sent: the
-/// two drift apart, and where they were zero has nothing in common.
+/// All fields but `at_ns` are in the clock of the receiving or of the sending node: the two drift
+/// apart, and their zeros are unrelated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ArrivalRow {
     /// Ideal start of the cycle that took the message in, ns of the world's reference clock, as in
@@ -41,8 +42,8 @@ pub struct ArrivalRow {
     pub at_ns: i64,
     /// Number of that cycle, as in the trace.
     pub cycle: u64,
-    /// Its ideal start, ns of the receiving node's clock: estimators were asked for this instant
-    /// once they had all messages of the cycle.
+    /// Ideal start of that cycle, ns of the receiving node's clock: estimators were evaluated at
+    /// this instant once they had all messages of the cycle.
     pub cycle_start_ns: i64,
     /// The sender's run.
     pub epoch: u64,
@@ -52,27 +53,27 @@ pub struct ArrivalRow {
     pub cycle_time_ns: i64,
     /// Arrival, ns of the receiving node's clock.
     pub arrival_ns: i64,
-    /// How long after the ideal start of its cycle the message left, ns of the sender's clock; none
-    /// from senders that do not say.
+    /// Send delay after the ideal start of the message's cycle, ns of the sender's clock; none from
+    /// senders without send stamps.
     pub send_stamp_ns: Option<i64>,
-    /// Of which of the nodes in the receiver's config, counted from 1: the far nodes, then their standbys.
+    /// Number of the source in the receiver's config, counted from 1: the far nodes, then their standbys.
     #[serde(default = "first")]
     pub far: u16,
 }
 
-/// A line of the file of time exchanges: the four stamps of a request and its response, whatever
-/// the estimator thought of them.
+/// A line of the file of time exchanges: the four stamps of a request and its response, used by the
+/// estimator or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExchangeRow {
     /// Ideal start of the cycle that took the response in; as in [`ArrivalRow`].
     pub at_ns: i64,
     /// Number of that cycle.
     pub cycle: u64,
-    /// Its ideal start, ns of the requesting node's clock.
+    /// Ideal start of that cycle, ns of the requesting node's clock.
     pub cycle_start_ns: i64,
     /// The run of the node that responded.
     pub epoch: u64,
-    /// Which request of this run.
+    /// Sequence number of the request in this run.
     pub number: u32,
     /// The request left, ns of the requesting node's clock.
     pub t1_ns: i64,
@@ -82,19 +83,19 @@ pub struct ExchangeRow {
     pub t3_ns: i64,
     /// The response arrived, ns of the requesting node's clock.
     pub t4_ns: i64,
-    /// Of which of the nodes in the receiver's config, counted from 1: the far nodes, then their standbys.
+    /// Number of the source in the receiver's config, counted from 1: the far nodes, then their standbys.
     #[serde(default = "first")]
     pub far: u16,
 }
 
-/// Files of receivers that followed one node do not say which.
+/// Default for files of receivers that followed one node, which have no such column.
 const fn first() -> u16 {
     1
 }
 
 impl ArrivalRow {
-    /// The line of a message that the cycle `tick` took in, which the world dates `at_ns`; `far`
-    /// is the number of the node it came from, counted from 0.
+    /// The line of a message that the cycle `tick` took in, at `at_ns` of the world's clock; `far`
+    /// is the number of the source node, counted from 0.
     #[must_use]
     pub const fn new(
         at_ns: i64,
@@ -122,8 +123,8 @@ impl ArrivalRow {
 }
 
 impl ExchangeRow {
-    /// The line of a response that the cycle `tick` took in, which the world dates `at_ns`; `far`
-    /// is the number of the node it came from, counted from 0.
+    /// The line of a response that the cycle `tick` took in, at `at_ns` of the world's clock; `far`
+    /// is the number of the source node, counted from 0.
     #[must_use]
     pub const fn new(
         at_ns: i64,

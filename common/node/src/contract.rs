@@ -1,6 +1,6 @@
 //! The contract between a node and the world that drives it.
 //!
-//! One invariant: between two scans a node only stores. So the canonical loop is
+//! One invariant: between two scans a node only stores. The canonical loop is
 //!
 //! ```text
 //! loop {
@@ -14,7 +14,7 @@
 //! }
 //! ```
 //!
-//! and nothing in it allocates, locks, logs or waits.
+//! and no step of it allocates, locks, logs or waits.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local};
@@ -27,65 +27,67 @@ use crate::circles::CircleChange;
 
 /// A node: one PLC scan per cycle of its own clock, no I/O.
 pub trait Node {
-    /// What the node shows of itself after each cycle: plain data, of a size that its config gives.
+    /// Data that the node shows after each cycle: plain data, of a size given by its config.
     /// `clone_from` between two of one node does not allocate.
     type Snapshot: Clone + Send + 'static;
 
-    /// Stores a message of the subscription with this number. `at` is when it arrived, in this node's own clock; arrivals may lie after
-    /// the start of the cycle that is due and then belong to the next one.
+    /// Stores a message of the subscription with this number. `at` is its arrival in this node's
+    /// own clock; arrivals may lie after the start of the cycle that is due and then belong to the
+    /// next one.
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>);
 
-    /// Tells one of its slaves something, or the node about one that it follows, at the beginning of a
-    /// scan: the [`Self::cycle`] that follows is the first to see it. Only nodes with slaves or far
-    /// nodes take orders.
+    /// Executes a command for one of its slaves, or for a far node that it follows, at the
+    /// beginning of a scan: the [`Self::cycle`] that follows is the first to see it. Only nodes
+    /// with slaves or far nodes take orders.
     ///
-    /// `cargo` is [that of the order](CommandOrder::cargo): what it brings, and takes back to be freed elsewhere.
+    /// `cargo` is [that of the order](CommandOrder::cargo): memory that it brings, and takes back
+    /// to be freed elsewhere.
     fn execute_with(&mut self, order: &CommandOrder, _cargo: &mut OrderCargo) -> CommandOutcome {
         order.for_nobody()
     }
 
-    /// The same where there is time to allocate what the order needs, and to free it.
+    /// Executes a command where there is time to allocate and free its cargo.
     fn execute(&mut self, order: &CommandOrder) -> CommandOutcome {
         self.execute_with(order, &mut order.cargo())
     }
 
-    /// One scan. `now` is when it really begins; the answer says which cycle that was and when it
-    /// ideally should have begun.
+    /// Runs one scan. `now` is its actual start; the result gives the number of the cycle and its
+    /// ideal start.
     fn cycle(&mut self, now: Instant<Local>) -> Tick;
 
-    /// Whether anybody subscribes to what it publishes on a channel of its own. Until that is said, somebody
-    /// does. What nobody takes need not be encoded.
+    /// Reports whether a channel of its own has subscribers. Until it is reported there is one.
+    /// Data without a subscriber need not be encoded.
     fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
         let _ = (channel, is_subscribed);
     }
 
-    /// Reports the circle that one of the axes it publishes is in, over other nodes. Until it is reported there is none.
+    /// Reports the circle across nodes that a published axis is in. Until it is reported there is none.
     fn set_circle(&mut self, change: CircleChange) {
         let _ = change;
     }
 
-    /// The next thing to send after a cycle, until there is nothing left.
+    /// The next frame to send after a cycle, until none is left.
     fn transmit(&mut self) -> Option<Outgoing<'_>>;
 
-    /// What the last cycle took in of the followed clock, one after the other in the order in which
-    /// it was used, until there is nothing left. For recordings: nobody needs to fetch it.
+    /// Measurements of the followed clock taken in by the last cycle, in the order of their use,
+    /// until none is left. For recordings; fetching them is optional.
     fn arrival(&mut self) -> Option<Arrival> {
         None
     }
 
-    /// When the next cycle is due.
+    /// Start of the next cycle.
     fn next_cycle(&self) -> Instant<Local>;
 
-    /// When the cycle that begins at `now` should ideally have begun: [`Self::cycle`] says the same. That
-    /// is the next one that is due, but for a node that skips those it is too late for.
+    /// Ideal start of the cycle that begins at `now`, as [`Self::cycle`] returns it. This is the
+    /// next cycle due, except in a node that skips cycles it is too late for.
     fn ideal_start(&self, _now: Instant<Local>) -> Instant<Local> {
         self.next_cycle()
     }
 
-    /// What the node shows of itself.
+    /// Snapshot of the node after the last cycle.
     fn snapshot(&self) -> &Self::Snapshot;
 
-    /// Bytes of memory that takes, with what it has on the heap.
+    /// Size of the snapshot, bytes, including its heap memory.
     fn snapshot_size(&self) -> usize {
         size_of::<Self::Snapshot>()
     }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-/// The fields of a structure, as a status or a summary has them; none of anything else.
+/// The fields of a structure for a status or a summary; empty for other values.
 #[must_use]
 pub fn fields_of(structure: &impl Serialize) -> Map<String, Value> {
     match serde_json::to_value(structure) {

@@ -1,6 +1,7 @@
-//! What may have been meant by a name that nobody has.
+//! Suggestions for an unknown name.
 
-/// `; did you mean "conveyor"?` where one of the known names is much like what was received, otherwise nothing.
+/// `; did you mean "conveyor"?` if one of the known names is similar to the received one, otherwise
+/// empty.
 #[must_use]
 pub fn did_you_mean<'n>(received: &str, known: impl IntoIterator<Item = &'n str>) -> String {
     match most_alike(received, known) {
@@ -9,7 +10,7 @@ pub fn did_you_mean<'n>(received: &str, known: impl IntoIterator<Item = &'n str>
     }
 }
 
-/// The one of the known names that is much like what was received, if there is one.
+/// The most similar of the known names, if one is similar enough.
 #[must_use]
 pub fn most_alike<'n>(received: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let likeness = |name: &&str| {
@@ -26,5 +27,5 @@ pub fn most_alike<'n>(received: &str, known: impl IntoIterator<Item = &'n str>) 
     most.map(|(_, name)| name)
 }
 
-/// How much alike two names are, 0 to 1, of which one may have been meant by the other; as clap has it.
+/// Least similarity of two names for a suggestion, 0 to 1; as in clap.
 const LEAST_LIKENESS: f64 = 0.8;

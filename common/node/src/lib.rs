@@ -1,8 +1,8 @@
-//! What a node is.
+//! The contract of a node, its config and its faults.
 //!
-//! A [`Node`] decides and never does I/O: time and messages come in as arguments, what it wants
-//! sent goes out as bytes. The real world (`coaxle-host`) and the simulation (`coaxle-sim`) call
-//! the very same code.
+//! A [`Node`] decides and never does I/O: time and messages come in as arguments, messages to send
+//! go out as bytes. The real world (`coaxle-host`) and the simulation (`coaxle-sim`) call the very
+//! same code.
 
 pub mod arrival;
 pub mod cam_file;

@@ -1,9 +1,9 @@
-//! Signals: what a node shows of itself after each cycle, declared once.
+//! Signals: the values that a node shows after each cycle, declared once.
 //!
-//! A declaration is a struct with a line of meaning and a unit per field. Each cycle the node fills a row of
-//! such structs; traces, status and lists of columns are made from the declaration and know no field by
-//! hand. `last` behind the unit keeps the value of the last cycle for the summary of a run, and a label
-//! behind that shows it in tables of results.
+//! A declaration is a struct with a line of meaning and a unit per field. Each cycle the node fills
+//! a row of such structs; traces, status and lists of columns are derived from the declaration
+//! without listing any field. `last` behind the unit keeps the value of the last cycle for the
+//! summary of a run, and a label behind that shows it in tables of results.
 //!
 //! ```
 //! use coaxle_node::signal::{Group, Kind, Signals};
@@ -41,29 +41,29 @@ pub use kind::{AnyOther, Field};
 /// A value that a node shows after each cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signal {
-    /// Its name, as in traces and status.
+    /// Signal name, as in traces and status.
     pub name: &'static str,
-    /// Its unit; `u` is that of the axis, empty what has none.
+    /// Unit; `u` is that of the axis, empty without a unit.
     pub unit: &'static str,
-    /// What its values are, by the type of its field.
+    /// Kind of its values, by the type of its field.
     pub kind: Kind,
-    /// Whether the summary of a run has its value of the last cycle.
+    /// True if the summary of a run has its value of the last cycle.
     pub is_summarized: bool,
-    /// What tables of results call it; none: they do not show it.
+    /// Label in tables of results; none: it is not shown there.
     pub label: Option<&'static str>,
     #[doc(hidden)]
     pub doc: &'static str,
 }
 
 impl Signal {
-    /// What it says, in one sentence or two.
+    /// Meaning, in one sentence or two.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         self.doc.trim()
     }
 }
 
-/// What a signal is about.
+/// Subject of a group of signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Group {
     /// The node itself.
@@ -78,7 +78,7 @@ pub enum Group {
     VirtualAxis,
     /// A slave of its own.
     Slave,
-    /// What an axis truly did, as an experiment knows it.
+    /// True motion of an axis, known only to an experiment.
     Truth,
 }
 
@@ -98,22 +98,22 @@ impl fmt::Display for Group {
 
 /// A declared group of signals; see [`signals!`](crate::signals).
 pub trait Signals {
-    /// What they are about.
+    /// Subject of the signals.
     const GROUP: Group;
-    /// The signals, in their order.
+    /// The signals, in declaration order.
     const SIGNALS: &'static [Signal];
 }
 
-/// What of a node has signals: it, a far node, a far axis, a virtual axis or a slave, with all of its signals.
+/// A part of a node that has signals: the node, a far node, a far axis, a virtual axis or a slave.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instance {
-    /// What it is.
+    /// Kind of part.
     pub group: Group,
-    /// Its name, which columns have in front; the node itself has none.
+    /// Name, the prefix of its columns; empty for the node itself.
     pub name: String,
-    /// What the `u` of its signals stands for.
+    /// Unit for the `u` of its signals.
     pub unit: Unit,
-    /// Its signals.
+    /// Signals of the part.
     pub signals: &'static [Signal],
 }
 
@@ -129,13 +129,13 @@ impl Instance {
         }
     }
 
-    /// The same with an axis in this unit.
+    /// Sets the unit of its axis.
     #[must_use]
     pub fn in_unit(self, unit: Unit) -> Self {
         Self { unit, ..self }
     }
 
-    /// The names of its columns: `instance.signal`.
+    /// Names of its columns: `instance.signal`.
     pub fn columns(&self) -> impl Iterator<Item = String> {
         let name = &self.name;
         self.signals.iter().map(move |signal| match name.as_str() {
@@ -145,9 +145,9 @@ impl Instance {
     }
 }
 
-/// The columns of a trace of these instances: when the cycle began ideally and really, on the world's
-/// reference clock (true time in the simulation, the machine's monotonic clock in the real world), and every
-/// signal.
+/// The columns of a trace of these instances: ideal and actual start of the cycle, on the world's
+/// reference clock (true time in the simulation, the machine's monotonic clock in the real world),
+/// and every signal.
 #[must_use]
 pub fn trace_columns(instances: &[Instance]) -> Vec<String> {
     let when = ["at_ns", "woke_ns"].map(str::to_owned);
@@ -191,7 +191,7 @@ macro_rules! signals {
                     name: ::std::stringify!($signal),
                     unit: $unit,
                     kind: {
-                        // Only of use where the type is none of those that are named.
+                        // Only used where the type is not one of the named ones.
                         #[allow(unused_imports)]
                         use $crate::signal::AnyOther as _;
                         $crate::signal::Field::<$kind>::KIND

@@ -1,7 +1,7 @@
-//! Reading a file that somebody names: a regular one, of at most so many bytes.
+//! Reading a file named by a user: a regular one, of limited size.
 //!
-//! Whatever a node or the tool is told to read goes through here, so that neither a device without an end nor a pipe
-//! that nobody writes to nor a file of gigabytes takes all memory or hangs.
+//! All files named to a node or the tool are read here, so that an endless device, a pipe without a
+//! writer or a file of gigabytes neither takes all memory nor hangs.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -11,19 +11,19 @@ use coaxle_wire::one_line;
 
 use crate::guess::most_alike;
 
-/// Most bytes of a config, a scenario or a saw file.
+/// Greatest size of a config, a scenario or a saw file, bytes.
 pub const MOST_CONFIG_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a line of a table.
+/// Greatest length of a line of a table, bytes.
 pub const MOST_LINE_BYTES: usize = 4096;
 
-/// A file that was not read, and why.
+/// A file that was not read, and the reason.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: cannot be read: {reason}{hint}")]
 pub struct Unreadable {
     file: String,
     reason: Reason,
-    /// What may have been meant, or what is missing.
+    /// Suggested name, or the missing folder.
     hint: String,
 }
 
@@ -41,7 +41,7 @@ enum Reason {
     LongLine(#[from] LongLine),
 }
 
-/// A line that no table has.
+/// A line that is too long for a table.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "line {line}: received more than {MOST_LINE_BYTES} bytes, expected at most that many in a line"
@@ -50,14 +50,14 @@ struct LongLine {
     line: usize,
 }
 
-/// What would help where the system refuses a file, to be said behind its reason; nothing where that says it all.
+/// Remedy for a file that the system refuses, to be appended to its reason; empty where none is needed.
 #[must_use]
 pub fn remedy(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             "; expected one that this user may use"
         }
-        // Of a file that is read, [`Unreadable`] says more.
+        // For a missing file to read, [`Unreadable`] has a more specific hint.
         io::ErrorKind::NotFound => "; is its folder there?",
         io::ErrorKind::AlreadyExists => "; expected a name that is not taken",
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -72,16 +72,16 @@ pub fn remedy(error: &io::Error) -> &'static str {
 /// Reads a text of at most `most` bytes.
 ///
 /// # Errors
-/// [`Unreadable`] where there is no such file, or no regular one, or a longer one, or no UTF-8 text in it.
+/// [`Unreadable`] if the file does not exist, is not regular, is longer, or is not UTF-8 text.
 pub fn read(path: &Path, most: u64) -> Result<String, Unreadable> {
     let text = open_regular(path).and_then(|file| text_of(file, most));
     text.map_err(|reason| unreadable(path, reason))
 }
 
-/// Reads a table of at most `most` bytes, none of whose lines is longer than [`MOST_LINE_BYTES`].
+/// Reads a table of at most `most` bytes, with lines of at most [`MOST_LINE_BYTES`].
 ///
 /// # Errors
-/// [`Unreadable`], as [`read`] has it, or with the number of the line.
+/// [`Unreadable`], as in [`read`], or with the number of the line.
 pub fn read_table(path: &Path, most: u64) -> Result<String, Unreadable> {
     let text = read(path, most)?;
     let long = (1..).zip(text.lines());
@@ -95,7 +95,7 @@ pub fn read_table(path: &Path, most: u64) -> Result<String, Unreadable> {
 /// Opens a file of at most `most` bytes, to read it bit by bit.
 ///
 /// # Errors
-/// [`Unreadable`] where there is no such file, or no regular one, or a longer one.
+/// [`Unreadable`] if the file does not exist, is not regular, or is longer.
 pub fn open(path: &Path, most: u64) -> Result<File, Unreadable> {
     let opened = open_regular(path).and_then(|file| {
         check_length(&file, most)?;
@@ -104,18 +104,18 @@ pub fn open(path: &Path, most: u64) -> Result<File, Unreadable> {
     opened.map_err(|reason| unreadable(path, reason))
 }
 
-/// Lets through what it reads until a line is longer than [`MOST_LINE_BYTES`]: whoever reads a table row by row keeps a
-/// row of it.
+/// Reader that fails when a line is longer than [`MOST_LINE_BYTES`]: a reader of a table row by row
+/// keeps one row in memory.
 #[derive(Debug)]
 pub struct ShortLines<R> {
     inner: R,
-    /// The line that is read, from 1, and what has come of it, bytes.
+    /// Number of the current line, from 1, and its length until now, bytes.
     line: usize,
     length: usize,
 }
 
 impl<R> ShortLines<R> {
-    /// At the beginning of a file.
+    /// Starts at the beginning of a file.
     pub const fn new(inner: R) -> Self {
         Self {
             inner,
@@ -157,10 +157,10 @@ fn unreadable(path: &Path, reason: Reason) -> Unreadable {
     Unreadable { file, reason, hint }
 }
 
-/// So many files of a folder are looked at.
+/// Greatest number of files in a folder that are compared.
 const MOST_NEIGHBOURS: usize = 10_000;
 
-/// What is there instead of a file that is not: a neighbour whose name is much like it, or not even its folder.
+/// Hint for a missing file: a neighbour with a similar name, or a missing folder.
 fn instead_of(path: &Path) -> String {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -195,7 +195,7 @@ fn stem_of(path: &Path) -> String {
 }
 
 fn open_regular(path: &Path) -> Result<File, Reason> {
-    // Opening a pipe would wait for somebody who writes to it.
+    // Opening a pipe would wait for a writer.
     let kind = std::fs::metadata(path)?.file_type();
     if kind.is_file() {
         return Ok(File::open(path)?);
@@ -219,7 +219,7 @@ fn check_length(file: &File, most: u64) -> Result<(), Reason> {
 
 fn text_of(file: File, most: u64) -> Result<String, Reason> {
     check_length(&file, most)?;
-    // Files of the system have no length, and others grow.
+    // Some system files have no length, and other files grow.
     let mut bytes = Vec::new();
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {

@@ -5,12 +5,12 @@ use std::path::Path;
 use crate::config::ConfigError;
 use crate::text_file;
 
-/// Most bytes of a CSV file.
+/// Greatest size of a CSV file, bytes.
 const MOST_BYTES: u64 = 64 << 20;
-/// Most rows of it.
+/// Greatest number of its rows.
 const MOST_ROWS: usize = 1_000_000;
 
-/// Where the rows of a table come from.
+/// Origin of the rows of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Source {
     /// The CSV file.
@@ -19,14 +19,14 @@ pub(crate) struct Source {
     pub(crate) lines: Vec<usize>,
 }
 
-/// The rows of a table, and where they come from.
+/// The rows of a table, and their origin.
 pub(crate) type Rows = (Vec<(f64, f64)>, Source);
 
-/// Reads rows of two numbers, which errors call by the names of `columns`.
+/// Reads rows of two numbers; errors use the names in `columns`.
 ///
 /// Columns are separated by `;`, tabs, `,` or spaces, whichever of these the first line has first.
-/// Where it is not `,` that separates, a decimal comma is understood. Empty lines and lines that
-/// begin with `#` are skipped, and so is a first line without any number: a header.
+/// If the separator is not `,`, a decimal comma is accepted. Empty lines and lines that begin with
+/// `#` are skipped, and so is a first line without any number: a header.
 pub(crate) fn read(path: &Path, columns: [&str; 2]) -> Result<Rows, ConfigError> {
     let text = text_file::read_table(path, MOST_BYTES)?;
     parse(path.display().to_string(), &text, columns)
@@ -65,9 +65,9 @@ enum Separator {
     Spaces,
 }
 
-/// What is wrong with a line.
+/// An error in a line.
 struct Wrong<'a> {
-    /// Where it is, unless it is the whole line.
+    /// The wrong column, or none for the whole line.
     column: Option<&'a str>,
     reason: String,
 }

@@ -1,8 +1,9 @@
-//! Who hears whom: computed once, from configs, for both worlds.
+//! Publications and subscriptions of the nodes, computed once from configs, for both worlds.
 //!
-//! Each node's config gives its [`Wiring`]: the channels it publishes and those it subscribes to, in an
-//! order that the node counts on ([`Node::receive`](crate::Node::receive) is told the number of the
-//! subscription). Where all nodes are known, [`links`] gives every way from one of them to another.
+//! Each node's config determines its [`Wiring`]: the channels it publishes and those it subscribes
+//! to, in an order that the node relies on ([`Node::receive`](crate::Node::receive) takes the
+//! number of the subscription). Where all nodes are known, [`links`] returns every link from one of
+//! them to another.
 
 use coaxle_wire::keys::NodeName;
 use coaxle_wire::{BeaconIntake, Channel, Reader};
@@ -10,55 +11,57 @@ use coaxle_wire::{BeaconIntake, Channel, Reader};
 use crate::config::LinkConfig;
 use crate::faults::{link_seed, seed_of};
 
-/// What one node publishes and hears.
+/// Publications and subscriptions of one node.
 #[derive(Clone, Debug)]
 pub struct Wiring {
     /// The node.
     pub node: NodeName,
-    /// What it publishes.
+    /// Channels that it publishes.
     pub publications: Vec<Publication>,
-    /// What it hears.
+    /// Channels that it subscribes to.
     pub subscriptions: Vec<Subscription>,
 }
 
 /// A channel that a node publishes.
 #[derive(Clone, Debug)]
 pub struct Publication {
-    /// Whose channel: its own, but for time requests, which go to the node that is asked.
+    /// Owner of the channel: the node itself, or for time requests the requested node.
     pub node: NodeName,
     /// The channel.
     pub channel: Channel,
-    /// Faults laid over the link.
+    /// Faults applied to the link.
     pub faults: LinkConfig,
-    /// Which of the nodes it hears this is about, counted from 0: those that it follows, then their standbys.
+    /// Number of the far node among those received, counted from 0: the followed nodes, then their
+    /// standbys.
     pub far: usize,
 }
 
-/// A channel that a node hears.
+/// A channel that a node subscribes to.
 #[derive(Clone, Debug)]
 pub struct Subscription {
-    /// Whose channel.
+    /// Owner of the channel.
     pub node: NodeName,
     /// The channel.
     pub channel: Channel,
-    /// Turns its frames into messages.
+    /// Reader that turns its frames into messages.
     pub reader: Reader,
-    /// Faults laid over the link.
+    /// Faults applied to the link.
     pub faults: LinkConfig,
-    /// Which of the nodes it hears this is, counted from 0: those that it follows, then their standbys.
+    /// Number of the far node among those received, counted from 0: the followed nodes, then their
+    /// standbys.
     pub far: usize,
 }
 
-/// A way from a publication of one node to a subscription of another, all by their numbers.
+/// A link from a publication of one node to a subscription of another, all by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Way {
     /// The node that publishes.
     pub from: usize,
-    /// Which of its publications.
+    /// Number of its publication.
     pub publication: usize,
-    /// The node that hears.
+    /// The node that subscribes.
     pub to: usize,
-    /// Which of its subscriptions.
+    /// Number of its subscription.
     pub subscription: usize,
 }
 
@@ -90,7 +93,7 @@ impl Subscription {
 }
 
 impl Wiring {
-    /// Answers beacons of the timing channel.
+    /// Adds a timing server, which responds to beacons.
     #[must_use]
     pub fn with_timing_server(mut self) -> Self {
         let node = &self.node;
@@ -106,7 +109,8 @@ impl Wiring {
         self
     }
 
-    /// Sends beacons to `of`, the node with the number `far` among all that it hears.
+    /// Adds a timing link, which sends beacons to `of`, the node with the number `far` among all
+    /// that it receives from.
     #[must_use]
     pub fn with_timing_link(mut self, of: &NodeName, far: usize, faults: &LinkConfig) -> Self {
         self.publications.push(Publication {
@@ -125,7 +129,7 @@ impl Wiring {
     }
 }
 
-/// Every way between these nodes, in the order of those who hear.
+/// Every link between these nodes, in the order of the subscribers.
 #[must_use]
 pub fn links(nodes: &[Wiring]) -> Vec<Way> {
     let mut ways = Vec::new();
@@ -149,8 +153,8 @@ pub fn links(nodes: &[Wiring]) -> Vec<Way> {
     ways
 }
 
-/// The seed of what a link to the n-th far node does to one channel, in the run of the follower with
-/// this seed: each has numbers of its own.
+/// Derives the seed of the faults of the link to the n-th far node on one channel, in the run of
+/// the follower with this seed: each has numbers of its own.
 #[must_use]
 pub fn far_link_seed(run: u64, part: &str, channel: Channel, far: usize) -> u64 {
     let run = match far {

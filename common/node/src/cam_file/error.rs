@@ -4,24 +4,24 @@ use coaxle_plate::CamError;
 
 use crate::config::ConfigError;
 
-/// A cam file that makes no plate.
+/// A cam file without a valid plate.
 #[derive(Debug, thiserror::Error)]
 pub enum CamFileError {
-    /// The file, or the CSV file it names, cannot be read or holds what it must not.
+    /// The file, or the CSV file it names, cannot be read or has invalid contents.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// Every field is fine, but together they make no plate.
+    /// Valid fields that together are not a valid plate.
     #[error("{place}: {error}")]
     Plate {
         /// The file, and the field or line.
         place: String,
-        /// Which point or row, and what is wrong with it.
+        /// The wrong point or row, and the reason.
         error: CamError,
     },
 }
 
 impl CamFileError {
-    /// The number the NC gives to this error, where it has one.
+    /// The NC error code of this error, where it has one.
     #[must_use]
     pub fn code(&self) -> Option<u32> {
         match self {
@@ -30,7 +30,7 @@ impl CamFileError {
         }
     }
 
-    /// The same with the lines of the fields in the text of the file.
+    /// Adds the lines of the fields in the text of the file.
     pub(super) fn in_text(self, file: &str, text: &str) -> Self {
         match self {
             Self::Config(error) => Self::Config(error.in_text(file, text)),
@@ -38,7 +38,7 @@ impl CamFileError {
         }
     }
 
-    /// The same with points counted from 1, as everywhere but in TOML paths: `point[2].law` is `point 3, law`.
+    /// Counts points from 1, as everywhere but in TOML paths: `point[2].law` becomes `point 3, law`.
     pub(super) fn with_points(self) -> Self {
         match self {
             Self::Config(error) => {

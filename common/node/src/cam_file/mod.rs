@@ -31,31 +31,31 @@ use crate::config::{ConfigError, Position, elements_of, from_table, parse_table}
 use crate::text_file;
 use crate::two_columns::Source;
 
-/// Most bytes of a cam file: longer tables are in CSV files.
+/// Greatest size of a cam file, bytes: longer tables are in CSV files.
 pub const MOST_BYTES: u64 = 4 << 20;
 
 /// A cam file: read, but its course not yet calculated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CamFile {
-    /// One line for people.
+    /// A title of one line.
     pub title: String,
-    /// Under which number couplings find the plate.
+    /// Number by which couplings refer to the plate.
     pub table_id: Option<TableId>,
     /// Unit of the master positions, for people.
     pub master_unit: String,
     /// Unit of the slave positions, for people.
     pub slave_unit: String,
-    /// What happens beyond the first and the last master position.
+    /// Behaviour beyond the first and the last master position.
     pub course: Course,
-    /// What the plate is made of.
+    /// Points or table of the plate.
     pub shape: Shape,
-    /// What errors call the file.
+    /// Name of the file in errors.
     file: String,
-    /// Where its points or rows are in it; none are known of a part of another file.
+    /// Positions of its points or rows in the file; empty for a part of another file.
     elements: Vec<Position>,
 }
 
-/// What a plate is made of.
+/// Definition of a plate's shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A motion function: points, and laws between them.
@@ -85,15 +85,15 @@ impl Deref for Points {
 pub struct Table {
     /// Master and slave positions.
     pub rows: Vec<(f64, f64)>,
-    /// Whether the steps of the master are said to be equal.
+    /// True if the master positions are declared equidistant.
     pub equidistant: bool,
-    /// How to find the positions between the rows.
+    /// Interpolation between the rows.
     pub interpolation: Interpolation,
     /// The CSV file the rows come from, with the line of each.
     source: Option<Source>,
 }
 
-/// The schema is that of the file.
+/// The schema of the file.
 impl JsonSchema for CamFile {
     fn schema_name() -> Cow<'static, str> {
         "CamFile".into()
@@ -114,8 +114,8 @@ impl CamFile {
         Self::parse(path, &text)
     }
 
-    /// Reads a cam file from text. `path` is what the errors call it, and a CSV file is looked for
-    /// beside it.
+    /// Reads a cam file from text. `path` is its name in errors, and a CSV file is searched for in
+    /// its folder.
     ///
     /// # Errors
     /// [`CamFileError`], naming the file, the point or row, and the field.
@@ -132,8 +132,8 @@ impl CamFile {
         Ok(read)
     }
 
-    /// Takes what a cam file holds from a table, say a part of another file. `file` is what the
-    /// errors call it, and a CSV file is looked for in `folder`.
+    /// Reads a cam file from a table, for example a part of another file. `file` is its name in
+    /// errors, and a CSV file is searched for in `folder`.
     ///
     /// # Errors
     /// [`CamFileError`], naming the file, the point or row, and the field.
@@ -141,7 +141,7 @@ impl CamFile {
         Self::read(file, folder, table).map_err(CamFileError::with_points)
     }
 
-    /// The same with points by their paths in errors: `point[2].law`.
+    /// Reads a cam file, with points by their paths in errors: `point[2].law`.
     fn read(file: &str, folder: &Path, table: toml::Table) -> Result<Self, CamFileError> {
         let parsed: text::CamText = from_table(file, table)?;
         let shape = parsed.shape(file, folder)?;
@@ -169,7 +169,7 @@ impl CamFile {
         })
     }
 
-    /// What the plate is made of, for somebody who calculates it elsewhere.
+    /// The points or table of the plate, for a calculation elsewhere.
     #[must_use]
     pub fn source(&self) -> PlateSource {
         let rows = match &self.shape {
@@ -186,7 +186,7 @@ impl CamFile {
         }
     }
 
-    /// The file, and the field or the line where there is one to look at.
+    /// The file, and the field or the line if known.
     fn place_of(&self, error: &CamError) -> String {
         match &self.shape {
             Shape::Points(points) => points
@@ -198,7 +198,7 @@ impl CamFile {
 }
 
 impl CamFile {
-    /// The file, with line and column of a point or row where that is in it.
+    /// The file, with line and column of a point or row if known.
     fn file_at(&self, row: Option<usize>) -> String {
         let position = row.and_then(|row| self.elements.get(row));
         match position {
@@ -208,11 +208,12 @@ impl CamFile {
     }
 }
 
-/// The largest number of a point or a row: as much as a receiver believes of an axis.
+/// The largest number of a point or a row: the limit that a receiver accepts for an axis.
 const LARGEST: f64 = PlateSource::LARGEST;
 
 impl Shape {
-    /// That no number is larger than any axis. What is no number at all the plate refuses itself.
+    /// Checks that no number exceeds the limit of an axis. Non-finite numbers are refused by the
+    /// plate itself.
     fn check_size(&self, file: &str) -> Result<(), ConfigError> {
         let check = |field: &dyn Fn() -> String, received: f64| {
             if !received.is_finite() || received.abs() <= LARGEST {
@@ -255,7 +256,7 @@ impl Points {
         }
     }
 
-    /// The CSV file, and the line in it where there is one to look at; none of points in the cam file.
+    /// The CSV file, and the line in it if known; none for points in the cam file.
     fn line_of(&self, error: &CamError) -> Option<String> {
         let csv = self.source.as_ref()?;
         let line = error.row().and_then(|row| csv.lines.get(row));
@@ -275,7 +276,7 @@ impl Table {
         }
     }
 
-    /// Where to look for what is wrong: the line of a CSV file, or the row in the cam file.
+    /// Place of the error: the line of a CSV file, or the row in the cam file.
     fn place_of(&self, file: &str, error: &CamError) -> String {
         let row = error.row();
         match (&self.source, row) {

@@ -3,7 +3,7 @@ use coaxle_plate::{PointType, TableType};
 
 use super::*;
 
-/// A rise and a fall, with what a test puts before the points and into the second one.
+/// A rise and a fall, with additions by the test before the points and in the second one.
 fn rise_and_fall(before: &str, into_second: &str) -> String {
     format!(
         "{before}\n\

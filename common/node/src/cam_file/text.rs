@@ -1,4 +1,4 @@
-//! A cam file as it is written.
+//! The text format of a cam file.
 
 use std::path::{Path, PathBuf};
 
@@ -14,21 +14,21 @@ use crate::{point_table, two_columns};
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct CamText {
-    /// One line: what it is for.
+    /// A title of one line, such as the plate's purpose.
     #[serde(default)]
     pub(super) title: String,
-    /// Its number, by which commands name it.
+    /// Number of the plate, by which commands refer to it.
     pub(super) table_id: Option<TableId>,
-    /// What master positions are in, for people; `x` by default.
+    /// Unit of the master positions, for display; `x` by default.
     #[serde(default = "any_master_unit")]
     pub(super) master_unit: String,
-    /// What slave positions are in, for people; `u` by default.
+    /// Unit of the slave positions, for display; `u` by default.
     #[serde(default = "any_slave_unit")]
     pub(super) slave_unit: String,
-    /// Whether it ends, or goes on from turn to turn.
+    /// Linear course, or cyclic: repeated from period to period.
     #[serde(default)]
     pub(super) course: Course,
-    /// The points of a motion function, in the order of the master.
+    /// Points of a motion function, in the order of the master.
     #[serde(default)]
     point: Vec<WrittenPoint>,
     /// The points in a file of their own, instead: for large functions.
@@ -70,34 +70,35 @@ impl TryFrom<i64> for TableId {
     }
 }
 
-/// The points of a motion function in a CSV file beside it.
+/// The points of a motion function in a CSV file next to this one.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "CamPoints")]
 struct PointsText {
-    /// A CSV file whose first line names the columns, `law`, `master` and `slave` among them; looked for beside this file.
+    /// A CSV file whose first line names the columns, `law`, `master` and `slave` among them; in
+    /// the folder of this file.
     csv: PathBuf,
 }
 
-/// A table of positions, in the file or in a CSV file beside it.
+/// A table of positions, in the file or in a CSV file next to it.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "CamTable")]
 struct TableText {
-    /// Whether the master positions are evenly apart, as they have to be then.
+    /// Master positions at equal distances, as is required then.
     #[serde(default)]
     equidistant: bool,
-    /// How the slave moves between two rows.
+    /// Motion of the slave between two rows.
     #[serde(default)]
     interpolation: Interpolation,
     /// The rows: master position, x, and slave position, u.
     rows: Option<Vec<(f64, f64)>>,
-    /// A CSV file with the columns `master` and `slave`, looked for beside this file.
+    /// A CSV file with the columns `master` and `slave`, in the folder of this file.
     csv: Option<PathBuf>,
 }
 
 impl CamText {
-    /// What the plate is made of; a CSV file is looked for in `folder`.
+    /// The points or table of the plate; a CSV file is searched for in `folder`.
     pub(super) fn shape(&self, file: &str, folder: &Path) -> Result<Shape, CamFileError> {
         match (&self.table, &self.points, &self.point[..]) {
             (Some(table), None, []) => table.checked(file, folder).map(Shape::Table),

@@ -1,7 +1,7 @@
-//! Circles over nodes: published axes that follow each other, so that each follows itself in the end.
+//! Circles across nodes: published axes that follow each other, so that each finally follows itself.
 //!
-//! No frame says where its motion comes from, so a circle is found where the followers are known together: in the
-//! configs of several nodes, or in what running ones say of themselves ([`CircleWatch`]).
+//! No frame names the origin of its motion, so a circle is found where all followers are known:
+//! from the configs of several nodes, or from the statuses of running ones ([`CircleWatch`]).
 
 mod reading;
 mod watch;
@@ -16,19 +16,19 @@ use std::fmt;
 use coaxle_wire::Channel;
 use coaxle_wire::keys::NodeName;
 
-/// An axis as others find it.
+/// Address of an axis in the network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AxisAddress {
     /// The node that publishes it.
     pub node: NodeName,
-    /// In which of its frames.
+    /// Channel of the frame with the axis.
     pub channel: Channel,
-    /// Its axis id there.
+    /// Axis id in that frame.
     pub id: u32,
 }
 
 impl AxisAddress {
-    /// An address in text, `press/slaves/1`; none if it is none.
+    /// Parses an address, `press/slaves/1`; none if the text is invalid.
     #[must_use]
     pub fn read(text: &str) -> Option<Self> {
         let mut parts = text.split('/');
@@ -58,14 +58,14 @@ impl fmt::Display for AxisAddress {
     }
 }
 
-/// A published axis with all that it follows, or can be told to follow.
+/// A published axis with all axes that it follows, or can be commanded to follow.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Follower {
     /// The axis.
     pub axis: AxisAddress,
-    /// Its masters of other nodes, and those that stand by for them.
+    /// Masters on other nodes, and their standbys.
     pub masters: Vec<AxisAddress>,
-    /// Whether it moves with them now; one of a config can.
+    /// True if it is coupled to them now; for an axis from a config, if it can be.
     pub is_coupled: bool,
 }
 
@@ -74,7 +74,7 @@ pub struct Follower {
 pub struct Circle(Vec<AxisAddress>);
 
 impl Circle {
-    /// Its axes.
+    /// The axes of the circle.
     #[must_use]
     pub fn axes(&self) -> &[AxisAddress] {
         &self.0
@@ -93,15 +93,15 @@ impl fmt::Display for Circle {
     }
 }
 
-/// The circles among these axes: of each axis that is in one the shortest, once.
+/// The circles among these axes: for each axis in a circle the shortest one, without duplicates.
 ///
-/// Without any there is no circle at all: an axis that is in one lies on a shortest one.
+/// An empty result means that there is no circle: each axis in a circle is on a shortest one.
 #[must_use]
 pub fn circles(followers: &[Follower]) -> Vec<Circle> {
     circles_through(followers, followers.len())
 }
 
-/// The circles that the first `count` of these axes are in: of each the shortest, once.
+/// The circles through the first `count` of these axes: for each the shortest, without duplicates.
 fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
     let numbers: BTreeMap<_, _> = (followers.iter().enumerate())
         .map(|(n, follower)| (follower.axis.key(), n))
@@ -130,7 +130,7 @@ fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
     found
 }
 
-/// The shortest way from an axis over its masters back to itself.
+/// The shortest path from an axis over its masters back to itself.
 fn shortest_through(first: usize, masters: &[Vec<usize>]) -> Option<Vec<usize>> {
     let mut reached_from = vec![None; masters.len()];
     let mut due = VecDeque::from([first]);
@@ -213,7 +213,7 @@ mod tests {
             texts(&[("a", &["line", "a"])]),
             ["a/slaves/1 follows a/slaves/1"]
         );
-        // A tail that leads into a circle of three is none itself.
+        // A tail that leads into a circle of three is not part of a circle.
         let three: [(&str, &[&str]); 5] = [
             ("tail", &["c"]),
             ("c", &["line", "d"]),

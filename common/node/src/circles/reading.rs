@@ -1,4 +1,4 @@
-//! Who follows whom, as statuses have it; what is missing or malformed is not known.
+//! Followers and masters read from statuses; missing or malformed parts are ignored.
 
 use coaxle_wire::Channel;
 use coaxle_wire::keys::NodeName;
@@ -24,7 +24,7 @@ pub fn followers_of(node: &NodeName, status: &Map<String, Value>) -> Vec<Followe
         let is_coupled = !slave["phase"].is_null();
         follower(Channel::Slaves, slave["id"].as_u64()?, slave, is_coupled)
     });
-    // Nothing holds a far axis back: what comes in goes out.
+    // A far axis is always coupled: its input is published.
     let axes = parts(status, "axes").filter_map(|axis| {
         let id = axis["published_id"].as_u64()?;
         follower(Channel::FarAxes, id, axis, true)
@@ -32,14 +32,14 @@ pub fn followers_of(node: &NodeName, status: &Map<String, Value>) -> Vec<Followe
     slaves.chain(axes).collect()
 }
 
-/// An axis of another node, and how many nodes have passed on what is known of it.
+/// An axis of another node, and the number of nodes that have forwarded its data.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Upstream {
     pub(super) follower: Follower,
     pub(super) hops: u32,
 }
 
-/// The axes of other nodes that a status passes on; at most so many.
+/// The axes of other nodes that a status forwards, at most `most`.
 pub(super) fn upstream_of(status: &Map<String, Value>, most: usize) -> Vec<Upstream> {
     let list = status
         .get("circles")
@@ -58,7 +58,7 @@ pub(super) fn upstream_of(status: &Map<String, Value>, most: usize) -> Vec<Upstr
     list.filter_map(read).collect()
 }
 
-/// As [`upstream_of`] reads it.
+/// Upstream axes as JSON, in the form that [`upstream_of`] reads.
 pub(super) fn upstream_to_json(upstream: &[Upstream]) -> Value {
     let entry = |Upstream { follower, hops }: &Upstream| {
         let texts = |addresses: &[AxisAddress]| -> Vec<String> {

@@ -1,8 +1,8 @@
-//! Circles as one node of a running network finds them.
+//! Detection of circles by one node of a running network.
 //!
-//! A node sees only those that it follows: nothing is forwarded between two peers. So the status of each passes on what it knows
-//! of the axes before its own, and a circle is found however many nodes are in it: after as many statuses, a quarter of a second
-//! each.
+//! A node sees only the nodes that it follows: no frames are forwarded between two peers. So each
+//! status forwards the known data of the upstream axes, and a circle of n nodes is found after n
+//! statuses, a quarter of a second each.
 
 use std::collections::BTreeMap;
 
@@ -14,28 +14,29 @@ use serde_json::{Map, Value, json};
 use super::reading::{Upstream, followers_of, upstream_of, upstream_to_json};
 use super::{AxisAddress, Circle, Follower, circles_through};
 
-/// What is passed on more often is stale: it goes round in a circle whose axis has changed since. As RIP counts to infinity
-/// (RFC 2453, 3.4.2), with more than its 15 because nodes in a line are many.
+/// Greatest number of hops: data forwarded more often is stale and circulates in a circle whose
+/// axis has changed since. As RIP counts to infinity (RFC 2453, 3.4.2), with more than its 15
+/// because a line may have many nodes.
 const MOST_HOPS: u32 = 64;
-/// The most axes that are taken of one status, so that none can fill the memory.
+/// The greatest number of axes read from one status, so that none can fill the memory.
 const MOST_AXES: usize = 4096;
 
-/// The circles that the axes of one node are in, by the statuses of the nodes that it follows.
+/// Watch for circles through the axes of one node, by the statuses of the nodes that it follows.
 #[derive(Clone, Debug)]
 pub struct CircleWatch {
     node: NodeName,
-    /// The nodes that it follows, with what is known of them and by them.
+    /// The nodes that it follows, with the known axes of each.
     heard: BTreeMap<NodeName, Option<Vec<Upstream>>>,
 }
 
-/// What a node finds of circles.
+/// Result of a search for circles.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CircleFinding {
     /// The circles that axes of the node are in, closed ones first.
     pub circles: Vec<Circle>,
     /// The state of each axis of the node.
     pub states: Vec<CircleChange>,
-    /// Nodes that are followed, be it by others in between, and whose axes are not known.
+    /// Nodes that are followed, directly or through others, and whose axes are not known.
     pub unknown: Vec<NodeName>,
     upstream: Vec<Upstream>,
 }
@@ -43,23 +44,23 @@ pub struct CircleFinding {
 /// The circle that an axis of a node is in from now on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CircleChange {
-    /// In which of its frames the node publishes the axis.
+    /// Channel on which the node publishes the axis.
     pub channel: Channel,
-    /// Its axis id there.
+    /// Axis id on that channel.
     pub id: u32,
     /// The circle.
     pub state: CircleState,
 }
 
 impl CircleWatch {
-    /// For a node that follows axes which these other nodes follow others with: those of receivers.
+    /// Creates the watch of a node that follows axes of these receivers, which follow others themselves.
     pub fn new(node: NodeName, follows: impl IntoIterator<Item = NodeName>) -> Self {
         let others = follows.into_iter().filter(|other| *other != node);
         let heard = others.map(|other| (other, None)).collect();
         Self { node, heard }
     }
 
-    /// The nodes whose status it takes.
+    /// The nodes whose statuses it reads.
     pub fn nodes(&self) -> impl Iterator<Item = &NodeName> {
         self.heard.keys()
     }
@@ -87,7 +88,7 @@ impl CircleWatch {
         }
     }
 
-    /// What follows for the axes of this node, as its own status has them.
+    /// Searches for circles through the axes of this node, as listed in its own status.
     #[must_use]
     pub fn look(&self, own: &Map<String, Value>) -> CircleFinding {
         let own = followers_of(&self.node, own);
@@ -126,7 +127,8 @@ impl CircleWatch {
         }
     }
 
-    /// The axes of other nodes that these follow in the end, each as it is known by the fewest hops.
+    /// The axes of other nodes that these follow, directly or indirectly, each by the entry with
+    /// the fewest hops.
     fn before(&self, own: &[Follower]) -> Vec<Upstream> {
         let mut known: BTreeMap<_, &Upstream> = BTreeMap::new();
         for entry in self.heard.values().flatten().flatten() {
@@ -146,7 +148,7 @@ impl CircleWatch {
         found
     }
 
-    /// Nodes with axes that these follow, of which nothing is known.
+    /// Nodes with axes that these follow whose statuses are not known.
     fn unknown(&self, known: &[Follower]) -> Vec<NodeName> {
         let is_known = |node: &NodeName| match self.heard.get(node) {
             Some(heard) => heard.is_some(),
@@ -170,7 +172,7 @@ impl CircleFinding {
         self.circles.iter().find(|of| of.axes().contains(axis))
     }
 
-    /// What the status of the node says of it, and passes on.
+    /// The circles' part of the node's status, with the axes to forward.
     #[must_use]
     pub fn to_json(&self) -> Value {
         let texts = |circles: &[Circle]| -> Vec<String> {
@@ -184,7 +186,7 @@ impl CircleFinding {
     }
 }
 
-/// Whether an axis is a receiver's: what a sender or a gateway publishes follows nothing.
+/// True for a receiver's axis: axes published by a sender or a gateway follow no other.
 const fn follows_others(axis: &AxisAddress) -> bool {
     matches!(axis.channel, Channel::Slaves | Channel::FarAxes)
 }

@@ -1,4 +1,4 @@
-//! Numbers that know their range.
+//! Numbers with a checked range.
 
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
 use std::ops::RangeBounds;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::schema::readable;
 
-/// A number that lies outside the range of its field.
+/// A number outside the range of its field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("received {}, expected {expected}", readable(*.received))]
 pub struct OutOfRange {
@@ -17,7 +17,7 @@ pub struct OutOfRange {
     expected: &'static str,
 }
 
-/// Says in a schema which numbers there are.
+/// Adds the range to a schema.
 fn be_within(schema: &mut Schema, (least, most): (Bound<f64>, Bound<f64>)) {
     let bounds = [
         (least, "minimum", "exclusiveMinimum"),
@@ -48,7 +48,7 @@ macro_rules! checked_number {
             }
 
             /// # Errors
-            /// [`OutOfRange`] when the number is.
+            /// [`OutOfRange`] if the number is out of range.
             pub fn new(number: f64) -> Result<Self, OutOfRange> {
                 if number.is_finite() && Self::RANGE.contains(&number) {
                     Ok(Self(number))
@@ -95,12 +95,12 @@ checked_number! {
 }
 
 checked_number! {
-    /// A position of an axis, or how far it goes, u: a thousandth of what a receiver believes at most.
+    /// Position or distance of an axis, u: at most a thousandth of the limit that a receiver accepts.
     Coordinate, "a number from -1000000000000 to 1000000000000", (Included(-1e12), Included(1e12))
 }
 
 checked_number! {
-    /// What an axis may do at most, u/s and so on: as much as a receiver believes.
+    /// Limit of an axis, u/s and so on: at most the limit that a receiver accepts.
     AxisLimit, "a number above 0, at most 1000000000000000", (Excluded(0.0), Included(1e15))
 }
 
@@ -120,7 +120,7 @@ checked_number! {
 }
 
 impl BeaconsPerSecond {
-    /// As many as do for most clocks.
+    /// Rate that suits most clocks.
     pub const USUAL: Self = Self(50.0);
 }
 
@@ -130,17 +130,17 @@ checked_number! {
 }
 
 checked_number! {
-    /// How long something takes that a fault makes take longer, µs: up to a minute and a half or so.
+    /// Duration added by a fault, µs: up to about a minute and a half.
     FaultMicros, "a number from 0 to 100000000", (Included(0.0), Included(1e8))
 }
 
 checked_number! {
-    /// When or for how long, s: up to thirty years.
+    /// Instant or duration, s: up to thirty years.
     FaultSeconds, "a number from 0 to 1000000000", (Included(0.0), Included(1e9))
 }
 
 checked_number! {
-    /// How long something runs, s: up to eleven days.
+    /// Duration of a run, s: up to eleven days.
     DurationSeconds, "a number above 0, at most 1000000", (Excluded(0.0), Included(1e6))
 }
 
@@ -223,7 +223,8 @@ impl FaultSeconds {
     }
 }
 
-/// The count of a first cycle: as many of the longest cycles take more than a hundred years, which far time holds.
+/// The count of a first cycle: this many of the longest cycles take more than a hundred years,
+/// which far time holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "u64", into = "u64")]
 #[schemars(inline, extend("maximum" = FirstCount::MOST))]
@@ -238,7 +239,7 @@ impl FirstCount {
         self.0
     }
 
-    /// Whether counts begin where they do without faults.
+    /// True if counts begin as without faults.
     #[must_use]
     pub const fn is_zero(&self) -> bool {
         self.0 == 0

@@ -1,4 +1,4 @@
-//! The clock a node runs on, and what is wrong with it on purpose.
+//! The clock of a node, and its injected faults.
 
 use std::path::Path;
 
@@ -33,8 +33,8 @@ pub struct ClockConfig {
         skip_serializing_if = "Vec::is_empty"
     )]
     pub steps: Vec<DriftStep>,
-    /// What is added to the drift besides, ppm: a sum of terms, in pieces of 10 ms with the mean of each. Noise is drawn for
-    /// each piece.
+    /// Added drift, ppm: a sum of terms, in pieces of 10 ms with the mean of each. Noise is drawn
+    /// for each piece.
     #[serde(
         deserialize_with = "drift_terms",
         skip_serializing_if = "Vec::is_empty"
@@ -43,29 +43,30 @@ pub struct ClockConfig {
     /// Jitter of each wake-up around its ideal instant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
-    /// How far the first cycle lies after the node's start, µs.
+    /// Delay of the first cycle after the node's start, µs.
     pub start_phase_us: FaultMicros,
-    /// The count of its first cycle: near to where a counter wraps, or a number of nanoseconds is none that f64 holds.
+    /// The count of its first cycle: for tests near the wrap of a counter, or beyond the
+    /// nanoseconds that f64 represents exactly.
     #[serde(skip_serializing_if = "FirstCount::is_zero")]
     pub first_count: FirstCount,
 }
 
 impl ClockConfig {
-    /// Takes the files that its terms name by relative paths from `folder`, say the config's own.
+    /// Resolves the relative paths of its terms' files from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for term in &mut self.drift_terms_ppm {
             term.relative_to(folder);
         }
     }
 
-    /// How far the first cycle lies after the node's start.
+    /// Delay of the first cycle after the node's start.
     #[must_use]
     pub fn start_phase(&self) -> Span {
         self.start_phase_us.span()
     }
 }
 
-/// A drift that swings: `amplitude · sin(2π·t/period)`.
+/// A periodic drift: `amplitude · sin(2π·t/period)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SineConfig {
@@ -79,13 +80,14 @@ pub struct SineConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DriftStep {
-    /// When, s after the start.
+    /// Time of the step, s after the start.
     pub at_s: FaultSeconds,
-    /// What is added to the drift from then on, ppm.
+    /// Added drift from then on, ppm.
     #[serde(default)]
     pub drift_ppm: Ppm,
-    /// How far the clock jumps ahead, or back, µs. After a jump ahead a node skips the cycles it has missed; after one back it
-    /// waits until its clock has come again to where its next cycle is due.
+    /// Jump of the clock, forward or back, µs. After a jump forward a node skips the cycles it has
+    /// missed; after a jump back it waits until its clock reaches the start of its next cycle
+    /// again.
     #[serde(default)]
     pub phase_us: ChangeMicros,
 }

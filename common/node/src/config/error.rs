@@ -1,4 +1,4 @@
-//! Why a file was refused.
+//! Reasons why a file was refused.
 
 use std::fmt;
 
@@ -9,18 +9,18 @@ use super::reworded::{is_missing, is_unknown, reworded};
 use super::schema::Finding;
 use crate::text_file::Unreadable;
 
-/// Why a config was refused: each mistake with the file, the field and what is wrong with it, all on one line.
+/// Refusal of a config: each mistake with the file, the field and the reason, all on one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file could not be read.
     #[error(transparent)]
     Unreadable(#[from] Unreadable),
-    /// It holds what it must not: at least one mistake, in the order of the file.
+    /// Invalid contents: at least one mistake, in the order of the file.
     #[error("{}", joined(.0))]
     Wrong(Vec<Mistake>),
 }
 
-/// Something that is wrong in a file: `r.toml:12:8: far "belt".mode: received "pt2", expected …`, on one line.
+/// A mistake in a file: `r.toml:12:8: far "belt".mode: received "pt2", expected …`, on one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
     file: String,
@@ -30,17 +30,18 @@ pub struct Mistake {
 }
 
 impl ConfigError {
-    /// An error of one field, found by a check of its own. `field` is its path: `receiver[1].slave[0].gear`.
+    /// An error of one field, found by a separate check. `field` is its path:
+    /// `receiver[1].slave[0].gear`.
     pub fn field(file: &str, field: impl AsRef<str>, reason: impl ToString) -> Self {
         Self::Wrong(vec![Mistake::new(file, field.as_ref(), reason)])
     }
 
-    /// An error of the config as a whole, which names its fields itself.
+    /// An error of the config as a whole, whose reason names the fields.
     pub fn whole(file: &str, reason: impl ToString) -> Self {
         Self::field(file, "", reason)
     }
 
-    /// What serde refused, with all fields that are missing or unknown.
+    /// The error that serde reports, with all missing or unknown fields.
     pub(super) fn read(file: &str, field: &str, reason: &str, findings: Vec<Finding>) -> Self {
         let by_serde = Mistake::new(file, field, reason);
         let findings = findings.into_iter();
@@ -54,7 +55,7 @@ impl ConfigError {
         Self::Wrong(mistakes)
     }
 
-    /// The text is no TOML.
+    /// An error of TOML syntax.
     pub(super) fn syntax(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let start = error.span().map(|span| span.start);
         let comma = start.and_then(|start| decimal_comma(text, start));
@@ -71,8 +72,8 @@ impl ConfigError {
         }])
     }
 
-    /// The same with the line and the column of each field in `text`, which is what `file` holds, and with the names of
-    /// what is numbered in it: `receiver "saw"` for `receiver[2]`.
+    /// Adds the line and the column of each field in `text`, the contents of `file`, and the names
+    /// of numbered elements: `receiver "saw"` for `receiver[2]`.
     #[must_use]
     pub fn in_text(self, file: &str, text: &str) -> Self {
         let Self::Wrong(mut mistakes) = self else {
@@ -86,7 +87,8 @@ impl ConfigError {
         Self::Wrong(mistakes)
     }
 
-    /// The same with the names of what is numbered, where there is no text with lines: with some values overridden.
+    /// Adds the names of numbered elements where there is no text with lines: with some values
+    /// overridden.
     #[must_use]
     pub fn in_table(self, file: &str, table: &toml::Table) -> Self {
         let mut named = self.in_text(file, &table.to_string());
@@ -98,7 +100,7 @@ impl ConfigError {
         named
     }
 
-    /// What is wrong, a line for each.
+    /// The mistakes, a line for each.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         match self {
@@ -107,7 +109,7 @@ impl ConfigError {
         }
     }
 
-    /// The same with its fields called otherwise. What is the same then is told once.
+    /// Renames the fields. Mistakes that are equal then are kept once.
     #[must_use]
     pub fn with_fields(self, called: impl Fn(String) -> String) -> Self {
         let Self::Wrong(mistakes) = self else {
@@ -127,14 +129,14 @@ impl ConfigError {
     }
 }
 
-/// Which key stands in the text twice, if that is what is wrong.
+/// Text on the duplicate key, if that is the error.
 fn twice(text: &str, error: &toml::de::Error) -> Option<String> {
     let key = text.get(error.span()?)?;
     let is_so = error.message() == "duplicate key";
     is_so.then(|| format!(" {}, expected once", one_line(key)))
 }
 
-/// What may have been meant where the parser stumbles over a comma between two digits, or over what follows it.
+/// Suggestion for a decimal comma where the parser fails at a comma between two digits, or behind it.
 fn decimal_comma(text: &str, start: usize) -> Option<String> {
     let line_start = text.get(..start)?.rfind('\n').map_or(0, |end| end + 1);
     let is_digit = |c: char| c.is_ascii_digit();
@@ -153,7 +155,7 @@ fn decimal_comma(text: &str, start: usize) -> Option<String> {
 fn joined(mistakes: &[Mistake]) -> String {
     match mistakes {
         [only] => only.to_string(),
-        // Many are cut in the middle, as any other line is that is too long.
+        // Many mistakes are cut in the middle, as any line that is too long.
         many => {
             let lines: Vec<_> = many.iter().map(ToString::to_string).collect();
             one_line(&lines.join("; "))
@@ -162,7 +164,7 @@ fn joined(mistakes: &[Mistake]) -> String {
 }
 
 impl Mistake {
-    /// Of a field, or of the file as a whole where the field is empty.
+    /// A mistake in a field, or in the file as a whole where the field is empty.
     pub(super) fn new(file: &str, field: &str, reason: impl ToString) -> Self {
         Self {
             file: one_line(file),
@@ -172,7 +174,8 @@ impl Mistake {
         }
     }
 
-    /// Looks its field up in the text of its file. A reason that begins with a field of that field is told apart from it.
+    /// Looks its field up in the text of its file. A subfield at the beginning of the reason is
+    /// moved to the field.
     fn be_placed(&mut self, text: &str) {
         if self.position.is_some() {
             return;

@@ -1,11 +1,11 @@
-//! What is done to the content of messages.
+//! Forged contents of messages.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::checked::{CycleMicros, FaultSeconds, Finite};
 
-/// Messages that somebody else makes up: of each genuine message within a time, forged ones.
+/// Forged messages of an attacker, sent after each genuine message within a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Forgery {
@@ -14,9 +14,9 @@ pub struct Forgery {
     /// For how long, s. By default one message is forged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub for_s: Option<FaultSeconds>,
-    /// What is forged.
+    /// Kind of forgery.
     pub what: Forged,
-    /// How many come after each genuine message.
+    /// Number of forged messages after each genuine one.
     #[serde(default)]
     pub times: Times,
     /// The genuine message does not arrive.
@@ -24,8 +24,8 @@ pub struct Forgery {
     pub instead: bool,
 }
 
-/// What is different in a forged message. All but the noise are of the right form, with a right check sum; of
-/// messages that are not axes, only noise and repetitions are forged.
+/// The difference in a forged message. All but the noise are of the right form, with a right check
+/// sum; of messages that are not axes, only noise and repetitions are forged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Forged {
@@ -45,17 +45,17 @@ pub enum Forged {
     OtherAxes,
     /// Another cycle time, µs.
     CycleTimeUs(CycleMicros),
-    /// A count that is so much further on.
+    /// A count ahead by this number.
     CountAhead(Finite),
-    /// Set values that are no numbers.
+    /// Set values that are not numbers.
     NotFinite,
-    /// The next message, before it comes, with positions that are so much further on, u.
+    /// The next message, before its time, with positions ahead by this distance, u.
     PositionAhead(Finite),
     /// Axes with this error code.
     AxisError(u32),
 }
 
-/// How many: 1 to 1000.
+/// Number of messages, 1 to 1000.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "u32", into = "u32")]
 #[schemars(inline, extend("minimum" = 1, "maximum" = 1_000))]

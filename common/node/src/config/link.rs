@@ -1,4 +1,4 @@
-//! What a link does to messages.
+//! Faults of a link.
 
 use std::path::Path;
 
@@ -13,69 +13,70 @@ use super::forgery::Forgery;
 use super::list::at_most;
 use super::term::{MOST_TERMS, Term};
 
-/// A link's behaviour: the simulated network, or faults laid over a real one.
+/// A link's behaviour: the simulated network, or faults applied to a real one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct LinkConfig {
     /// Least time from sending to arrival, µs.
     pub latency_us: FaultMicros,
-    /// What is added to it at random; never negative in sum.
+    /// Random addition to the latency; never negative in sum.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterConfig>,
-    /// A part of the delay that stays alike for a while.
+    /// Correlated part of the delay.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub correlated: Option<CorrelatedConfig>,
-    /// Arrivals are seen on a grid of so many µs only, each at the next line of it.
+    /// Resolution of the arrivals, µs: each is seen at the next multiple of it.
     pub resolution_us: FaultMicros,
     /// Rare long delays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spikes: Option<SpikeConfig>,
     /// Share of messages that never arrive.
     pub loss: Fraction,
-    /// Losses in bursts, beside those.
+    /// Losses in bursts, in addition to those.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub burst_loss: Option<BurstLossConfig>,
     /// Share of messages that arrive twice.
     pub duplication: Fraction,
     /// Share of messages that a later one may overtake: they are held back for up to `reorder-us`.
     pub reorder: Fraction,
-    /// How long an overtaken message is held back at most, µs.
+    /// Longest time an overtaken message is held back, µs.
     pub reorder_us: FaultMicros,
     /// Share of messages in which a bit is flipped, or whose end is missing.
     pub corruption: Fraction,
-    /// When loss, duplication, reordering, spikes and corruption end, s after the start. Never by default.
+    /// End of loss, duplication, reordering, spikes and corruption, s after the start. Never by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults_until_s: Option<FaultSeconds>,
     /// Changes of the latency at set times.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub delay_steps: Vec<DelayStep>,
-    /// What is added to the delay besides, µs: a sum of terms, at the moment when a message is sent. Noise is drawn for each
-    /// message.
+    /// Added delay, µs: a sum of terms, at the moment when a message is sent. Noise is drawn for
+    /// each message.
     #[serde(
         deserialize_with = "at_most::<MOST_TERMS, _, _>",
         skip_serializing_if = "Vec::is_empty"
     )]
     pub delay_terms_us: Vec<Term<ChangeMicros>>,
-    /// Times when nothing gets through.
+    /// Times without any delivery.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub partitions: Vec<Partition>,
     /// Times when messages wait; then all of them arrive at once.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stalls: Vec<Partition>,
-    /// Messages that somebody else makes up.
+    /// Forged messages of an attacker.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub forgeries: Vec<Forgery>,
 }
 
 impl LinkConfig {
-    /// Takes the files that its terms name by relative paths from `folder`, say the config's own.
+    /// Resolves the relative paths of its terms' files from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for term in &mut self.delay_terms_us {
             term.relative_to(folder);
         }
     }
 
-    /// Whether messages sent `since_start` are lost, repeated, held back, damaged and hit by spikes yet.
+    /// True if messages sent `since_start` are still subject to loss, duplication, reordering,
+    /// corruption and spikes.
     #[must_use]
     pub fn is_faulty(&self, since_start: Span) -> bool {
         let until = self.faults_until_s;
@@ -87,20 +88,20 @@ impl LinkConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct BurstLossConfig {
-    /// Share of the messages outside a burst that one begins with.
+    /// Share of the messages outside a burst that start one.
     pub begins: Fraction,
-    /// Share of the messages in a burst that it ends with: it lasts 1/`ends` messages in the mean.
+    /// Share of the messages in a burst that end it: the mean length is 1/`ends` messages.
     pub ends: Fraction,
 }
 
-/// A delay that stays alike for a while: normally distributed, with an exponential autocorrelation (Ornstein and
-/// Uhlenbeck; AR(1) where messages come evenly).
+/// A correlated delay: normally distributed, with an exponential autocorrelation (Ornstein and
+/// Uhlenbeck; AR(1) for messages at equal intervals).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct CorrelatedConfig {
     /// Standard deviation, µs.
     pub sigma_us: FaultMicros,
-    /// After which time its correlation is 1/e, s.
+    /// Time after which its correlation is 1/e, s.
     pub time_s: PeriodSeconds,
 }
 
@@ -120,18 +121,18 @@ pub struct SpikeConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DelayStep {
-    /// When, s after the start.
+    /// Time of the step, s after the start.
     pub at_s: FaultSeconds,
-    /// What is added to the latency from then on, µs; the sum never falls below zero.
+    /// Added latency from then on, µs; the sum never falls below zero.
     pub by_us: ChangeMicros,
 }
 
-/// A time when nothing gets through; of a stall, not until its end.
+/// A time without any delivery; in a stall, deliveries are delayed until its end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Partition {
-    /// From when, s after the start.
+    /// Start, s after the start of the run.
     pub at_s: FaultSeconds,
-    /// For how long, s.
+    /// Duration, s.
     pub for_s: FaultSeconds,
 }

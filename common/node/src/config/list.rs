@@ -1,15 +1,15 @@
-//! Lists that know how long they may be.
+//! Lists with a checked length.
 
 use std::fmt;
 use std::marker::PhantomData;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
-/// Reads a list of at most `MOST` elements, for serde's `deserialize_with`: what comes after them is not read, so that a
-/// short file cannot ask for much memory.
+/// Reads a list of at most `MOST` elements, for serde's `deserialize_with`: elements beyond the
+/// limit are not read, so that a short file cannot request much memory.
 ///
 /// # Errors
-/// With more elements, or one that is wrong.
+/// More elements, or an invalid one.
 pub fn at_most<'de, const MOST: usize, T, D>(deserializer: D) -> Result<Vec<T>, D::Error>
 where
     T: Deserialize<'de>,

@@ -18,7 +18,7 @@ pub fn load<T: DeserializeOwned + JsonSchema>(path: &Path) -> Result<T, ConfigEr
     parse(&path.display().to_string(), &text)
 }
 
-/// Reads a config from text; `file` is what the errors call it.
+/// Reads a config from text; `file` is its name in errors.
 ///
 /// # Errors
 /// [`ConfigError`], naming the file and the field.
@@ -27,7 +27,7 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(file: &str, text: &str) -> Result
     read.map_err(|error| error.in_text(file, text))
 }
 
-/// Reads a table from text, with errors of one line; `file` is what they call it.
+/// Reads a table from text, with errors of one line; `file` is its name in errors.
 ///
 /// # Errors
 /// [`ConfigError`] with the line and the column.
@@ -36,7 +36,8 @@ pub fn parse_table(file: &str, text: &str) -> Result<toml::Table, ConfigError> {
         .map_err(|error| ConfigError::syntax(file, text, &error))
 }
 
-/// Reads a config from a table, say one with some values overridden. [`ConfigError::in_text`] gives lines to its errors.
+/// Reads a config from a table, for example one with some values overridden.
+/// [`ConfigError::in_text`] adds lines to its errors.
 ///
 /// # Errors
 /// [`ConfigError`], naming the file and the field.

@@ -1,7 +1,7 @@
 //! Config files: TOML, kebab-case, units in the names, unknown fields refused.
 //!
 //! A config is parsed once into types that cannot hold a wrong value; every error names the file,
-//! the line, the field, what was received and what is expected.
+//! the line, the field, the value received and the one expected.
 
 mod checked;
 mod clock;

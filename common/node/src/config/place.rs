@@ -1,4 +1,4 @@
-//! Where a field is in the text of its file, and what people call it.
+//! Position of a field in the text of its file, and its name for people.
 
 use std::fmt::{self, Write};
 use std::ops::Range;
@@ -14,7 +14,7 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    /// Of a byte of a text.
+    /// The position of a byte of a text.
     pub(super) fn of(text: &str, byte: usize) -> Self {
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |end| end + 1);
@@ -26,7 +26,7 @@ impl Position {
 }
 
 impl Position {
-    /// Goes on behind this text.
+    /// Moves past this text.
     fn pass(&mut self, text: &str) {
         let last = text.rsplit('\n').next().unwrap_or_default().chars().count();
         let lines = text.matches('\n').count();
@@ -45,7 +45,7 @@ impl fmt::Display for Position {
     }
 }
 
-/// Where the elements of a list are, which the path of keys leads to; none of them if there is no such list.
+/// Positions of the elements of a list at this path of keys; empty if there is no such list.
 pub(crate) fn elements_of(text: &str, path: &[&str]) -> Vec<Position> {
     let Ok(root) = DeTable::parse(text) else {
         return Vec::new();
@@ -71,7 +71,7 @@ pub(crate) fn elements_of(text: &str, path: &[&str]) -> Vec<Position> {
 /// A field that was looked up in its file.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Place {
-    /// Where it is, or what it should be in; none for the file itself.
+    /// Position of the field, or of its parent if it is missing; none for the file itself.
     pub(super) position: Option<Position>,
     /// The field, elements of lists by their names.
     pub(super) field: String,
@@ -80,8 +80,9 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Looks a field up by its path, such as `receiver[1].slave[0].gear`. Checks of a part of a file give the path
-    /// from there on at the beginning of their reason: `slave[0].gear: received …`. None if the text is no TOML.
+    /// Looks a field up by its path, such as `receiver[1].slave[0].gear`. Checks of a part of a
+    /// file put the path relative to it at the beginning of their reason: `slave[0].gear: received
+    /// …`. None if the text is not TOML.
     pub(super) fn find(text: &str, field: &str, reason: &str) -> Option<Self> {
         let root = DeValue::Table(DeTable::parse(text).ok()?.into_inner());
         let mut walk = Walk::new(&root);
@@ -105,7 +106,7 @@ impl Place {
     }
 }
 
-/// Whether a reason is one of a field whose name it begins with.
+/// True if a reason begins with the name of the field concerned.
 fn says_what_is_wrong(field: &str, reason: &str) -> bool {
     let is_field = field.starts_with(|c: char| c.is_ascii_lowercase())
         && field
@@ -115,14 +116,14 @@ fn says_what_is_wrong(field: &str, reason: &str) -> bool {
     is_field && says.iter().any(|start| reason.starts_with(start))
 }
 
-/// A way through a document along the path of a field.
+/// A walk through a document along the path of a field.
 struct Walk<'d> {
-    /// The value that it has come to; none once the document has no more of the path.
+    /// The current value; none once the path leaves the document.
     at: Option<&'d DeValue<'d>>,
-    /// Where the last key and the last value are that the document has.
+    /// Spans of the last key and the last value in the document.
     key: Option<Range<usize>>,
     value: Option<Range<usize>>,
-    /// The last key: what the elements of a list are.
+    /// The last key: the kind of the elements of a list.
     kind: &'d str,
     called: String,
 }
@@ -138,7 +139,7 @@ impl<'d> Walk<'d> {
         }
     }
 
-    /// Goes on along a path, as far as the document has it.
+    /// Follows a path as far as the document contains it.
     fn follow(&mut self, path: &str) {
         let mut path = path;
         while let Some(rest) = self.step(path) {
@@ -151,12 +152,12 @@ impl<'d> Walk<'d> {
         }
     }
 
-    /// Whether the document has the first step of a path from here.
+    /// True if the document has the first step of a path from here.
     fn leads_to(&self, path: &str) -> bool {
         self.key_of(path).is_some() || self.element_of(path).is_some()
     }
 
-    /// Takes one step; gives the rest of the path.
+    /// Takes one step; returns the rest of the path.
     fn step<'p>(&mut self, path: &'p str) -> Option<&'p str> {
         let path = path.strip_prefix('.').unwrap_or(path);
         if let Some((key, value, rest)) = self.key_of(path) {
@@ -168,7 +169,7 @@ impl<'d> Walk<'d> {
         }
         let (number, element, rest) = self.element_of(path)?;
         match name_of(element.get_ref(), self.kind) {
-            // The name itself is not what it is called by while something is wrong with it.
+            // An error in the name itself is not labelled by the name.
             Some(name) if rest != ".name" => {
                 let _ = write!(self.called, " {name:?}");
             }
@@ -215,7 +216,7 @@ impl<'d> Walk<'d> {
         Some((number, list.get(number)?, rest))
     }
 
-    /// What serde says of a table that holds several of what there is to be one of, with their names.
+    /// Reason for a table with several variants where exactly one is allowed, with their names.
     fn several_variants(&self, reason: &str) -> Option<String> {
         let Some(DeValue::Table(table)) = self.at else {
             return None;
@@ -230,7 +231,7 @@ impl<'d> Walk<'d> {
         })
     }
 
-    /// The byte to look at: the key where that is wrong, otherwise the value.
+    /// Offset of the error: the key if that is wrong, otherwise the value.
     fn byte(&self, reason: &str) -> Option<usize> {
         let span = match reason.starts_with("unknown field") {
             true => &self.key,
@@ -243,7 +244,7 @@ impl<'d> Walk<'d> {
 /// A key of a table, its value, and the rest of a path.
 type Entry<'d, 'p> = (&'d Spanned<DeString<'d>>, &'d Spanned<DeValue<'d>>, &'p str);
 
-/// What an element of a list is called by.
+/// Name of an element of a list.
 fn name_of<'d>(element: &'d DeValue<'d>, kind: &str) -> Option<&'d str> {
     let key = match kind {
         "far" => "node",

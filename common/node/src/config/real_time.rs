@@ -1,14 +1,14 @@
-//! What a node asks of its operating system.
+//! Requests of a node to its operating system.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Real-time wishes. What is not permitted is left out with a warning that says why.
+/// Real-time requests. Those that are not permitted are skipped with a warning that gives the reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct RealTimeConfig {
-    /// `SCHED_FIFO` priority of the cycle thread, 1 to 99; none leaves it to the normal scheduler. The threads that stamp, send and
-    /// receive frames get the one below.
+    /// `SCHED_FIFO` priority of the cycle thread, 1 to 99; without one the normal scheduler
+    /// applies. The threads that stamp, send and receive frames get the next lower one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub priority: Option<u8>,
     /// The processor the cycle thread is bound to.

@@ -1,18 +1,18 @@
-//! What serde says of a wrong value, as Coaxle says it.
+//! Rewording of serde's errors.
 
 use crate::guess::did_you_mean;
 
-/// Whether serde misses a field.
+/// True if serde reports a missing field.
 pub(super) fn is_missing(reason: &str) -> bool {
     reason.trim().starts_with("missing field ")
 }
 
-/// Whether serde does not know a field.
+/// True if serde reports an unknown field.
 pub(super) fn is_unknown(reason: &str) -> bool {
     reason.trim().starts_with("unknown field ")
 }
 
-/// A reason of serde's in our words; others as they are.
+/// Rewords a reason of serde's; other reasons stay as they are.
 pub(super) fn reworded(reason: &str) -> String {
     let reason = reason.trim();
     if let Some(rest) = ["invalid type: ", "invalid value: "]
@@ -48,7 +48,7 @@ pub(super) fn reworded(reason: &str) -> String {
     reason.to_owned()
 }
 
-/// What stands between backticks.
+/// Texts between backticks.
 fn ticked(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
@@ -69,7 +69,7 @@ fn value(received: &str) -> String {
     }
 }
 
-/// What serde expects: the name of a type.
+/// Words for the type that serde expects.
 fn kind(expected: &str) -> String {
     let kind = match expected {
         "f64" | "f32" => "a number",

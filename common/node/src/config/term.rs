@@ -1,4 +1,4 @@
-//! Terms that add up to a drift or a delay.
+//! Terms of a sum for a drift or a delay.
 
 use std::path::{Path, PathBuf};
 
@@ -12,11 +12,11 @@ use super::list::at_most;
 /// Most terms of a sum.
 pub(super) const MOST_TERMS: usize = 16;
 
-/// What the terms of a drift may come to in sum, ppm. With a drift and a sine beside them a clock still runs at half
-/// of its rate.
+/// Limit of the sum of the drift terms, ppm. With a drift and a sine in addition a clock still runs
+/// at half its rate.
 const MOST_DRIFT_PPM: f64 = 300_000.0;
 
-/// One term of a sum, over the time since the start. Its values are in the unit of the list that it is in.
+/// A term of a sum, over the time since the start. Its values are in the unit of its list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     rename_all = "kebab-case",
@@ -26,17 +26,17 @@ const MOST_DRIFT_PPM: f64 = 300_000.0;
 )]
 #[schemars(rename = "TermOf{V}")]
 pub enum Term<V> {
-    /// Always the same.
+    /// A constant value.
     Constant(V),
     /// `amplitude · sin(2π·(t/period + phase))`.
     Sine(Wave<V>),
-    /// Straight up and down between `±amplitude`; it begins at zero, upwards.
+    /// A triangle between `±amplitude`; it begins at zero, upwards.
     Triangle(Wave<V>),
-    /// Rectangular: `height` for the first part of each period, otherwise nothing.
+    /// Rectangular: `height` for the first part of each period, otherwise zero.
     Pulse {
-        /// How high.
+        /// Height of the pulse.
         height: V,
-        /// From one pulse to the next, s.
+        /// Time from one pulse to the next, s.
         period_s: PeriodSeconds,
         /// The share of the period that a pulse takes.
         duty: Fraction,
@@ -46,11 +46,11 @@ pub enum Term<V> {
     },
     /// A lasting change: at once, or evenly over a time, which makes it a ramp.
     Step {
-        /// When it begins, s after the start.
+        /// Start, s after the start of the run.
         at_s: FaultSeconds,
-        /// What is added.
+        /// Added value.
         by: V,
-        /// How long it takes, s.
+        /// Duration of the change, s.
         #[serde(default)]
         over_s: FaultSeconds,
     },
@@ -65,12 +65,12 @@ pub enum Term<V> {
     Exponential(V),
     /// Noise, Gaussian around zero: its standard deviation.
     Normal(#[serde(deserialize_with = "not_negative")] V),
-    /// What a table says: CSV of two columns, seconds since the start and value. Before its first row and after its last
-    /// one these hold.
+    /// Values of a table: CSV of two columns, seconds since the start and value. Before its first
+    /// row and after its last one these hold.
     File {
         /// The table.
         path: PathBuf,
-        /// How it goes on between two rows.
+        /// Interpolation between two rows.
         #[serde(default)]
         between: Between,
     },
@@ -90,7 +90,7 @@ pub struct Wave<V> {
     pub phase: Fraction,
 }
 
-/// How a table goes on between two rows.
+/// Interpolation of a table between two rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Between {
@@ -102,7 +102,7 @@ pub enum Between {
 }
 
 impl<V> Term<V> {
-    /// Takes a file that it names by a relative path from `folder`, say the config's own.
+    /// Resolves the relative path of its file from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         if let Self::File { path, .. } = self {
             *path = folder.join(&*path);
@@ -111,7 +111,7 @@ impl<V> Term<V> {
 }
 
 impl Term<Ppm> {
-    /// How far it is from zero at most: of noise, but for one value in a hundred million.
+    /// Greatest distance from zero; for noise, exceeded by one value in a hundred million.
     fn most(&self) -> f64 {
         match self {
             Self::Constant(value) => value.get().abs(),
@@ -121,13 +121,13 @@ impl Term<Ppm> {
             Self::Uniform { from, to } => from.get().abs().max(to.get().abs()),
             Self::Exponential(mean) => 20.0 * mean.get().abs(),
             Self::Normal(sigma) => 6.0 * sigma.get(),
-            // Its values are checked like all others where it is read.
+            // The values in the file are checked when it is read.
             Self::File { .. } => Ppm::MOST,
         }
     }
 }
 
-/// Terms of a drift with which a clock goes on: for serde's `deserialize_with`.
+/// Reads terms of a drift with which a clock keeps running: for serde's `deserialize_with`.
 pub(super) fn drift_terms<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<Term<Ppm>>, D::Error> {

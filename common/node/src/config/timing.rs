@@ -1,4 +1,4 @@
-//! The timing channel: beacons beside the transport.
+//! The timing channel: beacons apart from the transport.
 
 use std::net::SocketAddr;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::checked::BeaconsPerSecond;
 use super::link::LinkConfig;
 
-/// Where a node answers the beacons of those who follow it.
+/// Timing server of a node, which responds to the beacons of its followers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TimingServerConfig {
@@ -22,13 +22,13 @@ pub struct TimingServerConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct TimingLinkConfig {
-    /// Where that node answers beacons: its UDP address and port, such as `192.168.1.10:7450`.
+    /// Timing server of that node: its UDP address and port, such as `192.168.1.10:7450`.
     #[schemars(with = "String")]
     pub connect: SocketAddr,
     /// Beacons a second. 50 by default.
     #[serde(default)]
     pub per_s: BeaconsPerSecond,
-    /// Faults laid over the beacons, either way.
+    /// Faults applied to the beacons, in both directions.
     #[serde(default, skip_serializing_if = "is_default")]
     pub faults: LinkConfig,
 }
@@ -38,7 +38,7 @@ fn is_default(faults: &LinkConfig) -> bool {
 }
 
 impl TimingLinkConfig {
-    /// From one beacon to the next.
+    /// Interval between beacons.
     #[must_use]
     pub fn interval(&self) -> Span {
         Span::from_secs_f64(1.0 / self.per_s.get())
@@ -54,14 +54,15 @@ impl Default for BeaconsPerSecond {
 /// The addresses of a node's timing channel.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TimingEndpoints {
-    /// Where it answers beacons.
+    /// Address on which it responds to beacons.
     pub listen: Option<SocketAddr>,
-    /// Where those that it sends beacons to do: each with the number of the node among all that it hears.
+    /// Addresses of the timing servers that it sends beacons to, each with the number of the node
+    /// among all that it receives from.
     pub nodes: Vec<(usize, SocketAddr)>,
 }
 
 impl TimingEndpoints {
-    /// Whether there is no timing channel.
+    /// True if there is no timing channel.
     #[must_use]
     pub const fn is_none(&self) -> bool {
         self.listen.is_none() && self.nodes.is_empty()

@@ -1,17 +1,18 @@
-//! How a node reaches the others.
+//! The connection of a node to the others.
 
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The Zenoh session of a node: explicit endpoints, nothing found by chance.
+/// The Zenoh session of a node: explicit endpoints, no discovery.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct TransportConfig {
     /// Peer (the default) or client of a router.
     pub mode: TransportMode,
-    /// A folder of the secure profile, as `coaxle secure init` writes it: certificates, and who may do what.
+    /// A folder of the secure profile, as written by `coaxle secure init`: certificates and access
+    /// rights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub secure: Option<PathBuf>,
     /// Endpoints to listen on, such as `tcp/127.0.0.1:7447`.
@@ -32,7 +33,7 @@ pub struct TransportConfig {
 }
 
 impl TransportConfig {
-    /// Takes the files that it names by relative paths from `folder`, say the config's own.
+    /// Resolves the relative paths of its files from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for path in [&mut self.file, &mut self.secure].into_iter().flatten() {
             *path = folder.join(&*path);
@@ -44,10 +45,10 @@ impl TransportConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TransportMode {
-    /// Talks to other peers directly, and to clients through a router. A router never forwards
-    /// between two peers: nodes that meet only there are clients.
+    /// Connects to other peers directly, and to clients through a router. A router never forwards
+    /// between two peers: nodes that connect only there must be clients.
     #[default]
     Peer,
-    /// Talks through one router only, to everybody else there.
+    /// Connects through one router only, to all other nodes there.
     Client,
 }

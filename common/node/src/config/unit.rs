@@ -5,13 +5,13 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the positions of an axis are in, for people: `mm`, `°`, `rev`. Nothing is converted.
+/// Unit of the positions of an axis, for display: `mm`, `°`, `rev`. No values are converted.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
 #[schemars(inline, extend("minLength" = 1, "maxLength" = LONGEST))]
 pub struct Unit(String);
 
-/// No unit.
+/// An invalid unit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received {received:?}, expected 1 to 16 characters without spaces, such as \"mm\"")]
 pub struct WrongUnit {
@@ -34,13 +34,13 @@ impl Unit {
         }
     }
 
-    /// Its text.
+    /// The unit's text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// A unit in which `u` stands for that of the axis: `u/s²` is `mm/s²`, `ppm` stays.
+    /// Replaces the `u` of a unit by that of the axis: `u/s²` becomes `mm/s²`, `ppm` stays.
     #[must_use]
     pub fn in_place_of_u(&self, unit: &str) -> String {
         match unit.strip_prefix('u') {
@@ -50,7 +50,7 @@ impl Unit {
     }
 }
 
-/// `u`, any unit.
+/// Default unit `u`, any unit.
 impl Default for Unit {
     fn default() -> Self {
         Self("u".to_owned())

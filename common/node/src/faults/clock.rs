@@ -1,4 +1,4 @@
-//! A clock that deviates from the one it is read off.
+//! A clock that deviates from its reference.
 
 use std::collections::VecDeque;
 
@@ -8,17 +8,18 @@ use super::random::Random;
 use super::terms::{Terms, WrongTerm};
 use crate::config::{ClockConfig, DriftStep, JitterConfig};
 
-/// How finely a wandering drift is cut into straight pieces.
+/// Length of the straight pieces of a varying drift.
 const WANDERING_PIECE: Span = Span::from_millis(10);
-/// A drift that does not wander needs a new piece only to keep its numbers small.
+/// Length of the pieces of a constant drift, which only keep its numbers small.
 const STEADY_PIECE: Span = Span::from_secs(60);
-/// Whatever is added up: no clock stands still, and none runs backwards.
+/// Limit of the sum of all deviations: no clock stands still or runs backwards.
 const MOST_PPM: f64 = 500_000.0;
 /// Pieces kept for instants of the past: at least five seconds' worth.
 const HISTORY: usize = 512;
 
 /// A node's clock: a reference clock `R` (true time, or the machine's monotonic clock) with a
-/// deviation. Local time is zero at the origin and made of straight pieces; it goes on from one to the next, or jumps.
+/// deviation. Local time is zero at the origin and consists of straight pieces, continuous or with
+/// jumps between them.
 #[derive(Clone, Debug)]
 pub struct DeviatedClock<R: Domain> {
     config: ClockConfig,
@@ -30,7 +31,7 @@ pub struct DeviatedClock<R: Domain> {
     pieces: VecDeque<Piece>,
 }
 
-/// From `reference` on, local time runs `1 + rate` times as fast as the reference.
+/// A straight piece: from `reference` on, local time runs `1 + rate` times as fast as the reference.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     /// Start, since the origin, on the reference clock.
@@ -41,7 +42,7 @@ struct Piece {
     local_fraction: f64,
     rate: f64,
     length: Span,
-    /// The furthest that the local clock has come by its end. Only a jump back keeps that from being its own.
+    /// The latest local time reached by its end. Only a jump back makes it differ from its own end.
     reached: Span,
 }
 
@@ -62,7 +63,7 @@ impl Piece {
         let lost = passed * self.rate / (1.0 + self.rate);
         let reference = self.reference + (local - self.local)
             - Span::from_nanos(nearest(lost + self.local_fraction) as i64);
-        // Local instants that a jump ahead left out all happen at the jump.
+        // Local instants skipped by a jump forward all happen at the jump.
         reference.clamp(self.reference, self.end())
     }
 
@@ -72,7 +73,8 @@ impl Piece {
 }
 
 impl<R: Domain> DeviatedClock<R> {
-    /// The clock that reads zero at `origin`. Random parts are drawn from `seed`. Reads the files of terms.
+    /// Creates the clock that reads zero at `origin`. Random parts are drawn from `seed`. Reads the
+    /// files of terms.
     ///
     /// # Errors
     /// [`WrongTerm`] names the term whose file cannot be used.
@@ -89,12 +91,12 @@ impl<R: Domain> DeviatedClock<R> {
         Ok(clock)
     }
 
-    /// Takes a clock that nobody has read yet to another origin.
+    /// Moves the origin of a clock that has not been read yet.
     pub const fn start_at(&mut self, origin: Instant<R>) {
         self.origin = origin;
     }
 
-    /// What this clock reads at an instant of the reference. Instants may lie back by a few
+    /// Reading of this clock at an instant of the reference. Instants may lie back by a few
     /// seconds; further back the oldest known rate is assumed.
     pub fn local_at(&mut self, reference: Instant<R>) -> Instant<Local> {
         let since = reference - self.origin;
@@ -105,8 +107,8 @@ impl<R: Domain> DeviatedClock<R> {
         Instant::EPOCH + self.pieces[begun.saturating_sub(1)].local_at(since)
     }
 
-    /// When the reference shows it, if this clock reads `local`: for the first time, where it jumps back and reads that
-    /// again.
+    /// Instant of the reference at which this clock reads `local`, the first one if a jump back
+    /// repeats the reading.
     pub fn reference_at(&mut self, local: Instant<Local>) -> Instant<R> {
         let local = local.since_epoch();
         while self.newest().reached <= local {
@@ -116,13 +118,13 @@ impl<R: Domain> DeviatedClock<R> {
         self.origin + self.pieces[first].reference_at(local)
     }
 
-    /// The drift at the newest instant asked for, ppm.
+    /// The drift at the newest instant evaluated, ppm.
     #[must_use]
     pub fn drift_ppm(&self) -> f64 {
         self.newest().rate * 1e6
     }
 
-    /// How many pieces there are up to the last one for which this holds: nearly all instants lie in the newest.
+    /// Number of pieces up to the last one for which this holds: nearly all instants lie in the newest.
     fn number_until(&self, holds: impl Fn(&Piece) -> bool) -> usize {
         let newest_first = self.pieces.iter().rev();
         self.pieces.len() - newest_first.take_while(|piece| !holds(piece)).count()
@@ -208,8 +210,8 @@ impl<R: Domain> DeviatedClock<R> {
     }
 }
 
-/// The nearest whole number, of two the even one. Without a call for all that clocks gain: from here on up, reals are whole
-/// numbers apart.
+/// The nearest whole number; ties go to the even one. Without a library call for the usual gains of
+/// clocks: from `WHOLE_FROM` on, all f64 values are whole numbers.
 fn nearest(nanos: f64) -> f64 {
     const WHOLE_FROM: f64 = (1_u64 << 52) as f64;
     const UP: f64 = 1.5 * WHOLE_FROM;
@@ -224,7 +226,7 @@ fn step_instant(step: &DriftStep) -> Span {
     step.at_s.span()
 }
 
-/// How far each wake-up misses its ideal instant.
+/// Jitter of each wake-up around its ideal instant.
 #[derive(Clone, Debug)]
 pub struct CycleJitter {
     jitter: Option<JitterConfig>,
@@ -241,7 +243,7 @@ impl CycleJitter {
         }
     }
 
-    /// What to add to the next wake-up; may be negative.
+    /// Deviation of the next wake-up; may be negative.
     #[expect(
         clippy::should_implement_trait,
         reason = "an endless source, not an iterator"

@@ -1,4 +1,4 @@
-//! A link that delays, loses, repeats and reorders.
+//! A link with delays, losses, duplicates and reordering.
 
 use coaxle_clock::Span;
 
@@ -6,7 +6,7 @@ use super::random::Random;
 use super::terms::{Terms, WrongTerm};
 use crate::config::{BurstLossConfig, LinkConfig};
 
-/// A link's model. It never holds a message: it only says when each would arrive.
+/// A link's model. It holds no messages and only computes their arrivals.
 #[derive(Clone, Debug)]
 pub struct LinkModel {
     config: LinkConfig,
@@ -14,12 +14,12 @@ pub struct LinkModel {
     /// Arrival of the newest message that keeps its place, since the start.
     newest: Span,
     in_burst: bool,
-    /// The correlated part of the newest delay, in standard deviations, and of when it is.
+    /// The correlated part of the newest delay, in standard deviations, and its time.
     correlated: Option<(Span, f64)>,
     terms: Terms,
 }
 
-/// The delays after which a message arrives: none, one or two.
+/// The delays of a message's arrivals: none, one or two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deliveries {
     delays: [Span; 2],
@@ -28,7 +28,7 @@ pub struct Deliveries {
 }
 
 impl Deliveries {
-    /// One arrival.
+    /// A single arrival.
     #[must_use]
     pub fn once(delay: Span) -> Self {
         let mut deliveries = Self::default();
@@ -53,7 +53,8 @@ impl Iterator for Deliveries {
 }
 
 impl LinkModel {
-    /// A link that behaves as configured, with random parts drawn from `seed`. Reads the files of terms.
+    /// Creates a link with the configured behaviour, with random parts drawn from `seed`. Reads the
+    /// files of terms.
     ///
     /// # Errors
     /// [`WrongTerm`] names the term whose file cannot be used.
@@ -68,8 +69,8 @@ impl LinkModel {
         })
     }
 
-    /// What becomes of a message sent `since_start`. Messages are offered in the order they were
-    /// sent; they arrive in that order but for those that `reorder` holds back.
+    /// Deliveries of a message sent `since_start`. Messages are offered in the order of sending;
+    /// they arrive in that order except for those that `reorder` holds back.
     pub fn offer(&mut self, since_start: Span) -> Deliveries {
         let mut deliveries = Deliveries::default();
         // Drawn for every message, so that one fault does not shift the numbers of another.
@@ -88,7 +89,7 @@ impl LinkModel {
             let held = delay + Span::from_micros_f64(most * self.random.uniform());
             deliveries.push(self.seen(since_start, held));
         } else {
-            // A link with one queue does not reorder: who comes early waits for who is late.
+            // A link with one queue does not reorder: a faster message waits for a slower one before it.
             self.newest = self.newest.max(since_start + delay);
             deliveries.push(self.seen(since_start, self.newest - since_start));
         }
@@ -157,7 +158,7 @@ impl LinkModel {
         self.in_burst
     }
 
-    /// The delay after which a message is seen: not while the link stalls, and on the grid.
+    /// The visible delay of a message: after the end of a stall, and on the grid.
     fn seen(&self, since_start: Span, delay: Span) -> Span {
         let mut arrival = since_start + delay;
         for stall in &self.config.stalls {

@@ -1,7 +1,7 @@
-//! Faults to inject, in both worlds: deviated clocks and lossy links.
+//! Injected faults, in both worlds: deviated clocks and lossy links.
 //!
-//! They live beside the contract of a node because the real world lays them over a real quartz and
-//! a real subscription, while the simulation has nothing else. Same seed, same faults.
+//! They belong to the contract of a node because the real world applies them to a real quartz and a
+//! real subscription, while the simulation has only these. Same seed, same faults.
 
 mod clock;
 mod link;

@@ -38,7 +38,7 @@ impl Random {
         share > 0.0 && self.uniform() < share
     }
 
-    /// One deviate of a configured jitter, µs.
+    /// A deviate of a configured jitter, µs.
     pub fn jitter_us(&mut self, jitter: &JitterConfig) -> f64 {
         match jitter {
             JitterConfig::NormalUs(sigma) => sigma.get() * self.normal(),
@@ -48,7 +48,7 @@ impl Random {
     }
 }
 
-/// A seed of its own for each part of a run, so that adding a part changes no other's numbers.
+/// Derives a seed for each part of a run, so that adding a part changes no other's numbers.
 #[must_use]
 pub fn seed_of(run: u64, part: &str) -> u64 {
     let name = u64::from(crc32fast::hash(part.as_bytes()));
@@ -61,7 +61,7 @@ pub fn seed_of(run: u64, part: &str) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
-/// The seed of what a link does to the frames of one channel: each has numbers of its own.
+/// Derives the seed of a link's faults on one channel: each has numbers of its own.
 #[must_use]
 pub fn link_seed(run: u64, part: &str, channel: Channel) -> u64 {
     let seed = seed_of(run, part);

@@ -1,7 +1,7 @@
 //! Seeded random numbers against closed forms.
 
-/// Fails unless the numbers are distributed as `cdf` says: the test of Kolmogorov and Smirnov, which
-/// one honest sample in a thousand would fail. The seeds are fixed, so it fails always or never.
+/// Fails unless the numbers have the distribution `cdf`: the test of Kolmogorov and Smirnov, with a
+/// false alarm for one sample in a thousand. The seeds are fixed, so it fails always or never.
 pub(super) fn assert_distributed(numbers: &[f64], cdf: impl Fn(f64) -> f64) {
     let mut sorted = numbers.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -38,7 +38,7 @@ pub(super) fn assert_moments(numbers: &[f64], mean: f64, deviation: f64) {
     );
 }
 
-/// Fails unless that many of `tries` are what a chance of `share` gives, within four standard errors.
+/// Fails unless this number of hits in `tries` fits a chance of `share`, within four standard errors.
 pub(super) fn assert_share(hits: usize, tries: usize, share: f64) {
     let measured = hits as f64 / tries as f64;
     let error = 4.0 * (share * (1.0 - share) / tries as f64).sqrt();
@@ -53,7 +53,7 @@ pub(super) fn normal(x: f64, deviation: f64) -> f64 {
     0.5 * libm::erfc(-x / (deviation * core::f64::consts::SQRT_2))
 }
 
-/// That of the exponential distribution.
+/// The distribution function of the exponential distribution.
 pub(super) fn exponential(x: f64, mean: f64) -> f64 {
     if x < 0.0 {
         0.0
@@ -62,7 +62,7 @@ pub(super) fn exponential(x: f64, mean: f64) -> f64 {
     }
 }
 
-/// That of the uniform distribution.
+/// The distribution function of the uniform distribution.
 pub(super) fn uniform(x: f64, from: f64, to: f64) -> f64 {
     ((x - from) / (to - from)).clamp(0.0, 1.0)
 }

@@ -1,4 +1,4 @@
-//! What a link, or somebody on it, does to the content of messages.
+//! Corruption and forgery of messages on a link.
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::Span;
@@ -13,7 +13,7 @@ pub struct Tampering {
     config: LinkConfig,
     random: Random,
     seal: KeySeal,
-    /// The forgeries of a single message that are done.
+    /// Flags of the single forgeries that are done.
     done: Vec<bool>,
     first: Vec<u8>,
     forger: Forger,
@@ -21,7 +21,8 @@ pub struct Tampering {
 }
 
 impl Tampering {
-    /// What the link of this key does, with random parts drawn from `seed`; none if it does nothing.
+    /// Creates the tampering of the link of this key, with random parts drawn from `seed`; none if
+    /// there is none.
     #[must_use]
     pub fn new(config: &LinkConfig, seed: u64, key: &str) -> Option<Self> {
         let any = config.corruption.get() > 0.0 || !config.forgeries.is_empty();
@@ -36,7 +37,8 @@ impl Tampering {
         })
     }
 
-    /// Gives `arrive` what a message sent `since_start` has become, and what comes after it.
+    /// Passes a message sent `since_start`, unaltered or altered, and the forged ones after it, to
+    /// `arrive`.
     pub fn pass(&mut self, since_start: Span, message: &[u8], mut arrive: impl FnMut(&[u8])) {
         if self.first.is_empty() {
             self.first.extend_from_slice(message);
@@ -71,7 +73,7 @@ impl Tampering {
         all.any(|(forgery, done)| forgery.instead && is_due(forgery, *done, since_start))
     }
 
-    /// A flipped bit, or an end that is missing.
+    /// Flips a bit, or cuts off the end.
     fn damage(&mut self, message: &[u8]) {
         self.forged.clear();
         self.forged.extend_from_slice(message);
@@ -87,7 +89,7 @@ impl Tampering {
         }
     }
 
-    /// Whether there is a forged message now.
+    /// Creates a forged message; returns false if none applies.
     fn forge(&mut self, what: &Forged, message: &[u8], number: u32) -> bool {
         let Self { random, forged, .. } = self;
         match what {
@@ -113,7 +115,7 @@ fn is_due(forgery: &Forgery, done: bool, since_start: Span) -> bool {
     }
 }
 
-/// Reads a frame of axes and writes another in its place.
+/// Reads a frame of axes and writes a forged one.
 #[derive(Clone, Debug, Default)]
 struct Forger {
     axes: Vec<NcToPlcAxis>,
@@ -121,7 +123,8 @@ struct Forger {
 }
 
 impl Forger {
-    /// Whether `message` is a frame of axes; `forged` is one like it then.
+    /// Writes a forged frame like `message` into `forged`; returns false if `message` is not a
+    /// frame of axes.
     fn forge(
         &mut self,
         seal: &KeySeal,

@@ -1,4 +1,4 @@
-//! A sum of terms over time: what a drift or a delay is made of.
+//! A sum of terms over time, for a drift or a delay.
 
 mod curve;
 mod table;
@@ -7,7 +7,7 @@ use super::random::{Random, seed_of};
 use crate::config::{ClockConfig, ConfigError, LinkConfig, OutOfRange, Term};
 use curve::Curve;
 
-/// Terms, ready to be added up. Their noise is drawn from a stream of its own.
+/// Terms, ready to be summed. Their noise is drawn from a stream of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Terms {
     curves: Vec<Curve>,
@@ -15,7 +15,7 @@ pub(super) struct Terms {
     random: Random,
 }
 
-/// What is drawn anew each time.
+/// Noise drawn at each evaluation.
 #[derive(Clone, Copy, Debug)]
 enum Noise {
     Uniform { from: f64, to: f64 },
@@ -32,7 +32,7 @@ pub struct WrongTerm {
 }
 
 impl WrongTerm {
-    /// The same in a table of its config.
+    /// Adds the table of its config to the field's path.
     #[must_use]
     pub fn within(self, table: &str) -> Self {
         let field = format!("{table}.{}", self.field);
@@ -45,14 +45,14 @@ impl WrongTerm {
         &self.field
     }
 
-    /// The file, and what is wrong with it.
+    /// The error, with its file.
     #[must_use]
     pub const fn reason(&self) -> &ConfigError {
         &self.reason
     }
 }
 
-/// Reads the files that the terms of a clock name, as its start does.
+/// Checks the files that the terms of a clock name, as at its start.
 ///
 /// # Errors
 /// [`WrongTerm`] names the term whose file cannot be used.
@@ -60,7 +60,7 @@ pub fn check_clock(config: &ClockConfig) -> Result<(), WrongTerm> {
     Terms::of_clock(config, 0).map(|_| ())
 }
 
-/// Reads the files that the terms of a link name, as its start does.
+/// Checks the files that the terms of a link name, as at its start.
 ///
 /// # Errors
 /// [`WrongTerm`] names the term whose file cannot be used.
@@ -107,7 +107,7 @@ impl Terms {
         Ok(opened)
     }
 
-    /// Whether the sum is always the same.
+    /// True if the sum is constant.
     pub(super) fn is_constant(&self) -> bool {
         let constant = |curve: &Curve| matches!(curve, Curve::Constant(_));
         self.noises.is_empty() && self.curves.iter().all(constant)

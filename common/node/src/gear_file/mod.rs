@@ -1,4 +1,4 @@
-//! Flying gears from files: where master and slave are, what the slave can do, and the gear, as TOML.
+//! Flying gears from files: motion of master and slave, limits of the slave, and the gear, as TOML.
 //!
 //! | PLC name | in the file |
 //! |--|--|
@@ -20,28 +20,28 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use crate::config::{ConfigError, parse};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
-/// A gear file: what is known when a flying gear is enabled.
+/// A gear file: the data for enabling a flying gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GearFile {
-    /// One line for people.
+    /// A title of one line.
     pub title: String,
     /// Unit of the master positions, for people.
     pub master_unit: String,
     /// Unit of the slave positions, for people.
     pub slave_unit: String,
-    /// The master: where it is, and how fast it passes the gear.
+    /// The master: its position, and its velocity at the gear.
     pub master: Kinematics,
-    /// Where the slave stands.
+    /// Position of the slave at standstill.
     pub slave_position: f64,
-    /// What the slave can do.
+    /// Dynamic limits of the slave.
     pub limits: Limits,
-    /// The slave's cycle, in which a gear without a way is engaged.
+    /// The slave's cycle time, in which a gear without a distance is engaged.
     pub cycle: Seconds,
     /// The gear.
     pub parameters: FlyingGearParameters,
 }
 
-/// The schema is that of the file.
+/// The schema of the file.
 impl JsonSchema for GearFile {
     fn schema_name() -> Cow<'static, str> {
         "GearFile".into()
@@ -62,7 +62,7 @@ impl GearFile {
         Self::parse(&path.display().to_string(), &text)
     }
 
-    /// Reads a gear file from text; `file` is what the errors call it.
+    /// Reads a gear file from text; `file` is its name in errors.
     ///
     /// # Errors
     /// [`ConfigError`], naming the file and the field.
@@ -73,7 +73,7 @@ impl GearFile {
             .map_err(|error| error.in_text(file, text))
     }
 
-    /// The gear as a slave would enable it, with the demands of this speed of the master.
+    /// The gear as a slave would enable it, checked at this speed of the master.
     ///
     /// # Errors
     /// [`FlyingGearError`].

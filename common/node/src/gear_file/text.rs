@@ -1,4 +1,4 @@
-//! A gear file as it is written.
+//! The text format of a gear file.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
@@ -9,26 +9,27 @@ use serde::Deserialize;
 use super::GearFile;
 use crate::config::{ConfigError, CycleMicros, Finite, Positive};
 
-/// A flying gear: where master and slave are when it is enabled, what the slave can do, and the gear.
+/// A flying gear: motion of master and slave when it is enabled, limits of the slave, and the gear.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct GearText {
-    /// One line: what it shows.
+    /// A title of one line.
     #[serde(default)]
     title: String,
-    /// What master positions are in, for people; `u` by default.
+    /// Unit of the master positions, for display; `u` by default.
     #[serde(default = "any_unit")]
     master_unit: String,
-    /// What slave positions are in, for people; `u` by default.
+    /// Unit of the slave positions, for display; `u` by default.
     #[serde(default = "any_unit")]
     slave_unit: String,
-    /// The cycle time of the slave, µs, in which a gear without a way would have to be engaged; 1000 by default.
+    /// The cycle time of the slave, µs, in which a gear without a distance would have to be
+    /// engaged; 1000 by default.
     cycle_time_us: Option<CycleMicros>,
     /// The master.
     master: MasterText,
-    /// The slave, which stands.
+    /// The slave, at standstill.
     slave: SlaveText,
-    /// What the slave can do.
+    /// Dynamic limits of the slave.
     axis: AxisText,
     /// The gear.
     flying_gear: FlyingGearParameters,
@@ -45,7 +46,7 @@ fn any_unit() -> String {
 struct MasterText {
     /// Position, u.
     position: Finite,
-    /// The velocity with which it passes the gear, u/s.
+    /// Velocity while it passes the gear, u/s.
     velocity: Finite,
 }
 
@@ -58,7 +59,7 @@ struct SlaveText {
     position: Finite,
 }
 
-/// What the slave can do.
+/// Dynamic limits of the slave.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "GearAxis")]
@@ -67,14 +68,14 @@ struct AxisText {
     velocity: Positive,
     /// Highest acceleration, u/s².
     acceleration: Positive,
-    /// Highest deceleration, u/s². The same as the acceleration by default.
+    /// Highest deceleration, u/s². Equal to the acceleration by default.
     deceleration: Option<Positive>,
     /// Highest jerk, u/s³.
     jerk: Positive,
 }
 
 impl GearText {
-    /// The file with what its fields together must be checked; `file` is what errors call it.
+    /// Checks the fields together and returns the file; `file` is its name in errors.
     pub(super) fn checked(self, file: &str) -> Result<GearFile, ConfigError> {
         let axis = &self.axis;
         let limits = Limits::new(

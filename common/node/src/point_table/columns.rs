@@ -2,17 +2,17 @@
 
 use super::field::Field;
 
-/// Which field each column holds, and what separates them.
+/// The field of each column, and the separator.
 pub(super) struct Columns {
     pub(super) fields: Vec<Field>,
     separator: char,
 }
 
 impl Columns {
-    /// Of a header that names a law: none of a table of two columns of numbers.
+    /// Reads a header that names a law; none for a table of two columns of numbers.
     ///
     /// # Errors
-    /// The reason, where a column is unknown or there twice, or master or slave is missing.
+    /// The reason if a column is unknown or duplicate, or master or slave is missing.
     pub(super) fn of(header: &str) -> Option<Result<Self, String>> {
         let separators = [';', '\t', ','];
         let separator = separators.into_iter().find(|c| header.contains(*c))?;
@@ -30,7 +30,7 @@ impl Columns {
         cells(line, self.separator)
     }
 
-    /// A number, with a decimal comma where that separates nothing.
+    /// Parses a number; a decimal comma is accepted unless the comma is the separator.
     pub(super) fn number(&self, cell: &str) -> Option<f64> {
         if self.separator != ',' && !cell.contains('.') {
             return cell.replacen(',', ".", 1).parse().ok();

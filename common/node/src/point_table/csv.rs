@@ -27,7 +27,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
     }
 }
 
-/// Points alone, and the line of each.
+/// Reads points only, and the line of each.
 pub(super) fn read_points(file: &str, text: &str) -> Result<Points, ConfigError> {
     let mut lines = filled(text);
     let header = lines.next();
@@ -44,7 +44,7 @@ pub(super) fn read_points(file: &str, text: &str) -> Result<Points, ConfigError>
 /// Points, and the line of each.
 type Points = (Vec<WrittenPoint>, Vec<usize>);
 
-/// The lines that say something, with their numbers.
+/// The lines with contents, with their numbers.
 fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
     // Tabs at the end of a line may separate cells that are empty.
     let lines = text.trim_start_matches('\u{feff}').lines();
@@ -82,7 +82,7 @@ fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, 
     }
     let mut point = unsaid();
     for (field, cell) in columns.fields.iter().zip(cells) {
-        // What is left out is what it is by default, but for the positions.
+        // An empty cell means the default, except for the positions.
         if cell.is_empty() && !matches!(field, Field::Master | Field::Slave) {
             continue;
         }

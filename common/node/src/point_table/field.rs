@@ -18,7 +18,7 @@ pub(super) enum Field {
 }
 
 impl Field {
-    /// In the order of the structure.
+    /// Every field, in the order of the structure.
     pub(super) const ALL: [Self; 9] = [
         Self::Index,
         Self::Law,
@@ -31,7 +31,7 @@ impl Field {
         Self::Jerk,
     ];
 
-    /// Its name in cam files and in CSV.
+    /// Field name in cam files and in CSV.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Index => "index",
@@ -46,7 +46,7 @@ impl Field {
         }
     }
 
-    /// Its name in the PLC.
+    /// Field name in the PLC.
     pub(super) const fn plc_name(self) -> &'static str {
         match self {
             Self::Index => "PointIndex",
@@ -61,7 +61,7 @@ impl Field {
         }
     }
 
-    /// The field of a name of either kind, whatever letters are capitals.
+    /// The field of a name of either kind, regardless of case.
     pub(super) fn called(name: &str) -> Option<Self> {
         let is_it = |field: &Self| {
             field.name().eq_ignore_ascii_case(name) || field.plc_name().eq_ignore_ascii_case(name)
@@ -72,7 +72,7 @@ impl Field {
     /// Puts a value into a point.
     ///
     /// # Errors
-    /// What is expected instead.
+    /// The expected value.
     pub(super) fn set(self, point: &mut WrittenPoint, value: Value<'_>) -> Result<(), String> {
         match self {
             Self::Law => point.law = Some(law(value)?),
@@ -89,7 +89,7 @@ impl Field {
     }
 }
 
-/// A value as a table has it.
+/// A value of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Value<'a> {
     Number(f64),
@@ -105,7 +105,7 @@ impl Value<'_> {
     }
 }
 
-/// A point of which nothing has been said yet.
+/// A point with defaults, and without positions.
 pub(super) const fn unsaid() -> WrittenPoint {
     WrittenPoint {
         index: None,
@@ -135,7 +135,7 @@ fn law(value: Value<'_>) -> Result<MotionLaw, String> {
 }
 
 fn is_law(law: MotionLaw, word: &str) -> bool {
-    // Who writes programs may spell one of them better than the manual.
+    // Programmers may correct the manual's spelling.
     let well_spelled = law.name().replace("SPLNE", "SPLINE");
     [law.file_name(), law.name(), &well_spelled]
         .iter()
@@ -157,7 +157,7 @@ fn point_type(value: Value<'_>) -> Result<PointType, String> {
     })
 }
 
-/// The name of a kind of point in the PLC.
+/// The PLC name of a type of point.
 pub(super) fn type_name(kind: PointType) -> String {
     format!("MOTIONPOINTTYPE_{}", kind.file_name().to_uppercase())
 }

@@ -1,11 +1,11 @@
-//! The points of a plate as other programs have them: tables as CSV, arrays of a PLC's structured text.
+//! The points of a plate in other programs' formats: tables as CSV, arrays of a PLC's structured text.
 //!
 //! | PLC name | here |
 //! |--|--|
 //! | `ARRAY OF MC_MotionFunctionPoint` | [`PointTable::Points`] |
 //! | `ARRAY[.., 0..1] OF LREAL`, the positions of an `MC_CAM_REF` | [`PointTable::Positions`] |
 //!
-//! A table says nothing of the course, the units or the interpolation; that is what a [cam file](crate::cam_file) has beside it.
+//! A table contains no course, units or interpolation; these are in a [cam file](crate::cam_file).
 //! `docs/CAMS.md` shows both formats.
 
 mod columns;
@@ -23,21 +23,21 @@ use crate::config::ConfigError;
 use crate::text_file;
 use crate::two_columns::Source;
 
-/// Most bytes of a file with points.
+/// Greatest size of a file with points, bytes.
 const MOST_BYTES: u64 = 64 << 20;
-/// Most points or rows in it.
+/// Greatest number of points or rows in it.
 const MOST_ROWS: usize = 1_000_000;
 
-/// What a table holds.
+/// Contents of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PointTable {
-    /// Of a motion function, each with the law that leads to the next.
+    /// Points of a motion function, each with the law that leads to the next.
     Points(Vec<WrittenPoint>),
-    /// Of a position table: master, x, and slave, u.
+    /// Rows of a position table: master, x, and slave, u.
     Positions(Vec<(f64, f64)>),
 }
 
-/// How a table is written.
+/// Text format of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Columns with separators.
@@ -47,7 +47,8 @@ pub enum Format {
 }
 
 impl PointTable {
-    /// Reads a table. Of the arrays of a program in structured text, the one of this name; without a name, the only one.
+    /// Reads a table. In a program in structured text, reads the array of this name; without a
+    /// name, the only one.
     ///
     /// # Errors
     /// [`ConfigError`], naming the file, the line and the field.
@@ -62,8 +63,8 @@ impl PointTable {
         }
     }
 
-    /// Reads a table as CSV: with a column `law`, points; otherwise two columns, master and slave. `file` is what the
-    /// errors call it.
+    /// Reads a table as CSV: with a column `law`, points; otherwise two columns, master and slave.
+    /// `file` is its name in errors.
     ///
     /// # Errors
     /// [`ConfigError`], naming the line and the column.
@@ -71,10 +72,11 @@ impl PointTable {
         csv::read(file, text)
     }
 
-    /// Reads an array of structured text. `file` is what the errors call it.
+    /// Reads an array of structured text. `file` is its name in errors.
     ///
     /// # Errors
-    /// [`ConfigError`], naming the line and the field; where there is no such array, or more than one, those that there are.
+    /// [`ConfigError`], naming the line and the field; if there is no such array, or more than one,
+    /// the existing ones.
     pub fn from_structured_text(
         file: &str,
         text: &str,
@@ -96,7 +98,7 @@ impl PointTable {
     }
 }
 
-/// Reads the points of a motion function from a CSV file, and where each is.
+/// Reads the points of a motion function from a CSV file, with their lines.
 ///
 /// # Errors
 /// [`ConfigError`], naming the line and the column; also where the file has positions and no laws.

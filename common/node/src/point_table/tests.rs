@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Up and down, with all fields said.
+/// Up and down, with all fields set.
 fn points() -> PointTable {
     let turn = MotionPoint {
         function: MotionLaw::SplineLinear,

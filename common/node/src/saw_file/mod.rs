@@ -25,10 +25,10 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use crate::config::{ConfigError, parse};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
-/// A saw file: what is known when a synchronisation is planned.
+/// A saw file: the data for planning a synchronisation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SawFile {
-    /// One line for people.
+    /// A title of one line.
     pub title: String,
     /// Unit of the master positions, for people.
     pub master_unit: String,
@@ -38,11 +38,11 @@ pub struct SawFile {
     pub table_id: u32,
     /// The two axes when the command is given.
     pub moment: CouplingMoment,
-    /// What the slave is to do.
+    /// Command for the slave.
     pub command: SawCommand,
 }
 
-/// The schema is that of the file.
+/// The schema of the file.
 impl JsonSchema for SawFile {
     fn schema_name() -> Cow<'static, str> {
         "SawFile".into()
@@ -63,7 +63,7 @@ impl SawFile {
         Self::parse(&path.display().to_string(), &text)
     }
 
-    /// Reads a saw file from text; `file` is what the errors call it.
+    /// Reads a saw file from text; `file` is its name in errors.
     ///
     /// # Errors
     /// [`ConfigError`], naming the file and the field.
@@ -74,7 +74,7 @@ impl SawFile {
     }
 
     /// The synchronisation as it would be carried out: with a start distance, from the moment at
-    /// which the master is that near.
+    /// which the master is within it.
     ///
     /// # Errors
     /// [`SawRefusal`].
@@ -83,7 +83,7 @@ impl SawFile {
             .map(|coupling| *coupling.plan())
     }
 
-    /// What would make a refused command pass. Nothing where nothing is looked for.
+    /// Changes that would make a refused command valid; empty if no search applies.
     #[must_use]
     pub fn remedy(&self) -> SawRemedy {
         self.command.remedy(&self.moment)

@@ -2,7 +2,7 @@ use coaxle_saw::{GearInSyncMode, Ratio, SawForm, SyncMask};
 
 use super::*;
 
-/// A file with what a test puts at its begin and its end.
+/// A file with additions by the test at its beginning and its end.
 fn saw(head: &str, tail: &str) -> String {
     format!(
         "{head}\n\

@@ -1,4 +1,4 @@
-//! A saw file as it is written.
+//! The text format of a saw file.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
@@ -12,35 +12,36 @@ use serde::Deserialize;
 use super::SawFile;
 use crate::config::{ConfigError, CycleMicros, Finite, Positive};
 
-/// A flying saw at the moment of coupling: where master and slave are, what the slave can do, and the command.
+/// A flying saw at the moment of coupling: motion of master and slave, limits of the slave, and the
+/// command.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct SawText {
-    /// One line: what it shows.
+    /// A title of one line.
     #[serde(default)]
     title: String,
-    /// What master positions are in, for people; `u` by default.
+    /// Unit of the master positions, for display; `u` by default.
     #[serde(default = "any_unit")]
     master_unit: String,
-    /// What slave positions are in, for people; `u` by default.
+    /// Unit of the slave positions, for display; `u` by default.
     #[serde(default = "any_unit")]
     slave_unit: String,
-    /// The axis id of the slave, 1 to 255, which the number of its table follows from.
+    /// The axis id of the slave, 1 to 255, which determines the number of its table.
     #[serde(default = "first_axis")]
     slave_axis: u32,
-    /// The angle between the slave's way and the master's, °, of a diagonal saw.
+    /// The angle between the slave's and the master's direction, °, of a diagonal saw.
     angle_degrees: Option<f64>,
     /// The master.
     master: MovingText,
-    /// Its encoder, if it is measured.
+    /// Encoder of the master, if it is measured.
     encoder: Option<EncoderText>,
     /// The slave.
     slave: MovingText,
-    /// What the slave can do.
+    /// Dynamic limits of the slave.
     axis: AxisText,
     /// Synchronous at a position; this or `gear-in-velo`.
     gear_in_pos: Option<GearInPos>,
-    /// Synchronous in velocity, wherever that is; this or `gear-in-pos`.
+    /// Synchronous in velocity, at any position; this or `gear-in-pos`.
     gear_in_velo: Option<GearInVelo>,
 }
 
@@ -52,7 +53,7 @@ const fn first_axis() -> u32 {
     1
 }
 
-/// How an axis moves at the moment of coupling.
+/// Motion of an axis at the moment of coupling.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "SawMotion")]
@@ -73,11 +74,11 @@ struct MovingText {
 struct EncoderText {
     /// The length of an increment, u.
     scaling: Positive,
-    /// The cycle time with which it is read, µs.
+    /// The cycle time of reading it, µs.
     cycle_time_us: CycleMicros,
 }
 
-/// What the slave can do.
+/// Dynamic limits of the slave.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "SawAxis")]
@@ -86,7 +87,7 @@ struct AxisText {
     velocity: Positive,
     /// Highest acceleration, u/s².
     acceleration: Positive,
-    /// Highest deceleration, u/s². The same as the acceleration by default.
+    /// Highest deceleration, u/s². Equal to the acceleration by default.
     deceleration: Option<Positive>,
     /// Highest jerk, u/s³.
     jerk: Positive,
@@ -97,7 +98,7 @@ struct AxisText {
 }
 
 impl SawText {
-    /// The file with what its fields together must be checked; `file` is what errors call it.
+    /// Checks the fields together and returns the file; `file` is its name in errors.
     pub(super) fn checked(self, file: &str) -> Result<SawFile, ConfigError> {
         let table_id = saw_table_id(self.slave_axis, |_| false)
             .map_err(|error| ConfigError::field(file, "slave-axis", error))?;

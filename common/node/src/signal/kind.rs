@@ -1,9 +1,9 @@
-//! What the values of a signal are, told from the type of its field.
+//! Kinds of signal values, derived from the type of the field.
 
 use std::fmt;
 use std::marker::PhantomData;
 
-/// What the values of a signal are. Any of them may be missing, where nothing is known.
+/// Kind of a signal's values. Any value may be missing, where it is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// A number, as `f64`.
@@ -14,7 +14,7 @@ pub enum Kind {
     Integer,
     /// True or false.
     Flag,
-    /// One word of several.
+    /// A word from a fixed set.
     Text,
 }
 
@@ -30,9 +30,9 @@ impl fmt::Display for Kind {
     }
 }
 
-/// The type of a field. What it holds is its constant `KIND`: that of the type itself where one of the lines below
-/// names it, else that of [`AnyOther`], since the compiler looks among a type's own items first. So every enum of
-/// names is a text, whichever crate it is from, and none has to be listed.
+/// The type of a field. Its kind is its constant `KIND`: that of the type itself where one of the
+/// lines below names it, else that of [`AnyOther`], since the compiler looks among a type's own
+/// items first. So every enum of names is a text, from any crate, and none has to be listed.
 #[doc(hidden)]
 pub struct Field<T>(PhantomData<T>);
 
@@ -80,7 +80,7 @@ mod tests {
     }
 
     crate::signals! {
-        /// One of each.
+        /// A signal of each kind.
         pub struct Each of Node {
             /// A number.
             a: f64 [""],

@@ -4,7 +4,7 @@ fn name(name: &str) -> NodeName {
     NodeName::new(name).unwrap()
 }
 
-/// A node in a simulation of statuses: it follows slave 1 of the next one with its own slave 1.
+/// A node in a simulation of statuses: its slave 1 follows slave 1 of the next node.
 struct Node {
     name: String,
     follows: String,
@@ -42,13 +42,13 @@ impl Node {
     }
 }
 
-/// A ring of so many nodes.
+/// A ring of this number of nodes.
 fn ring(nodes: usize) -> Vec<Node> {
     let of = |n: usize| format!("n{}", n % nodes);
     (0..nodes).map(|n| Node::new(&of(n), &of(n + 1))).collect()
 }
 
-/// Statuses of all nodes, so many times: each hears only the next one.
+/// Publishes the statuses of all nodes this number of times: each reads only the next node's.
 fn statuses(nodes: &mut [Node], times: usize) {
     for _ in 0..times {
         nodes.iter_mut().for_each(Node::report);
@@ -113,7 +113,7 @@ fn what_follows_a_circle_is_not_in_it() {
 #[test]
 fn what_is_known_of_an_axis_that_left_does_not_go_round_for_ever() {
     let mut nodes = ring(3);
-    // A master that the last one follows besides, whose own master is the first one's.
+    // Another master of the last node, whose own master is the first node's axis.
     nodes[2].follows = "gone/slaves/1".to_owned();
     nodes[2].watch = CircleWatch::new(name("n2"), [name("gone"), name("n0")]);
     let gone = json!({ "slaves": { "x": { "id": 1, "follows": ["n0/slaves/1"], "phase": null } } });

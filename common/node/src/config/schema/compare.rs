@@ -1,4 +1,4 @@
-//! A document beside its schema: all fields that are missing or unknown, at once.
+//! Comparison of a document with its schema: all missing or unknown fields at once.
 
 use serde_json::Value as Schema;
 use toml::{Table, Value};
@@ -14,8 +14,8 @@ pub(in crate::config) struct Finding {
     pub(in crate::config) reason: String,
 }
 
-/// All fields of a document that are missing or unknown. Where a value may be one of several things and it is not
-/// clear which is meant, nothing is found.
+/// Finds all missing or unknown fields of a document. Where a value allows several alternatives and
+/// it is ambiguous which is meant, no field is reported.
 pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding> {
     let mut comparison = Comparison {
         root,
@@ -25,9 +25,9 @@ pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding
     comparison.findings
 }
 
-/// Most names that are listed where one is not known.
+/// Greatest number of names listed for an unknown one.
 const MOST_LISTED: usize = 24;
-/// Most that is found in one document.
+/// Greatest number of findings in one document.
 const MOST_FINDINGS: usize = 20;
 
 struct Comparison<'s> {
@@ -105,7 +105,7 @@ impl<'s> Comparison<'s> {
         }
     }
 
-    /// The schema by which a value is meant, if there is but one.
+    /// The schema that applies to a value, if it is unambiguous.
     fn meant(&self, schema: &'s Schema, value: &Value) -> Option<&'s Schema> {
         let mut candidates = Vec::new();
         self.candidates(schema, value, &mut candidates);
@@ -129,7 +129,7 @@ impl<'s> Comparison<'s> {
     }
 }
 
-/// Whether a value is of the kind that a schema is for: of a variant of an enum, that it is this variant.
+/// True if a value matches the kind of a schema: for a variant of an enum, if it is this variant.
 fn fits(schema: &Schema, value: &Value) -> bool {
     let kind = schema.get("type").and_then(Schema::as_str);
     match value {

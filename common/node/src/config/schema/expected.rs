@@ -1,10 +1,11 @@
-//! What a schema says that a value has to be, for people.
+//! Readable descriptions of the values that a schema allows.
 
 use serde_json::Value;
 
 use super::{alternatives, resolved};
 
-/// What is expected of a value, such as `a number from 0 to 1: share of messages that never arrive`.
+/// Description of the expected value, such as `a number from 0 to 1: share of messages that never
+/// arrive`.
 #[must_use]
 pub fn expected(root: &Value, schema: &Value) -> String {
     let kind = kind(root, schema);
@@ -15,11 +16,11 @@ pub fn expected(root: &Value, schema: &Value) -> String {
     }
 }
 
-/// What kind of value is expected: `a number from 0 to 1`.
+/// Kind of the expected value: `a number from 0 to 1`.
 #[must_use]
 pub fn kind(root: &Value, schema: &Value) -> String {
     let schema = resolved(root, schema);
-    // What a pattern comes to in words.
+    // The meaning of a pattern in words.
     if let Some(kind) = schema.get("x-kind").and_then(Value::as_str) {
         return kind.to_owned();
     }
@@ -112,14 +113,14 @@ pub(super) fn variant(schema: &Value) -> Option<&str> {
     }
 }
 
-/// Of a description, for the middle of a sentence.
+/// First sentence of a description, for the middle of a sentence.
 fn first_sentence(text: &str) -> String {
     let line = text.split("\n\n").next().unwrap_or_default();
     let sentence = line.split(". ").next().unwrap_or_default();
     let sentence = sentence.trim_end_matches('.');
     let mut letters = sentence.chars();
     match letters.next() {
-        // `MC_Power` stays as it is.
+        // `MC_Power` keeps its capitals.
         Some(first) if letters.clone().next().is_some_and(char::is_lowercase) => {
             first.to_lowercase().chain(letters).collect()
         }

@@ -19,7 +19,7 @@ pub fn schema_of<T: JsonSchema>() -> Schema {
     schema
 }
 
-/// What a reference to a definition of a schema stands for; other parts of it stand for themselves.
+/// Resolves a reference to a definition of a schema; other parts are returned as they are.
 #[must_use]
 pub fn resolved<'s>(root: &'s Value, part: &'s Value) -> &'s Value {
     let target = part.get("$ref").and_then(Value::as_str);
@@ -28,13 +28,14 @@ pub fn resolved<'s>(root: &'s Value, part: &'s Value) -> &'s Value {
     definition.unwrap_or(part)
 }
 
-/// What a value may be instead of one thing; none where it is one.
+/// The alternatives of a value; none where there is a single one.
 #[must_use]
 pub fn alternatives(part: &Value) -> Option<&Vec<Value>> {
     part.get("anyOf").or(part.get("oneOf"))?.as_array()
 }
 
-/// TOML has no null, doc comments are written for rustdoc, and nobody needs to know how Rust keeps a number.
+/// Simplifies a schema: TOML has no null, doc comments are written for rustdoc, and Rust's number
+/// formats do not matter to users.
 fn simplify(schema: &mut Schema) {
     let Some(fields) = schema.as_object_mut() else {
         return;

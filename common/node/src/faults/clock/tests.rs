@@ -30,7 +30,7 @@ fn deviation_us(clock: &mut Clock, secs: f64) -> f64 {
 
 #[test]
 fn constant_drift_adds_up_without_rounding_error() {
-    // A day. A minute's gain is no whole number of nanoseconds: rounding each would show.
+    // A day. A minute's gain is not a whole number of nanoseconds, so rounding each would show.
     for (ppm, expected) in [("0.1", 8_640.0), ("0.1234567", 10_666.658_88)] {
         let mut clock = clock(&format!("drift-ppm = {ppm}"));
         let deviation = deviation_us(&mut clock, 86_400.0);
@@ -64,7 +64,7 @@ fn a_phase_step_back_reads_again_what_was_read_before() {
     assert_eq!(deviation_us(&mut clock, 2.0), -300.0);
     assert_eq!(deviation_us(&mut clock, 200.0), -300.0);
     let local = |micros| Instant::EPOCH + Span::from_micros(micros);
-    // It reads this twice: what counts is the first time, and afterwards when it goes on.
+    // The clock reads these twice: the first time counts.
     assert_eq!(clock.reference_at(local(1_999_900)), at(1.9999));
     assert_eq!(clock.reference_at(local(1_999_999)), at(1.999_999));
     assert_eq!(clock.reference_at(local(2_000_000)), at(2.0003));
@@ -159,7 +159,7 @@ fn a_random_walk_has_independent_normal_steps() {
 #[test]
 fn terms_have_their_closed_forms_at_the_ends_of_pieces() {
     type Form = fn(f64) -> f64;
-    // What the drift adds up to, µs: at the ends of pieces it is exact, whatever edges lie within.
+    // Accumulated drift, µs: exact at the ends of pieces, regardless of the edges within.
     let forms: [(&str, Form); 5] = [
         ("{ sine = { amplitude = 10, period-s = 4 } }", |t| {
             10.0 * 4.0 / core::f64::consts::TAU * (1.0 - (t * core::f64::consts::FRAC_PI_2).cos())
@@ -300,7 +300,7 @@ fn terms() -> impl Strategy<Value = Vec<Term<Ppm>>> {
     prop::collection::vec(term, 0..4)
 }
 
-/// Every way in which a clock deviates, alone and together.
+/// Clock deviations of every kind, alone and together.
 fn deviations() -> impl Strategy<Value = ClockConfig> {
     let sine = prop::option::of((0.0..300.0f64, 0.05..100.0f64));
     let walk = prop_oneof![Just(0.0), 0.0..10.0f64];
@@ -318,7 +318,7 @@ fn deviations() -> impl Strategy<Value = ClockConfig> {
     })
 }
 
-/// Instants in the order in which they are asked for: each up to 4 s before the latest.
+/// Instants in the order of evaluation: each up to 4 s before the latest.
 fn instants() -> impl Strategy<Value = Vec<f64>> {
     let steps = prop::collection::vec((0.0..3.0f64, 0.0..4.0f64), 1..20);
     steps.prop_map(|steps| {

@@ -16,7 +16,7 @@ fn millis(k: i64) -> Span {
     Span::from_millis(k)
 }
 
-/// What becomes of messages so far apart that none waits for another.
+/// Deliveries of messages so far apart that none waits for another.
 fn offered(config: &str) -> Vec<Deliveries> {
     let mut link = link(config);
     (0..COUNT).map(|k| link.offer(Span::from_secs(k))).collect()
@@ -93,7 +93,7 @@ fn no_message_arrives_before_it_was_sent() {
     let early = delays("latency-us = 5\njitter = { normal-us = 20 }");
     assert!(early.iter().all(|delay| *delay >= 0.0));
     let at_once = early.iter().filter(|delay| **delay == 0.0).count();
-    // Below half a nanosecond is none at all.
+    // A delay below half a nanosecond is zero.
     assert_share(at_once, early.len(), normal(-5.0, 20.0));
 }
 
@@ -188,7 +188,7 @@ fn delay_steps_last_and_add_up_and_never_make_a_delay_negative() {
     let seen = [1, 2, 3, 9].map(|s| (delay(millis(1_000 * s) - tick), delay(millis(1_000 * s))));
     let expected = [(100.0, 150.0), (150.0, 30.0), (30.0, 0.0), (0.0, 0.0)];
     for ((before, at), (expected_before, expected_at)) in seen.into_iter().zip(expected) {
-        // What was sent just before a step down arrives after what is sent at it.
+        // A message sent just before a step down arrives after one sent at it.
         let waits = if expected_at < expected_before {
             0.001
         } else {

@@ -12,7 +12,7 @@ fn belt() -> NodeName {
     NodeName::new("belt").unwrap()
 }
 
-/// The frame of cycle `count`: one axis, a millimetre a cycle.
+/// The frame of cycle `count`: one axis, a millimetre per cycle.
 fn frame(count: u64) -> Vec<u8> {
     let axis = NcToPlcAxis {
         axis_id: 1,
@@ -35,7 +35,7 @@ fn frame(count: u64) -> Vec<u8> {
     sealed
 }
 
-/// What a receiver of axis 1 makes of what arrives: epoch, count, cycle time, position and error.
+/// Arrivals as read by a receiver of axis 1: epoch, count, cycle time, position and error.
 type Read = Result<(u64, u64, i64, f64, u32), Rejection>;
 
 fn read(bytes: &[u8]) -> Read {
@@ -53,7 +53,7 @@ fn read(bytes: &[u8]) -> Read {
     Ok((epoch, count, nanos, axis.set.position, axis.error_code))
 }
 
-/// What arrives of ten frames, a millisecond apart.
+/// Arrivals from ten frames, a millisecond apart.
 fn arrivals(config: &str) -> Vec<Read> {
     let config = parse("test", config).unwrap();
     let mut tampering = Tampering::new(&config, 5, KEY).expect("something is done");

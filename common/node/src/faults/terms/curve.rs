@@ -24,7 +24,7 @@ pub(super) enum Curve {
     Table(Table),
 }
 
-/// Time as turns of something periodic.
+/// Time in periods of a periodic function.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turns {
     period: f64,
@@ -32,7 +32,7 @@ pub(super) struct Turns {
 }
 
 impl Turns {
-    /// Whole turns and the share of the one that is under way.
+    /// Whole periods and the share of the current one.
     fn at(self, at: f64) -> (f64, f64) {
         let turns = at / self.period + self.phase;
         let whole = turns.floor();
@@ -41,7 +41,7 @@ impl Turns {
 }
 
 impl Curve {
-    /// A term that is no noise: there a constant zero stands for it.
+    /// Creates the curve of a term; noise is represented by a constant zero.
     pub(super) fn open<V>(term: &Term<V>) -> Result<Self, ConfigError>
     where
         V: Copy + Into<f64> + TryFrom<f64, Error = OutOfRange>,
@@ -85,7 +85,7 @@ impl Curve {
         })
     }
 
-    /// Its value at `at` s.
+    /// Value at `at` s.
     pub(super) fn at(&self, at: f64) -> f64 {
         match self {
             Self::Constant(value) => *value,
@@ -123,7 +123,7 @@ impl Curve {
         }
     }
 
-    /// Its mean over a time.
+    /// Mean over a time.
     pub(super) fn mean(&self, from: f64, to: f64) -> f64 {
         if let Self::Constant(value) = self {
             return *value;
@@ -134,7 +134,7 @@ impl Curve {
         (self.integral(to) - self.integral(from)) / (to - from)
     }
 
-    /// Its integral up to `at` s, but for a constant.
+    /// Integral up to `at` s, except for a constant of integration.
     fn integral(&self, at: f64) -> f64 {
         match self {
             Self::Constant(value) => value * at,

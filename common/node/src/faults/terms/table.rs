@@ -20,11 +20,11 @@ struct Row {
     integral: f64,
 }
 
-/// What errors call the columns.
+/// Names of the columns in errors.
 const COLUMNS: [&str; 2] = ["s", "value"];
 
 impl Table {
-    /// Reads a CSV file of seconds since the start and values, each of which is to be a `V`.
+    /// Reads a CSV file of seconds since the start and values, each of which has to be a valid `V`.
     pub(super) fn read<V>(path: &Path, between: Between) -> Result<Self, ConfigError>
     where
         V: TryFrom<f64, Error = OutOfRange>,
@@ -78,7 +78,7 @@ impl Table {
         }
     }
 
-    /// The row that holds at `at`, and how the value goes on from there.
+    /// The row that applies at `at`, and the slope from there on.
     fn row_at(&self, at: f64) -> (&Row, f64) {
         let begun = self.rows.partition_point(|row| row.at <= at);
         let row = &self.rows[begun.saturating_sub(1)];
@@ -102,7 +102,7 @@ impl Table {
     }
 }
 
-/// Under a straight line from a row on.
+/// Integral of a straight line from a row on.
 fn area(row: &Row, slope: f64, passed: f64) -> f64 {
     passed * (row.value + 0.5 * slope * passed)
 }

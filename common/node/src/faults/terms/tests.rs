@@ -11,7 +11,7 @@ fn terms(text: &str) -> Terms {
     Terms::of_link(&link, 5).unwrap()
 }
 
-/// The terms of a file that holds this.
+/// The terms of a file with these contents.
 fn of_file(text: &str, between: &str) -> Result<Terms, String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("t.csv"), text).unwrap();
@@ -44,7 +44,7 @@ fn each_kind_has_its_closed_form() {
             |t| 3.0 * (TAU * t / 5.0).cos(),
         ),
         ("{ triangle = { amplitude = 4, period-s = 8 } }", |t| {
-            // The arc sine makes straight lines of a sine.
+            // The arc sine turns a sine into straight lines.
             4.0 * 2.0 / PI * (TAU * t / 8.0).sin().asin()
         }),
         (
@@ -189,7 +189,7 @@ fn a_file_that_is_no_term_is_refused_by_its_line() {
     );
 }
 
-/// Anything that is a function of time.
+/// Functions of time of every kind.
 fn functions() -> impl Strategy<Value = String> {
     let amount = || -1e3..1e3f64;
     let (period, share) = (|| 0.05..100.0f64, || 0.0..=1.0f64);
@@ -222,7 +222,7 @@ proptest! {
         let values = (0..PARTS).map(|k| terms.at(from + (f64::from(k) + 0.5) * part));
         let expected = values.sum::<f64>() / f64::from(PARTS);
         let mean = terms.mean(from, from + length);
-        // An edge lies somewhere within one of the parts; there are at most two in a period.
+        // An edge lies within one of the parts; there are at most two in a period.
         let edges = 2.0 * (length / 0.05 + 1.0);
         let most = 1e3 * edges / f64::from(PARTS) + 1e-3;
         prop_assert!((mean - expected).abs() <= most, "{mean}, {expected}");

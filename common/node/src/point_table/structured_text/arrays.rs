@@ -1,4 +1,4 @@
-//! Arrays as they fill.
+//! Arrays while they are being read.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::config::ConfigError;
 use crate::point_table::field::{Field, Value, unsaid};
 use crate::point_table::{MOST_ROWS, PointTable};
 
-/// Arrays that can hold a plate, by their names, which are the same in capitals.
+/// Arrays that can hold a plate, by their names, which are case-insensitive.
 #[derive(Default)]
 pub(super) struct Arrays<'a> {
     named: BTreeMap<String, (&'a str, Array)>,
@@ -20,9 +20,9 @@ pub(super) enum Kind {
     Positions,
 }
 
-/// What is in an initial value.
+/// An element of an initial value.
 pub(super) enum Element {
-    /// A position, or how often what follows is repeated.
+    /// A position, or a repeat count for the next element.
     Number(f64),
     Point(Box<WrittenPoint>),
 }
@@ -32,16 +32,16 @@ pub(super) struct Array {
     kind: Kind,
     /// The lower bounds of its dimensions.
     first: [i64; 2],
-    /// Where it was seen first.
+    /// Line of its first occurrence.
     line: usize,
-    /// Numbers of an initial value come one by one.
+    /// Count of numbers read from an initial value.
     numbers: usize,
     points: BTreeMap<i64, WrittenPoint>,
     rows: BTreeMap<i64, [Option<f64>; 2]>,
 }
 
 impl<'a> Arrays<'a> {
-    /// An array that is declared; one that has been there before begins anew.
+    /// A declared array; a repeated declaration replaces the earlier one.
     pub(super) fn declared(
         &mut self,
         name: &'a str,
@@ -55,7 +55,7 @@ impl<'a> Arrays<'a> {
         &mut self.named.entry(key).or_insert_with(array).1
     }
 
-    /// The array of that name; without a declaration it is of what is assigned to it.
+    /// The array of that name; without a declaration its kind follows from the assignment.
     pub(super) fn assigned(&mut self, name: &'a str, kind: Kind, line: usize) -> &mut Array {
         let known = self.named.get(&name.to_lowercase());
         if known.is_none_or(|(_, array)| array.kind != kind) {
@@ -67,7 +67,7 @@ impl<'a> Arrays<'a> {
             .1
     }
 
-    /// Those that hold anything.
+    /// Names of the arrays that are not empty.
     pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
         let filled = self.named.values().filter(|(_, array)| !array.is_empty());
         filled.map(|(name, _)| *name)
@@ -100,7 +100,7 @@ impl Array {
         self.points.is_empty() && self.rows.is_empty()
     }
 
-    /// Appends an element of an initial value so many times.
+    /// Appends an element of an initial value this number of times.
     pub(super) fn push(&mut self, times: f64, element: Element) -> Result<(), String> {
         let room = (2 * MOST_ROWS).saturating_sub(self.numbers + 2 * self.points.len());
         if !(0.0..=room as f64).contains(&times) || times.fract() != 0.0 {
@@ -170,7 +170,7 @@ impl Array {
         ))
     }
 
-    /// The table that it is, without a gap.
+    /// The table of this array, without a gap.
     pub(super) fn table(self, file: &str) -> Result<PointTable, ConfigError> {
         let line = self.line;
         let wrong =

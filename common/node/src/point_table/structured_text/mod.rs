@@ -1,7 +1,8 @@
 //! Points and positions in the structured text of a PLC.
 //!
-//! Of a program those arrays are read that can hold a plate, by what they are declared with and by what is assigned to their
-//! elements; everything else is passed over. Bounds and values are literals: an expression is refused.
+//! From a program, the arrays that can hold a plate are read, from their declarations and the
+//! assignments to their elements; the rest is skipped. Bounds and values are literals: an
+//! expression is refused.
 
 mod arrays;
 mod parser;

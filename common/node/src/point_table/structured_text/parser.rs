@@ -1,4 +1,4 @@
-//! From pieces of text to arrays.
+//! From tokens to arrays.
 
 use std::iter::Peekable;
 
@@ -6,7 +6,7 @@ use super::arrays::{Array, Arrays, Element, Kind};
 use super::token::{Token, Tokens};
 use crate::point_table::field::{Field, Value, unsaid};
 
-/// What is wrong, and where.
+/// An error and its line.
 pub(super) struct Wrong {
     pub(super) line: usize,
     pub(super) reason: String,
@@ -14,7 +14,7 @@ pub(super) struct Wrong {
 
 pub(super) struct Parser<'a> {
     tokens: Peekable<Tokens<'a>>,
-    /// Of the last token that was taken.
+    /// Line of the last token taken.
     line: usize,
 }
 
@@ -26,7 +26,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// All arrays that can hold a plate; what is wrong in others than the wanted one stays unsaid.
+    /// Reads all arrays that can hold a plate; errors in arrays other than the wanted one are ignored.
     pub(super) fn arrays(mut self, wanted: Option<&str>) -> Result<Arrays<'a>, Wrong> {
         let mut arrays = Arrays::default();
         while let Some(token) = self.next() {
@@ -44,7 +44,7 @@ impl<'a> Parser<'a> {
         Ok(arrays)
     }
 
-    /// `ARRAY[1..3] OF MC_MotionFunctionPoint := [ … ]`, of which the name and `:` are taken.
+    /// Reads `ARRAY[1..3] OF MC_MotionFunctionPoint := [ … ]`; the name and `:` are already taken.
     fn declaration(&mut self, name: &'a str, arrays: &mut Arrays<'a>) -> Result<(), Wrong> {
         if !self.take_word("ARRAY") || !self.take_sign('[') {
             return Ok(());
@@ -79,18 +79,18 @@ impl<'a> Parser<'a> {
         self.list(array, read, true)
     }
 
-    /// The first index of a dimension, `1` of `1..3`; none where that is no literal.
+    /// Reads the first index of a dimension, `1` of `1..3`; none where it is not a literal.
     fn bounds(&mut self) -> Option<i64> {
         let first = self.whole_literal();
         let is_literal = self.take_sign('~');
-        // The last one does not matter: what has no initial value is no part of the plate.
+        // The last index does not matter: elements without an initial value are not part of the plate.
         while !matches!(self.peek(), None | Some(Token::Sign(',' | ']' | ';'))) {
             self.next();
         }
         first.filter(|_| is_literal)
     }
 
-    /// The elements of an initial value, the `[` being taken, each maybe repeated: `3(0.0)`.
+    /// Reads the elements of an initial value after its `[`, each possibly repeated: `3(0.0)`.
     fn list(
         &mut self,
         array: &mut Array,
@@ -98,7 +98,7 @@ impl<'a> Parser<'a> {
         may_nest: bool,
     ) -> Result<(), Wrong> {
         while !self.take_sign(']') {
-            // Some write a list for each row.
+            // Some programs write a list for each row.
             if may_nest && self.take_sign('[') {
                 self.list(array, read, false)?;
             } else {
@@ -146,7 +146,8 @@ impl<'a> Parser<'a> {
         Ok(Element::Point(Box::new(point)))
     }
 
-    /// `[1].MasterPos := 0.0` or `[0, 1] := 0.0`, of which the name and `[` are taken. Others are passed over.
+    /// Reads `[1].MasterPos := 0.0` or `[0, 1] := 0.0`; the name and `[` are already taken. Others
+    /// are skipped.
     fn assignment(&mut self, name: &'a str, arrays: &mut Arrays<'a>) -> Result<(), Wrong> {
         let Some(row) = self.whole_literal() else {
             return Ok(());
@@ -193,7 +194,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A number with its sign, `LREAL#1.5`, or a word, maybe behind the name of its type: `MC_MotionPointType.MOTIONPOINTTYPE_REST`.
+    /// Reads a number with its sign, `LREAL#1.5`, or a word, possibly after the name of its type:
+    /// `MC_MotionPointType.MOTIONPOINTTYPE_REST`.
     fn value(&mut self) -> Result<Value<'a>, Wrong> {
         let sign = if self.take_sign('-') { -1.0 } else { 1.0 };
         self.take_sign('+');

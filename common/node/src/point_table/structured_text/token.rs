@@ -7,11 +7,11 @@ pub(super) enum Token<'a> {
     Number(f64),
     /// `:=` is `=`, `..` is `~`.
     Sign(char),
-    /// What looks like a number and is none.
+    /// A malformed number.
     Garbled(&'a str),
 }
 
-/// Cuts a text into its pieces; comments, pragmas and strings are passed over.
+/// Splits a text into tokens; comments, pragmas and strings are skipped.
 pub(super) struct Tokens<'a> {
     rest: &'a str,
     line: usize,
@@ -25,7 +25,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// Goes on by so many bytes, which end at the end of a character.
+    /// Advances by this number of bytes, which end at a character boundary.
     fn take(&mut self, bytes: usize) -> &'a str {
         let (taken, rest) = self.rest.split_at_checked(bytes).unwrap_or((self.rest, ""));
         self.rest = rest;
@@ -38,7 +38,7 @@ impl<'a> Tokens<'a> {
         self.take(end.unwrap_or(self.rest.len()))
     }
 
-    /// Passes over everything to the end of what begins here, or of the text.
+    /// Skips to the end of the construct that begins here, or to the end of the text.
     fn pass(&mut self, open: usize, close: &str) {
         let inner = self.rest.get(open..).unwrap_or_default();
         let end = inner
@@ -83,7 +83,7 @@ impl<'a> Tokens<'a> {
     }
 }
 
-/// Whether a sign may follow: `1.5e`.
+/// True if a sign may follow: `1.5e`.
 fn is_exponent(before: &[u8]) -> bool {
     matches!(before.last(), Some(b'e' | b'E')) && !before.contains(&b'#')
 }
@@ -100,7 +100,7 @@ fn number_of(text: &str) -> Option<f64> {
 }
 
 impl<'a> Iterator for Tokens<'a> {
-    /// With its line, from 1.
+    /// Token with its line, from 1.
     type Item = (usize, Token<'a>);
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -119,7 +119,7 @@ impl<'a> Iterator for Tokens<'a> {
             Token::Sign('~')
         } else {
             self.take(first.len_utf8());
-            // No sign of the language, so that none is taken for one of ours.
+            // Not a sign of the language, so that none is taken for one of ours.
             Token::Sign(if matches!(first, '=' | '~') {
                 '\0'
             } else {

@@ -1,4 +1,4 @@
-//! The declaration of an array, with what `MC_CamTableSelect` is told of it.
+//! Writing the declaration of an array, with the parameters for `MC_CamTableSelect`.
 
 use std::fmt::Write as _;
 
@@ -82,7 +82,7 @@ fn value(field: Field, row: usize, point: &WrittenPoint) -> String {
     }
 }
 
-/// A literal of LREAL: with a point, or it is an integer.
+/// Formats a literal of LREAL: with a decimal point, since it would be an integer without.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
