@@ -1,4 +1,4 @@
-//! What a scan costs with many far axes and slaves: `cargo bench -p coaxle-receiver`.
+//! Cost of a scan with many far axes and slaves: `cargo bench -p coaxle-receiver`.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node};
 use coaxle_receiver::{Receiver, ReceiverConfig};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
-/// No frame holds more than 128.
+/// A frame holds at most 128.
 const AXES_OF_A_NODE: usize = 100;
 
-/// A receiver of so many far axes and slaves, and the frames of its far nodes.
+/// A receiver of this number of far axes and slaves, and the frames of its far nodes.
 struct Bench {
     receiver: Receiver,
     nodes: Vec<Vec<Option<AxisSample>>>,
@@ -45,7 +45,7 @@ impl Bench {
         bench
     }
 
-    /// A frame of each node, the cycle, and what comes out of it.
+    /// Takes in a frame of each node, runs the cycle, and takes its output.
     fn scan(&mut self) {
         let at: Instant<Local> = Instant::EPOCH + Span::from_millis(self.cycle);
         let header = FrameHeader {
@@ -64,7 +64,7 @@ impl Bench {
         for (node, axes) in self.nodes.iter_mut().enumerate() {
             axes.iter_mut().flatten().for_each(|axis| axis.set = set);
             let message = Message::Frame(Frame { header, axes });
-            // Each node has two subscriptions: its axes, and its time responses.
+            // Two subscriptions per node: its axes, and its time responses.
             self.receiver.receive(at, 2 * node, &message);
         }
         let _ = self.receiver.cycle(at);

@@ -1,9 +1,10 @@
-//! A receiver of your own whose slave moves drive code of your own.
+//! A custom receiver whose slave moves custom drive code.
 //!
 //! `cargo run -p coaxle-receiver --no-default-features --example own_drive`
 //!
-//! Three things are yours: a type that implements [`Drive`], the config, and the loop. The loop here has no
-//! network and no clock, so that it is over at once; `coaxle_host::run` is the one of the real world.
+//! Three parts are custom: a type that implements [`Drive`], the config, and the loop. The loop
+//! here has no network and no clock, so that it ends at once; `coaxle_host::run` is the one of the
+//! real world.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -31,7 +32,7 @@ when = { state = "standstill" }
 do = { move-absolute = { position = 250 } }
 "#;
 
-/// A stepper: it can be at whole steps only, and is told by pulses.
+/// A stepper drive: its positions are whole steps, commanded by pulses.
 #[derive(Debug)]
 struct Stepper {
     units_per_step: f64,
@@ -39,7 +40,7 @@ struct Stepper {
     velocity: f64,
     set: f64,
     state: DriveState,
-    /// What it has sent to its power stage so far: somebody else may read it at any time.
+    /// Pulses sent to the power stage since the start; other code may read them at any time.
     pulses: Arc<AtomicU64>,
 }
 
@@ -50,7 +51,7 @@ impl Stepper {
 }
 
 impl Drive for Stepper {
-    /// It stands where it stands: its axis looks where that is.
+    /// The drive stays at its position, and the axis starts from there.
     fn power_on(&mut self, _position: f64, _velocity: f64) {
         if self.state == DriveState::Off {
             self.state = DriveState::Following;
@@ -90,10 +91,10 @@ impl Drive for Stepper {
     }
 }
 
-/// What became of the carriage after so many cycles: its set position, and the pulses for it.
+/// Runs this number of cycles; returns the set position of the carriage, and the pulses for it.
 ///
 /// # Errors
-/// What is wrong with the config.
+/// An invalid config.
 pub(crate) fn run(cycles: u32) -> Result<(f64, u64), Box<dyn std::error::Error>> {
     let config: ReceiverConfig = coaxle_node::config::parse("station.toml", CONFIG)?;
     let pulses = Arc::new(AtomicU64::new(0));
@@ -110,7 +111,7 @@ pub(crate) fn run(cycles: u32) -> Result<(f64, u64), Box<dyn std::error::Error>>
     for _ in 0..cycles {
         let now = receiver.next_cycle();
         let _ = receiver.cycle(now);
-        // Frames for others, which nobody is there to receive.
+        // Frames for other nodes, without a receiver here.
         while receiver.transmit().is_some() {}
     }
     let carriage = &receiver.snapshot().signals.slaves[0];

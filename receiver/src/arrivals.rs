@@ -1,5 +1,5 @@
-//! What a cycle took in of the followed clocks, kept until the world fetches it or the next cycle
-//! begins.
+//! Measurements of the followed clocks taken in by a cycle, kept until they are fetched or the next
+//! cycle begins.
 
 use std::collections::VecDeque;
 
@@ -8,33 +8,33 @@ use coaxle_clock::far_clock::RESPONSES;
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{Arrival, Arrived, FrameHeader};
 
-/// Messages that can wait: more than a second's worth at a millisecond.
+/// Capacity for waiting messages: more than a second's worth at a millisecond.
 pub(crate) const INBOX_CAPACITY: usize = 1024;
-/// As many as one cycle can take in of one node: a full inbox, and all responses that can wait.
+/// Most arrivals that one cycle can take in of one node: a full inbox, and all waiting responses.
 const CAPACITY: usize = INBOX_CAPACITY + RESPONSES;
 
 /// The arrivals of one cycle. It never grows.
 #[derive(Debug)]
 pub(crate) struct ArrivalLog(VecDeque<Arrival>);
 
-/// The same for one far node to write in.
+/// The log with the number of the far node that writes to it.
 pub(crate) struct Arrivals<'a> {
     log: &'a mut VecDeque<Arrival>,
     far: usize,
 }
 
 impl ArrivalLog {
-    /// A log for so many far nodes.
+    /// Creates a log for this number of far nodes.
     pub(crate) fn new(far_nodes: usize) -> Self {
         Self(VecDeque::with_capacity(far_nodes * CAPACITY))
     }
 
-    /// A cycle begins: what nobody fetched is forgotten.
+    /// Begins a cycle: arrivals that were not fetched are discarded.
     pub(crate) fn begin(&mut self) {
         self.0.clear();
     }
 
-    /// For the far node with this number to write in.
+    /// The log for the far node with this number.
     pub(crate) const fn of(&mut self, far: usize) -> Arrivals<'_> {
         Arrivals {
             log: &mut self.0,
@@ -42,7 +42,7 @@ impl ArrivalLog {
         }
     }
 
-    /// The oldest that was not fetched yet.
+    /// Takes the oldest arrival.
     pub(crate) fn next(&mut self) -> Option<Arrival> {
         self.0.pop_front()
     }

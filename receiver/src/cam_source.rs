@@ -1,4 +1,4 @@
-//! Where a cam plate of a config comes from.
+//! Sources of the cam plates in a config.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,13 @@ use coaxle_node::cam_file::{CamFile, CamFileError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where a cam plate comes from: a cam file, or the same written here.
+/// Source of a cam plate: a cam file, or its contents written here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum CamSource {
     /// The file.
     File(PathBuf),
-    /// What it would hold.
+    /// Contents of a cam file.
     Here(#[schemars(with = "CamFile")] toml::Table),
 }
 
@@ -23,10 +23,10 @@ impl CamSource {
         }
     }
 
-    /// Reads it.
+    /// Reads the cam file or its contents.
     ///
     /// # Errors
-    /// [`CamFileError`], as of a file of its own.
+    /// [`CamFileError`], as for a separate file.
     pub(crate) fn read(&self) -> Result<CamFile, CamFileError> {
         match self {
             Self::File(file) => CamFile::load(file),

@@ -42,8 +42,9 @@ pub use slave::{CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
 pub use standby::{HeardNode, WrongStandby};
 pub use virtual_axes::WrongVirtualAxis;
 
-/// A receiver: whose axes it follows, how, which it has itself, and what it drives. A file has a list of far nodes, or one
-/// master in short (`master`, with `mode`, `sync`, `observer`, `delay` and `faults` beside it).
+/// A receiver: the axes it follows, the way it follows them, its own virtual axes, and its slaves.
+/// A file has a list of far nodes, or one master in the short form (`master`, with `mode`, `sync`,
+/// `observer`, `delay` and `faults` next to it).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", try_from = "form::Form")]
 pub struct ReceiverConfig {
@@ -51,17 +52,17 @@ pub struct ReceiverConfig {
     pub name: NodeName,
     /// Nominal cycle time, µs.
     pub cycle_time_us: CycleMicros,
-    /// Seed of everything random in it.
+    /// Seed of all its randomness.
     pub seed: u64,
     /// The nodes that it follows.
     pub far: Vec<FarConfig>,
-    /// Which of their axes it publishes as corrected.
+    /// Far axes that it publishes as corrected.
     #[serde(skip_serializing_if = "PublishFarAxes::is_none")]
     pub publish_far_axes: PublishFarAxes,
-    /// Virtual axes of its own, which its slaves can follow: a local line shaft, say.
+    /// Virtual axes of its own, which its slaves can follow, for example a local line shaft.
     #[serde(rename = "virtual-axis", skip_serializing_if = "Vec::is_empty")]
     pub virtual_axes: Vec<AxisConfig>,
-    /// The cam plates that all of its slaves can be coupled by.
+    /// The cam plates that can couple all of its slaves.
     #[doc(alias = "MC_CamTableSelect")]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cams: Vec<CamSource>,
@@ -70,14 +71,14 @@ pub struct ReceiverConfig {
     pub slaves: Vec<SlaveConfig>,
     /// The node's clock.
     pub clock: ClockConfig,
-    /// How it reaches the others.
+    /// Connection to other nodes.
     pub transport: TransportConfig,
-    /// What it asks of its operating system.
+    /// Settings requested from the operating system.
     pub real_time: RealTimeConfig,
 }
 
 impl ReceiverConfig {
-    /// Takes the files that the config names by relative paths from `folder`, say the config's own.
+    /// Resolves the relative paths of the config's files from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for axis in &mut self.virtual_axes {
             axis.relative_to(folder);
@@ -94,7 +95,7 @@ impl ReceiverConfig {
         self.clock.relative_to(folder);
     }
 
-    /// Reads the files that its clock and its faults name, as its start does.
+    /// Checks the files that its clock and its faults name, as at its start.
     ///
     /// # Errors
     /// [`WrongTerm`] names the field and the file.
@@ -122,7 +123,8 @@ impl ReceiverConfig {
         (0..self.slaves.len()).find(|n| self.slave_id(*n) == id)
     }
 
-    /// The one gear from the axis at its root to the n-th slave, if gears alone couple them from the start.
+    /// The resulting gear from the axis at its root to the n-th slave, if gears alone couple them
+    /// from the start.
     #[must_use]
     pub fn gear_to(&self, n: usize) -> Option<GearConfig> {
         let mut number = n;
@@ -144,7 +146,7 @@ impl ReceiverConfig {
         None
     }
 
-    /// What it publishes and hears.
+    /// Publications and subscriptions of the node.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         let own = [Channel::Slaves, Channel::TimeResponses];
@@ -166,7 +168,7 @@ impl ReceiverConfig {
             };
             let axes = Intake::new(&node.channel_key(channel), node, &config.axes.ids());
             hear(channel, axes.into());
-            // Whether it is asked for the time can change while the node runs.
+            // Subscribed always: time requests can be switched on while the node runs.
             hear(
                 Channel::TimeResponses,
                 Reader::time_responses_of(node, &self.name),
@@ -189,7 +191,8 @@ impl ReceiverConfig {
         wiring
     }
 
-    /// The nodes that it has a timing channel to, with their numbers among all that it hears: not to standbys.
+    /// The far nodes with a timing channel, with their numbers among all that it receives from; not
+    /// the standbys.
     fn timing_links(&self) -> impl Iterator<Item = (usize, &NodeName, &TimingLinkConfig)> {
         let heard = self.heard_nodes().into_iter().enumerate();
         heard.filter_map(|(number, HeardNode { far, node, place })| {
@@ -198,7 +201,7 @@ impl ReceiverConfig {
         })
     }
 
-    /// Where it sends beacons to.
+    /// Addresses that it sends beacons to.
     #[must_use]
     pub fn timing_endpoints(&self) -> TimingEndpoints {
         let links = self.timing_links();

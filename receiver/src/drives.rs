@@ -1,10 +1,10 @@
-//! The drives of a receiver's slaves that are not simulated: whoever builds the receiver gives them.
+//! Custom drives for a receiver's slaves, passed by the code that builds the receiver.
 
 use coaxle_axis::drive::{Drive, SimulatedDrive};
 
 use crate::config::{DriveConfig, ReceiverConfig, SlaveConfig, WrongSlave};
 
-/// Drives for the slaves of a receiver, by their names. A slave without one here has what its config says.
+/// Drives for the slaves of a receiver, by name. A slave without one here has the drive of its config.
 ///
 /// ```
 /// use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
@@ -22,7 +22,7 @@ pub struct Drives {
 }
 
 impl Drives {
-    /// None yet: every slave has the drive that its config says, which must be a simulated one.
+    /// Starts without drives: every slave has the drive of its config, which must be a simulated one.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -31,8 +31,8 @@ impl Drives {
         }
     }
 
-    /// None, and a simulated drive stands in for each that the config has in another process: for virtual
-    /// time, and to check a config.
+    /// Starts without drives, with a simulated drive for each that the config has in another
+    /// process: for virtual time, and to check a config.
     #[must_use]
     pub const fn simulated() -> Self {
         Self {
@@ -41,7 +41,7 @@ impl Drives {
         }
     }
 
-    /// With this one for the slave of that name, whatever its config says of its drive.
+    /// Adds a drive for the slave of that name, which replaces the configured one.
     #[must_use]
     pub fn with(mut self, slave: &str, drive: impl Drive + 'static) -> Self {
         self.given.push((slave.to_owned(), Box::new(drive)));
@@ -49,7 +49,7 @@ impl Drives {
     }
 
     /// # Errors
-    /// [`WrongSlave`]: a drive is for nobody, two are for one slave, or the config of its slave has no limits.
+    /// [`WrongSlave`]: a drive for an unknown slave, two for one slave, or a slave without limits.
     pub(crate) fn check(&self, config: &ReceiverConfig) -> Result<(), WrongSlave> {
         for (n, (name, _)) in self.given.iter().enumerate() {
             let wrong = |reason| {
@@ -70,16 +70,16 @@ impl Drives {
         Ok(())
     }
 
-    /// Whether this slave has a drive that is somewhere else than in the simulation.
+    /// True if this slave has a drive that is not simulated.
     pub(crate) fn has_real(&self, slave: &SlaveConfig) -> bool {
         let is_given = (self.given.iter()).any(|(name, _)| name == slave.name.as_str());
         is_given || matches!(slave.drive, DriveConfig::SharedMemory(_))
     }
 
-    /// The drive of a slave, once.
+    /// Takes the drive of a slave, once.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason why there is none.
     pub(crate) fn take(&mut self, slave: &SlaveConfig) -> Result<Box<dyn Drive>, String> {
         let place = (self.given.iter()).position(|(name, _)| name == slave.name.as_str());
         match (place, &slave.drive) {

@@ -1,4 +1,4 @@
-//! The far axes as corrected, for others: a display, a test, another receiver.
+//! The corrected far axes, published for others: a display, a test, another receiver.
 
 use coaxle_axis::{AxisState, Modulo, NcToPlcAxis, StateWord};
 
@@ -6,12 +6,12 @@ use crate::config::{MasterRef, ReceiverConfig};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
-/// What is published of the far axes.
+/// Published axis structures of the far axes.
 #[derive(Debug)]
 pub(crate) struct PublishedFarAxes {
-    /// Which of them, by the axis id they have there, from 1.
+    /// Numbers of the published axes, by their published axis id, from 1.
     which: Box<[usize]>,
-    /// Their modulo turns.
+    /// Modulo periods of the published axes.
     turns: Box<[Option<Modulo>]>,
     axes: Vec<NcToPlcAxis>,
 }
@@ -27,7 +27,7 @@ impl PublishedFarAxes {
         }
     }
 
-    /// Their axis structures in this cycle, of all that have come yet.
+    /// Axis structures in this cycle of all axes with data.
     pub(crate) fn axes(
         &mut self,
         masters: &[Option<Master>],
@@ -46,7 +46,7 @@ impl PublishedFarAxes {
     }
 }
 
-/// Its actual values are nowhere corrected: they are the set values.
+/// Builds an axis structure. Actual values are not corrected anywhere, so the set values are used.
 fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
     let (set, own) = (master.set, master.error_code);
     let error_code = if own == 0 { received_error } else { own };
@@ -65,7 +65,7 @@ fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
     }
 }
 
-/// It is operational once its clock is known, too.
+/// Builds the state word. An axis is operational only once its clock is known.
 fn state_word(master: &Master, error_code: u32) -> StateWord {
     let mut word = StateWord::HOMED | StateWord::of_velocity(master.set.velocity);
     word.set(StateWord::OPERATIONAL, master.is_ready);

@@ -8,13 +8,13 @@
 //! ```
 //!
 //! [`Receiver`] is the node, without any I/O; `pipeline.rs` reads like the picture. `run` (with the
-//! feature `host`) is its life in the real world.
+//! feature `host`) runs it in the real world.
 //!
-//! The set values of a slave go to a simulated drive, to another process on this machine
-//! (`drive = { kind = "shared-memory", … }`, docs/DRIVE.md), or to drive code of your own: implement
-//! [`Drive`](coaxle_axis::drive::Drive), and give it to [`Receiver::with_drives`]. `examples/own_drive.rs` is
-//! such a node, from its config to its last cycle:
-//! `cargo run -p coaxle-receiver --no-default-features --example own_drive`.
+//! The set values of a slave go to a simulated drive, to another process on this machine (`drive =
+//! { kind = "shared-memory", … }`, docs/DRIVE.md), or to custom drive code: implement
+//! [`Drive`](coaxle_axis::drive::Drive), and pass it to [`Receiver::with_drives`].
+//! `examples/own_drive.rs` is such a node, from its config to its last cycle: `cargo run -p
+//! coaxle-receiver --no-default-features --example own_drive`.
 
 mod arrivals;
 mod cam_source;

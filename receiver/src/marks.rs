@@ -4,26 +4,26 @@ use coaxle_node::config::{AtLeastZero, Finite, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Registration marks, and a simulated sensor that sees them, as the drive is a simulated one.
+/// Registration marks, and a simulated sensor that detects them, like the simulated drive.
 ///
-/// The mark `n` is at the slave's position 0 when the master is at
-/// `first + n·spacing + spacing-drift·n·(n − 1)/2`, and what the swing adds to the spacings before
-/// it. All lengths are in units of the master, which moves the material forwards.
+/// The mark `n` is at the slave's position 0 when the master is at `first + n·spacing +
+/// spacing-drift·n·(n − 1)/2`, plus the swing's additions to the spacings before it. All lengths
+/// are in units of the master, which moves the material forwards.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct MarksConfig {
-    /// Where the master is when the first mark is at the slave's position 0, u of the master.
+    /// Position of the master when the first mark is at the slave's position 0, u of the master.
     #[serde(default)]
     pub first: Finite,
-    /// From the first mark to the next, u of the master.
+    /// Distance from the first mark to the next, u of the master.
     pub spacing: Positive,
-    /// By how much each spacing is longer than the one before, u of the master.
+    /// Increase of each spacing over the one before, u of the master.
     #[serde(default)]
     pub spacing_drift: AtLeastZero,
-    /// How the spacing swings besides.
+    /// Periodic variation of the spacing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spacing_swing: Option<SpacingSwing>,
-    /// How far before the slave's position 0 the sensor sits, u of the master.
+    /// Distance of the sensor before the slave's position 0, u of the master.
     pub sensor_distance: Positive,
 }
 
@@ -33,14 +33,14 @@ pub struct MarksConfig {
 pub struct SpacingSwing {
     /// The amplitude, u of the master; less than the spacing.
     pub amplitude: AtLeastZero,
-    /// Marks in which it swings once, 2 or more.
+    /// Period of the swing in marks, 2 or more.
     pub marks: u32,
 }
 
 /// Marks that no material can have.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WrongMarks {
-    /// The marks would change places.
+    /// Amplitude that would change the order of the marks.
     #[error(
         "spacing-swing.amplitude: received {received}, expected less than the spacing, {spacing}"
     )]
@@ -50,7 +50,7 @@ pub enum WrongMarks {
         /// The spacing.
         spacing: f64,
     },
-    /// Nothing swings in one mark.
+    /// Period too short to swing.
     #[error("spacing-swing.marks: received {received}, expected 2 or more")]
     Swing {
         /// The marks.
@@ -76,8 +76,8 @@ impl MarksConfig {
         Ok(())
     }
 
-    /// Where the master is when a mark is at the slave's position 0, u of the master. Marks count
-    /// from 0, and each lies beyond the one before.
+    /// Position of the master when a mark is at the slave's position 0, u of the master. Marks
+    /// count from 0, and each lies beyond the one before.
     #[must_use]
     pub fn position(&self, mark: u64) -> f64 {
         let n = mark as f64;
@@ -91,8 +91,8 @@ impl MarksConfig {
     pub fn first_beyond(&self, position: f64) -> u64 {
         let swing = self.spacing_swing.map_or(0.0, |s| s.amplitude.get());
         let closest = self.spacing.get() - swing;
-        // No more marks than fit if they are the closest, one for rounding and one for the first. A
-        // cast ends at the numbers there are.
+        // At most the number of marks that fit at the least spacing, one for rounding and one for
+        // the first. The cast saturates.
         let fit = ((position - self.first.get()) / closest) as u64;
         let mut after = fit.saturating_add(2);
         let mut first = 0;
@@ -120,10 +120,10 @@ impl MarksConfig {
 }
 
 impl SpacingSwing {
-    /// What it adds to all spacings before a mark.
+    /// The swing's addition to all spacings before a mark.
     fn sum(&self, mark: u64) -> f64 {
         let marks = u64::from(self.marks);
-        // A whole swing adds nothing. The sum of sines has a closed form.
+        // A whole period adds zero. The sum of sines has a closed form.
         let n = (mark % marks) as f64;
         let half_turn = core::f64::consts::PI / marks as f64;
         let sum = libm::sin(n * half_turn) * libm::sin((n - 1.0) * half_turn);

@@ -1,4 +1,4 @@
-//! The words of states, as traces, status and reports spell them.
+//! The names of states in traces, status and reports.
 
 use coaxle_axis::TravelDirection;
 use coaxle_axis::drive::{DriveKind, DriveState};
@@ -17,7 +17,7 @@ macro_rules! named {
         }
 
         impl $name {
-            /// The name, as traces and reports spell it.
+            /// The name in traces and reports.
             #[must_use]
             pub const fn as_str(self) -> &'static str {
                 match self {
@@ -29,7 +29,7 @@ macro_rules! named {
 }
 
 named! {
-    /// The mode that makes set values.
+    /// Mode that calculates the set values.
     StateName {
         /// As received.
         #[default]
@@ -46,16 +46,16 @@ named! {
 }
 
 named! {
-    /// The drive's state.
+    /// State of the drive.
     DriveStateName {
         /// No power.
         #[default]
         Off = "off",
-        /// Told to have power, and not following yet.
+        /// Power commanded, but not following yet.
         SwitchingOn = "switching-on",
-        /// It follows.
+        /// Following the set values.
         Following = "following",
-        /// It tripped.
+        /// Tripped.
         Tripped = "tripped",
     }
 }
@@ -68,88 +68,88 @@ named! {
         Simulated = "simulated",
         /// In another process, over shared memory.
         SharedMemory = "shared-memory",
-        /// Code of whoever built the node.
+        /// Custom code of the node's builder.
         Own = "own",
     }
 }
 
 named! {
-    /// Whether the set values of a far axis are its master's.
+    /// Continuity of a far axis's set values with its master.
     ContinuityName {
-        /// They are.
+        /// Equal to the master's.
         #[default]
         Following = "following",
-        /// Nothing has come for too long: it is braked, or at rest.
+        /// Braked or at rest because no data came for too long.
         Braking = "braking",
-        /// It is brought back to its master.
+        /// Returning to the master.
         Rejoining = "rejoining",
     }
 }
 
 named! {
-    /// Whether the set values of a slave are what is asked for.
+    /// State of a slave's guard, which keeps the limits.
     GuardStateName {
-        /// They are, to the bit.
+        /// Set values exactly as requested.
         #[default]
         Tracking = "tracking",
-        /// For a cycle it goes on with its acceleration, after something that its limits do not admit; or it comes
-        /// to a stop, after something that is no number.
+        /// Coasting for a cycle with the last acceleration after a request outside the limits, or
+        /// stopping after a non-finite one.
         Coasting = "coasting",
-        /// Its limits have left it behind, and it is on its way.
+        /// On the way back after the limits left it behind.
         CatchingUp = "catching-up",
-        /// What is asked for is faster than it can be, or beyond a software limit.
+        /// Request faster than the limits allow, or beyond a software limit.
         Cannot = "cannot",
     }
 }
 
 named! {
-    /// Where an axis goes that is measured in increments.
+    /// Direction of travel of an axis measured in increments.
     TravelName {
         /// To larger positions.
         #[default]
         Forward = "forward",
-        /// To smaller ones.
+        /// To smaller positions.
         Backward = "backward",
     }
 }
 
 named! {
-    /// The node's own opinion of itself.
+    /// The node's own judgement of its health.
     HealthName {
-        /// Nothing heard of the master.
+        /// No data received from the master.
         #[default]
         WaitingForMaster = "waiting-for-master",
         /// The far clock is not known yet.
         StartingUp = "starting-up",
-        /// A far node is disabled, by an order.
+        /// Far node disabled by an order.
         Disabled = "disabled",
-        /// All is well.
+        /// In order.
         Ok = "ok",
-        /// All is well, but none of the standbys could take over.
+        /// In order, but no standby could take over.
         NoStandby = "no-standby",
-        /// A standby is followed, and all is well with it.
+        /// In order, with a standby followed.
         OnStandby = "on-standby",
-        /// Nothing new for too long.
+        /// No new data for too long.
         MasterSilent = "master-silent",
-        /// A second node has the name of one that is followed.
+        /// Duplicate sender: a second node has the name of a followed one.
         TwoSenders = "two-senders",
         /// An error is latched.
         Error = "error",
-        /// The cycle times do not fit.
+        /// Cycle times that do not fit.
         CycleTimesDoNotFit = "cycle-times-do-not-fit",
-        /// The master's cycles last otherwise than it says.
+        /// Actual cycle time of the master different from the stated one.
         PaceOutOfRange = "pace-out-of-range",
-        /// A drive tripped.
+        /// Drive tripped.
         DriveTripped = "drive-tripped",
-        /// A slave is in error stop.
+        /// Slave in error stop.
         SlaveFailed = "slave-failed",
-        /// An axis follows itself over other nodes.
+        /// Axis that follows itself across nodes.
         Circle = "circle",
-        /// What its config has a slave do was refused.
+        /// Refused coupling or command from a slave's config.
         CommandRefused = "command-refused",
-        /// A slave's program waits for what cannot come, or has waited for too long.
+        /// Slave program that waits for an impossible event, or has waited for too long.
         ProgramBlocked = "program-blocked",
-        /// The limits of a slave have left it away from where its coupling has it.
+        /// Slave held by its limits away from the position of its coupling.
         SlaveBehind = "slave-behind",
     }
 }

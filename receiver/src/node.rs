@@ -39,31 +39,31 @@ pub struct Receiver {
     time_server: TimeServer,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,
-    /// The subscriptions, each with the node it is to, by its number among all that are heard.
+    /// The subscriptions, each with its node, by the number among all nodes received from.
     sources: Box<[Source]>,
-    /// The time request that is due to each node that is heard.
+    /// Time request due to each node received from.
     due: Box<[Option<u32>]>,
-    /// How many of them have had their turn in this cycle.
+    /// Index of the next node to check for a due request in this cycle.
     next_asked: usize,
     request: [u8; TIME_REQUEST_CAPACITY],
-    /// The beacon that is due to each.
+    /// Beacon due to each node received from.
     due_beacons: Box<[Option<u32>]>,
     beacon: [u8; BEACON_CAPACITY],
     snapshot: ReceiverSnapshot,
 }
 
-/// Where the messages of a subscription come from.
+/// Source of the messages of a subscription.
 #[derive(Clone, Copy, Debug)]
 enum Source {
     /// A far node or a standby: its axes, or its responses.
     Far(usize),
-    /// Whoever asks this node for the time.
+    /// Requesters of this node's time.
     Requests,
     /// The timing channel to a far node.
     Beacons(usize),
 }
 
-/// What every frame says of its sender.
+/// Sender's identity in every frame.
 #[derive(Clone, Copy, Debug)]
 struct Identity {
     sender: u32,
@@ -81,7 +81,7 @@ struct AxesFrame {
 }
 
 impl AxesFrame {
-    /// For so many axes.
+    /// Creates a frame for this number of axes.
     fn new(channel: Channel, axes: usize) -> Self {
         Self {
             channel,
@@ -91,7 +91,7 @@ impl AxesFrame {
         }
     }
 
-    /// The frame of this cycle, if its axes have anything to say, and anybody to say it to.
+    /// Encodes the frame of this cycle, if there are axes and subscribers.
     fn encode<'a>(&mut self, header: &FrameHeader, axes: impl FnOnce() -> &'a [NcToPlcAxis]) {
         self.pending = match self.is_subscribed.then(axes) {
             None | Some([]) => None,
@@ -99,7 +99,7 @@ impl AxesFrame {
         };
     }
 
-    /// What waits to be sent, once.
+    /// Takes the pending frame, once.
     fn take(&mut self, ideal_start: Instant<Local>) -> Option<Outgoing<'_>> {
         let length = self.pending.take()?;
         Some(Outgoing {
@@ -114,10 +114,10 @@ impl AxesFrame {
 /// A config that no receiver can run with.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReceiverError {
-    /// A parameter of the blocks of a far node.
+    /// Invalid parameter of the blocks of a far node.
     #[error("{field}: {wrong}")]
     Sync {
-        /// Where they are in the config.
+        /// Place of the parameter in the config.
         field: String,
         /// The parameter.
         wrong: WrongParameter,
@@ -125,23 +125,24 @@ pub enum ReceiverError {
     /// A virtual axis whose source cannot be opened.
     #[error("{field}: {reason}")]
     VirtualAxis {
-        /// Which one it is in the config.
+        /// Place of the axis in the config.
         field: String,
-        /// Why, with the file.
+        /// The reason, with the file.
         reason: String,
     },
-    /// A slave.
+    /// Invalid slave.
     #[error(transparent)]
     Slave(#[from] WrongSlave),
 }
 
 impl Receiver {
-    /// A receiver whose first cycle is due at `start`. `epoch` tells this run from earlier ones. The drives
-    /// of its slaves are simulated; others are given by [`with_drives`](Self::with_drives).
+    /// Creates a receiver whose first cycle is due at `start`. `epoch` distinguishes this run from
+    /// earlier ones. The drives of its slaves are simulated; others are passed to
+    /// [`with_drives`](Self::with_drives).
     ///
     /// # Errors
-    /// [`ReceiverError`] names the parameter that is out of its range, the slave whose drive is in another
-    /// process, or the file of a virtual axis that cannot be replayed.
+    /// [`ReceiverError`] names the parameter that is out of range, the slave whose drive is in
+    /// another process, or the file of a virtual axis that cannot be replayed.
     pub fn new(
         config: &ReceiverConfig,
         start: Instant<Local>,
@@ -150,11 +151,11 @@ impl Receiver {
         Self::with_drives(config, Drives::new(), start, epoch)
     }
 
-    /// The same with these drives.
+    /// Creates a receiver with these drives.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`ReceiverError::Slave`] for a drive that is for none of the slaves, or
-    /// for one whose config has no limits.
+    /// As [`new`](Self::new), and [`ReceiverError::Slave`] for a drive of an unknown slave, or of
+    /// one without limits.
     pub fn with_drives(
         config: &ReceiverConfig,
         drives: Drives,
@@ -214,10 +215,11 @@ impl Receiver {
         number_of(&self.slave_names, name).map(SlaveNumber)
     }
 
-    /// A command to a slave, besides those of its program. It takes effect with the next cycle.
+    /// Sends a command to a slave, in addition to those of its program. It takes effect with the
+    /// next cycle.
     ///
     /// # Errors
-    /// [`Refusal`]: nothing has changed by it.
+    /// [`Refusal`]; the slave is unchanged.
     ///
     /// # Panics
     /// If the number is one of another receiver's, which has more slaves.
@@ -225,7 +227,7 @@ impl Receiver {
         self.pipeline.command(slave, command)
     }
 
-    /// Its virtual axes as they are in the newest cycle, in the order of the config.
+    /// Virtual axes in the newest cycle, in the order of the config.
     #[must_use]
     pub fn virtual_axes(&self) -> &[NcToPlcAxis] {
         self.pipeline.virtual_axes()
@@ -238,7 +240,7 @@ impl Receiver {
         })
     }
 
-    /// The frames of the slaves and of the far axes in this cycle.
+    /// Encodes the frames of the slaves and of the far axes in this cycle.
     fn encode_axes(&mut self) {
         let header = FrameHeader {
             sender: self.identity.sender,
@@ -254,7 +256,8 @@ impl Receiver {
             .encode(&header, || pipeline.corrected_axes(snapshot));
     }
 
-    /// The next time request of this cycle: its length, and the number of the node it is to.
+    /// Encodes the next time request of this cycle; returns its length, and the number of the node
+    /// it is to.
     fn encode_time_request(&mut self) -> Option<(usize, usize)> {
         while let Some(due) = self.due.get_mut(self.next_asked) {
             let far = self.next_asked;
@@ -269,7 +272,7 @@ impl Receiver {
         None
     }
 
-    /// The next beacon of this cycle: its length, and the number of the node it is to.
+    /// Encodes the next beacon of this cycle; returns its length, and the number of the node it is to.
     fn encode_beacon(&mut self) -> Option<(usize, usize)> {
         let due = self.due_beacons.iter().position(Option::is_some);
         let far = due?;
@@ -306,7 +309,7 @@ fn number_of(names: &[NodeName], name: &str) -> Option<usize> {
     names.iter().position(|other| other.as_str() == name)
 }
 
-/// The names there are, for somebody who asks for another.
+/// The known names, for an unknown one.
 fn known<T, E>(names: &[NodeName], name: impl Fn(&str) -> Result<T, E>) -> [Option<T>; MAX_KNOWN] {
     let mut known = names.iter().filter_map(|other| name(other.as_str()).ok());
     std::array::from_fn(|_| known.next())

@@ -1,4 +1,4 @@
-//! The way of the data: far axes and virtual ones in, set values of the slaves out. One scan, top to bottom.
+//! The data flow: far axes and virtual axes in, set values of the slaves out. One scan, top to bottom.
 
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
@@ -23,22 +23,22 @@ use crate::virtual_axes::VirtualAxes;
 pub(crate) struct Pipeline {
     cycle_s: f64,
     far: Box<[FarNode]>,
-    /// Which of them each node that is heard is for, and its place there.
+    /// Far node of each node received from, and its place there: the far node itself or a standby.
     heard: Box<[(usize, usize)]>,
-    /// Each far node's first axis among all of them, and one past its last.
+    /// First axis of each far node among all axes, and one past its last.
     ranges: Box<[(usize, usize)]>,
     /// Every far axis as a master.
     masters: Box<[Option<Master>]>,
     virtual_axes: VirtualAxes,
     slaves: Slaves,
     far_axes: PublishedFarAxes,
-    /// Whether each far axis that it publishes is in a circle over nodes.
+    /// True for each published far axis that is in a circle across nodes.
     far_axes_in_circles: Box<[bool]>,
     arrivals: ArrivalLog,
 }
 
 impl Pipeline {
-    /// `run` is this run of the node.
+    /// Creates the pipeline; `run` is the epoch of this run.
     pub(crate) fn new(
         config: &ReceiverConfig,
         virtual_axes: VirtualAxes,
@@ -72,7 +72,8 @@ impl Pipeline {
         })
     }
 
-    /// Stores a frame of the node with this number that arrived at `at`. The next cycle begins at `due`, or later.
+    /// Stores a frame of the node with this number that arrived at `at`. The next cycle begins at
+    /// `due`, or later.
     pub(crate) fn store(
         &mut self,
         number: usize,
@@ -93,7 +94,7 @@ impl Pipeline {
         self.heard(number).store_response(at, response);
     }
 
-    /// Stores the answer to a beacon of the node with this number that arrived at `at`.
+    /// Stores the response to a beacon from the node with this number that arrived at `at`.
     pub(crate) fn store_beacon(
         &mut self,
         number: usize,
@@ -103,12 +104,12 @@ impl Pipeline {
         self.heard(number).store_beacon(at, response);
     }
 
-    /// Counts a beacon that was refused of the node with this number.
+    /// Counts a rejected beacon from the node with this number.
     pub(crate) fn reject_beacon(&mut self, number: usize) {
         self.heard(number).reject_beacon();
     }
 
-    /// Counts what was refused of the node with this number.
+    /// Counts a rejected message from the node with this number.
     pub(crate) fn reject(&mut self, number: usize, reason: Rejection) {
         self.heard(number).reject(reason);
     }
@@ -118,22 +119,22 @@ impl Pipeline {
         self.far[far].node(place)
     }
 
-    /// What the newest cycle took in and nobody fetched yet.
+    /// Takes the next measurement of the newest cycle.
     pub(crate) fn arrival(&mut self) -> Option<Arrival> {
         self.arrivals.next()
     }
 
-    /// The number of the time request to the node with this number that is due, if one is.
+    /// Sequence number of the time request due to the node with this number, if one is due.
     pub(crate) fn ask(&mut self, number: usize, tick: &Tick) -> Option<u32> {
         self.heard(number).ask(tick)
     }
 
-    /// The number of the beacon to the node with this number that is due, if one is.
+    /// Sequence number of the beacon due to the node with this number, if one is due.
     pub(crate) fn due_beacon(&mut self, number: usize, tick: &Tick) -> Option<u32> {
         self.heard(number).due_beacon(tick)
     }
 
-    /// One scan.
+    /// Runs one scan.
     pub(crate) fn scan(&mut self, tick: &Tick, shown: &mut ReceiverSnapshot) {
         self.arrivals.begin();
         for n in 0..self.far.len() {
@@ -148,7 +149,7 @@ impl Pipeline {
         shown.signals.node.health = shown.health.name();
     }
 
-    /// A far node: whom it follows, which run, its clock, its axes.
+    /// Processes a far node: the node and run followed, its clock, its axes.
     fn far_node(&mut self, n: usize, tick: &Tick, shown: &mut ReceiverSnapshot) {
         let (first, end) = self.ranges[n];
         let signals = &mut shown.signals;
@@ -162,7 +163,7 @@ impl Pipeline {
         self.far[n].scan(tick, &mut self.arrivals, outputs);
     }
 
-    /// A command to a slave that does not come from its program.
+    /// Executes a command to a slave that does not come from its program.
     pub(crate) fn command(
         &mut self,
         slave: SlaveNumber,
@@ -171,12 +172,12 @@ impl Pipeline {
         self.slaves.command(slave, command)
     }
 
-    /// An order of somebody in the network to a slave.
+    /// Executes an order from the network to a slave.
     pub(crate) fn execute(&mut self, slave: SlaveNumber, order: &SlaveOrder) -> CommandOutcome {
         self.slaves.execute(slave, order)
     }
 
-    /// An order about the cam plates of a slave, with what it brings and takes back.
+    /// Executes an order on the cam plates of a slave, with its cargo.
     pub(crate) fn execute_cam(
         &mut self,
         slave: SlaveNumber,
@@ -186,12 +187,12 @@ impl Pipeline {
         self.slaves.execute_cam(slave, order, cargo)
     }
 
-    /// An order of somebody in the network about a far node.
+    /// Executes an order from the network on a far node.
     pub(crate) fn execute_far(&mut self, far: usize, order: &FarOrder) -> CommandOutcome {
         self.far[far].execute(order)
     }
 
-    /// Takes the circle over nodes that an axis is in.
+    /// Takes the circle across nodes that an axis is in.
     pub(crate) fn set_circle(&mut self, CircleChange { channel, id, state }: CircleChange) {
         match channel {
             Channel::Slaves => self.slaves.set_circle(id, state),
@@ -206,8 +207,9 @@ impl Pipeline {
         }
     }
 
-    /// A slave's fault comes before all else, for it does not go away; then a circle over nodes, then the worst of the far nodes, then a slave that is
-    /// behind: often for what is wrong there.
+    /// Worst health. A slave's fault comes first, because it stays; then a circle across nodes,
+    /// then the worst of the far nodes, then a slave that is behind, which is often a consequence
+    /// of a far node's fault.
     fn health(&self, shown: &ReceiverSnapshot) -> Health {
         let worst = || {
             shown.far_health[..self.far.len()]
@@ -234,12 +236,12 @@ impl Pipeline {
         self.virtual_axes.axes()
     }
 
-    /// What is published of the slaves, by axis id.
+    /// Published axes of the slaves, by axis id.
     pub(crate) fn slave_axes(&mut self) -> &[NcToPlcAxis] {
         self.slaves.axes()
     }
 
-    /// What is published of the far axes, in the cycle that is shown.
+    /// Published far axes, in the cycle that is shown.
     pub(crate) fn corrected_axes(&mut self, shown: &ReceiverSnapshot) -> &[NcToPlcAxis] {
         self.far_axes.axes(&self.masters, &shown.signals.axes)
     }

@@ -1,4 +1,4 @@
-//! The receiver in the real world: what `coaxle-receiver` and `coaxle receiver` do.
+//! The receiver in the real world: `coaxle-receiver` and `coaxle receiver`.
 
 #[cfg(test)]
 mod circle_tests;
@@ -22,21 +22,21 @@ use crate::snapshot::ReceiverSnapshot;
 use drives::drives;
 use recorder::ReceiverRecorder;
 
-/// What a receiver is told on its command line.
+/// Command line arguments of a receiver.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
     node: NodeArgs,
-    /// Write the raw arrivals to this file, as CSV with a head line: of each message that was used
-    /// the sender's run, count and send stamp and the arrival, in ns. The four stamps t1 to t4 of the
-    /// time exchanges go beside it, to FILE-exchanges.csv. An estimator can be run over them again;
-    /// `coaxle record-arrivals --from` turns them into a recording [default: beside the trace, if
+    /// Write the raw arrivals to this file, as CSV with a header line: for each message that was
+    /// used, the sender's run, count and send stamp and the arrival, in ns. The four stamps t1 to
+    /// t4 of the time exchanges go to FILE-exchanges.csv. An estimator can be run over them again;
+    /// `coaxle record-arrivals --from` turns them into a recording [default: next to the trace, if
     /// there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "check")]
     arrivals: Option<PathBuf>,
 }
 
-/// Checks the config, or runs the receiver until its time is up or a signal comes.
+/// Checks the config, or runs the receiver until its time is up or a signal arrives.
 ///
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file or the
@@ -45,10 +45,10 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     run_beside(args, None)
 }
 
-/// The same, with something else on its transport.
+/// Runs the receiver with a further service on its transport.
 ///
 /// # Errors
-/// As [`run`], and what that says.
+/// As [`run`], and those of the service.
 pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let node = &args.node;
     let mut config: ReceiverConfig = node.load()?;
@@ -93,7 +93,8 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// What the host runs of a config, until a signal comes: the receiver that `build` makes, whose records `recorder` keeps.
+/// The host's set-up of a config, for a run until a signal: the receiver that `build` creates,
+/// whose records `recorder` keeps.
 #[must_use]
 pub fn setup(
     config: &ReceiverConfig,
@@ -117,7 +118,8 @@ pub fn setup(
     }
 }
 
-/// Rows go where they are wanted; the raw arrivals where they are asked for, or beside the trace.
+/// Creates the recorder: rows to their destinations; raw arrivals to the requested file, or next to
+/// the trace.
 fn recorder(args: &Args, config: &ReceiverConfig) -> anyhow::Result<ReceiverRecorder> {
     let rows = rows(&args.node, config)?;
     let trace = args.node.trace.as_deref();

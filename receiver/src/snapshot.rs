@@ -1,4 +1,4 @@
-//! What a receiver shows of itself after each cycle: its signals, and what is wrong in full.
+//! Snapshot of a receiver after each cycle: its signals, and its faults in full.
 
 use std::sync::Arc;
 
@@ -22,11 +22,11 @@ use crate::signals::{
 pub struct SignalRow {
     /// The receiver itself.
     pub node: NodeSignals,
-    /// The far nodes, in the order of the config, then their standbys: all that are heard.
+    /// The far nodes, in the order of the config, then their standbys: all nodes received from.
     pub far: Box<[FarNodeSignals]>,
-    /// All of their axes, in that order.
+    /// Axes of the far nodes, in that order.
     pub axes: Box<[FarAxisSignals]>,
-    /// Its virtual axes, in the order of the config.
+    /// Virtual axes, in the order of the config.
     pub virtual_axes: Box<[VirtualAxisSignals]>,
     /// The slaves, in the order of the config.
     pub slaves: Box<[SlaveSignals]>,
@@ -89,7 +89,7 @@ impl ReceiverConfig {
         trace_columns(&self.instances())
     }
 
-    /// Everything that has signals, in the order of a row.
+    /// Every part with signals, in the order of a row.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         let heard = self.heard_nodes().into_iter();
@@ -114,42 +114,42 @@ impl ReceiverConfig {
 /// A receiver after a cycle. Cloning it into one of the same config does not allocate.
 #[derive(Debug, PartialEq)]
 pub struct ReceiverSnapshot {
-    /// When the cycle ideally started.
+    /// Ideal start of the cycle.
     pub ideal_start: Instant<Local>,
-    /// When it really did.
+    /// Actual start of the cycle.
     pub woke: Instant<Local>,
-    /// Whether all is well.
+    /// Health of the receiver.
     pub health: Health,
-    /// Its signals.
+    /// Signals of the receiver.
     pub signals: SignalRow,
-    /// Whether all is well with each node that is heard: with a far node, whomever of it and its standbys it
-    /// follows, and with a standby by itself.
+    /// Health of each node received from: for a far node, that of the one followed among it and its
+    /// standbys; for a standby, its own.
     pub far_health: Box<[Health]>,
-    /// Their nominal cycle times, as their frames say; none before the first message.
+    /// Nominal cycle times in their frames; none before the first message.
     pub data_cycle_times: Box<[Option<CycleTime>]>,
-    /// What is wrong with each slave.
+    /// Faults of each slave.
     pub faults: Box<[SlaveFaults]>,
     /// The first axis of each far node.
     first_axes: Arc<[usize]>,
 }
 
-/// What is wrong with a slave, in full.
+/// Faults of a slave, in full.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlaveFaults {
-    /// Why it is in error stop.
+    /// Error of its error stop.
     pub error: Option<SlaveError>,
     /// The command that was refused last.
     pub refusal: Option<RefusedCommand>,
-    /// Its program waits for what cannot come, or has waited for too long.
+    /// Blocked program: it waits for an impossible event, or has waited for too long.
     pub blocked: Option<BlockedProgram>,
 }
 
 /// A command that was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefusedCommand {
-    /// Why.
+    /// The refusal.
     pub refusal: Refusal,
-    /// Its job, if it had been accepted before and was refused when it was due.
+    /// Job of the command, if it had been accepted and was refused when it was due.
     pub job: Option<Job>,
 }
 
@@ -195,21 +195,21 @@ impl ReceiverSnapshot {
         }
     }
 
-    /// The mode that made the set values of a far node's first axis, if there is such a node.
+    /// Mode that calculated the set values of a far node's first axis, if there is such a node.
     #[must_use]
     pub fn state_of(&self, far: usize) -> Option<StateName> {
         let first = *self.first_axes.get(far)?;
         self.signals.axes.get(first)?.state
     }
 
-    /// Whether the first axis of a far node is its master's, braked, or brought back.
+    /// Continuity of a far node's first axis: following its master, braked, or returning.
     #[must_use]
     pub fn continuity_of(&self, far: usize) -> Option<ContinuityName> {
         let first = *self.first_axes.get(far)?;
         Some(self.signals.axes.get(first)?.continuity)
     }
 
-    /// Bytes of memory that it takes.
+    /// Memory of the snapshot, bytes.
     #[must_use]
     pub fn size(&self) -> usize {
         let signals = &self.signals;
@@ -249,59 +249,60 @@ impl Clone for ReceiverSnapshot {
     }
 }
 
-/// Whether all is well.
+/// Health of a receiver or of a far node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
-    /// Nothing has been heard of the master yet.
+    /// No data received from the master yet.
     WaitingForMaster,
     /// The far clock is not known yet.
     StartingUp,
-    /// A far node is disabled, by an order.
+    /// Far node disabled by an order.
     Disabled,
-    /// All is well.
+    /// In order.
     Ok,
-    /// All is well, but none of the standbys could take over.
+    /// In order, but no standby could take over.
     NoStandby,
-    /// A standby is followed, and all is well with it.
+    /// In order, with a standby followed.
     OnStandby,
-    /// Nothing new from the master for too long.
+    /// No new data from the master for too long.
     MasterSilent,
-    /// A second node of the same name publishes the same axes; the first one is followed.
+    /// Duplicate sender: a second node of the same name publishes the same axes; the first one is
+    /// followed.
     TwoSenders,
-    /// A synchronisation error is latched.
+    /// Latched synchronisation error.
     Error(SyncError),
-    /// The master's cycle time does not fit the own one: 0x4b56.
+    /// Cycle time of the master that does not fit the own one: 0x4b56.
     CycleTimesDoNotFit,
-    /// The master's cycles last otherwise than its frames say, too much to be followed: 0x4b56.
+    /// Actual cycle time of the master too different from the stated one to be followed: 0x4b56.
     PaceOutOfRange,
-    /// A drive tripped.
+    /// Drive tripped.
     DriveTripped,
-    /// A slave is in error stop.
+    /// Slave in error stop.
     SlaveFailed {
-        /// Its place in the config.
+        /// Place of the slave in the config.
         slave: usize,
     },
-    /// An axis of the node follows itself over other nodes, or would if all between were coupled: 0x816f.
+    /// Axis that follows itself across nodes, or would if all axes between were coupled: 0x816f.
     Circle,
-    /// What its config has a slave do was refused.
+    /// Refused coupling or command from a slave's config.
     CommandRefused {
-        /// Its place in the config.
+        /// Place of the slave in the config.
         slave: usize,
     },
-    /// The program of a slave waits for what cannot come, or has waited for too long.
+    /// Slave program that waits for an impossible event, or has waited for too long.
     ProgramBlocked {
-        /// Its place in the config.
+        /// Place of the slave in the config.
         slave: usize,
     },
-    /// The limits of a slave have left it away from where its coupling has it.
+    /// Slave held by its limits away from the position of its coupling.
     SlaveBehind {
-        /// Its place in the config.
+        /// Place of the slave in the config.
         slave: usize,
     },
 }
 
 impl Health {
-    /// As status, traces and reports spell it: `ok`, or what is wrong.
+    /// Name in status, traces and reports: `ok`, or the fault.
     #[must_use]
     pub const fn name(self) -> HealthName {
         match self {
@@ -325,7 +326,7 @@ impl Health {
         }
     }
 
-    /// How bad that is; 0 is well.
+    /// Severity; 0 is in order.
     pub(crate) const fn severity(&self) -> u8 {
         match self {
             Self::Ok => 0,

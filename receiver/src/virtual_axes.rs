@@ -1,4 +1,4 @@
-//! The virtual axes: the receiver's own, which no clock has to be learnt for.
+//! The virtual axes: the receiver's own, without a clock to estimate.
 
 use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
 use coaxle_clock::{Instant, Local};
@@ -9,27 +9,28 @@ use coaxle_source::{AxisSample, ReplayError, SourceAxis};
 use crate::signals::VirtualAxisSignals;
 use crate::slaves::Master;
 
-/// The error of an axis whose set values no axis can have: the code by which the guard of the set
+/// Error code of an axis with implausible set values: the code with which the guard of the set
 /// values refuses such a master.
 const OUT_OF_RANGE: u32 = 0x42d5;
 
-/// All virtual axes.
+/// The virtual axes of a receiver.
 #[derive(Debug)]
 pub(crate) struct VirtualAxes {
-    /// When the receiver started, by its own clock: their time counts from here.
+    /// Start of the receiver in its own clock, the origin of the axes' time.
     start: Instant<Local>,
     sources: Box<[SourceAxis]>,
-    /// Their axis structures in the newest cycle.
+    /// Axis structures in the newest cycle.
     axes: Box<[NcToPlcAxis]>,
-    /// What slaves follow in the newest cycle.
+    /// Masters of the newest cycle, for the slaves.
     masters: Box<[Master]>,
 }
 
 impl VirtualAxes {
-    /// The axes of a receiver whose first cycle is due at `start`. Reads the files of replayed ones.
+    /// Opens the axes of a receiver whose first cycle is due at `start`. Reads the files of
+    /// replayed ones.
     ///
     /// # Errors
-    /// The place of an axis in the config, and why its file cannot be replayed.
+    /// The place of an axis in the config, and the reason why its file cannot be replayed.
     pub(crate) fn open(
         configs: &[AxisConfig],
         start: Instant<Local>,
@@ -45,7 +46,7 @@ impl VirtualAxes {
         })
     }
 
-    /// One cycle, which ideally began at `at`: where they are then, as masters.
+    /// Runs one cycle, which ideally began at `at`; returns the axes as masters.
     pub(crate) fn cycle(
         &mut self,
         at: Instant<Local>,
@@ -65,14 +66,14 @@ impl VirtualAxes {
         &self.masters
     }
 
-    /// Their axis structures in the newest cycle.
+    /// Axis structures in the newest cycle.
     pub(crate) fn axes(&self) -> &[NcToPlcAxis] {
         &self.axes
     }
 }
 
-/// An axis that comes with what nobody can believe stands in error where it was last; a frame with such
-/// an axis would be refused. It is well again as soon as its values are.
+/// Puts an axis with implausible values in error at its last position; a frame with such values
+/// would be rejected. It recovers as soon as its values do.
 fn in_error(last: &NcToPlcAxis, axis_id: u32) -> NcToPlcAxis {
     NcToPlcAxis {
         axis_id,
@@ -87,7 +88,7 @@ fn in_error(last: &NcToPlcAxis, axis_id: u32) -> NcToPlcAxis {
     }
 }
 
-/// It is of this very cycle, on this very clock: ready unless it is in error.
+/// The axis as a master. It belongs to this cycle and this clock, so it is ready unless in error.
 fn master(axis: &NcToPlcAxis) -> Master {
     let is_sound = axis.error_code == 0;
     Master {

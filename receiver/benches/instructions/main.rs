@@ -1,12 +1,13 @@
-//! What the parts of a cycle cost in instructions. Callgrind counts them: the same figures on every run, whatever else the
-//! machine does, so that a change that costs is seen before it is felt.
+//! Cost of the parts of a cycle in instructions, counted by Callgrind: the figures are equal on
+//! every run, independent of the machine's load, so that a slower change is seen early.
 //!
 //! ```sh
 //! cargo bench -p coaxle-receiver --no-default-features --bench instructions
 //! ```
 //!
-//! Each part is run twice, with different numbers of calls; what it costs is the difference, so that nothing of its preparation
-//! counts. More than its budget is an error. Without valgrind nothing is measured, which is said and is none.
+//! Each part is run twice, with different numbers of calls; its cost is the difference, so that the
+//! preparation does not count. A cost above the budget is an error. Without valgrind no measurement
+//! is made, which is reported and not an error.
 
 mod parts;
 
@@ -18,7 +19,7 @@ use parts::{PARTS, Part};
 /// The argument before the name of a part and a number of calls.
 const RUN: &str = "--run";
 
-/// Other compilers lay code out otherwise.
+/// Tolerance for the code layout of other compilers.
 const TOLERANCE: f64 = 1.03;
 
 fn main() -> ExitCode {
@@ -47,7 +48,7 @@ fn run_part(name: &str, calls: &str) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Whether all of them keep their budgets.
+/// Measures all parts; returns true if all keep their budgets.
 fn measure_all() -> io::Result<bool> {
     let mut keeps = true;
     let mut out = io::stdout();
@@ -73,7 +74,7 @@ fn measure(part: &Part) -> io::Result<f64> {
     Ok((many - few) / f64::from(part.calls))
 }
 
-/// Instructions of a whole process that makes so many calls.
+/// Instructions of a whole process that makes this number of calls.
 fn count(part: &Part, calls: u32) -> io::Result<f64> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])

@@ -1,18 +1,18 @@
-//! The parts, each prepared and then called so many times.
+//! The parts, each prepared once and then called the given number of times.
 
 mod couplings;
 mod far;
 mod plans;
 mod scan;
 
-/// A part of what a cycle does.
+/// A part of a cycle's work.
 pub(crate) struct Part {
     pub(crate) name: &'static str,
-    /// Prepares it, and calls it so many times.
+    /// Prepares the part, and calls it this number of times.
     pub(crate) run: fn(u32),
-    /// Calls between which its cost is evened out.
+    /// Number of calls over which its cost is averaged.
     pub(crate) calls: u32,
-    /// What a call may cost, instructions; somebody else's has none.
+    /// Budget of a call, instructions; none for code of others.
     pub(crate) budget: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ const fn peer(name: &'static str, run: fn(u32), calls: u32) -> Part {
     }
 }
 
-/// All of them, in the order of the data.
+/// The parts, in the order of the data flow.
 pub(crate) const PARTS: &[Part] = &[
     part("frame of one axis accepted", far::frame, 4_000, 1_419.0),
     part("FB_TimeSync, a cycle", far::time_sync, 4_000, 241.0),

@@ -13,27 +13,27 @@ use toml::Value;
 use super::far_limits::FarLimits;
 use super::positions::Positions;
 
-/// An axis that is followed.
+/// A followed axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FarAxisConfig {
-    /// Its axis id.
+    /// Axis id.
     pub id: u32,
-    /// What it is called here; node and id by default.
+    /// Name in this node; node and id by default.
     pub name: Option<NodeName>,
-    /// What its position is in.
+    /// Unit of its position.
     pub unit: Option<Unit>,
-    /// The length of its modulo turn, u.
+    /// Length of its modulo period, u.
     pub modulo: Option<Modulo>,
-    /// How its set position counts.
+    /// Count of its set position: continuous or within the modulo period.
     pub position: Positions,
-    /// Given if it is only measured, in increments: how they are smoothed.
+    /// Smoothing of the increments of an encoder axis; given if the axis is only measured.
     pub encoder: Option<EncoderParameters>,
-    /// What its corrected set values keep. It has no limits of its own by default.
+    /// Limits kept by its corrected set values. No limits by default.
     pub limits: Option<FarLimits>,
 }
 
 impl FarAxisConfig {
-    /// The axis with an id and nothing else said of it.
+    /// Creates the axis with an id and defaults.
     #[must_use]
     pub const fn with_id(id: u32) -> Self {
         Self {
@@ -48,45 +48,45 @@ impl FarAxisConfig {
     }
 }
 
-/// The axes of a far node that are followed, at least one, each once.
+/// The followed axes of a far node, at least one, without duplicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<Value>", into = "Vec<Value>")]
 #[schemars(with = "Vec<AxesInFile>", inline, extend("minItems" = 1))]
 pub struct AxisList(Vec<FarAxisConfig>);
 
-/// A list that cannot be followed.
+/// An invalid list of axes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongAxes {
-    /// There is none.
+    /// Empty list.
     #[error("received no axis, expected at least one")]
     None,
-    /// More than a frame holds.
+    /// More axes than a frame holds.
     #[error("received {received} axes, expected at most {MAX_AXES}: a frame holds no more")]
     TooMany {
-        /// How many.
+        /// Number of axes.
         received: usize,
     },
-    /// The same one again.
+    /// Duplicate id.
     #[error("received the id {id} twice, expected each once")]
     Twice {
         /// The id.
         id: u32,
     },
-    /// No axis at all.
+    /// Entry that is not an axis.
     #[error(
         "received {received}, expected an id, a range such as \"1-32\", or {{ id = 1, name = \"belt\" }}{reason}"
     )]
     NotAnAxis {
-        /// What was there.
+        /// The entry.
         received: String,
-        /// What is wrong with it, if more can be said.
+        /// Further reason, if known.
         reason: String,
     },
 }
 
 impl AxisList {
     /// # Errors
-    /// [`WrongAxes`] says what is wrong with them.
+    /// [`WrongAxes`] names the reason.
     pub fn new(axes: Vec<FarAxisConfig>) -> Result<Self, WrongAxes> {
         if axes.is_empty() {
             return Err(WrongAxes::None);
@@ -103,29 +103,29 @@ impl AxisList {
         Ok(Self(axes))
     }
 
-    /// But one.
+    /// A list of a single axis.
     #[must_use]
     pub fn one(axis: FarAxisConfig) -> Self {
         Self(vec![axis])
     }
 
-    /// The axes, in their order.
+    /// The axes, in list order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &FarAxisConfig> {
         self.0.iter()
     }
 
-    /// Says in which unit the n-th axis is, if that is not said yet.
+    /// Sets the unit of the n-th axis, unless it has one.
     pub(crate) fn be_in(&mut self, n: usize, unit: Unit) {
         self.0[n].unit.get_or_insert(unit);
     }
 
-    /// How many there are.
+    /// Number of axes.
     #[must_use]
     pub const fn count(&self) -> usize {
         self.0.len()
     }
 
-    /// Their ids, in their order.
+    /// Ids of the axes, in list order.
     #[must_use]
     pub fn ids(&self) -> Vec<u32> {
         self.iter().map(|axis| axis.id).collect()
@@ -138,7 +138,7 @@ impl Default for AxisList {
     }
 }
 
-/// What an element of the list may be, for the schema.
+/// An element of the list, for the schema.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "it is read by hand, for better errors")]
@@ -148,33 +148,33 @@ enum AxesInFile {
     Id(u32),
     /// A range of ids: "1-32".
     Range(#[schemars(regex(pattern = "^ *[0-9]+ *- *[0-9]+ *$"))] String),
-    /// An axis id with more about the axis.
+    /// An axis id with further fields.
     Described(Described),
 }
 
-/// An axis with its name or unit, as a config spells it.
+/// An axis with its name or unit, as written in a config.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "FarAxis")]
 struct Described {
-    /// Its axis id.
+    /// Axis id.
     id: u32,
-    /// What it is called here; node and id by default.
+    /// Name in this node; node and id by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<NodeName>,
-    /// What its position is in.
+    /// Unit of its position.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
-    /// The length of its modulo turn, u.
+    /// Length of its modulo period, u.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
-    /// How its set position counts.
+    /// Count of its set position: continuous or within the modulo period.
     #[serde(default, skip_serializing_if = "Positions::is_default")]
     position: Positions,
-    /// Given if it is only measured, in increments: how they are smoothed.
+    /// Smoothing of the increments of an encoder axis; given if the axis is only measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     encoder: Option<EncoderParameters>,
-    /// What its corrected set values keep. It has no limits of its own by default.
+    /// Limits kept by its corrected set values. No limits by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     limits: Option<FarLimits>,
 }
@@ -195,7 +195,7 @@ impl TryFrom<Vec<Value>> for AxisList {
     }
 }
 
-/// The axes of an entry; otherwise what more there is to say.
+/// The axes of an entry; otherwise a further reason, or an empty text.
 fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
     match entry {
         described @ Value::Table(_) => {
@@ -229,7 +229,7 @@ fn ids_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
         Value::String(range) => {
             let (first, last) = range.split_once('-')?;
             let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
-            // More than fit anywhere are not counted out.
+            // Ids beyond any valid list are not enumerated.
             let last = last.min(first.saturating_add(2 * MAX_AXES as u32));
             (first <= last).then(|| (first..=last).map(FarAxisConfig::with_id).collect())
         }
@@ -267,7 +267,7 @@ impl From<AxisList> for Vec<Value> {
                     encoder,
                     limits,
                 };
-                // There is nothing in it that TOML has not.
+                // All its fields exist in TOML.
                 Value::try_from(described).unwrap_or(Value::Integer(id.into()))
             }
         };

@@ -1,4 +1,4 @@
-//! `drive` of a slave: what follows its set values.
+//! `drive` of a slave: the drive that follows its set values.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -9,14 +9,14 @@ use coaxle_node::config::{AtLeastZero, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What follows the set values of a slave. The simulated drive, without a `kind`.
+/// The drive that follows the set values of a slave; a simulated one without a `kind`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Form", into = "Form")]
 pub enum DriveConfig {
     /// `kind = "simulated"`: calculated.
     Simulated(DriveParameters),
-    /// `kind = "shared-memory"`: another process on this machine. In virtual time, where there are no
-    /// processes, a simulated drive stands in.
+    /// `kind = "shared-memory"`: another process on this machine. In virtual time, where there are
+    /// no processes, a simulated drive replaces it.
     SharedMemory(SharedMemoryConfig),
 }
 
@@ -27,7 +27,7 @@ impl Default for DriveConfig {
 }
 
 impl DriveConfig {
-    /// What its simulation goes by: of a drive in another process, that which stands in for it.
+    /// Parameters of the simulation; for a drive in another process, those of its replacement.
     #[must_use]
     pub fn simulated(&self) -> DriveParameters {
         match self {
@@ -40,7 +40,7 @@ impl DriveConfig {
         }
     }
 
-    /// The kind, as a config spells it.
+    /// The kind, as written in a config.
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
@@ -53,23 +53,22 @@ impl DriveConfig {
 /// A drive process that shares memory with the receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SharedMemoryConfig {
-    /// The file that both map, say `/dev/shm/coaxle-carriage`: on a file system in memory, for a disk
-    /// could hold up the cycle.
+    /// The file that both map, for example `/dev/shm/coaxle-carriage`: on a file system in memory,
+    /// because a disk could hold up the cycle.
     pub path: PathBuf,
-    /// Largest following error, u. It has to be more than what the slave travels in the cycles that the
-    /// process takes to answer.
+    /// Largest following error, u. It has to exceed the distance that the slave travels in the
+    /// cycles that the process takes to respond.
     pub following_error_window: Positive,
-    /// How long the following error may be beyond its window, s. 0.02 by default.
+    /// Time for which the following error may exceed its window, s. 0.02 by default.
     pub following_error_time_s: AtLeastZero,
     /// Cycles that may pass without a heartbeat of the process, 1 to 100 000. 20 by default.
     pub max_silent_cycles: u32,
-    /// The time that the drive has from being told to have power until it follows, s, at most 600. 5 by
-    /// default.
+    /// Time from the power command until the drive follows, s, at most 600. 5 by default.
     pub switch_on_time_s: Positive,
 }
 
 impl SharedMemoryConfig {
-    /// What the drive is watched by, in cycles of this length.
+    /// Monitoring parameters of the drive, in cycles of this length.
     #[must_use]
     pub fn parameters(&self, cycle_time: CycleTime) -> ProcessDriveParameters {
         let cycles = (self.switch_on_time_s.get() / cycle_time.as_secs_f64()).ceil();
@@ -82,14 +81,14 @@ impl SharedMemoryConfig {
     }
 }
 
-/// As it is written: the fields of all kinds.
+/// The drive as written in a config: the fields of all kinds.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 struct Form {
-    /// Which kind of drive; a simulated one by default.
+    /// Kind of drive; a simulated one by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     kind: Option<Kind>,
-    /// Shared memory: the file that both map, say `/dev/shm/coaxle-carriage`.
+    /// Shared memory: the file that both map, for example `/dev/shm/coaxle-carriage`.
     #[serde(skip_serializing_if = "Option::is_none")]
     path: Option<PathBuf>,
     /// Simulated: gain of the position controller, 1/s.
@@ -101,16 +100,16 @@ struct Form {
     /// Simulated: highest velocity, u/s; 0: not limited.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_velocity: Option<f64>,
-    /// Largest following error, u; 0: not watched. Shared memory: above 0.
+    /// Largest following error, u; 0: not monitored. Shared memory: above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     following_error_window: Option<f64>,
-    /// How long the following error may be beyond its window, s.
+    /// Time for which the following error may exceed its window, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     following_error_time_s: Option<f64>,
     /// Shared memory: cycles that may pass without a heartbeat, 1 to 100 000. 20 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_silent_cycles: Option<u32>,
-    /// Shared memory: time to follow once told to have power, s, at most 600. 5 by default.
+    /// Shared memory: time from the power command until the drive follows, s, at most 600. 5 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     switch_on_time_s: Option<f64>,
 }
@@ -125,14 +124,14 @@ enum Kind {
     SharedMemory,
 }
 
-/// What a drive of a kind cannot have.
+/// An error in the fields of a drive.
 #[derive(Debug)]
 enum WrongForm {
-    /// A field of another kind.
+    /// A field of another kind of drive.
     Foreign(&'static str, &'static str),
-    /// A field that has to be there.
+    /// A missing field.
     Missing(&'static str, &'static str),
-    /// A value.
+    /// An invalid value.
     Value(&'static str, String),
 }
 
@@ -241,7 +240,7 @@ fn none_of<const N: usize>(
 impl From<DriveConfig> for Form {
     fn from(config: DriveConfig) -> Self {
         match config {
-            // Without its kind, as files had it before there were others.
+            // Without its kind, as in files from before there were others.
             DriveConfig::Simulated(drive) => Self {
                 position_gain: Some(drive.position_gain),
                 velocity_lag_s: Some(drive.velocity_lag),

@@ -1,4 +1,4 @@
-//! `encoder` of a far axis: how the increments of one that is only measured are smoothed.
+//! `encoder` of a far axis: smoothing of the increments of an axis that is only measured.
 
 use coaxle_clock::Seconds;
 use coaxle_clock::time_sync::WrongParameter;
@@ -12,15 +12,15 @@ use super::ReceiverConfig;
 pub struct WrongEncoder {
     /// The field of the config.
     pub field: String,
-    /// What is wrong with it.
+    /// The parameter, the value received and the one expected.
     pub wrong: WrongParameter,
 }
 
-/// In the short form there is but one axis.
+/// Field of the short form, which has only one axis.
 const SHORT: &str = "master.encoder";
 
 impl ReceiverConfig {
-    /// What of the encoders is worth a word, though the node can be run.
+    /// Notes on encoders in a valid config.
     pub(super) fn notes_on_encoders(&self) -> Vec<String> {
         let axes = self.encoders().filter(|(axis, _, encoder)| {
             self.far_axis_unit(*axis).as_str() == "mm" && encoder.increment > COARSE_INCREMENT_MM
@@ -60,7 +60,7 @@ impl ReceiverConfig {
     }
 }
 
-/// How often the counter is read is how often the far node has a cycle.
+/// Checks that no sampling time is given: the counter is read once per cycle of the far node.
 fn check(encoder: &EncoderParameters) -> Result<(), WrongParameter> {
     match encoder.sampling_time {
         Seconds::ZERO => Ok(()),

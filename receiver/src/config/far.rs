@@ -1,4 +1,4 @@
-//! `[[far]]`: a node that is followed, how, and which of its axes.
+//! `[[far]]`: a followed node, its axes, and the way they are followed.
 
 use std::fmt;
 use std::path::Path;
@@ -19,33 +19,33 @@ use serde::{Deserialize, Serialize};
 
 use super::axes::{AxisList, FarAxisConfig};
 
-/// A node that is followed. Its clock is learnt once, for all of its axes.
+/// A followed node. Its clock is estimated once, for all of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct FarConfig {
     /// The node that publishes the axes.
     pub node: NodeName,
-    /// Whether they are a sender's axes, the slaves of another receiver, or what that follows.
+    /// Channel of the axes: a sender's axes, the slaves of another receiver, or the far axes that
+    /// it corrects.
     #[serde(default)]
     pub channel: FarChannel,
-    /// Nodes with the same axes, of which the first one that is heard takes over when this one falls silent.
+    /// Nodes with the same axes, of which the first one received takes over when this one falls silent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub standby: Vec<NodeName>,
-    /// How long the node that is followed is silent before a standby takes over, ms: half of the age limit by
-    /// default, or 100 ms without one. It is never less than four of its cycles.
+    /// Silence of the followed node before a standby takes over, ms: half of the age limit by
+    /// default, or 100 ms without one. At least four of its cycles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub take_over_after_ms: Option<Positive>,
-    /// Which of its axes: ids, ranges of ids, or ids with names of their own here. The axis 1 by
-    /// default.
+    /// Followed axes: ids, ranges of ids, or ids with names of their own here. The axis 1 by default.
     #[serde(default)]
     pub axes: AxisList,
-    /// What their positions are in, where an axis has no unit of its own.
+    /// Unit of the positions, where an axis has no unit of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
-    /// The length of their modulo turns, u, where an axis has none of its own.
+    /// Length of the modulo periods, u, where an axis has none of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modulo: Option<Modulo>,
-    /// How the set values are calculated.
+    /// Calculation of the set values.
     #[serde(default)]
     pub mode: Mode,
     /// Parameters of the TS5066 blocks.
@@ -57,22 +57,24 @@ pub struct FarConfig {
     /// The constant part of the delay, in observer mode.
     #[serde(default)]
     pub delay: DelayConfig,
-    /// How unequal the ways to it and from it are, for a delay that is measured: no exchange can show that. Unknown by default.
+    /// Asymmetry of the paths to it and from it, for a measured delay: no exchange can show it.
+    /// Unknown by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<AsymmetryConfig>,
-    /// The timing channel to it, beside the transport: for a delay that is measured, in observer mode. None by default.
+    /// The timing channel to it, apart from the transport: for a measured delay, in observer mode.
+    /// None by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingLinkConfig>,
-    /// Faults laid over everything that comes from the node, and over the time requests to it.
+    /// Faults applied to all messages from the node, and to the time requests to it.
     #[serde(default)]
     pub faults: LinkConfig,
-    /// Faults laid over the time requests instead.
+    /// Faults applied to the time requests instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub request_faults: Option<LinkConfig>,
 }
 
 impl FarConfig {
-    /// Takes the files that its faults name by relative paths from `folder`.
+    /// Resolves the relative paths of its faults' files from `folder`.
     pub(super) fn relative_to(&mut self, folder: &Path) {
         self.faults.relative_to(folder);
         if let Some(faults) = &mut self.request_faults {
@@ -83,7 +85,7 @@ impl FarConfig {
         }
     }
 
-    /// Reads the files that its faults name.
+    /// Checks the files that its faults name.
     pub(super) fn check_files(&self) -> Result<(), WrongTerm> {
         check_link(&self.faults).map_err(|wrong| wrong.within("faults"))?;
         let mut requests = self.request_faults.iter();
@@ -94,13 +96,13 @@ impl FarConfig {
         beacons.map_err(|wrong| wrong.within("timing.faults"))
     }
 
-    /// Faults laid over the time requests to it.
+    /// Faults applied to the time requests to it.
     #[must_use]
     pub fn faults_of_requests(&self) -> &LinkConfig {
         self.request_faults.as_ref().unwrap_or(&self.faults)
     }
 
-    /// What one of its axes is called among the masters of slaves: its own name, or node and id.
+    /// Name of one of its axes among the masters of slaves: its own name, or node and id.
     #[must_use]
     pub fn axis_name(&self, axis: &FarAxisConfig) -> String {
         match &axis.name {
@@ -109,13 +111,13 @@ impl FarConfig {
         }
     }
 
-    /// Node and id, which is always understood.
+    /// Node and id, which is always accepted.
     pub(super) fn full_name(&self, id: u32) -> String {
         format!("{}.{id}", self.node)
     }
 }
 
-/// Where far axes are published.
+/// Channel on which far axes are published.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FarChannel {
@@ -124,7 +126,7 @@ pub enum FarChannel {
     Axes,
     /// A receiver's slaves.
     Slaves,
-    /// The axes that a receiver follows, as it corrects them.
+    /// The corrected axes that a receiver follows.
     FarAxes,
 }
 
@@ -138,43 +140,44 @@ impl From<FarChannel> for Channel {
     }
 }
 
-/// How the set values are calculated.
+/// Calculation of the set values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
     /// TS5066's automatic mode: start-up mode, sync mode, fallback.
     Sync,
-    /// As received, beats and all.
+    /// As received, including beats.
     Bypass,
     /// Through the PT1 filter.
     Pt1,
-    /// Beats are hidden when they happen.
+    /// Beats are concealed when they happen.
     Time,
-    /// By the phase observer: locked within a second whatever the drift. Time mode bridges.
+    /// By the phase observer: locked within a second at any drift. Time mode until then.
     #[default]
     Observer,
 }
 
-/// Where the constant part of the delay comes from, in observer mode.
+/// Source of the constant part of the delay, in observer mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DelayConfig {
-    /// The far node is asked: the set values are those that its axes have at the same moment.
+    /// Measured by time requests to the far node: the set values are those of its axes at the same
+    /// moment.
     #[default]
     Measured,
-    /// It is this much, µs.
+    /// Fixed value, µs.
     FixedUs(DelayMicros),
-    /// Nothing is done about it, as in TS5066.
+    /// No compensation, as in TS5066.
     Off,
 }
 
-/// How unequal the ways to a node and from it are, as somebody knows who measured it.
+/// Asymmetry of the paths to a node and from it, as measured by other means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct AsymmetryConfig {
-    /// Its messages are under way for so much longer than requests to it are, µs; negative: shorter.
+    /// Longer path delay of its messages compared with the requests to it, µs; negative: shorter.
     pub longer_us: DelayMicros,
-    /// That is wrong by at most so much, µs, either way.
+    /// Greatest error of this value, µs, in both directions.
     pub within_us: FaultMicros,
 }
 
@@ -210,7 +213,7 @@ impl Mode {
         }
     }
 
-    /// Whether the mode ever synchronises: sync mode does not where time mode is forced.
+    /// True if the mode ever synchronises: sync mode does not if time mode is forced.
     #[must_use]
     pub const fn synchronises(self, sync: &AxisSyncParameters) -> bool {
         match self {

@@ -5,8 +5,8 @@ use coaxle_curve::profile::Limits;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the corrected set values of a far axis keep, by the differences of their positions, whatever its node and the
-/// network do.
+/// Limits kept by the corrected set values of a far axis, by the differences of their positions,
+/// independent of its node and the network.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "InFile", into = "InFile")]
 pub struct FarLimits(Limits);

@@ -1,4 +1,4 @@
-//! The axes that a receiver publishes, with those of other nodes that they follow.
+//! The axes that a receiver publishes, with the axes of other nodes that they follow.
 
 use coaxle_node::circles::{AxisAddress, Circle, Follower, circles};
 use coaxle_node::{Channel, keys::NodeName};
@@ -6,8 +6,8 @@ use coaxle_node::{Channel, keys::NodeName};
 use super::{FarConfig, MasterRef, ReceiverConfig};
 
 impl ReceiverConfig {
-    /// Its slaves, and the far axes that it publishes as corrected, each with all masters of other nodes that the config
-    /// gives it, standbys included. Slaves whose masters are wrong are left out.
+    /// Slaves, and far axes published as corrected, each with all configured masters on other
+    /// nodes, standbys included. Slaves with invalid masters are left out.
     #[must_use]
     pub fn followers(&self) -> Vec<Follower> {
         let slaves = (0..self.slaves.len()).map(|n| Follower {
@@ -24,7 +24,7 @@ impl ReceiverConfig {
         slaves.chain(far_axes).collect()
     }
 
-    /// A circle of its own axes: it follows itself over the network.
+    /// A circle of its own axes, closed over the network.
     pub(super) fn own_circle(&self) -> Option<Circle> {
         circles(&self.followers()).into_iter().next()
     }
@@ -34,7 +34,8 @@ impl ReceiverConfig {
         AxisAddress { node, channel, id }
     }
 
-    /// Where the far axes at the roots of the n-th slave are read from, those of the slaves that it follows included.
+    /// Addresses of the far axes at the roots of the n-th slave, including those of the slaves that
+    /// it follows.
     #[must_use]
     pub fn far_masters_of_slave(&self, slave: usize) -> Vec<AxisAddress> {
         let (mut due, mut seen) = (vec![slave], vec![slave]);
@@ -54,7 +55,7 @@ impl ReceiverConfig {
         found
     }
 
-    /// Where the far axis of this number is read from: of its node, and of each standby.
+    /// Addresses of the far axis of this number: at its node, and at each standby.
     #[must_use]
     pub fn addresses_of(&self, axis: usize) -> Vec<AxisAddress> {
         let Some((_, far, axis)) = self.far_axes().nth(axis) else {
@@ -82,7 +83,8 @@ mod tests {
         parse("r.toml", text).map_err(|error| error.to_string())
     }
 
-    /// `far-axis/circle-a.toml` and `circle-b.toml`: two nodes, a slave of each follows that of the other.
+    /// `far-axis/circle-a.toml` and `circle-b.toml`: two nodes, a slave of each follows that of the
+    /// other.
     fn node(name: &str, other: &str, axis: u32) -> ReceiverConfig {
         let text = format!(
             "name = '{name}'\ncycle-time-us = 2000\n[[far]]\nnode = '{other}'\nchannel = 'slaves'\n\
@@ -104,7 +106,7 @@ mod tests {
     fn two_nodes_that_follow_each_other_are_a_circle_where_the_axes_are() {
         let found = circles_of([node("a", "b", 1), node("b", "a", 1)]);
         assert_eq!(found, ["a/slaves/1 follows b/slaves/1 follows a/slaves/1"]);
-        // Each follows what a virtual axis of the other leads.
+        // Each slave follows an axis of the other node that a virtual axis leads.
         assert_eq!(circles_of([node("a", "b", 2), node("b", "a", 2)]), [""; 0]);
         assert_eq!(circles_of([node("a", "b", 1), node("b", "a", 2)]), [""; 0]);
     }
@@ -115,7 +117,7 @@ mod tests {
         let error = config(text).unwrap_err();
         assert!(error.contains("0x816f"), "{error}");
         assert!(error.contains("a/slaves/1 follows a/slaves/1"), "{error}");
-        // Its own slave of a virtual axis it may follow.
+        // A slave of its own that follows a virtual axis may be followed.
         let text = "name = 'a'\ncycle-time-us = 1000\nslave = [{ id = 1, name = 'x', master = 'v' }, \
                     { id = 2, name = 'y', master = 'a.1' }]\n\
                     [[far]]\nnode = 'a'\nchannel = 'slaves'\naxes = [1]\n\

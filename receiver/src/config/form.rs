@@ -1,5 +1,5 @@
-//! The two forms of a receiver's file: a list of far nodes, or one master in short. Either has virtual
-//! axes besides, or the first has nothing else.
+//! The two forms of a receiver's file: a list of far nodes, or one master in the short form. Both
+//! may have virtual axes; the first form may have only these.
 
 use std::fmt;
 
@@ -23,7 +23,7 @@ use super::{
     WrongStandby, WrongVirtualAxis,
 };
 
-/// A receiver's file as it is written.
+/// A receiver's file as written.
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct Form {
@@ -34,81 +34,81 @@ pub(super) struct Form {
     /// The nodes that it follows.
     #[serde(default, deserialize_with = "at_most::<MOST_HEARD, _, _>")]
     far: Vec<FarConfig>,
-    /// In short, instead of `far`: the one axis that it follows.
+    /// Short form, instead of `far`: the one axis that it follows.
     master: Option<Master>,
-    /// In short, beside `master`: how the set values are calculated.
+    /// Short form, with `master`: calculation of the set values.
     mode: Option<Mode>,
-    /// In short, beside `master`: parameters of the TS5066 blocks.
+    /// Short form, with `master`: parameters of the TS5066 blocks.
     sync: Option<AxisSyncParameters>,
-    /// In short, beside `master`: parameters of the phase observer.
+    /// Short form, with `master`: parameters of the phase observer.
     observer: Option<ObserverParameters>,
-    /// In short, beside `master`: the constant part of the delay, in observer mode.
+    /// Short form, with `master`: the constant part of the delay, in observer mode.
     delay: Option<DelayConfig>,
-    /// In short, beside `master`: how unequal the ways to it and from it are.
+    /// Short form, with `master`: asymmetry of the paths to it and from it.
     asymmetry: Option<AsymmetryConfig>,
-    /// In short, beside `master`: the timing channel to the node.
+    /// Short form, with `master`: the timing channel to the node.
     timing: Option<TimingLinkConfig>,
-    /// In short, beside `master`: faults laid over everything that comes from the node.
+    /// Short form, with `master`: faults applied to all messages from the node.
     faults: Option<LinkConfig>,
-    /// In short, beside `master`: other faults over the time requests.
+    /// Short form, with `master`: other faults for the time requests.
     request_faults: Option<LinkConfig>,
-    /// As it was called before.
+    /// Former name of the field.
     #[schemars(skip)]
     question_faults: Option<toml::Value>,
-    /// Which axes that it follows it publishes as corrected.
+    /// Far axes that it publishes as corrected.
     #[serde(default)]
     publish_far_axes: PublishFarAxes,
-    /// Virtual axes of its own, which its slaves can follow: a local line shaft, say.
+    /// Virtual axes of its own, which its slaves can follow, for example a local line shaft.
     #[serde(rename = "virtual-axis", default)]
     virtual_axes: Vec<AxisConfig>,
-    /// The cam plates that all of its slaves can be coupled by.
+    /// The cam plates that can couple all of its slaves.
     #[serde(default)]
     cams: Vec<CamSource>,
-    /// The slaves. One that follows by a gear of 1, beside `master`; otherwise none by default.
+    /// The slaves. With `master`, one that follows by a gear of 1 by default; otherwise none.
     #[serde(rename = "slave")]
     slaves: Option<Vec<SlaveConfig>>,
-    /// What is wrong with its clock on purpose. Nothing by default.
+    /// Injected clock faults. None by default.
     #[serde(default)]
     clock: ClockConfig,
-    /// Seed of everything random in it. 0 by default.
+    /// Seed of all its randomness. 0 by default.
     #[serde(default)]
     seed: u64,
-    /// How it reaches the others.
+    /// Connection to other nodes.
     #[serde(default)]
     transport: TransportConfig,
-    /// What it asks of its operating system.
+    /// Settings requested from the operating system.
     #[serde(default)]
     real_time: RealTimeConfig,
 }
 
-/// The one master, in short.
+/// The one master of the short form.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "ShortMaster")]
 struct Master {
     /// The node that publishes it.
     node: NodeName,
-    /// Whether it is one of a sender's axes, or the slave of another receiver.
+    /// Channel of the axis: a sender's axes, or the slaves of another receiver.
     #[serde(default)]
     channel: FarChannel,
     /// Nodes with the same axis that take over when that one falls silent.
     #[serde(default)]
     standby: Vec<NodeName>,
-    /// How long it is silent before one does, ms.
+    /// Silence before a standby takes over, ms.
     take_over_after_ms: Option<Positive>,
-    /// Its axis id.
+    /// Axis id.
     #[serde(default = "first_axis")]
     axis: u32,
-    /// What its position is in.
+    /// Unit of its position.
     unit: Option<Unit>,
-    /// The length of its modulo turn, u.
+    /// Length of its modulo period, u.
     modulo: Option<Modulo>,
-    /// How its set position counts.
+    /// Count of its set position: continuous or within the modulo period.
     #[serde(default)]
     position: Positions,
-    /// Given if it is only measured, in increments: how they are smoothed.
+    /// Smoothing of the increments of an encoder axis; given if the axis is only measured.
     encoder: Option<EncoderParameters>,
-    /// What its corrected set values keep.
+    /// Limits kept by its corrected set values.
     limits: Option<FarLimits>,
 }
 
@@ -127,35 +127,35 @@ const fn first_axis() -> u32 {
     1
 }
 
-/// Most nodes that a receiver hears.
+/// Greatest number of nodes that a receiver receives from.
 const MOST_HEARD: usize = 128;
 
-/// A mixture of the forms, or neither.
+/// A mixture of the forms, or neither, or an invalid part of either.
 #[derive(Debug)]
 pub(super) enum WrongForm {
-    /// The long form, and fields of the short one.
+    /// Long form with fields of the short one.
     Mixed(&'static str),
-    /// Nothing is followed.
+    /// No followed axis.
     Nothing,
-    /// A field is called otherwise now.
+    /// Renamed field: its old and its new name.
     Renamed(&'static str, &'static str),
-    /// More nodes than a receiver hears, their standbys counted.
+    /// More nodes than a receiver can receive from, standbys included.
     TooMany(usize),
-    /// An axis whose positions are within a turn that has no length.
+    /// Axis with positions within a modulo period of unknown length.
     NoTurn(String),
-    /// A node twice.
+    /// Duplicate node.
     Twice(NodeName),
     /// An axis that follows itself.
     Circle(Circle),
-    /// A standby that cannot be one.
+    /// Invalid standby.
     Standby(WrongStandby),
-    /// An axis that is called as another one is.
+    /// Duplicate name of an axis.
     SameName(String),
-    /// An axis of the receiver's own.
+    /// Invalid virtual axis.
     VirtualAxis(WrongVirtualAxis),
-    /// An encoder that smooths nothing.
+    /// Encoder that cannot be smoothed.
     Encoder(WrongEncoder),
-    /// What is to be published of the far axes.
+    /// Invalid list of published far axes.
     Published(WrongPublished),
 }
 
@@ -301,7 +301,7 @@ impl TryFrom<Form> for ReceiverConfig {
 }
 
 impl ReceiverConfig {
-    /// A far axis whose positions are within a turn of which nobody says how long it is.
+    /// Name of a far axis whose positions are within a modulo period that has no length.
     fn turn_without_length(&self) -> Option<String> {
         let mut axes = self.far_axes();
         let (_, far, axis) = axes.find(|(_, far, axis)| {
@@ -311,7 +311,7 @@ impl ReceiverConfig {
     }
 }
 
-/// A name that two far axes have.
+/// A name shared by two far axes.
 fn same_name(config: &ReceiverConfig) -> Option<String> {
     let mut names = config.far_axis_names();
     names.sort_unstable();

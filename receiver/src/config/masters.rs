@@ -1,4 +1,4 @@
-//! Which masters each slave means: far axes, virtual axes or other slaves, by their names.
+//! Masters of each slave, resolved by name: far axes, virtual axes or other slaves.
 
 use coaxle_axis::{Masters, Modulo};
 
@@ -6,13 +6,13 @@ use coaxle_node::config::{Unit, did_you_mean};
 
 use super::{FarAxisConfig, FarConfig, ReceiverConfig};
 
-/// A slave that no receiver can have.
+/// An invalid slave.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: {reason}")]
 pub struct WrongSlave {
     /// The slave and its field.
     pub field: String,
-    /// What was received and what is expected, with the NC's code where there is one.
+    /// The value received and the one expected, with the NC's code where there is one.
     pub reason: String,
 }
 
@@ -27,11 +27,11 @@ pub enum MasterRef {
     Slave(usize),
 }
 
-/// Names that are listed where one is not known.
+/// Greatest number of names listed for an unknown one.
 const MOST_LISTED: usize = 24;
 
 impl ReceiverConfig {
-    /// All far axes with their nodes, in the order in which they are numbered.
+    /// The far axes with their nodes, in the order of their numbers.
     pub fn far_axes(&self) -> impl Iterator<Item = (usize, &FarConfig, &FarAxisConfig)> {
         let axes = |(n, far)| move |axis| (n, far, axis);
         (self.far.iter().enumerate()).flat_map(move |(n, far)| far.axes.iter().map(axes((n, far))))
@@ -53,7 +53,7 @@ impl ReceiverConfig {
     /// The first master of the n-th slave.
     ///
     /// # Errors
-    /// [`WrongSlave`] names the slave, and the masters that there are.
+    /// [`WrongSlave`] names the slave, and the existing masters.
     pub fn master_of(&self, n: usize) -> Result<MasterRef, WrongSlave> {
         let master = self.slaves[n].master.as_str();
         if master.is_empty()
@@ -65,7 +65,7 @@ impl ReceiverConfig {
             .ok_or_else(|| self.no_master(n, "master", master))
     }
 
-    /// All masters of the n-th slave, the first one first.
+    /// The masters of the n-th slave, starting with the first.
     ///
     /// # Errors
     /// [`WrongSlave`] names the slave and the field.
@@ -104,7 +104,7 @@ impl ReceiverConfig {
         self.far_axes().position(is_it)
     }
 
-    /// The far axis where there is but one; without any, the one virtual axis.
+    /// The only far axis; without any, the only virtual axis.
     fn only_axis(&self) -> Option<MasterRef> {
         match (self.far_axes().count(), self.virtual_axes.len()) {
             (1, _) => Some(MasterRef::Far(0)),
@@ -135,7 +135,7 @@ impl ReceiverConfig {
         }
     }
 
-    /// What the position of a far axis is in, by its number among all of them.
+    /// Unit of a far axis, by its number among all far axes.
     #[must_use]
     pub fn far_axis_unit(&self, axis: usize) -> Unit {
         let unit = |(_, far, axis): (_, &FarConfig, &FarAxisConfig)| {
@@ -145,7 +145,7 @@ impl ReceiverConfig {
         self.far_axes().nth(axis).and_then(unit).unwrap_or_default()
     }
 
-    /// The modulo turn of a master; none of one that does not turn.
+    /// Modulo period of a master; none without one.
     #[must_use]
     pub fn modulo_of(&self, master: MasterRef) -> Option<Modulo> {
         match master {
@@ -158,7 +158,7 @@ impl ReceiverConfig {
         }
     }
 
-    /// Says in which unit a far axis is, if the config does not.
+    /// Sets the unit of a far axis, unless the config does.
     pub fn far_axis_is_in(&mut self, axis: usize, unit: Unit) {
         let Some((far, _, _)) = self.far_axes().nth(axis) else {
             return;
@@ -169,11 +169,11 @@ impl ReceiverConfig {
         }
     }
 
-    /// What the position of the n-th slave is in: its own unit, or that of its master.
+    /// Unit of the n-th slave: its own, or that of its master.
     #[must_use]
     pub fn slave_unit(&self, n: usize) -> Unit {
         let mut slave = n;
-        // No further than there are slaves: they may follow each other in a circle.
+        // At most as many steps as there are slaves, because they may follow each other in a circle.
         for _ in 0..self.slaves.len() {
             if let Some(unit) = &self.slaves[slave].unit {
                 return unit.clone();
@@ -188,7 +188,7 @@ impl ReceiverConfig {
         Unit::default()
     }
 
-    /// The names of all that the n-th slave could follow.
+    /// The names of all possible masters of the n-th slave.
     fn masters(&self, n: usize) -> Vec<String> {
         let slaves = self.slaves.iter().enumerate();
         let others = slaves.filter(|(other, _)| *other != n);
@@ -198,7 +198,7 @@ impl ReceiverConfig {
         names
     }
 
-    /// The far or virtual axis at the root of the n-th slave, by first masters, if they are right.
+    /// The far or virtual axis at the root of the n-th slave, by first masters, if these are valid.
     #[must_use]
     pub fn root_of(&self, n: usize) -> Option<MasterRef> {
         let mut slave = n;
@@ -212,7 +212,7 @@ impl ReceiverConfig {
     }
 }
 
-/// Names in one line, as far as they fit, and which of them may be meant.
+/// Lists names in one line, as far as they fit, with a suggestion.
 pub(super) fn listed(received: &str, mut names: Vec<String>) -> String {
     let meant = did_you_mean(received, names.iter().map(String::as_str));
     let left_out = names.len().saturating_sub(MOST_LISTED);

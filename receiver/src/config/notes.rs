@@ -1,9 +1,9 @@
-//! What of a config is worth a word, though it can be run.
+//! Notes on a valid config.
 
 use super::{ReceiverConfig, SlaveConfig};
 
 impl ReceiverConfig {
-    /// What the operator of a node should know of a config that can be run: a line each.
+    /// Notes for the operator on a valid config, a line each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.notes_on_encoders();
@@ -13,7 +13,8 @@ impl ReceiverConfig {
     }
 }
 
-/// A slave that may be faster than its drive is left by it: its set values are within limits, its position is not.
+/// Note on a slave that may be faster than its drive: its set values keep the limits, but the drive
+/// falls behind.
 fn note_on_drive(n: usize, slave: &SlaveConfig) -> Option<String> {
     let received = slave.limits?.velocity;
     let most = Some(slave.drive.simulated().max_velocity).filter(|most| *most > 0.0)?;

@@ -1,21 +1,22 @@
-//! `position` of a far axis: how its set position counts.
+//! `position` of a far axis: the count of its set position.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the set position of a far axis counts.
+/// Count of the set position of a far axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Positions {
-    /// It goes on beyond the turn.
+    /// Continuous beyond the modulo period.
     #[default]
     Continuous,
-    /// It begins again with every turn, whose length is `modulo`: it is made continuous, by the nearest turn.
+    /// Restarting with each modulo period, whose length is `modulo`: made continuous by the nearest
+    /// period.
     WithinTurn,
 }
 
 impl Positions {
-    /// Whether it is the default.
+    /// True for the default.
     pub(super) fn is_default(&self) -> bool {
         *self == Self::default()
     }

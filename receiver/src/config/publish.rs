@@ -1,4 +1,4 @@
-//! `publish-far-axes`: which far axes a receiver publishes as corrected.
+//! `publish-far-axes`: the far axes that a receiver publishes as corrected.
 
 use coaxle_node::frame::MAX_AXES;
 use schemars::JsonSchema;
@@ -8,55 +8,55 @@ use toml::Value;
 use super::ReceiverConfig;
 use super::masters::listed;
 
-/// Which far axes are published as corrected: `true`, `false` (default), or a list of their names.
+/// Far axes published as corrected: `true`, `false` (default), or a list of their names.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Value", into = "Value")]
 pub enum PublishFarAxes {
-    /// None.
+    /// No far axis.
     #[default]
     No,
-    /// All of them, numbered from 1 in the order of the config.
+    /// Every far axis, numbered from 1 in the order of the config.
     All,
-    /// These, numbered from 1 in this order.
+    /// Listed axes, numbered from 1 in this order.
     These(Vec<String>),
 }
 
-/// Far axes that cannot be published.
+/// An invalid selection of far axes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongPublished {
-    /// Neither a switch nor a list.
+    /// Neither a boolean nor a list.
     #[error("received {received}, expected true, false, or a list of names of far axes")]
     NoList {
-        /// What was there.
+        /// Value received.
         received: String,
     },
-    /// More than a frame holds.
+    /// More axes than a frame holds.
     #[error(
         "received {received} far axes, expected at most {MAX_AXES}, which a frame holds: a list of \
          their names"
     )]
     TooMany {
-        /// How many.
+        /// Number of axes.
         received: usize,
     },
-    /// One that is not there.
+    /// Unknown axis.
     #[error("received {received:?}, expected some of: {known}")]
     Unknown {
-        /// What was there.
+        /// Name received.
         received: String,
-        /// Those that are.
+        /// Known names.
         known: String,
     },
-    /// One of them again.
+    /// Duplicate axis.
     #[error("received {received:?} twice, expected each once")]
     Twice {
-        /// Which.
+        /// Name of the axis.
         received: String,
     },
 }
 
 impl PublishFarAxes {
-    /// Whether nothing is published.
+    /// True if no far axis is published.
     #[must_use]
     pub const fn is_none(&self) -> bool {
         matches!(self, Self::No)
@@ -64,8 +64,8 @@ impl PublishFarAxes {
 }
 
 impl ReceiverConfig {
-    /// The far axes that are published as corrected, by their numbers. The first one has the axis id
-    /// 1 there, the next one 2.
+    /// The far axes published as corrected, by their numbers. The first one has the axis id 1
+    /// there, the next one 2.
     #[must_use]
     pub fn published_far_axes(&self) -> Vec<usize> {
         match &self.publish_far_axes {

@@ -1,4 +1,4 @@
-//! `[[slave]]`: what a slave follows, what it can do, and what it does.
+//! `[[slave]]`: masters, limits and commands of a slave.
 
 use std::path::Path;
 
@@ -19,51 +19,51 @@ use crate::program::StepConfig;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SlaveConfig {
-    /// Its name among the slaves.
+    /// Name among the slaves.
     #[serde(default = "slave")]
     pub name: NodeName,
-    /// Its axis id, under which other receivers can follow it. Its place in the list by default,
-    /// from 1.
+    /// Axis id, under which other receivers can follow it. Its place in the list by default, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<u32>,
-    /// Its master: a far axis, by its name or as `node.id`, a virtual axis or another slave, by its name.
-    /// If empty, the far axis where there is but one; where there is none, the one virtual axis.
+    /// Master: a far axis, by its name or as `node.id`, a virtual axis or another slave, by its
+    /// name. If empty, the only far axis; without any, the only virtual axis.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub master: String,
-    /// What its position is in; the unit of its master by default.
+    /// Unit of its position; that of its master by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
-    /// The length of its modulo turn, u, say 360 for a rotary knife; none for a slave that does not turn.
+    /// Length of its modulo period, u, for example 360 for a rotary knife; none for a slave without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modulo: Option<Modulo>,
-    /// Up to three more, named likewise, for couplings to several masters: their numbers 2 to 4.
+    /// Up to three further masters, named likewise, for couplings to several masters: their numbers
+    /// 2 to 4.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_masters: Vec<String>,
-    /// What it can do. Without, as much as its simulated drive, and it follows its master whatever becomes of
-    /// that: see [`SlaveConfig::limits`].
+    /// Dynamic limits. Without them, those of its simulated drive, and it follows its master even
+    /// if that is lost or in error: see [`SlaveConfig::limits`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<SlaveParameters>,
-    /// What follows its set values.
+    /// Drive that follows its set values.
     #[serde(default)]
     pub drive: DriveConfig,
-    /// What couples it from the start. The gear by default, nothing if it has a program.
+    /// Coupling from the start. The gear by default, none if it has a program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub couple: Option<CoupleConfig>,
     /// The gear that couples it from the start.
     #[serde(default)]
     pub gear: GearConfig,
-    /// Cam plates that it can be coupled by, as those of the receiver's own `cams`: so can all other slaves of the
-    /// receiver, by their numbers, each of which there is once in a receiver.
+    /// Cam plates that can couple it, in addition to those of the receiver's `cams`; all slaves of
+    /// the receiver can use them, by their numbers, which are unique in a receiver.
     #[doc(alias = "MC_CamTableSelect")]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cams: Vec<CamSource>,
     /// Registration marks on the material that its master moves, and the sensor that sees them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marks: Option<MarksConfig>,
-    /// What it cuts with.
+    /// Cutting tool.
     #[serde(default, skip_serializing_if = "is_default")]
     pub tool: ToolConfig,
-    /// Its program.
+    /// Program of the slave.
     #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepConfig>,
 }
@@ -97,15 +97,16 @@ impl Default for SlaveConfig {
     }
 }
 
-/// What a simulated drive can do that is not told its highest velocity, u/s.
+/// Highest velocity of a simulated drive without a configured one, u/s.
 const FASTEST: f64 = 10_000.0;
-/// The shortest lag of a drive that makes a difference, s.
+/// The shortest lag of a drive that has an effect, s.
 const SHORTEST_LAG: f64 = 1e-4;
 
 impl SlaveConfig {
-    /// What it can do. Where the config does not say: as much as its drive. A velocity controller with a lag
-    /// turns its highest velocity round with twice that per lag, and the acceleration likewise; it goes on following
-    /// a master that is lost or in error, and the drive's window of the following error is the only one.
+    /// Dynamic limits. Without configured ones, those of its drive: a velocity controller with a
+    /// lag reverses its highest velocity with twice that per lag, and the acceleration likewise;
+    /// the slave continues to follow a master that is lost or in error, and the drive's window of
+    /// the following error is the only one.
     #[must_use]
     pub fn limits(&self) -> SlaveParameters {
         self.limits.unwrap_or_else(|| {
@@ -127,7 +128,7 @@ impl SlaveConfig {
         })
     }
 
-    /// What couples it from the start.
+    /// Coupling from the start.
     #[must_use]
     pub fn couple(&self) -> CoupleConfig {
         self.couple.unwrap_or(if self.steps.is_empty() {
@@ -148,15 +149,15 @@ impl SlaveConfig {
     }
 }
 
-/// What couples a slave from the start, as soon as there is a master.
+/// Coupling of a slave from the start, as soon as there is a master.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CoupleConfig {
-    /// Its gear.
+    /// The slave's gear.
     Gear,
-    /// A cam plate. The slave is where it puts it.
+    /// A cam plate. The slave starts at the plate's position.
     Cam(CamIn),
-    /// Nothing: it has no power until it is commanded.
+    /// No coupling: no power until it is commanded.
     Off,
 }
 
@@ -179,13 +180,14 @@ impl Default for GearConfig {
     }
 }
 
-/// What a slave cuts the material with: itself, wherever it passes a multiple of something, as a
-/// rotary knife does; or by steps of its program, as a saw does.
+/// Cutting of the material by a slave: by the slave itself at multiples of a distance, like a
+/// rotary knife; or by steps of its program, like a saw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct ToolConfig {
-    /// It cuts wherever its set position passes a multiple of this, u, while it moves with its
-    /// master. Such a cut is where the material is at the slave's position 0.
+    /// Distance of the cuts, u: a cut is made at each multiple of it that the set position passes
+    /// while the slave moves with its master. Such a cut is where the material is at the slave's
+    /// position 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts_every: Option<Positive>,
     /// Slave units per master unit with which it moves along the material, not 0: a cut by a step

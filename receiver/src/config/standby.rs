@@ -4,31 +4,31 @@ use coaxle_node::keys::NodeName;
 
 use super::ReceiverConfig;
 
-/// A node that is heard: a far node, or a standby of one.
+/// A node received from: a far node, or a standby.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeardNode<'a> {
-    /// The far node that it is, or that it stands by for, counted from 0.
+    /// Number of the far node, or of the one that it stands by for, counted from 0.
     pub far: usize,
-    /// 0: that node itself; n: its n-th standby.
+    /// 0: the far node itself; n: its n-th standby.
     pub place: usize,
-    /// Its name.
+    /// Name of the node.
     pub node: &'a NodeName,
 }
 
-/// A standby that cannot be one.
+/// An invalid standby.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: received {received}, expected {expected}")]
 pub struct WrongStandby {
     /// The field of the config.
     pub field: String,
-    /// What was there.
+    /// Value received.
     pub received: String,
-    /// Why it cannot be one.
+    /// Value expected.
     pub expected: &'static str,
 }
 
 impl ReceiverConfig {
-    /// Every node that is heard, in the order of their numbers: the far nodes, then their standbys.
+    /// Every node received from, in the order of the numbers: the far nodes, then their standbys.
     #[must_use]
     pub fn heard_nodes(&self) -> Vec<HeardNode<'_>> {
         let far = || self.far.iter().enumerate();
@@ -44,7 +44,7 @@ impl ReceiverConfig {
         nodes.chain(standbys).collect()
     }
 
-    /// The numbers of a far node and of its standbys, in their order, among all nodes that are heard.
+    /// The numbers of a far node and of its standbys, in their order, among all nodes received from.
     #[must_use]
     pub fn numbers_of(&self, far: usize) -> Vec<usize> {
         let heard = self.heard_nodes().into_iter().enumerate();
@@ -52,7 +52,7 @@ impl ReceiverConfig {
         own.map(|(number, _)| number).collect()
     }
 
-    /// A node answers time requests of a receiver once: so it is heard once.
+    /// Checks the standbys: a node responds to a receiver's time requests once, so it may be listed once.
     pub(super) fn check_standbys(&self, is_short: bool) -> Result<(), WrongStandby> {
         let heard = self.heard_nodes();
         for (n, standby) in heard.iter().enumerate().skip(self.far.len()) {

@@ -1,4 +1,4 @@
-//! `[[virtual-axis]]`: axes of the receiver's own, written as a sender's axes are.
+//! `[[virtual-axis]]`: axes of the receiver's own, written as in a sender's config.
 
 use coaxle_node::config::Unit;
 use coaxle_node::frame::MAX_AXES;
@@ -7,27 +7,27 @@ use coaxle_source::config::AxisConfig;
 
 use super::ReceiverConfig;
 
-/// Virtual axes that no receiver can have.
+/// Invalid virtual axes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongVirtualAxis {
-    /// More than a frame would hold.
+    /// More axes than a frame would hold.
     #[error("virtual-axis: received {received}, expected at most {MAX_AXES}")]
     TooMany {
-        /// How many.
+        /// Number of axes.
         received: usize,
     },
-    /// Two of them share an id.
+    /// Duplicate id.
     #[error("virtual-axis: received id {id} twice, expected an id of its own for each")]
     IdTwice {
         /// The id.
         id: u32,
     },
-    /// A name that slaves, signals and traces cannot have it under.
+    /// A name that is not valid for slaves, signals and traces.
     #[error("virtual-axis[{axis}].name: {reason}")]
     Name {
-        /// Its place in the config.
+        /// Place in the config.
         axis: usize,
-        /// What was received and what is expected.
+        /// The value received and the one expected.
         reason: String,
     },
 }
@@ -39,7 +39,7 @@ impl ReceiverConfig {
         self.virtual_axes.iter().map(|a| a.name.clone()).collect()
     }
 
-    /// What the position of a virtual axis is in, by its place in the config.
+    /// Unit of a virtual axis, by its place in the config.
     #[must_use]
     pub fn virtual_axis_unit(&self, axis: usize) -> Unit {
         let axis = self.virtual_axes.get(axis);
@@ -69,7 +69,8 @@ impl ReceiverConfig {
         Ok(())
     }
 
-    /// Slaves name it, and its signals stand behind its name: no other axis, and no far node, has it.
+    /// Checks the name: slaves refer to it, and its signals begin with it, so no other axis and no
+    /// far node may have it.
     fn check_name(&self, axis: &AxisConfig, before: &[AxisConfig]) -> Result<(), String> {
         let name = axis.name.as_str();
         NodeName::new(name).map_err(|_| {

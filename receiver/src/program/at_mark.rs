@@ -1,4 +1,4 @@
-//! Commands whose positions of the master count from a registration mark.
+//! Commands with master positions that count from a registration mark.
 
 use coaxle_cam::{ActivationMode, CamIn};
 use coaxle_gear::FlyingGearParameters;
@@ -8,7 +8,7 @@ use coaxle_slave::{CamPoints, Command, SyncPosition};
 
 use super::sensor::Mark;
 
-/// Whether a command has such positions.
+/// True if a command has such positions.
 pub(super) const fn has_positions(command: &Command) -> bool {
     matches!(
         command,
@@ -19,14 +19,14 @@ pub(super) const fn has_positions(command: &Command) -> bool {
     )
 }
 
-/// What [`has_positions`] is true of, as a config spells it.
+/// Commands for which [`has_positions`] is true, as written in a config.
 pub(super) const THOSE_WITH_POSITIONS: &str =
     "gear-in-pos, flying-gear, cam-in, write-motion-function";
 
-/// The command with its positions on the master's axis.
+/// Returns the command with its positions on the master's axis.
 ///
-/// Positions on a plate count from where the plate would have the mark if it began at the mark used
-/// before: `master_scaling` is that of the plate.
+/// Positions on a plate count from the mark's position on a plate that begins at the mark used
+/// before; `master_scaling` is that of the plate.
 pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Command {
     match *command {
         Command::GearInPos(saw) => Command::GearInPos(GearInPos {
@@ -46,7 +46,7 @@ pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Com
     }
 }
 
-/// Whether the master's position of a command counts from something else already.
+/// True if the master position of a command counts from another reference already.
 pub(super) const fn counts_from_elsewhere(command: &Command) -> bool {
     let position = match command {
         Command::GearInPos(saw) => saw.master_sync_position,
@@ -56,7 +56,7 @@ pub(super) const fn counts_from_elsewhere(command: &Command) -> bool {
     position.as_position().is_none()
 }
 
-/// Only plain ones count from a mark.
+/// Shifts a plain position; others do not count from a mark.
 fn from_mark(position: SyncPosition, mark: &Mark) -> SyncPosition {
     match position {
         SyncPosition::At(position) => SyncPosition::At(position + mark.position),
@@ -64,7 +64,7 @@ fn from_mark(position: SyncPosition, mark: &Mark) -> SyncPosition {
     }
 }
 
-/// The plate's master 0 is at the mark, unless it counts from where the master is.
+/// Places the plate's master 0 at the mark, unless it counts from the master's position.
 fn cam_in_at(mut cam_in: CamIn, mark: f64) -> CamIn {
     if !cam_in.start_mode.master_relative() {
         cam_in.master_offset -= mark;

@@ -1,8 +1,8 @@
-//! Where a program goes on if a step cannot be taken.
+//! Branches of a program for a step that cannot be taken.
 
 use super::outcome::{Outcome, Trouble};
 
-/// The steps that it goes on with; the program decides by itself where there is none.
+/// The steps to continue with; without one, the program's default applies.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Branches {
     pub(super) aborted: Option<usize>,

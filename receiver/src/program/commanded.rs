@@ -1,4 +1,4 @@
-//! The commands that a program has given, until they have come to their end.
+//! The commands of a program, until they have ended.
 
 use coaxle_axis::{AxisStatus, Job};
 use coaxle_slave::Command;
@@ -6,15 +6,15 @@ use coaxle_slave::Command;
 use super::condition::Situation;
 use super::outcome::{Outcome, Trouble};
 
-/// The commands that a program has given, as far as it still has to know of them.
+/// The commands of a program whose results are still needed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Commanded {
-    /// The one given last.
+    /// The last command.
     last: Option<Followed>,
-    /// The one that moves the slave, or did so last; none once somebody else's has taken over.
+    /// The command that moves the slave, or did so last; none once a foreign command has taken over.
     motion: Option<Followed>,
     outcome: Option<Outcome>,
-    /// What nothing has been done about yet.
+    /// Trouble that is not handled yet.
     trouble: Option<Trouble>,
     was_in_error: bool,
 }
@@ -34,7 +34,7 @@ impl Followed {
         }
     }
 
-    /// Its end, once.
+    /// Takes its end, once.
     fn end(&mut self, end_of: impl FnOnce(Job) -> Option<Outcome>) -> Option<Outcome> {
         if self.has_ended {
             return None;
@@ -46,8 +46,8 @@ impl Followed {
 }
 
 impl Commanded {
-    /// What became of them since the last scan. Another command that takes over from one that is done is
-    /// trouble, unless an order was waited for.
+    /// Collects the results of the commands since the last scan. A foreign command that takes over
+    /// from a completed one is trouble, unless the program waited for an order.
     pub(super) fn look(
         &mut self,
         now: &Situation,
@@ -59,7 +59,7 @@ impl Commanded {
         {
             self.motion = Some(last);
         }
-        // Of what goes on beside, only trouble counts: done is the command given last.
+        // For another motion still under way, only trouble counts; done refers to the last command.
         let of_motion = self.motion.as_mut().and_then(|motion| motion.end(&end_of));
         if let Some(outcome) = of_motion.filter(|outcome| *outcome != Outcome::Done) {
             self.ended(outcome);
@@ -95,15 +95,15 @@ impl Commanded {
         }
     }
 
-    /// The slave was coupled by this from the start.
+    /// Notes the job that coupled the slave from the start.
     pub(super) const fn started(&mut self, job: Job) {
         self.motion = Some(Followed::new(job));
     }
 
-    /// A command of the program was accepted.
+    /// Notes an accepted command of the program.
     pub(super) const fn accepted(&mut self, command: &Command, job: Job) {
         match command {
-            // What was moving the slave ends by its own doing.
+            // The program itself ends the motion.
             Command::Power(false) => {
                 self.last = None;
                 self.motion = None;
@@ -116,27 +116,27 @@ impl Commanded {
         self.trouble = None;
     }
 
-    /// A command of the program was refused: at once, or when it was due.
+    /// Notes a refused command of the program, refused at once or when it was due.
     pub(super) fn refused(&mut self) {
         self.ended(Outcome::Refused);
     }
 
-    /// The program does something about the trouble.
+    /// Marks the trouble as handled.
     pub(super) const fn handled(&mut self) {
         self.trouble = None;
     }
 
-    /// What nothing has been done about yet.
+    /// Trouble that is not handled yet.
     pub(super) const fn trouble(&self) -> Option<Trouble> {
         self.trouble
     }
 
-    /// What became of the command given last.
+    /// Result of the last command.
     pub(super) const fn outcome(&self) -> Option<Outcome> {
         self.outcome
     }
 
-    /// Whether one of them has not come to its end.
+    /// True if a command has not ended.
     pub(super) fn is_busy(&self) -> bool {
         let is_under_way = |followed: &Followed| !followed.has_ended;
         self.last.as_ref().is_some_and(is_under_way)

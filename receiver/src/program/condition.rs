@@ -1,4 +1,4 @@
-//! What of the condition of a step is not the case yet.
+//! Unmet parts of a step's condition.
 
 use coaxle_axis::{AxisStatus, Job, StateWord};
 use coaxle_cam::TableId;
@@ -9,55 +9,55 @@ use coaxle_slave::{CouplingPhase, Outlook};
 use super::config::When;
 use super::outcome::Outcome;
 
-/// What a condition can ask about: slave and master as they were after the last cycle.
+/// Inputs of a condition: slave and master after the last cycle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Situation {
     pub(crate) status: AxisStatus,
     pub(crate) phase: Option<CouplingPhase>,
     pub(crate) set: Kinematics,
-    /// Whether it has stood for a cycle.
+    /// True if it has stood for a cycle.
     pub(crate) stands: bool,
-    /// What becomes of the set values if nobody commands anything.
+    /// Further course of the set values without a command.
     pub(crate) outlook: Outlook,
     /// The job that moves the slave, or did so last.
     pub(crate) motion: Option<Job>,
-    /// It is coupled as soon as its master is there.
+    /// True if it is coupled as soon as its master is there.
     pub(crate) starts_coupled: bool,
-    /// It is to have power, and its drive does not follow yet.
+    /// True if power is commanded, but its drive does not follow yet.
     pub(crate) is_switching_on: bool,
     /// Position of the master; none without one.
     pub(crate) master: Option<f64>,
-    /// The master whose position that is, is there, without error, and its clock is known.
+    /// True if the master of that position is there, without error, and its clock is known.
     pub(crate) first_master_ready: bool,
-    /// So are all masters.
+    /// True if all masters are ready.
     pub(crate) master_ready: bool,
-    /// The plate that couples it, of several the first; 0 without one.
+    /// The plate that couples it, the first of several; 0 without one.
     pub(crate) cam_table: TableId,
-    /// What waits in the coupling by plates.
+    /// Pending changes of the coupling by plates.
     pub(crate) cam_queued: StateWord,
 }
 
 impl Situation {
-    /// Whether this waits in the coupling by plates.
+    /// True if this change is pending in the coupling by plates.
     pub(super) const fn queues(&self, what: StateWord) -> bool {
         self.cam_queued.contains(what)
     }
 }
 
-/// What the program itself knows.
+/// Inputs from the program itself.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passed {
     pub(super) since_start: Seconds,
     pub(super) since_step: Seconds,
-    /// There is a mark to be used.
+    /// True if there is a mark to be used.
     pub(super) mark_seen: bool,
-    /// What became of the command given last.
+    /// Result of the last command.
     pub(super) outcome: Option<Outcome>,
-    /// A step waited for too long, and no command was given since.
+    /// True if a step waited for too long, and no command was given since.
     pub(super) timed_out: bool,
 }
 
-/// A part of a condition, with what it asks for.
+/// A part of a condition, with its required value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Part {
     Time,
@@ -81,7 +81,7 @@ pub(super) enum Part {
 }
 
 impl When {
-    /// The parts that do not hold, in the order of the fields.
+    /// The unmet parts, in the order of the fields.
     pub(super) fn unmet(
         &self,
         now: &Situation,
@@ -91,7 +91,7 @@ impl When {
         let error_stop = now.status == AxisStatus::ErrorStop;
         let master = now.master.unwrap_or(f64::NAN);
         let position = now.set.position;
-        // Nothing is above or below what is no number.
+        // Comparisons with a non-finite number are unmet.
         let lacks = |holds: bool, part: Part| (!holds).then_some(part);
         let differs = |asked: Option<bool>, is: bool| asked.filter(|asked| *asked != is);
         let outcome = |asked: Option<bool>, outcome| {
@@ -138,7 +138,7 @@ impl When {
         .flatten()
     }
 
-    /// Whether it asks for something that went wrong: what is done then, the step says itself.
+    /// True if it requires a trouble, which the step then handles itself.
     pub(super) fn asks_for_trouble(&self) -> bool {
         [
             self.error_stop,

@@ -21,17 +21,17 @@ const MOST_STEPS: usize = 1_000;
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 #[schemars(rename = "SlaveStep")]
 pub struct StepConfig {
-    /// A name, to go on from here.
+    /// A name, as a target of branches.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// What has to be the case before the step is taken. Nothing by default.
+    /// Condition for the step. None by default.
     #[serde(skip_serializing_if = "When::is_empty")]
     pub when: When,
-    /// The command to the slave, or about the cam plates. A step without only waits.
+    /// The command to the slave, or on the cam plates. A step without one only waits.
     #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
     pub command: Option<StepCommand>,
-    /// The command's positions of the master count from the oldest mark that was seen and not used,
-    /// and the mark is used up. The step waits until there is one.
+    /// Master positions of the command count from the oldest unused mark detected, and the mark is
+    /// used up. The step waits for a mark.
     ///
     /// * `gear-in-pos`, `flying-gear`: the synchronous position of the master;
     /// * `cam-in`: the plate's master 0 is at the mark, unless the plate counts from where the master
@@ -40,30 +40,30 @@ pub struct StepConfig {
     ///   used before and ended at this one. The scaling is that of the plate in force.
     #[serde(skip_serializing_if = "is_false")]
     pub at_mark: bool,
-    /// The tool cuts, where the slave is in the cycle in which the step is taken. Refused while its coupling leads the slave to
-    /// its master or away from it, and while it is behind: farther from where its coupling has it than
-    /// `distance.in-sync-window`.
+    /// The tool cuts at the slave's position in the cycle in which the step is taken. Refused while
+    /// its coupling leads the slave to its master or away from it, and while it is behind: farther
+    /// from the position of its coupling than `distance.in-sync-window`.
     #[serde(skip_serializing_if = "is_false")]
     pub cut: bool,
-    /// The label of the step to go on with. The next one by default.
+    /// Label of the next step. The following one by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub go_to: Option<String>,
-    /// Another word for [`go_to`](Self::go_to), where that is further up.
+    /// Synonym of [`go_to`](Self::go_to), for a label further up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeat_from: Option<String>,
-    /// How long the step may wait, s since the step before. As long as it takes by default.
+    /// Longest wait for the step, s since the step before. Unlimited by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout_s: Option<Positive>,
-    /// Where the program goes on if the wait for this step is cut short, or its command refused.
+    /// Branches for a wait that ends early, or a refused command.
     #[serde(skip_serializing_if = "Otherwise::is_empty")]
     pub otherwise: Otherwise,
-    /// The code with which the command shall be refused.
+    /// Expected refusal code of the command.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expect_refusal: Option<u32>,
 }
 
 impl StepConfig {
-    /// What it tells the slave, if it does.
+    /// The command to its slave, if any.
     #[must_use]
     pub const fn slave_command(&self) -> Option<&Command> {
         match &self.command {
@@ -72,7 +72,7 @@ impl StepConfig {
         }
     }
 
-    /// The plate that it loads, if it does, with the number that it says itself.
+    /// The plate that it loads, if any, with its explicit number.
     pub(crate) const fn plate(&self) -> Option<(&CamSource, Option<TableId>)> {
         match &self.command {
             Some(StepCommand::Plate(PlateCommand::CamTableSelect { table, plate, .. })) => {
@@ -94,17 +94,17 @@ fn is_false(flag: &bool) -> bool {
     !flag
 }
 
-/// Where a program goes on if a step cannot be taken: labels of steps.
+/// Branches of a program for a step that cannot be taken: labels of steps.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct Otherwise {
-    /// The program's command was cut short by something else: an order, or the loss of power.
+    /// The program's command was aborted by an order, or by the loss of power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aborted: Option<String>,
-    /// The slave came to an error stop.
+    /// Error stop of the slave.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
-    /// The step's command was refused, or, while the step waits, one before when it was due.
+    /// The step's command was refused, or, while the step waits, an earlier one when it was due.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
     /// The master of the program's flying saw ran back past the coupling position.
@@ -125,10 +125,10 @@ impl Otherwise {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct When {
-    /// So much time has passed since the program began, s of the node's own clock.
+    /// Least time since the program began, s of the node's own clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_s: Option<AtLeastZero>,
-    /// So much time has passed since the step before, s.
+    /// Least time since the step before, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_s: Option<AtLeastZero>,
     /// The slave moves with its master, or does not.
@@ -140,7 +140,7 @@ pub struct When {
     /// The master is there, without error and in a mode that synchronises in sync, or is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub master_ready: Option<bool>,
-    /// A mark was seen that is neither used nor past the slave's position 0, or none was.
+    /// A detected mark that is neither used nor past the slave's position 0, or none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mark_seen: Option<bool>,
     /// The master's position is above this, in its units.
@@ -161,7 +161,7 @@ pub struct When {
     /// The slave is in error stop, or is not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_stop: Option<bool>,
-    /// The cam plate of this number couples the slave (of several the first); 0: none does.
+    /// Number of the cam plate that couples the slave (the first of several); 0: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cam_table: Option<TableId>,
     /// A plate waits for its moment to couple the slave, or none does.
@@ -173,16 +173,17 @@ pub struct When {
     /// The program's last command has come to its end, or has not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub done: Option<bool>,
-    /// It was cut short by something else, or was not.
+    /// The program's last command was aborted, or was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aborted: Option<bool>,
-    /// The slave came to an error stop since the program's last command, or did not.
+    /// Error stop of the slave since the program's last command, or none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failed: Option<bool>,
     /// The program's last command was refused, or was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<bool>,
-    /// It was a flying saw whose master ran back past the coupling position, or was not.
+    /// The program's last command was a flying saw whose master ran back past the coupling
+    /// position, or was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolled_back: Option<bool>,
     /// A step has waited for its `timeout-s` since the program's last command, or none has.
@@ -196,13 +197,13 @@ impl When {
     }
 }
 
-/// A step that no program can have.
+/// An invalid step.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: {reason}")]
 pub struct WrongStep {
     /// The step and the field.
     pub field: String,
-    /// What was received and what is expected.
+    /// The value received and the one expected.
     pub reason: String,
 }
 
@@ -272,7 +273,7 @@ fn resolved(
     })
 }
 
-/// What it does, ready for the cycle.
+/// The step's command, ready for the cycle.
 fn due(step: &StepConfig, plate: Option<ReservedPlate>) -> Result<Option<Due>, Wrong> {
     Ok(Some(match (&step.command, plate) {
         (None, _) => return Ok(None),
@@ -292,7 +293,7 @@ fn due(step: &StepConfig, plate: Option<ReservedPlate>) -> Result<Option<Due>, W
     }))
 }
 
-/// What needs a command that can be refused, or a time.
+/// Checks fields that require a command that can be refused, or a timeout.
 fn check_command(step: &StepConfig) -> Result<(), Wrong> {
     let otherwise = &step.otherwise;
     if step.expect_refusal.is_some() && step.command.is_none() {
@@ -360,7 +361,7 @@ impl Labels<'_> {
     }
 }
 
-/// What a step needs to ask for marks.
+/// Checks the requirements of the fields for marks.
 fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
     let asks = [
         ("when.mark-seen", step.when.mark_seen.is_some()),

@@ -3,7 +3,7 @@
 use coaxle_cam::{ReservedPlate, TableId};
 use coaxle_slave::Command;
 
-/// What a step does, ready for the cycle.
+/// A step's command, ready for the cycle.
 #[expect(
     clippy::large_enum_variant,
     reason = "it is copied in a cycle, where nothing is allocated"
@@ -12,8 +12,8 @@ use coaxle_slave::Command;
 pub(crate) enum Due {
     /// A command to the slave.
     Slave(Command),
-    /// A plate that was reserved for it is selected.
+    /// Selects a plate that was reserved for it.
     SelectPlate { plate: ReservedPlate, replace: bool },
-    /// A plate is taken out.
+    /// Deletes a plate.
     DeletePlate { table: TableId },
 }

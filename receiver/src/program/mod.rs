@@ -1,9 +1,9 @@
-//! The program of a slave: a sequence of steps, each with a condition and a command, as a PLC has it.
+//! The program of a slave: a sequence of steps, each with a condition and a command, as in a PLC.
 //!
-//! One step at most in a cycle. A step is taken when all of its condition holds. What went wrong with a
-//! command leads to the step that `otherwise` names for it. Without one, a refusal ends the program, unless
-//! the step expects just that; of anything else the program goes on waiting for its step, and says so as
-//! soon as that can no longer come.
+//! At most one step per cycle. A step is taken when its whole condition holds. After trouble with a
+//! command the program continues with the step named in `otherwise`. Without one, a refusal ends
+//! the program, unless the step expects it; after other trouble the program keeps waiting for its
+//! step, and reports when the step can no longer be taken.
 
 mod at_mark;
 mod branches;
@@ -38,23 +38,23 @@ pub use prospect::WaitsFor;
 pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
 pub use step_command::{PlateCommand, StepCommand};
 
-/// A program, and how far it is.
+/// A program and its progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     steps: Vec<Step>,
-    /// None without marks.
+    /// Sensor of the marks; none without marks.
     sensor: Option<Sensor>,
     /// The step that is waited for.
     at: usize,
     state: ProgramState,
-    /// What it waits for, if it does.
+    /// The unmet part of the condition that it waits for.
     waits_for: Option<WaitsFor>,
     commanded: Commanded,
-    /// A step waited for too long, and no command was given since.
+    /// True if a step waited for too long, and no command was given since.
     timed_out: bool,
     since_start: Seconds,
     since_step: Seconds,
-    /// Cuts done.
+    /// Number of cuts done.
     cuts: u64,
 }
 
@@ -63,28 +63,28 @@ pub(crate) struct Program {
 struct Step {
     when: When,
     command: Option<Due>,
-    /// The command's positions of the master count from a mark, which is used up.
+    /// True if the command's master positions count from a mark, which is used up.
     at_mark: bool,
-    /// The tool cuts.
+    /// True if the tool cuts.
     cut: bool,
     /// The code of the refusal that is expected.
     expected: Option<u32>,
     /// The step to go on with.
     next: usize,
-    /// How long it may be waited for since the step before.
+    /// Longest wait since the step before.
     timeout: Option<Positive>,
     /// The steps to go on with if it cannot be taken.
     otherwise: Branches,
 }
 
 impl Step {
-    /// What has to be the case yet before it is taken.
+    /// Unmet parts of the condition.
     fn unmet(&self, now: &Situation, passed: &Passed) -> impl Iterator<Item = Part> + use<> {
         let mark = (self.at_mark && !passed.mark_seen).then_some(Part::AtMark);
         self.when.unmet(now, passed).chain(mark)
     }
 
-    /// Its command, with its positions at the mark if that is asked for.
+    /// The command, with its positions at the mark if required.
     fn placed(&self, mark: Option<&Mark>, master_scaling: impl FnOnce() -> f64) -> Option<Due> {
         match (mark, &self.command) {
             (Some(mark), Some(Due::Slave(command))) if self.at_mark => {
@@ -96,7 +96,8 @@ impl Step {
 }
 
 impl Program {
-    /// The program of these steps, with the marks they may ask for and, for each that loads a plate, that plate; none without any.
+    /// Creates the program of these steps, with the marks they may use and, for each step that
+    /// loads a plate, that plate; none without steps.
     ///
     /// # Errors
     /// [`WrongStep`] names the step and the field.
@@ -122,8 +123,8 @@ impl Program {
         }))
     }
 
-    /// The time since the last scan has passed. The sensor of marks needs the master's position; none
-    /// as long as the master is not ready.
+    /// Advances the time since the last scan. The sensor of marks needs the master's position; none
+    /// while the master is not ready.
     pub(crate) fn advance(&mut self, elapsed: Seconds, master: Option<f64>) {
         self.since_start = self.since_start + elapsed;
         self.since_step = self.since_step + elapsed;
@@ -132,14 +133,14 @@ impl Program {
         }
     }
 
-    /// What became of its commands. `end_of` is asked for the end of a job, if it has come to one.
+    /// Collects the results of its commands. `end_of` returns the end of a job, if it has ended.
     pub(crate) fn look(&mut self, now: &Situation, end_of: impl Fn(Job) -> Option<Outcome>) {
         let waited_for_order = self.state == ProgramState::WaitingForOrder;
         self.commanded.look(now, waited_for_order, end_of);
     }
 
-    /// Whether the next step is to be taken now, and the command to give if it has one.
-    /// `master_scaling` is asked for the scaling of the plate that couples the slave.
+    /// Returns the command of the next step if the step is to be taken now, which may be none.
+    /// `master_scaling` returns the scaling of the plate that couples the slave.
     pub(crate) fn due(
         &mut self,
         now: &Situation,
@@ -159,7 +160,7 @@ impl Program {
         None
     }
 
-    /// Goes on elsewhere, or ends, if something went wrong and the step says so.
+    /// Branches or ends, if there was trouble that the step handles.
     fn turns_off(&mut self) -> bool {
         let Some(trouble) = self.commanded.trouble() else {
             return false;
@@ -215,7 +216,7 @@ impl Program {
         }
     }
 
-    /// The step was taken, and its command, if it has one, answered so.
+    /// Notes that the step was taken, with the result of its command.
     pub(crate) fn take(&mut self, answer: Result<Option<Job>, Refusal>) {
         let Some(step) = self.steps.get(self.at) else {
             return;
@@ -234,7 +235,7 @@ impl Program {
         }
     }
 
-    /// The step to go on with, or how the program ends.
+    /// The next step, or the end state of the program.
     fn accepted(&mut self, job: Option<Job>) -> Result<usize, ProgramState> {
         let step = &self.steps[self.at];
         if let (Some(Due::Slave(command)), Some(job)) = (&step.command, job) {
@@ -250,7 +251,7 @@ impl Program {
         }
     }
 
-    /// The same where the command of the step was refused.
+    /// The next step after a refused command, or the end state of the program.
     fn refused(&mut self, refusal: &Refusal) -> Result<usize, ProgramState> {
         let step = &self.steps[self.at];
         match (step.expected, step.otherwise.refused) {
@@ -281,12 +282,12 @@ impl Program {
         self.state = state;
     }
 
-    /// The slave was coupled from the start, by this job.
+    /// Notes the job that coupled the slave from the start.
     pub(crate) const fn started(&mut self, job: Job) {
         self.commanded.started(job);
     }
 
-    /// One of its commands was refused after it had been accepted.
+    /// Notes a command that was refused after it had been accepted.
     pub(crate) fn refused_late(&mut self) {
         match self.state {
             ProgramState::Finished => self.end(ProgramState::Refused),
@@ -294,7 +295,7 @@ impl Program {
         }
     }
 
-    /// Whether it ended by a refusal, or for want of one.
+    /// True if it ended by a refusal, or by the lack of an expected one.
     pub(crate) const fn is_refused(&self) -> bool {
         matches!(
             self.state,
@@ -302,7 +303,7 @@ impl Program {
         )
     }
 
-    /// What keeps it from going on, if nothing of its own can change that.
+    /// Reason why it is blocked, if none of its own commands can change that.
     pub(crate) fn blocked(&self) -> Option<BlockedProgram> {
         let trouble = match self.state {
             ProgramState::Blocked => (self.commanded.trouble()).unwrap_or(Trouble::NothingUnderWay),
@@ -316,12 +317,12 @@ impl Program {
         })
     }
 
-    /// Whether the tool cuts with the step that is due.
+    /// True if the tool cuts with the step that is due.
     pub(crate) fn cuts_next(&self) -> bool {
         self.steps.get(self.at).is_some_and(|step| step.cut)
     }
 
-    /// Cuts done by its steps.
+    /// Number of cuts done by its steps.
     pub(crate) const fn cuts(&self) -> u64 {
         self.cuts
     }

@@ -1,35 +1,35 @@
-//! What became of the commands of a program.
+//! Results of the commands of a program.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What became of a command of a program.
+/// Result of a command of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// It has come to its end.
+    /// Completed.
     Done,
-    /// Something else cut it short: an order, or the loss of power.
+    /// Aborted by an order, or by the loss of power.
     Aborted,
-    /// The slave came to an error stop, while it was busy or afterwards.
+    /// Failed by an error stop of the slave, while it was busy or afterwards.
     Failed,
-    /// It was refused: at once, or when it was due.
+    /// Refused at once, or when it was due.
     Refused,
-    /// The master of its flying saw ran back past the coupling position.
+    /// Rolled back: the master of its flying saw ran back past the coupling position.
     RolledBack,
 }
 
-/// What keeps a program from going on.
+/// Reason why a program is blocked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trouble {
-    /// Its command did not come to its end.
+    /// Command that did not complete.
     Outcome(Outcome),
-    /// Its command was done, and another one, which is not its own, has taken the slave over.
+    /// Completed command, after which a foreign one has taken over the slave.
     TakenOver,
-    /// It waits for what becomes of a command, and none of its own is under way.
+    /// Waiting for the result of a command when none is under way.
     NothingUnderWay,
-    /// The step waited for longer than it may.
+    /// Step that waited longer than allowed.
     TimedOut,
 }
 

@@ -1,4 +1,4 @@
-//! Whether what a program waits for can still come.
+//! Prospect of the conditions that a program waits for.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::condition::{Part, Situation};
 use super::outcome::Outcome;
 
-/// What a program waits for: a field of its step, as a config spells it.
+/// Condition that a program waits for: a field of its step, as written in a config.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaitsFor {
@@ -19,13 +19,13 @@ pub enum WaitsFor {
     AfterS,
     /// A mark to be used.
     AtMark,
-    /// A mark, or that there is none.
+    /// A mark, or the absence of one.
     MarkSeen,
-    /// That the slave moves with its master, or does not.
+    /// Motion of the slave with its master, or its end.
     InSync,
-    /// That the slave stands, or does not.
+    /// Standstill of the slave, or its end.
     Standstill,
-    /// The master, or that it is not there.
+    /// A ready master, or the absence of one.
     MasterReady,
     /// The master's position.
     MasterAbove,
@@ -41,38 +41,38 @@ pub enum WaitsFor {
     ErrorStop,
     /// The plate that couples the slave.
     CamTable,
-    /// A plate that waits for its moment, or that none does.
+    /// A pending plate, or the absence of one.
     CamTableQueued,
-    /// Points that wait for their moment, or that none do.
+    /// Pending points, or the absence of some.
     CamDataQueued,
-    /// What became of its command.
+    /// Completion of its command.
     Done,
-    /// What became of its command.
+    /// Abort of its command.
     Aborted,
-    /// What became of its command.
+    /// Failure of its command.
     Failed,
-    /// What became of its command.
+    /// Refusal of its command.
     Refused,
-    /// What became of its command.
+    /// Roll-back of its command.
     RolledBack,
-    /// That a step waited for too long, or that none did.
+    /// Timeout of a step, or the absence of one.
     TimedOut,
 }
 
-/// Who can bring what is waited for; the more it takes, the greater.
+/// Cause that can still meet a condition; the greater, the more it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Prospect {
-    /// It may come by itself: with time, by a motion, by what the master does.
+    /// Time, a motion, or the master's motion.
     ByItself,
-    /// It can come once the master is there.
+    /// The return of the master.
     ByMaster,
-    /// Only a command of somebody else can bring it.
+    /// A foreign command only.
     ByOrder,
-    /// Nothing can.
+    /// No cause.
     Never,
 }
 
-/// Of the parts of a condition that do not hold the one that is hardest to come by, the first of those.
+/// The unmet part of a condition that is hardest to meet; the first of equals.
 pub(super) fn hardest(
     unmet: impl Iterator<Item = Part>,
     now: &Situation,
@@ -84,7 +84,7 @@ pub(super) fn hardest(
 }
 
 impl Part {
-    /// Where it depends on what the master, the material or the drive does, it may come.
+    /// Prospect of a part. It may be met if it depends on the master, the material or the drive.
     fn prospect(self, now: &Situation, is_busy: bool) -> Prospect {
         use Prospect::{ByItself, ByOrder, Never};
         match self {
@@ -107,7 +107,7 @@ impl Part {
             Self::State(state) => to_state(state, now),
             Self::ErrorStop(true) | Self::Outcome(Outcome::Failed, true) => ByItself,
             Self::ErrorStop(false) => ByOrder,
-            // What waits comes by what the master does; what does not wait, somebody has to send.
+            // A pending change takes effect by the master's motion; a new one has to be commanded.
             Self::CamTableQueued(false) | Self::CamDataQueued(false) => {
                 once(now.first_master_ready)
             }
@@ -153,7 +153,7 @@ impl Part {
     }
 }
 
-/// It takes a master that is ready.
+/// Prospect that requires a ready master.
 const fn once(master_ready: bool) -> Prospect {
     if master_ready {
         Prospect::ByItself
@@ -162,7 +162,7 @@ const fn once(master_ready: bool) -> Prospect {
     }
 }
 
-/// It takes a coupling, and none is engaged.
+/// Prospect that requires a coupling while none is engaged.
 const fn by_start(now: &Situation) -> Prospect {
     if now.starts_coupled {
         once(now.first_master_ready)
@@ -171,7 +171,7 @@ const fn by_start(now: &Situation) -> Prospect {
     }
 }
 
-/// It takes a motion; one without an end only if `leads_there`, by its velocity.
+/// Prospect that requires a motion; an endless one counts only if `leads_there`, by its velocity.
 fn by_motion(now: &Situation, leads_there: impl FnOnce(f64) -> bool) -> Prospect {
     match now.outlook {
         Outlook::AtRest if now.is_switching_on => Prospect::ByItself,
@@ -181,7 +181,7 @@ fn by_motion(now: &Situation, leads_there: impl FnOnce(f64) -> bool) -> Prospect
     }
 }
 
-/// It takes another state of the slave. Only commands lead to most of them.
+/// Prospect that requires another state of the slave. Only commands lead to most of them.
 fn to_state(wanted: AxisStatus, now: &Situation) -> Prospect {
     use AxisStatus as S;
     let may_come = match (now.status, wanted) {

@@ -2,36 +2,36 @@
 
 use crate::marks::MarksConfig;
 
-/// Sees each mark once, when the master has moved it to the sensor, and remembers it until it is
+/// Detects each mark once, when the master has moved it to the sensor, and keeps it until it is
 /// used or past the slave's position 0.
 ///
-/// As a touch probe does, it takes the master's position at the very moment, between two cycles:
-/// that is the mark's own position less the distance of the sensor, so nothing but the number of
-/// the mark is kept. It looks at the master as the slave has it, not at what is truly there.
+/// Like a touch probe, it captures the master's position at the exact moment between two cycles:
+/// the mark's own position less the distance of the sensor, so only the number of the mark is kept.
+/// It uses the master as the slave sees it, not its true position.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     marks: MarksConfig,
-    /// None as long as there is no master.
+    /// Detected marks; none while there is no master.
     seen: Option<Seen>,
     /// The mark used last.
     used: Option<u64>,
 }
 
-/// Numbers of marks.
+/// Numbers of the detected marks.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
-    /// The oldest that is neither used nor past.
+    /// The oldest mark that is neither used nor past.
     oldest: u64,
-    /// The next to come to the sensor.
+    /// The next mark to reach the sensor.
     next: u64,
 }
 
-/// A mark to be used, and how far it is from the one that was used before.
+/// A mark to be used, and its distance from the one used before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mark {
-    /// Where the master is when it is at the slave's position 0, u of the master.
+    /// Position of the master when the mark is at the slave's position 0, u of the master.
     pub(super) position: f64,
-    /// From the mark used before, u of the master; the first spacing if none was.
+    /// Distance from the mark used before, u of the master; the first spacing if none was.
     pub(super) distance: f64,
 }
 
@@ -44,8 +44,8 @@ impl Sensor {
         }
     }
 
-    /// One cycle. The master's position, none as long as it is not ready: then what was seen of it
-    /// is worth nothing any more.
+    /// Runs one cycle with the master's position; none while it is not ready, which discards the
+    /// detected marks.
     pub(super) fn look(&mut self, master: Option<f64>) {
         let Some(master) = master else {
             self.seen = None;
@@ -53,7 +53,7 @@ impl Sensor {
         };
         let at_sensor = master + self.marks.sensor_distance.get();
         let Some(seen) = &mut self.seen else {
-            // What lies between sensor and slave already was not seen.
+            // Marks already between sensor and slave were not detected.
             let next = self.marks.first_beyond(at_sensor);
             self.seen = Some(Seen { oldest: next, next });
             return;
@@ -66,7 +66,7 @@ impl Sensor {
         }
     }
 
-    /// The oldest mark that is to be used.
+    /// The oldest mark to be used.
     pub(super) fn mark(&self) -> Option<Mark> {
         let seen = self.seen.filter(|seen| seen.oldest < seen.next)?;
         let position = self.marks.position(seen.oldest);
@@ -77,7 +77,7 @@ impl Sensor {
         })
     }
 
-    /// It was used.
+    /// Marks the oldest mark as used.
     pub(super) fn use_up(&mut self) {
         if let Some(seen) = &mut self.seen
             && seen.oldest < seen.next
@@ -92,7 +92,7 @@ impl Sensor {
 mod tests {
     use super::*;
 
-    /// Marks at 100, 700, 1300 …, seen 500 before.
+    /// Marks at 100, 700, 1300 …, detected 500 before.
     fn sensor() -> Sensor {
         let text = "first = 100\nspacing = 600\nsensor-distance = 500";
         Sensor::new(coaxle_node::config::parse("marks", text).expect("marks"))
@@ -126,7 +126,7 @@ mod tests {
         sensor.look(Some(-500.0));
         sensor.look(Some(-300.0));
         assert_eq!(sensor.mark(), None);
-        // Nobody uses the next one, which passes.
+        // The next mark passes unused.
         sensor.look(Some(750.0));
         sensor.look(Some(800.0));
         let third = sensor.mark().unwrap();
@@ -153,7 +153,7 @@ mod tests {
         sensor.look(Some(-350.0));
         sensor.look(None);
         assert_eq!(position(&sensor), None);
-        // What has passed the sensor meanwhile was not seen.
+        // Marks that passed the sensor meanwhile were not detected.
         sensor.look(Some(250.0));
         assert_eq!(position(&sensor), None);
         sensor.look(Some(900.0));

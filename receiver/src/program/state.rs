@@ -1,4 +1,4 @@
-//! How far a program is, for whoever looks at it.
+//! Progress of a program, for display.
 
 use std::fmt;
 
@@ -7,38 +7,39 @@ use serde::{Deserialize, Serialize};
 use super::outcome::{Outcome, Trouble};
 use super::prospect::WaitsFor;
 
-/// How far a program is.
+/// Progress of a program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgramSnapshot {
-    /// Whether it goes on.
+    /// State of the program.
     pub state: ProgramState,
     /// The step that it waits for, or that it ended with, from 1.
     pub step: u16,
-    /// What it waits for, if it does.
+    /// Condition that it waits for, if any.
     pub waits_for: Option<WaitsFor>,
-    /// What became of its last command; none while that is under way, and before there was one.
+    /// Result of its last command; none while that is under way, and before there was one.
     pub outcome: Option<Outcome>,
 }
 
-/// Whether a program goes on.
+/// State of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProgramState {
-    /// It waits for its next step.
+    /// Waiting for its next step.
     Running,
-    /// Its next step waits for something that comes once the master is there.
+    /// Waiting for a condition that requires the master.
     WaitingForMaster,
-    /// Its next step waits for something that only a command from outside can bring.
+    /// Waiting for a condition that only a command from outside can meet.
     WaitingForOrder,
-    /// The same, for its own command did not come to its end; or nothing at all can bring it.
+    /// Waiting for a condition that cannot be met, because its own command did not complete or no
+    /// cause exists.
     Blocked,
-    /// Its last step was taken.
+    /// Finished with its last step.
     Finished,
-    /// A command was refused.
+    /// Ended by a refused command.
     Refused,
-    /// A command was accepted that should have been refused, or refused for another reason.
+    /// Ended by a command that was accepted instead of refused, or refused for another reason.
     NotAsExpected,
-    /// A step waited for longer than it may.
+    /// Ended by a step that waited longer than allowed.
     TimedOut,
 }
 
@@ -51,19 +52,19 @@ impl ProgramState {
     }
 }
 
-/// A program that waits for what cannot come, or has waited for too long.
+/// A program that waits for an impossible event, or has waited for too long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockedProgram {
     /// The step that it waits for, from 1.
     pub step: u16,
-    /// What that waits for.
+    /// Condition that the step waits for.
     pub waits_for: WaitsFor,
-    /// Why that does not come.
+    /// Reason why the condition is not met.
     pub trouble: Trouble,
 }
 
 impl BlockedProgram {
-    /// NC error code: 0x4b07, a timeout; what can never come is taken for one.
+    /// NC error code: 0x4b07, a timeout; an impossible wait counts as one.
     pub const CODE: u32 = 0x4b07;
 }
 

@@ -1,4 +1,4 @@
-//! What a step does: a command to its slave, or one about the cam plates of the receiver.
+//! Commands of a step: to its slave, or on the cam plates of the receiver.
 
 use std::fmt;
 use std::sync::LazyLock;
@@ -20,13 +20,14 @@ use crate::cam_source::CamSource;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum StepCommand {
-    /// To the slave.
+    /// A command to the slave.
     Slave(Command),
-    /// About the plates.
+    /// A command on the plates.
     Plate(PlateCommand),
 }
 
-/// A command about the cam plates of the receiver, which all of its slaves share: done at once, or refused.
+/// A command on the cam plates of the receiver, which all of its slaves share: executed at once, or
+/// refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     rename_all = "kebab-case",
@@ -34,19 +35,20 @@ pub enum StepCommand {
     deny_unknown_fields
 )]
 pub enum PlateCommand {
-    /// `MC_CamTableSelect`: loads a plate, or puts it in the place of another. It is read and calculated at the start.
+    /// `MC_CamTableSelect`: loads a plate, or replaces another. The plate is read and calculated at
+    /// the start.
     #[doc(alias = "MC_CamTableSelect")]
     CamTableSelect {
-        /// The number of the plate, 1 to 255; that in the plate, if it is left out.
+        /// Number of the plate, 1 to 255; by default the number in the plate.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         table: Option<TableId>,
-        /// Whether it may take the place of one of that number.
+        /// Permission to replace a plate of that number.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         replace: bool,
         /// The plate.
         plate: CamSource,
     },
-    /// Takes a plate out.
+    /// Deletes a plate.
     CamTableDelete {
         /// The number of the plate.
         table: TableId,
@@ -54,7 +56,7 @@ pub enum PlateCommand {
 }
 
 impl StepCommand {
-    /// The PLC's name of it.
+    /// PLC name of the command.
     pub(super) const fn name(&self) -> &'static str {
         match self {
             Self::Slave(command) => command.name(),
@@ -94,7 +96,7 @@ static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
     fields.flat_map(|fields| fields.keys().cloned()).collect()
 });
 
-/// By hand: the first word says which of the two it is, and what is wrong behind that is told with its field.
+/// By hand: the first key selects the kind of command, so that errors behind it name their field.
 impl<'de> Deserialize<'de> for StepCommand {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(Named)
@@ -137,7 +139,7 @@ impl<'de> Visitor<'de> for Named {
     }
 }
 
-/// One field of a map, as the variant of an enum that it is.
+/// A field of a map, read as the variant of an enum.
 struct Variant<'a, A> {
     name: &'a str,
     map: &'a mut A,

@@ -231,7 +231,7 @@ fn a_refusal_ends_the_program_unless_it_is_expected() {
     }
 }
 
-/// With marks at 1000, 1600 …, seen 700 before.
+/// A program with marks at 1000, 1600 …, detected 700 before.
 fn program_with_marks(text: &str) -> Program {
     let marks = parse(
         "m.toml",

@@ -1,6 +1,6 @@
 //! Two receivers that follow each other, with all their threads, within this process: `far-axis/circle-a.toml` and `circle-b.toml`.
 //!
-//! What is waited for is what the nodes report; how long that takes is not judged.
+//! The tests wait for reports of the nodes; their duration is not judged.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,10 +23,10 @@ use super::setup;
 use crate::config::ReceiverConfig;
 use crate::node::Receiver;
 
-/// The longest wait for what must come: a machine may be busy.
+/// Longest wait for an expected report: a machine may be busy.
 const PATIENCE: Span = Span::from_secs(60);
 
-/// A network that keeps statuses from the nodes for as long as that is asked.
+/// A network that withholds statuses from the nodes on request.
 #[derive(Clone, Default)]
 struct Network {
     transport: InProcess,
@@ -92,7 +92,7 @@ fn config(node: &str, other: &str) -> ReceiverConfig {
     parse(node, &text).unwrap()
 }
 
-/// Rows that are wanted nowhere.
+/// Rows without a destination.
 fn rows(config: &ReceiverConfig) -> Rows {
     #[derive(clap::Parser)]
     struct Cli {
@@ -103,7 +103,7 @@ fn rows(config: &ReceiverConfig) -> Rows {
     super::rows(&cli.node, config).unwrap()
 }
 
-/// Both nodes, which run until the test program ends.
+/// Two nodes, which run until the test program ends.
 struct Line {
     network: Network,
     watcher: Watcher,
@@ -137,7 +137,7 @@ impl Line {
         }
     }
 
-    /// Waits until the statuses of both nodes are as they must be.
+    /// Waits until the statuses of both nodes fulfil the predicate.
     fn until(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Vec<Value> {
         let status = |node: &SeenNode| {
             let status = node.status.as_ref().map(|(_, status)| status.clone());
@@ -150,7 +150,7 @@ impl Line {
         seen.iter().map(status).collect()
     }
 
-    /// An order to the slave `loop`.
+    /// Sends an order to the slave `loop`.
     fn order(&self, node: &str, command: Command) -> CommandAnswer {
         let slave = SlaveName::new("loop").unwrap();
         let dry_run = false;
@@ -229,7 +229,7 @@ fn slaves_that_are_coupled_when_the_circle_is_found_stop() {
         let slave = &status["slaves"]["loop"];
         slave["state"] == "error-stop" && slave["circle"].is_string()
     });
-    // Whoever finds the circle first stops, and by that the other one loses its master.
+    // The first node to find the circle stops, so that the other one loses its master.
     let codes: Vec<_> = (stopped.iter())
         .map(|status| status["slaves"]["loop"]["error"]["code"].as_str())
         .collect();

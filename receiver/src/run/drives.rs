@@ -5,10 +5,10 @@ use coaxle_host::shared_memory::{DriveIdentity, SharedMemoryDrive};
 use crate::config::{DriveConfig, ReceiverConfig, WrongSlave};
 use crate::drives::Drives;
 
-/// Those that are in other processes.
+/// The drives in other processes.
 ///
 /// # Errors
-/// [`WrongSlave`] names the slave, and what is wrong with the memory that it shall share.
+/// [`WrongSlave`] names the slave, and the error of its shared memory.
 pub(super) fn drives(config: &ReceiverConfig, run: u64) -> Result<Drives, WrongSlave> {
     let cycle_time = config.cycle_time_us.0;
     let mut drives = Drives::new();

@@ -1,4 +1,4 @@
-//! What is wrong, as code and text, for status and log.
+//! Faults as code and text, for status and log.
 
 use std::fmt;
 
@@ -21,8 +21,7 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    /// What keeps a receiver from doing its work: a slave's error before all else, for it does not
-    /// go away.
+    /// Fault that keeps a receiver from its work: a slave's error first, because it stays.
     pub(super) fn of(snapshot: &ReceiverSnapshot) -> Option<Self> {
         match snapshot.health {
             Health::DriveTripped => Self::tripped(snapshot),
@@ -40,7 +39,7 @@ impl Fault {
         }
     }
 
-    /// What is wrong with a far node.
+    /// Fault of a far node.
     pub(super) fn of_far(snapshot: &ReceiverSnapshot, far: usize) -> Option<Self> {
         match snapshot.far_health[far] {
             Health::CycleTimesDoNotFit => Some(Self::cycle_times(snapshot.data_cycle_times[far])),
@@ -50,14 +49,14 @@ impl Fault {
         }
     }
 
-    /// What it warns of.
+    /// Warning of a far node.
     pub(super) fn of_warning(snapshot: &ReceiverSnapshot, far: usize) -> Option<Self> {
         let code = snapshot.signals.far[far].warning;
         let warning = SyncWarning::DriftChangedSignificantly;
         (warning.code() == code).then(|| warning.into())
     }
 
-    /// Whose axes are in the circle, the host finds: it adds that to the status.
+    /// Fault of a circle. The host knows its axes and adds them to the status.
     fn circle() -> Self {
         let text = "an axis of this node follows itself over other nodes, or would if each axis between were coupled: \
                     the status names the circle";
@@ -71,7 +70,7 @@ impl Fault {
             _ => None,
         })?;
         let text = match fault {
-            // Without its figure, which would be another one each time.
+            // Without its value, which would change each time.
             DriveFault::FollowingError { .. } => {
                 "the drive tripped: its following error was too large for too long".to_owned()
             }
@@ -80,19 +79,19 @@ impl Fault {
         Some(Self::new(fault.code(), &text))
     }
 
-    /// Why a virtual axis is in error, by its code; 0: it is not.
+    /// Fault of a virtual axis, by its code; 0: none.
     pub(super) fn of_virtual_axis(code: u32) -> Option<Self> {
         let text = "its source gives set values that no axis can have: it stands where it was last";
         (code != 0).then(|| Self::new(code, text))
     }
 
-    /// Why a slave is in error stop.
+    /// Fault of a slave in error stop.
     pub(super) fn of_slave(faults: &SlaveFaults) -> Option<Self> {
         let error = faults.error?;
         Some(Self::named(error.code(), &error.to_string()))
     }
 
-    /// Why a slave refused a command last; if only when it was due, which one it was.
+    /// Refusal of a slave's last refused command, with its job if refused only when it was due.
     pub(super) fn of_refusal(faults: &SlaveFaults) -> Option<Self> {
         let RefusedCommand { refusal, job } = faults.refusal?;
         let fault = Self::named(refusal.code(), &refusal.to_string());
@@ -105,7 +104,7 @@ impl Fault {
         })
     }
 
-    /// Why the program of a slave does not go on.
+    /// Reason why the program of a slave is blocked.
     pub(super) fn of_program(faults: &SlaveFaults) -> Option<Self> {
         let blocked = faults.blocked?;
         Some(Self::new(BlockedProgram::CODE, &blocked.to_string()))
@@ -129,7 +128,7 @@ impl Fault {
         Self::new(SyncError::WrongParameter.code().into(), &text)
     }
 
-    /// Without its last figures, which would be others each time.
+    /// Without the last digits of its value, which would change each time.
     fn pace(snapshot: &ReceiverSnapshot, far: usize) -> Self {
         let ppm = snapshot.signals.far[far].pace_ppm.unwrap_or(0.0);
         let hundreds = (ppm / 100.0).round() * 100.0;

@@ -1,4 +1,4 @@
-//! What of a receiver's life is worth a line in the log.
+//! Log events of a receiver.
 
 mod delay;
 mod standby;
@@ -19,19 +19,19 @@ use delay::{Asked, delay, denied};
 use standby::{Heard, heard, standing_by, taken_over};
 use wraps::of_wraps;
 
-/// Looks for changes from cycle to cycle.
+/// Detects changes from cycle to cycle.
 #[derive(Debug)]
 pub(super) struct Journal {
-    /// The nodes that are heard.
+    /// The nodes received from.
     far: Vec<Heard>,
     /// The names of the far axes.
     far_axes: Vec<String>,
-    /// Those of the virtual axes.
+    /// The names of the virtual axes.
     virtual_axes: Vec<String>,
-    /// Those of the slaves.
+    /// The names of the slaves.
     slaves: Vec<String>,
     before: Option<ReceiverSnapshot>,
-    /// Since when each node that is heard is asked for its time in vain.
+    /// State of the unanswered time requests to each node received from.
     asked: Vec<Asked>,
     window: Option<Window>,
 }
@@ -60,9 +60,10 @@ impl From<Level> for coaxle_recording::Level {
     }
 }
 
-/// A receiver that falls out of sync and back hundreds of times a second must not flood the log.
+/// Greatest number of lines per window: a receiver that loses and regains sync hundreds of times a
+/// second must not flood the log.
 const MOST_LINES: u32 = 10;
-/// So many lines, and no more, in each stretch of this length.
+/// Length of the window for this number of lines.
 const WINDOW: Span = Span::from_secs(1);
 
 #[derive(Debug)]
@@ -89,7 +90,7 @@ impl Journal {
         }
     }
 
-    /// What a cycle has changed.
+    /// Log lines on the changes of a cycle.
     pub(super) fn take(&mut self, at: Instant<Machine>, now: &ReceiverSnapshot) -> Vec<Note> {
         let mut notes = match &mut self.before {
             Some(before) => {
@@ -161,7 +162,7 @@ impl Note {
     }
 }
 
-/// Where several nodes are heard, each line says which one it is about.
+/// Adds the node's name to a line where there are several nodes.
 fn about(node: &Heard, of: usize, mut note: Note) -> Note {
     if of > 1 {
         note.text = format!("{}: {}", node.name, note.text);
@@ -178,7 +179,7 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
         let taken_over = taken_over(before, now, heard, n);
         let is_told = match health {
             Health::OnStandby => taken_over.is_some(),
-            // It is told when it stands by.
+            // A standby's own line reports that it stands by.
             _ if heard[n].is_standby => !matches!(
                 health,
                 Health::TwoSenders | Health::CycleTimesDoNotFit | Health::PaceOutOfRange
@@ -199,7 +200,7 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
     notes
 }
 
-/// That a virtual axis came into error, or out of it.
+/// Log lines on virtual axes that went into error, or out of it.
 fn of_virtual_axes(
     before: &ReceiverSnapshot,
     now: &ReceiverSnapshot,
@@ -216,7 +217,7 @@ fn of_virtual_axes(
     changed.collect()
 }
 
-/// That programs wait for somebody.
+/// Log lines on programs that wait for an order.
 fn of_programs(before: &ReceiverSnapshot, now: &ReceiverSnapshot, names: &[String]) -> Vec<Note> {
     let of = |snapshot: &ReceiverSnapshot, n: usize| {
         let slave = &snapshot.signals.slaves[n];
@@ -260,7 +261,7 @@ fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
     notes
 }
 
-/// That another run is followed: of the node itself, or of a second one of its name.
+/// Log line on another run that is followed: of the node itself, or of a duplicate sender.
 fn another_run(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     if now.restarts <= before.restarts {
         return None;
@@ -277,7 +278,7 @@ fn another_run(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     Some(Note::new(Level::Warning, text))
 }
 
-/// That the drift changed so much at once that the line was found anew.
+/// Log line on a step of the drift, after which the line was searched again.
 fn drift_step(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     let [was, is] = [before, now].map(|signals| signals.drift_ppm.unwrap_or(f64::NAN));
     (now.drift_steps > before.drift_steps).then(|| {
@@ -286,7 +287,7 @@ fn drift_step(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     })
 }
 
-/// What orders have changed.
+/// Log lines on changes by orders.
 fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item = Note> {
     let mode = now.mode.as_str();
     let notes = [
@@ -338,10 +339,10 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
     }
 }
 
-/// What is wrong with a slave.
+/// Log line on a slave's fault.
 fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
     match fault {
-        // There is no mode where nothing far is followed.
+        // Without a far node there is no mode.
         Some(fault) if now.signals.far.is_empty() => {
             Note::new(Level::Error, format!("error {fault}"))
         }
@@ -350,7 +351,7 @@ fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
     }
 }
 
-/// A fault, and what the axes of a far node do.
+/// Log line on a fault, with its effect on the axes of a far node.
 fn means(fault: Fault, now: &ReceiverSnapshot, far: usize) -> Note {
     let means = match (now.continuity_of(far), now.state_of(far)) {
         (Some(ContinuityName::Braking), _) => "the axis is braked, or at rest".to_owned(),

@@ -1,4 +1,4 @@
-//! What becomes of a receiver's cycles: trace, log and status.
+//! Destinations of a receiver's cycles: trace, log and status.
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::Publisher;
@@ -11,21 +11,21 @@ use super::status;
 use crate::config::ReceiverConfig;
 use crate::snapshot::ReceiverSnapshot;
 
-/// Keeps the newest cycle for the status, and what is wanted in files.
+/// Keeps the newest cycle for the status, and writes the requested files.
 pub(super) struct ReceiverRecorder {
     config: ReceiverConfig,
     rows: Rows,
     arrivals: Option<ArrivalsTrace>,
     journal: Journal,
     newest: Option<ReceiverSnapshot>,
-    /// When its cycle began.
+    /// Start of the newest cycle.
     newest_at: Instant<Machine>,
-    /// When something was wrong last, and what.
+    /// Time and text of the last fault.
     last_fault: Option<(Instant<Machine>, String)>,
 }
 
 impl ReceiverRecorder {
-    /// With what came in from the followed nodes, where that is wanted too.
+    /// Creates the recorder, with a trace of the arrivals from the followed nodes if requested.
     pub(super) fn new(
         config: &ReceiverConfig,
         rows: Rows,
@@ -120,7 +120,7 @@ mod tests {
 
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
-    /// What the host adds, with a subscription and something to publish.
+    /// The host's fields, with a subscription and a publication.
     const HOST_FIELDS: [&str; 19] = [
         "node",
         "namesakes",
@@ -150,7 +150,7 @@ mod tests {
         parse("r", text).unwrap()
     }
 
-    /// As a command line says it.
+    /// Rows with these command line arguments.
     fn rows(line: &[&str]) -> Rows {
         #[derive(clap::Parser)]
         struct Cli {
@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    /// All paths of an object.
+    /// Every path of an object.
     fn shape(value: &Value) -> Vec<String> {
         let mut paths = Vec::new();
         if let Value::Object(fields) = value {

@@ -1,5 +1,5 @@
-//! What a receiver adds to its status: its signals, nested by what they are about, and what is wrong in
-//! words. `docs/WIRE.md` describes it.
+//! A receiver's part of the status: its signals, nested by subject, and faults in words.
+//! `docs/WIRE.md` describes it.
 
 use coaxle_node::circles::AxisAddress;
 use coaxle_node::fields_of;
@@ -12,7 +12,7 @@ use crate::config::ReceiverConfig;
 use crate::names::HealthName;
 use crate::snapshot::{ReceiverSnapshot, SignalRow};
 
-/// The status of a receiver that has not run a cycle yet: it has not looked at its masters.
+/// The status of a receiver that has not run a cycle yet, and so has not evaluated its masters.
 pub(super) fn before_the_first_cycle() -> Map<String, Value> {
     let health = HealthName::WaitingForMaster.as_str();
     Map::from_iter([("health".to_owned(), health.into())])
@@ -100,7 +100,7 @@ fn named(instances: &[Instance], group: Group, signals: &[impl Serialize]) -> Ve
     of_group.zip(signals).map(status).collect()
 }
 
-/// Where a signal is a code, it is told in words besides: they take its place.
+/// Replaces a signal that is a code by its text.
 fn put(status: &mut Value, field: &str, value: Value) {
     status[field] = value;
 }

@@ -1,4 +1,4 @@
-//! Slaves as a config has them: checked, and in an order in which masters come before their slaves.
+//! Slaves of a config: checked, and in an order in which masters come before their slaves.
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_cam::Tables;
@@ -90,7 +90,7 @@ fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
     Ok(())
 }
 
-/// Masters before their slaves.
+/// Orders masters before their slaves.
 fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<usize>, WrongSlave> {
     let mut order: Vec<usize> = Vec::new();
     while order.len() < slaves.len() {
@@ -194,7 +194,8 @@ fn id_of_master(config: &ReceiverConfig, master: MasterRef) -> u32 {
     }
 }
 
-/// A drive that is not simulated is watched, and is where it is: no coupling can have it anywhere at once.
+/// Checks a drive that is not simulated: it needs monitoring, and no coupling can place it anywhere
+/// at once.
 fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     if slave.limits.is_none() {
         let reason = "received none, expected some: only a simulated drive says what it can do";
@@ -208,7 +209,7 @@ fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     Ok(())
 }
 
-/// Positions by the turn are of axes that turn.
+/// Checks the steps: positions by modulo period require an axis that has one.
 fn check_steps(axis: &SlaveAxis, slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     for (k, step) in slave.steps.iter().enumerate() {
         let Some(command) = step.slave_command() else {

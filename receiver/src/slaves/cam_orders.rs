@@ -1,4 +1,4 @@
-//! Orders about the cam plates, given to a slave that can be coupled by them.
+//! Orders on the cam plates, given to a slave that they can couple.
 
 use coaxle_axis::Awaits;
 use coaxle_cam::{CouplingError, PlateReading};
@@ -9,8 +9,8 @@ use coaxle_slave::{CouplingRefusal, Refusal};
 use super::slave::Slave;
 
 impl Slave {
-    /// An order of somebody in the network about the plates, of which there may be so many points and rows more. What
-    /// it needs is in its cargo, and what it leaves is there afterwards: nothing is allocated or freed.
+    /// Executes an order from the network on the plates, with `room` for further points and rows.
+    /// Its memory comes and goes in its cargo: no memory is allocated or freed.
     pub(super) fn execute_cam(
         &mut self,
         order: &CamOrder,

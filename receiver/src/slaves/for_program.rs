@@ -1,4 +1,4 @@
-//! What a program sees of its slave.
+//! A program's view of its slave.
 
 use coaxle_axis::{AxisStatus, CommandState, Job};
 use coaxle_slave::{JobError, SlaveAxis};
@@ -6,7 +6,7 @@ use coaxle_slave::{JobError, SlaveAxis};
 use super::masters::SlaveMasters;
 use crate::program::{Outcome, Situation};
 
-/// What a program can ask about its slave.
+/// Inputs of a program's conditions about its slave.
 pub(super) fn situation(
     axis: &SlaveAxis,
     starts_coupled: bool,
@@ -34,7 +34,7 @@ pub(super) fn situation(
     }
 }
 
-/// The end of a job, as a program tells them apart.
+/// The result of a job that has ended, as a program distinguishes them.
 pub(super) fn end_of(axis: &SlaveAxis, job: Job) -> Option<Outcome> {
     match axis.progress(job) {
         CommandState::Idle

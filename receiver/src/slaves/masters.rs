@@ -4,10 +4,10 @@ use coaxle_axis::Masters;
 
 use super::Master;
 
-/// What leads a slave in a cycle.
+/// The masters of a slave in a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SlaveMasters {
-    /// It sees those, too, that are lost or in error.
+    /// True if masters that are lost or in error are included.
     follows: bool,
     count: usize,
     first: Option<Master>,
@@ -16,8 +16,8 @@ pub(super) struct SlaveMasters {
 }
 
 impl SlaveMasters {
-    /// None so far. A slave that `follows` a master that is lost or in error sees all that there is anything of, others
-    /// only those that are sound.
+    /// Starts without masters. A slave that `follows` a master that is lost or in error sees every
+    /// master with data, others only sound ones.
     pub(super) fn none(follows: bool) -> Self {
         Self {
             follows,
@@ -28,7 +28,7 @@ impl SlaveMasters {
         }
     }
 
-    /// The next of them; none where there is nothing of it yet.
+    /// Adds the next master; none if it has no data yet.
     pub(super) fn add(&mut self, master: Option<Master>) {
         if self.count == 0 {
             self.first = master;
@@ -41,17 +41,17 @@ impl SlaveMasters {
         self.count += 1;
     }
 
-    /// The master of everything that has but one; none where there is nothing of it yet.
+    /// The first master, for features with only one; none if it has no data yet.
     pub(super) const fn first(&self) -> Option<&Master> {
         self.first.as_ref()
     }
 
-    /// All of them are there, without an error, and their clocks are known.
+    /// True if all masters are there, without an error, and their clocks are known.
     pub(super) const fn are_ready(&self) -> bool {
         self.are_ready
     }
 
-    /// As couplings see them.
+    /// The masters as couplings see them.
     pub(super) const fn as_couplings_see(&self) -> &Masters {
         &self.as_couplings_see
     }

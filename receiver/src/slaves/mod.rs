@@ -23,20 +23,20 @@ use masters::SlaveMasters;
 use plates::room;
 use slave::Slave;
 
-/// All slaves.
+/// The slaves of a receiver.
 #[derive(Debug)]
 pub(crate) struct Slaves {
-    /// In the order of the config.
+    /// The slaves in the order of the config.
     slaves: Vec<Slave>,
-    /// The cam plates of all of them: each slave has them for its turn, and gives them back.
+    /// The cam plates of all slaves, lent to each slave while it acts.
     plates: Option<Box<Tables>>,
-    /// Their numbers, masters before their slaves.
+    /// Numbers of the slaves, masters before their slaves.
     order: Vec<usize>,
-    /// Their numbers, by axis id.
+    /// Numbers of the slaves, by axis id.
     by_id: Vec<usize>,
-    /// Whether each of them leads another.
+    /// True for each slave that leads another.
     leads: Vec<bool>,
-    /// What is published of them: a place for each.
+    /// Published axes: a place for each slave.
     axes: Box<[NcToPlcAxis]>,
 }
 
@@ -44,13 +44,13 @@ pub(crate) struct Slaves {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Master {
     pub(crate) set: Kinematics,
-    /// Where its increments say that it goes; none where its positions are exact.
+    /// Direction of travel by its increments; none where its positions are exact.
     pub(crate) travel: Option<TravelDirection>,
-    /// It is there, without an error.
+    /// True if it is there, without an error.
     pub(crate) is_sound: bool,
-    /// So it is, and its clock is known.
+    /// True if it is sound, and its clock is known.
     pub(crate) is_ready: bool,
-    /// Its error, 0 without one.
+    /// Error code, 0 without an error.
     pub(crate) error_code: u32,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct Master {
 pub struct SlaveNumber(pub(crate) usize);
 
 impl Slaves {
-    /// One cycle of all of them, with the far axes and the virtual ones as masters.
+    /// Runs one cycle of all slaves, with the far axes and the virtual ones as masters.
     pub(crate) fn update(
         &mut self,
         far: &[Option<Master>],
@@ -84,7 +84,7 @@ impl Slaves {
         }
     }
 
-    /// A command that does not come from a program.
+    /// Executes a command that does not come from a program.
     pub(crate) fn command(
         &mut self,
         SlaveNumber(n): SlaveNumber,
@@ -93,7 +93,7 @@ impl Slaves {
         self.turn(n, |slave| slave.command(command, Origin::Order))
     }
 
-    /// An order of somebody in the network.
+    /// Executes an order from the network.
     pub(crate) fn execute(
         &mut self,
         SlaveNumber(n): SlaveNumber,
@@ -102,7 +102,7 @@ impl Slaves {
         self.turn(n, |slave| slave.execute(order))
     }
 
-    /// The same about the cam plates. All together have no more points and rows than a config may have.
+    /// Executes an order on the cam plates, whose points and rows are limited in sum as in a config.
     pub(crate) fn execute_cam(
         &mut self,
         SlaveNumber(n): SlaveNumber,
@@ -116,7 +116,7 @@ impl Slaves {
         self.turn(n, |slave| slave.execute_cam(order, cargo, room))
     }
 
-    /// A slave's turn: it has the plates.
+    /// Runs `act` on a slave that is lent the plates.
     fn turn<T>(&mut self, n: usize, act: impl FnOnce(&mut Slave) -> T) -> T {
         let slave = &mut self.slaves[n];
         if let Some(plates) = self.plates.take() {
@@ -127,7 +127,7 @@ impl Slaves {
         done
     }
 
-    /// A question to a slave, which has no need of plates as long as none ever came.
+    /// Reads from a slave, without lending plates as long as there are none.
     fn ask<T>(&mut self, n: usize, ask: impl FnOnce(&Slave) -> T) -> T {
         if self.have_plates() {
             self.turn(n, |slave| ask(slave))
@@ -136,12 +136,12 @@ impl Slaves {
         }
     }
 
-    /// Whether any plate ever came.
+    /// True if a plate was ever selected.
     fn have_plates(&self) -> bool {
         (self.plates.as_ref()).is_some_and(|plates| plates.selections() > 0)
     }
 
-    /// The axis structures of all slaves that have something to say, by id.
+    /// The axis structures of all slaves that have set values, by id.
     pub(crate) fn axes(&mut self) -> &[NcToPlcAxis] {
         let mut axes = core::mem::take(&mut self.axes);
         let mut said = 0;
@@ -155,7 +155,7 @@ impl Slaves {
         &self.axes[..said]
     }
 
-    /// Fills in what they show of themselves.
+    /// Fills in their signals and faults.
     pub(crate) fn show(&mut self, shown: &mut ReceiverSnapshot) {
         let places = shown.signals.slaves.iter_mut().zip(&mut shown.faults);
         for (n, (signals, faults)) in places.enumerate().take(self.slaves.len()) {
@@ -166,7 +166,7 @@ impl Slaves {
         }
     }
 
-    /// Takes the circle over nodes that the slave with this id is in.
+    /// Takes the circle across nodes that the slave with this id is in.
     pub(crate) fn set_circle(&mut self, id: u32, circle: CircleState) {
         let slave = self.slaves.iter_mut().find(|slave| slave.id() == id);
         if let Some(slave) = slave {
@@ -174,8 +174,8 @@ impl Slaves {
         }
     }
 
-    /// What keeps a slave from its work: an error of any before a circle, that before what was refused, and that before what
-    /// waits in vain.
+    /// Fault that keeps a slave from its work: an error of any slave first, then a circle, then a
+    /// refusal, then a blocked program.
     pub(crate) fn fault(&self) -> Option<Health> {
         let (mut circle, mut refused, mut blocked) = (None, None, None);
         for (n, slave) in self.slaves.iter().enumerate() {
@@ -197,7 +197,7 @@ impl Slaves {
         circle.or(refused).or(blocked)
     }
 
-    /// A slave that its limits have left away from where its coupling has it.
+    /// Health of a slave that its limits hold away from the position of its coupling.
     pub(crate) fn behind(&self) -> Option<Health> {
         let slave = self.slaves.iter().position(Slave::is_behind)?;
         Some(Health::SlaveBehind { slave })

@@ -1,4 +1,4 @@
-//! The cam plates of a receiver: one store, which its slaves share.
+//! The cam plates of a receiver: one store, shared by its slaves.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use crate::cam_source::CamSource;
 use crate::config::{ReceiverConfig, WrongSlave};
 use crate::program::StepConfig;
 
-/// Most points and rows of all cam plates of a receiver together.
+/// Greatest number of points and rows of all cam plates of a receiver together.
 pub(super) const MOST_ROWS: usize = 4_000_000;
 
-/// The plates of a config, with room for others that come later.
+/// Creates the plates of a config, with room for later ones.
 pub(super) fn plates(config: &ReceiverConfig) -> Result<Tables, WrongSlave> {
     let mut plates = Tables::new(MOST_TABLES);
     for (k, source) in config.cams.iter().enumerate() {
@@ -53,7 +53,7 @@ fn reserve(
     field: &str,
 ) -> Result<ReservedPlate, WrongSlave> {
     let cam = (source.read()).map_err(|error| wrong(&format!("{field}.plate"), error))?;
-    // The plate as a file says where it is wrong; the number alone does not.
+    // The error of the plate's file names the place; that of the number alone does not.
     let plate = cam
         .plate()
         .map_err(|error| wrong(&format!("{field}.plate"), error))?;
@@ -80,7 +80,7 @@ fn check_room(plates: &Tables, more: usize, field: &str) -> Result<(), WrongSlav
     Err(wrong(field, reason))
 }
 
-/// How many points and rows more a plate could have that comes now.
+/// Number of points and rows that a further plate may have.
 pub(super) fn room(plates: &Tables) -> usize {
     MOST_ROWS.saturating_sub(plates.rows())
 }

@@ -1,4 +1,4 @@
-//! One slave: program, commands, coupling and life cycle, drive.
+//! A slave: program, commands, coupling and life cycle, drive.
 
 use coaxle_axis::drive::DriveKind;
 use coaxle_axis::{
@@ -26,16 +26,16 @@ use crate::snapshot::{RefusedCommand, SlaveFaults};
 #[derive(Debug)]
 pub(super) struct Slave {
     id: u32,
-    /// Its masters, at least one.
+    /// Masters, at least one.
     sources: Box<[MasterRef]>,
-    /// The modulo turn of the first.
+    /// Modulo period of the first master.
     master_modulo: Option<Modulo>,
-    /// Where the first is in this cycle; none before there is anything of it.
+    /// Position of the first master in this cycle; none before its first data.
     master_position: Option<f64>,
     pub(super) axis: Box<SlaveAxis>,
-    /// What couples it as soon as there is a master.
+    /// Coupling from the start, pending until there is a master.
     start: Option<CoupledStart>,
-    /// It goes on following a master that is lost or in error, whose error it passes on.
+    /// True if it continues to follow a master that is lost or in error, whose error it forwards.
     follows: bool,
     error_of_master: u32,
     drive_kind: DriveKind,
@@ -43,11 +43,11 @@ pub(super) struct Slave {
     program: Option<Program>,
     /// The command that was refused last.
     refusal: Option<RefusedCommand>,
-    /// What was to couple it from the start could not.
+    /// True if the coupling from the start was refused.
     start_refused: bool,
 }
 
-/// What a slave consists of.
+/// The parts of a slave.
 pub(super) struct SlaveParts {
     pub(super) id: u32,
     pub(super) sources: Box<[MasterRef]>,
@@ -78,7 +78,7 @@ impl Slave {
         }
     }
 
-    /// One cycle.
+    /// Runs one cycle.
     pub(super) fn cycle(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
         self.follow(masters, elapsed);
         self.watch_tool();
@@ -98,7 +98,7 @@ impl Slave {
         self.take_ended_jobs();
     }
 
-    /// What became of jobs that have come to their end: some are refused only when they are due.
+    /// Takes the results of jobs that have ended: some are refused only when they are due.
     fn take_ended_jobs(&mut self) {
         if let Some(held_back) = self.axis.take_held_back() {
             self.note_refusal(held_back);
@@ -114,13 +114,13 @@ impl Slave {
         }
     }
 
-    /// After each cycle: whether its tool cut.
+    /// Counts the cuts of its tool, after each cycle.
     fn watch_tool(&mut self) {
         let in_sync = self.phase() == Some(CouplingPhase::InSync);
         self.tool.is_at(in_sync.then(|| self.axis.set().position));
     }
 
-    /// The one way for commands, whoever gives them.
+    /// Executes a command: the single path for commands of every origin.
     pub(super) fn command(&mut self, command: &Command, origin: Origin) -> Result<Job, Refusal> {
         let change = self.axis.plan(command);
         self.apply(change, origin)
@@ -167,7 +167,7 @@ impl Slave {
         }
     }
 
-    /// A command of its program; none of what is about the plates has a job.
+    /// Executes a command of its program; those on the plates have no job.
     fn do_due(&mut self, due: &Due) -> Result<Option<Job>, Refusal> {
         let done = match due {
             Due::Slave(command) => return self.command(command, Origin::Program).map(Some),
@@ -181,8 +181,7 @@ impl Slave {
         })
     }
 
-    /// Couples it from the start, once there is its first master: then it is where it should be
-    /// already.
+    /// Couples it from the start, once there is its first master: it then starts at its coupled position.
     fn start(&mut self, masters: &SlaveMasters) -> bool {
         let is_there = |master: &Master| master.is_ready || self.follows;
         if !masters.first().is_some_and(is_there) {
@@ -206,7 +205,7 @@ impl Slave {
         !self.start_refused
     }
 
-    /// Its axis id.
+    /// Axis id.
     pub(super) const fn id(&self) -> u32 {
         self.id
     }
@@ -215,12 +214,12 @@ impl Slave {
         &self.sources
     }
 
-    /// Whether it goes on following a master that is lost or in error.
+    /// True if it continues to follow a master that is lost or in error.
     pub(super) const fn follows(&self) -> bool {
         self.follows
     }
 
-    /// As the master of another slave; none until it is coupled, if it is to be from the start.
+    /// The slave as a master of another; none before coupling, if coupled from the start.
     pub(super) fn as_master(&self) -> Option<Master> {
         let error = self.error();
         Some(Master {
@@ -232,8 +231,8 @@ impl Slave {
         })
     }
 
-    /// Writes what the world is told of it, whether or not it `leads` another. Nothing until it is coupled, if it is to
-    /// be from the start; gives whether there was something.
+    /// Writes its published axis structure; `leads` is true if it leads another. Before coupling,
+    /// if coupled from the start, it writes none and returns false.
     pub(super) fn say(&self, leads: bool, axis: &mut NcToPlcAxis) -> bool {
         if self.set().is_none() {
             return false;
@@ -260,22 +259,22 @@ impl Slave {
         self.program.is_some()
     }
 
-    /// Whether its limits have left it away from where its coupling has it.
+    /// True if its limits hold it away from the position of its coupling.
     pub(super) fn is_behind(&self) -> bool {
         self.phase() == Some(CouplingPhase::Behind)
     }
 
-    /// Whether what its config has it do was refused.
+    /// True if a coupling or command from its config was refused.
     pub(super) fn is_refused(&self) -> bool {
         self.start_refused || self.program.as_ref().is_some_and(Program::is_refused)
     }
 
-    /// Its program, if that waits for what cannot come, or has waited for too long.
+    /// The slave's program, if it waits for an impossible event or has waited for too long.
     pub(super) fn blocked_program(&self) -> Option<BlockedProgram> {
         self.program.as_ref()?.blocked()
     }
 
-    /// An order of somebody in the network. A dry run is a plan that is not applied.
+    /// Executes an order from the network. A dry run is a plan that is not applied.
     pub(super) fn execute(&mut self, order: &SlaveOrder) -> CommandOutcome {
         let planned = self.axis.plan(&order.command);
         let saw = (planned.as_ref().err()).and_then(|refusal| self.attempt(order, refusal));
@@ -314,12 +313,12 @@ impl Slave {
         }
     }
 
-    /// For status and signals: what was refused last.
+    /// Notes the last refusal, for status and signals.
     pub(super) fn note_refusal(&mut self, refusal: Refusal) {
         self.refusal = Some(refusal.into());
     }
 
-    /// What was tried of a flying saw that is refused.
+    /// The attempted command of a refused flying saw, and its coupling moment.
     fn attempt(&self, order: &SlaveOrder, refusal: &Refusal) -> Option<SawAttempt> {
         if !matches!(refusal, Refusal::Coupling(CouplingRefusal::Saw(_))) {
             return None;
@@ -330,7 +329,7 @@ impl Slave {
         })
     }
 
-    /// As the answer to a command shows it.
+    /// The slave's state for the response to a command.
     pub(super) fn view(&self) -> SlaveView {
         let set = self.axis.set();
         SlaveView {
@@ -341,7 +340,7 @@ impl Slave {
         }
     }
 
-    /// Writes what is wrong with it. Where nothing is, nothing is moved: this is asked in every cycle.
+    /// Writes its faults. Called in every cycle, so absent ones are not copied.
     pub(super) fn show_faults(&self, faults: &mut SlaveFaults) {
         match self.error() {
             None => faults.error = None,
@@ -357,7 +356,7 @@ impl Slave {
         }
     }
 
-    /// Writes what it shows of itself.
+    /// Writes its signals.
     pub(super) fn show(&self, faults: &SlaveFaults, signals: &mut SlaveSignals) {
         let (drive, set) = (self.axis.actual(), self.set());
         let attachment = drive.attachment;
@@ -403,7 +402,8 @@ impl Slave {
         };
     }
 
-    /// None until it is coupled, if it is to be from the start: only then it is known where it is.
+    /// Set values; none before coupling, if coupled from the start, because its position is known
+    /// only then.
     fn set(&self) -> Option<Kinematics> {
         self.start.is_none().then(|| self.axis.set())
     }
@@ -417,7 +417,7 @@ impl Slave {
     }
 }
 
-/// A position within its turn; none of an axis that does not turn.
+/// A position within its modulo period; none without one.
 fn by_turns(position: Option<f64>, modulo: Option<Modulo>) -> Option<f64> {
     Some(modulo?.of(position?).within)
 }

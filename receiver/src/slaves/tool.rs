@@ -1,13 +1,13 @@
-//! A tool that cuts by itself.
+//! A tool that cuts by position.
 
 use crate::config::ToolConfig;
 
-/// Counts the cuts of a tool that cuts wherever it passes a multiple of something.
+/// Counts the cuts of a tool that cuts at each multiple of a distance.
 #[derive(Debug)]
 pub(super) struct Tool {
     every: Option<f64>,
     cuts: u64,
-    /// How many multiples lay behind it in the cycle before, if it moved with its master.
+    /// Number of multiples behind it in the previous cycle, if it moved with its master.
     behind: Option<f64>,
 }
 
@@ -20,8 +20,8 @@ impl Tool {
         }
     }
 
-    /// One cycle. The set position, none unless the slave moves with its master: what it passes
-    /// then is no cut.
+    /// Runs one cycle with the set position; none unless the slave moves with its master, because
+    /// other passes are not cuts.
     pub(super) fn is_at(&mut self, position: Option<f64>) {
         let Some(every) = self.every else {
             return;

@@ -1,6 +1,6 @@
 //! Two receivers that follow each other, as processes over Zenoh: `far-axis/circle-a.toml` and `circle-b.toml`.
 //!
-//! What is judged is what the nodes report and traced: a busy machine changes how long that takes, and nothing of it.
+//! The tests judge the reports and traces of the nodes: a busy machine changes only their duration.
 
 use std::net::TcpListener;
 use std::path::Path;
@@ -15,7 +15,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_test_process::{PATIENCE, Process};
 use serde_json::Value;
 
-/// A node with a slave `loop` that can follow that of the other one.
+/// Config of a node with a slave `loop` that can follow that of the other node.
 fn config(node: &str, other: &str, [own, others]: [u16; 2]) -> String {
     format!(
         "name = '{node}'\ncycle-time-us = 2000\n\
@@ -43,7 +43,7 @@ fn start(folder: &Path, node: &str, other: &str, ports: [u16; 2]) -> Process {
     Process::start(node, &mut command, &folder.join(format!("{node}.log")))
 }
 
-/// The largest velocity of the slave `loop` in a trace, either way, u/s.
+/// The largest velocity of the slave `loop` in a trace, in both directions, u/s.
 fn fastest(trace: &Path) -> f64 {
     let mut reader = csv::Reader::from_path(trace).expect("a trace");
     let head = reader.headers().expect("a head line");
@@ -62,7 +62,7 @@ fn fastest(trace: &Path) -> f64 {
 #[test]
 fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
-    // Both are held until both are found, so that they differ.
+    // Two ports held until both are found, so that they differ.
     let held = [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port"));
     let [a, b] = held.map(|listener| listener.local_addr().expect("an address").port());
     let nodes = [
@@ -109,7 +109,7 @@ fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
     until("each far axis is followed", &|status| {
         status["slaves"]["loop"]["state"] == "standstill" && status["axes"]["far"]["synced"] == true
     });
-    // What goes round in a circle that is closed: 30 % more each time.
+    // A gear that would amplify in a closed circle: by 30 % each time.
     let moving = coaxle_slave::Command::MoveVelocity {
         velocity: 10.0,
         dynamics: coaxle_slave::Dynamics::default(),
@@ -134,7 +134,7 @@ fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
         node.signal("TERM");
         assert!(node.wait().success());
     }
-    // What was commanded, and nothing of what would have come round.
+    // The commanded motion only, without any from the circle.
     assert!(fastest(&folder.path().join("a.csv")) <= 10.0 + 1e-9);
     assert_eq!(fastest(&folder.path().join("b.csv")), 0.0);
 }

@@ -1,4 +1,4 @@
-//! The command line of the receiver, as far as it goes without a network.
+//! The command line of the receiver, without a network.
 
 use std::path::{Path, PathBuf};
 

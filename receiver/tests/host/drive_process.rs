@@ -1,7 +1,6 @@
 //! The receiver's own program and a drive process, over shared memory.
 //!
-//! What is judged is what the receiver traced, cycle by cycle of its own: a busy machine changes how long that
-//! takes, and nothing of it.
+//! The tests judge the receiver's trace, by its own cycles: a busy machine changes only the duration.
 
 #![allow(
     clippy::disallowed_methods,
@@ -72,7 +71,7 @@ impl Node {
         self.folder.path().join("drive")
     }
 
-    /// Ends it as Ctrl-C does.
+    /// Ends it like Ctrl-C.
     fn end(self) -> Vec<Row> {
         self.process.signal("TERM");
         assert!(self.process.wait().success(), "{}", self.process.log());
@@ -81,7 +80,7 @@ impl Node {
     }
 }
 
-/// A cycle as it was traced.
+/// A traced cycle.
 struct Row {
     cycle: u64,
     position: f64,
@@ -123,7 +122,7 @@ fn rows(trace: &Path) -> Vec<Row> {
         .collect()
 }
 
-/// The example as the drive, until it has been shown a line that has this in it.
+/// Runs the example as the drive, until it has shown a line that satisfies `reached`.
 fn drive_until(memory: &Path, reached: impl Fn(&str) -> bool) {
     let (stop, begin) = (AtomicBool::new(false), Instant::now());
     drive_reader::run(memory, &stop, |line| {
@@ -138,7 +137,7 @@ fn drive_until(memory: &Path, reached: impl Fn(&str) -> bool) {
     });
 }
 
-/// Looks into the memory at `set_state`.
+/// Waits by reading `set_state` in the memory.
 fn wait_until_not_following(memory: &Path) {
     until("the receiver does not follow any more", || {
         std::fs::read(memory).expect("the memory")[192] != 2
@@ -153,7 +152,7 @@ fn velocity(line: &str) -> Option<f64> {
 fn a_drive_process_is_moved_dies_and_comes_back() {
     let node = Node::start();
     drive_until(&node.memory(), |line| velocity(line) == Some(100.0));
-    // The process is gone in full motion. The next one comes when the receiver has seen that.
+    // The process ends in full motion. The next one starts when the receiver has noticed.
     wait_until_not_following(&node.memory());
     drive_until(&node.memory(), |line| velocity(line) == Some(-100.0));
     assert_alive("it is ended");
@@ -219,7 +218,7 @@ fn two_nodes_do_not_share_a_file() {
     node.end();
 }
 
-/// The Python program of the page, where there is a Python.
+/// The Python program of the page, if Python is available.
 #[test]
 fn the_python_of_the_page_is_a_drive_process() {
     let page = include_str!("../../../docs/DRIVE.md");
@@ -230,13 +229,13 @@ fn the_python_of_the_page_is_a_drive_process() {
     }
     let node = Node::start();
     until("the memory is there", || node.memory().exists());
-    // The file is there a moment before what it says is.
+    // The file exists a moment before its contents are valid.
     std::thread::sleep(Duration::from_millis(500));
     let mut python = Command::new("python3");
     let scratch = tempfile::tempdir().expect("a folder");
     let file = |name: &str| scratch.path().join(name);
     let shown = File::create(file("shown")).expect("a file");
-    // What it shows is read while it runs.
+    // Its output is read while it runs.
     python
         .args(["-u", "-c", program])
         .arg(node.memory())

@@ -31,7 +31,7 @@ fn start(folder: &Path) -> Process {
     Process::start("saw", &mut command, &folder.join("log"))
 }
 
-/// What is whole in a recording, and what is said to be wrong with it.
+/// The intact items of a recording, and the reported damage.
 fn read(path: &Path) -> (Vec<Item>, Vec<String>) {
     let (mut items, mut wrong) = (Vec::new(), Vec::new());
     let Ok(file) = File::open(path) else {
@@ -108,7 +108,7 @@ fn a_node_that_is_ended_finishes_its_recording() {
         .args(["--for", "500ms", "--record"])
         .arg(&recording)
         .status();
-    // It followed a node that nobody is: no data came.
+    // The followed node does not exist: no data arrived.
     assert_eq!(ended.expect("the receiver starts").code(), Some(5));
     let (items, wrong) = read(&recording);
     assert_eq!(wrong, [""; 0]);

@@ -1,4 +1,5 @@
-//! Orders about the cam plates of a running receiver: nothing is allocated or freed in its cycle, and its signals show them.
+//! Orders on the cam plates of a running receiver: no memory is allocated or freed in its cycle,
+//! and its signals show them.
 
 #![expect(
     clippy::unwrap_used,
@@ -53,7 +54,7 @@ fn bench() -> Bench {
 }
 
 impl Bench {
-    /// So many cycles. The set positions keep the limits of the slaves in their differences.
+    /// Runs this number of cycles. The set positions keep the limits of the slaves in their differences.
     fn cycles(&mut self, count: u32) {
         for _ in 0..count {
             let now = self.receiver.next_cycle() + Span::from_micros(5);
@@ -96,7 +97,7 @@ impl Bench {
         self.slave(0)
     }
 
-    /// Executes an order as the host does: what it needs is allocated before, and freed afterwards.
+    /// Executes an order like the host: its memory is allocated before, and freed afterwards.
     fn order(&mut self, slave: &str, command: &str) -> CommandAnswer {
         let text = format!(r#"{{"version":1,"slave":"{slave}","command":{command}}}"#);
         let order = CommandOrder::from_json(text.as_bytes()).unwrap();
@@ -235,7 +236,7 @@ fn an_order_that_is_only_tried_changes_nothing() {
     bench.accepted(r#"{"read-cam-table-characteristics":{"table":3}}"#);
 }
 
-/// Both slaves on one plate, the press 90° of the shaft behind the knife.
+/// Two slaves on one plate, the press 90° of the shaft behind the knife.
 #[test]
 fn a_plate_is_one_for_all_slaves_whoever_is_ordered_to_load_it() {
     let mut bench = bench();
@@ -260,7 +261,7 @@ fn a_plate_is_one_for_all_slaves_whoever_is_ordered_to_load_it() {
         "{knife} {behind}"
     );
 
-    // It is replaced by an order to the one, for both, and each takes it where its own turn begins.
+    // An order to one slave replaces it for both, and each takes it at its own next plate cycle.
     let mode =
         r#"{"set-cam-online-change-mode":{"table":3,"mode":{"activation":{"mode":"next-cycle"}}}}"#;
     while !(190.0..260.0).contains(&on_plate(&bench)[0]) {

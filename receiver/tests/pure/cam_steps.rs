@@ -1,5 +1,6 @@
-//! Steps of a program about the cam plates: loaded, replaced while the slave runs on them, taken out; again and again, without an
-//! allocation in the cycle and within the limits of the slave, whatever cuts in.
+//! Steps of a program on the cam plates: loaded, replaced while the slave runs on them, deleted;
+//! repeatedly, without an allocation in the cycle and within the limits of the slave, with any
+//! interruption.
 
 use crate::nodes::{Far, receiver};
 use assert_no_alloc::assert_no_alloc;
@@ -18,7 +19,7 @@ fn plate(top: f64) -> String {
     )
 }
 
-/// Its own shaft turns by 360° in a second; the slave follows that, or the far one.
+/// A slave of its own shaft, which moves by 360° in a second, or of the far axis.
 fn slave(master: &str, steps: &str) -> String {
     format!(
         "[[far]]
@@ -40,7 +41,8 @@ fn slave(master: &str, steps: &str) -> String {
     )
 }
 
-/// Product a, product b, a again, and so on, each while the slave runs on the plate; what cuts in leads to the start.
+/// Product a, product b, a again, and so on, each while the slave runs on the plate; interruptions
+/// lead to the start.
 fn products() -> String {
     let (a, b) = (plate(60.0), plate(40.0));
     format!(
@@ -101,7 +103,8 @@ impl Bench {
         }
     }
 
-    /// A cycle, in which nothing is allocated; the set positions keep the limits of the slave in their differences.
+    /// Runs a cycle without allocation; the set positions keep the limits of the slave in their
+    /// differences.
     fn cycle(&mut self) {
         let now = self.receiver.next_cycle();
         self.far.send_until(now, &mut self.receiver);
@@ -148,7 +151,7 @@ impl Bench {
         panic!("{what} never came: {:?}", self.slave());
     }
 
-    /// The slave's greatest positions of the turns of the plate, so many.
+    /// The slave's greatest positions in this number of plate cycles.
     fn tops(&mut self, turns: usize) -> Vec<f64> {
         let mut tops = Vec::new();
         while tops.len() < turns {
@@ -165,7 +168,7 @@ impl Bench {
         tops
     }
 
-    /// Executes an order as the host does.
+    /// Executes an order like the host.
     fn order(&mut self, command: &str) -> CommandAnswer {
         let text = format!(r#"{{"version":1,"slave":"pusher","command":{command}}}"#);
         let order = CommandOrder::from_json(text.as_bytes()).expect("an order");
@@ -193,7 +196,7 @@ fn is_on(slave: &SlaveSignals) -> bool {
 fn products_change_again_and_again_while_the_slave_runs_on_the_plate() {
     let mut bench = Bench::new(&slave("shaft", &products()));
     let tops = bench.tops(14);
-    // Each change waits for the next cycle of the plate.
+    // Changes wait for the next cycle of the plate.
     assert_eq!(tops[0], 60.0);
     let changes = tops.windows(2).filter(|pair| pair[0] != pair[1]).count();
     assert!(changes >= 5, "{tops:?}");
@@ -231,7 +234,7 @@ fn a_master_that_is_lost_or_begins_anew_leads_to_an_error_stop_and_to_the_start_
         }
         bench.far.silent = false;
         if run > 2 {
-            // Another run, elsewhere.
+            // Another run, at another position.
             bench.far.epoch = run;
             bench.far.offsets[0] += 77.0;
         }
@@ -245,7 +248,7 @@ fn orders_may_take_its_plates_and_it_loses_none() {
     let mut bench = Bench::new(&slave("shaft", &products()));
     bench.tops(1);
     let first = bench.points();
-    // Points that an order wrote are gone when the plate is loaded once more.
+    // Points written by an order are discarded when the plate is loaded again.
     bench.accepted(
         r#"{"write-motion-function":{"table":3,"points":[{"index":2,"type":"rest","law":"polynom5","master":180,"slave":50}]}}"#,
     );
@@ -259,7 +262,7 @@ fn orders_may_take_its_plates_and_it_loses_none() {
     };
     for top in [30.0, 20.0, 10.0] {
         bench.accepted(r#"{"halt":{}}"#);
-        // Its program takes out whatever is there; an order comes in between, with a plate of its own.
+        // Its program deletes the current plate; an order in between loads a plate of its own.
         bench.until("it has left the plate", |slave| slave.cam_table.is_none());
         bench.accepted(&own(top));
         bench.accepted(r#"{"cam-table-delete":{"table":3}}"#);
@@ -316,7 +319,7 @@ fn a_refusal_is_expected_branched_for_or_ends_the_program() {
         slave.program == Some(ProgramState::Refused)
     });
     assert_eq!(bench.slave().refusal, 0x4259);
-    // The slave goes on with what it was doing.
+    // The slave continues its motion.
     bench.tops(2);
 }
 

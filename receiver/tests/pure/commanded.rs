@@ -1,4 +1,4 @@
-//! Orders to the slaves of a receiver, as the network hands them in.
+//! Orders to the slaves of a receiver, as received from the network.
 
 #![expect(
     clippy::unwrap_used,
@@ -112,7 +112,7 @@ fn a_slave_without_limits_takes_orders_as_any_other() {
     cycles(&mut receiver, 2);
     accepted(&receiver.execute(&order("follower", Command::Power(true))));
     cycles(&mut receiver, 1);
-    // Those of its drive hold.
+    // The limits of its drive apply.
     let beyond = Command::MoveVelocity {
         velocity: 1e5,
         dynamics: Dynamics::default(),
@@ -134,7 +134,7 @@ fn what_cannot_be_done_for_nobody_is_not_taken() {
         "slave: received \"cariage\", expected carriage, follower"
     );
 
-    // Every command can be tried, those to cam plates too.
+    // Every command can be tried, including those on cam plates.
     cycles(&mut receiver, 1);
     receiver.execute(&order("carriage", Command::Power(true)));
     let (refusal, _) =
@@ -311,7 +311,7 @@ fn sync_positions_by_the_turn_are_resolved_once_and_shown() {
     let given = order("drum", saw);
     let at = positions(assert_no_alloc(|| receiver.execute(&given)));
     assert_eq!(at, tried);
-    // It goes back, so that 90 of a knife at 0 is a quarter before.
+    // The master runs backwards, so that 90 of a knife at 0 is a quarter before.
     assert_eq!((at.slave, at.master.rem_euclid(600.0)), (-270.0, 150.0));
     cycles(&mut receiver, 4_000);
     let shown = receiver.snapshot().signals.slaves[1];

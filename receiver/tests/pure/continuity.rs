@@ -1,5 +1,5 @@
-//! A sender that stands still, comes back or is started anew, in every mode: by the differences of the set
-//! positions that a slave's drive gets.
+//! A sender that stalls, returns or is restarted, in every mode: judged by the differences of the
+//! set positions that a slave's drive gets.
 
 use std::slice::from_mut;
 
@@ -9,10 +9,10 @@ use coaxle_receiver::HealthName;
 
 const CYCLE: f64 = 1e-3;
 
-/// All of them; an error must not stay.
+/// The modes, in which an error must not persist.
 const MODES: [&str; 5] = ["bypass", "pt1", "sync", "time", "observer"];
 
-/// Those where nothing of cycles without news is to be seen as long as they are few. The others show what comes.
+/// Modes that conceal a few cycles without new data. The others show the received values.
 const FROM_CLOCK: [&str; 3] = ["sync", "time", "observer"];
 
 fn receiver(mode: &str) -> Near {
@@ -25,7 +25,7 @@ fn positions(snapshots: &[Shown]) -> Vec<f64> {
     slaves.map(|slave| slave.position).collect()
 }
 
-/// The velocities and accelerations of a follower whose sender does something at 5 s.
+/// The velocities and accelerations of a follower whose sender is disturbed at 5 s.
 fn differences(near: &Near) -> (Vec<f64>, Vec<f64>) {
     let from = near.truths.partition_point(|at| *at < 4_900 * MILLISECOND);
     let positions = positions(&near.snapshots[from..]);
@@ -38,8 +38,9 @@ fn differences(near: &Near) -> (Vec<f64>, Vec<f64>) {
     (velocities, accelerations)
 }
 
-/// Beats are in the set values of mode bypass, and through a filter in those of pt1. From one mode to another the
-/// blocks blend in a straight line: the filter's lag of three cycles within 60 is 21 u/s from cycle to cycle.
+/// Largest acceleration in a mode. Beats are visible in the set values of mode bypass, and filtered
+/// in those of pt1. Between modes the blocks blend in a straight line: the filter's lag of three
+/// cycles within 60 is 21 u/s from cycle to cycle.
 fn largest_acceleration(mode: &str) -> f64 {
     match mode {
         "bypass" => 1.1 * VELOCITY / CYCLE,
@@ -88,7 +89,7 @@ fn a_sender_that_stood_still_is_no_step() {
     }
 }
 
-/// A sender that stood still skips the cycles that it missed.
+/// A sender that stalled skips the cycles that it missed.
 fn goes_on(far: &mut Far, near: &mut Near, at: Nanos) {
     let frame = far.tick(at);
     near.post(at, &frame);
@@ -111,7 +112,7 @@ fn a_sender_that_is_started_anew_is_no_step() {
     }
 }
 
-/// The way back is long: from 2 500 u.
+/// Checks a long return, from 2 500 u.
 fn check_far(mode: &str, near: &Near) {
     let (velocities, accelerations) = differences(near);
     let (least, most) = velocities
@@ -147,7 +148,7 @@ fn it_is_braked_then_at_rest_then_brought_back_and_synchronised() {
     run_pair(&mut far, &mut near, 7 * SECOND + 100 * MILLISECOND);
     assert_eq!(at(&near).continuity, Rejoining);
     assert!(!at(&near).synced, "its set values are not its master's");
-    // It falls silent again on the way, and once more is back.
+    // It falls silent again on the way, and returns again.
     run(None, from_mut(&mut near), 7_200 * MILLISECOND);
     assert_eq!(at(&near).continuity, Braking);
     goes_on(&mut far, &mut near, 7_200 * MILLISECOND);

@@ -1,22 +1,22 @@
-//! Paths that become longer or shorter and senders that stand still, by the differences of what the axes use:
-//! far time goes on, strictly, at a bounded rate, and no set position steps.
+//! Paths that become longer or shorter and senders that stall, judged by the differences of the
+//! axes' values: far time increases strictly, at a bounded rate, and no set position steps.
 
 use crate::paths::{CYCLE, MS, Seen, VELOCITY, World};
 
-/// Far time may gain or lose on the far clock by 100 ppm for the line and 1000 for the delay. The rest is what
-/// the clocks drift, and what the drift is wrong by …
+/// Rate limit of far time: relative to the far clock 100 ppm for the line and 1000 for the delay.
+/// The rest is the drift of the clocks, and the error of the drift …
 const RATE: f64 = 2e-3;
-/// … and more of that where a step comes in the first seconds, when the line is begun anew.
+/// … and more of that for a step in the first seconds, when the line is restarted.
 const RATE_AFTER_START: f64 = 3e-3;
-/// An axis that is brought back is at most so much faster or slower.
+/// Greatest relative speed difference of an axis that returns to its master.
 const BRINGING_BACK: f64 = 0.6;
-/// Hardest change of the velocity by which an axis is braked or brought back, u/s².
+/// Hardest change of the velocity by which an axis is braked or returned, u/s².
 const HARDEST: f64 = 25_000.0;
-/// Over so long one mode is blended into another, in a straight line, ms.
+/// Time over which one mode is blended into another, in a straight line, ms.
 const BLENDING: f64 = 60.0;
 
 const STEPS_MS: [i64; 10] = [1, -1, 3, -3, 5, -5, 10, -10, 50, -50];
-/// For there and back.
+/// Sizes for a step and its reversal.
 const SIZES_MS: [i64; 5] = [1, 3, 5, 10, 50];
 
 /// Old data are used for half a second.
@@ -36,16 +36,16 @@ fn rate_of_positions(pair: &[Seen]) -> f64 {
     (pair[1].position - pair[0].position) / (VELOCITY * CYCLE as f64 * 1e-9)
 }
 
-/// What was found wrong, case by case.
+/// Failures, case by case.
 struct Findings {
     wrong: Vec<String>,
-    /// So much time may be blended away when it synchronises again, ms.
+    /// Time that may be blended away when it synchronises again, ms.
     blended: f64,
     rate: f64,
 }
 
 impl Findings {
-    /// None yet; far time may be so much faster or slower.
+    /// Starts without failures, with this limit for the relative rate of far time.
     const fn within(rate: f64) -> Self {
         Self {
             wrong: Vec::new(),
@@ -60,7 +60,7 @@ impl Findings {
         }
     }
 
-    /// Checks the axis from `from_s` on. Gives in how many cycles it was not its master.
+    /// Checks the axis from `from_s` on. Returns the number of cycles in which it was not its master.
     fn check(&mut self, world: &World, from_s: f64, what: &str) -> usize {
         let first = world
             .seen
@@ -94,13 +94,13 @@ impl Drop for Findings {
     }
 }
 
-/// Far time and position from one cycle to the next.
+/// Checks the rate of far time and position from one cycle to the next.
 fn wrong_rate(pair: &[Seen], (most_off, blended): (f64, f64)) -> Option<String> {
     let rate = rate_of_positions(pair);
     let is_followed = pair.iter().all(|seen| seen.is_followed);
     let (least, most) = match is_followed {
         true => (1.0 - most_off, 1.0 + most_off),
-        // It may have been braked to a standstill.
+        // The axis may have been braked to a standstill.
         false => (-1e-9, 1.0 + BRINGING_BACK + blended),
     };
     if !(least..=most).contains(&rate) {
@@ -117,7 +117,7 @@ fn wrong_rate(pair: &[Seen], (most_off, blended): (f64, f64)) -> Option<String> 
         .then(|| format!("far time goes at {rate:.4}"))
 }
 
-/// Positions over three cycles.
+/// Checks the acceleration of positions over three cycles.
 fn too_hard(three: &[Seen], blended: f64) -> Option<String> {
     let change = rate_of_positions(&three[1..]) - rate_of_positions(&three[..2]);
     let cycle = CYCLE as f64 * 1e-9;
@@ -126,7 +126,7 @@ fn too_hard(three: &[Seen], blended: f64) -> Option<String> {
         .then(|| format!("{acceleration:.0} u/s²"))
 }
 
-/// How far the axis was off its master at most since `from_s`, as a time, µs.
+/// Greatest distance of the axis from its master since `from_s`, as a time, µs.
 fn lag_us(world: &World, from_s: f64) -> f64 {
     let from = (from_s * 1e9) as i64;
     let errors = world.seen.iter().filter(|seen| seen.at >= from);
@@ -135,7 +135,7 @@ fn lag_us(world: &World, from_s: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Five seconds in, with paths that can become shorter by `step`.
+/// A world after five seconds, with paths that can become shorter by `step`.
 fn settled(delay: &str, seed: u64, step: i64) -> World {
     let mut world = world(delay, seed);
     world.run(2.0);
@@ -207,7 +207,7 @@ fn a_sender_whose_clock_stood_still_is_told_from_a_longer_way() {
             let what = format!("{stop} ms and {rest} ns");
             let off = findings.check(&world, 1.0, &what);
             findings.expect(off > 10, || format!("{what}: not brought back"));
-            // What is no whole cycle is slewed with 1 ms/s.
+            // Fractions of a cycle are slewed with 1 ms/s.
             let lag = lag_us(&world, 11.0);
             findings.expect(lag < 60.0, || format!("{what}: off by {lag:.1} µs"));
         }
@@ -298,7 +298,7 @@ fn steps_come_at_any_time_of_the_start_up() {
                 world.step_all_paths(step * MS);
                 world.run(6.0);
                 let what = format!("{step} ms after {at} s, delay {delay}");
-                // One that comes while it synchronises may take long; nothing is followed until then.
+                // A step during synchronisation may take long; the axis is not followed until then.
                 let Some(followed) = world.seen.iter().find(|seen| seen.is_followed) else {
                     continue;
                 };
@@ -323,7 +323,7 @@ fn steps_come_while_another_one_is_told_or_slewed() {
                 let what = format!("{step} ms, after {pause} s {second} ms, delay {delay}");
                 let _ = findings.check(&world, 1.0, &what);
                 if delay == MEASURED {
-                    // Where the exchanges of the first step are just being replaced.
+                    // The exchanges of the first step are just being replaced here.
                     let lag = lag_us(&world, 1.5);
                     findings.expect(lag < 500.0, || format!("{what}: off by {lag:.1} µs"));
                 }
@@ -334,7 +334,7 @@ fn steps_come_while_another_one_is_told_or_slewed() {
 
 #[test]
 fn steps_come_with_a_fallback() {
-    // Data older than seven cycles are not used: the axis is braked, and brought back.
+    // Data older than seven cycles are not used: the axis is braked, and returned.
     let mut findings = Findings::within(RATE);
     for (n, step) in (0..).zip(SIZES_MS) {
         for delay in [MEASURED, OFF] {

@@ -1,5 +1,5 @@
-//! A far axis that is only measured, conditioned: judged by the differences of the set positions, whatever becomes of
-//! its node and its clock.
+//! A far axis that is only measured, conditioned: judged by the differences of the set positions,
+//! for any fault of its node and its clock.
 
 use crate::bench;
 use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, Shown, run_pair};
@@ -10,21 +10,21 @@ use coaxle_receiver::{HealthName, TravelName};
 use coaxle_slave::CouplingPhase;
 
 const CYCLE: f64 = 1e-3;
-/// The sender's clock is fast by so much.
+/// Drift of the sender's clock, ppm.
 const PPM: i64 = 400;
 const MODES: [&str; 5] = ["bypass", "pt1", "sync", "time", "observer"];
-/// Of the conditioning, u/s³ and u/s²: its defaults, with what rounding makes of differences.
+/// Limits of the conditioning, u/s³ and u/s²: its defaults, plus the rounding of differences.
 const JERK: f64 = 1.001e5;
 const ACCELERATION: f64 = 5_005.0;
 
-/// Where the axis truly is after so many seconds of the sender's time.
+/// True position of the axis by the sender's time in seconds.
 type Motion = fn(f64) -> f64;
 
 fn seconds(sent: Nanos) -> f64 {
     sent as f64 * 1e-9 * (1.0 + PPM as f64 * 1e-6)
 }
 
-/// A sender, and a receiver that hears of the motion in whole increments.
+/// A sender, and a receiver that gets the motion in whole increments.
 struct Pair {
     far: Far,
     near: Near,
@@ -66,7 +66,7 @@ impl Pair {
         run_pair(&mut self.far, &mut self.near, self.now);
     }
 
-    /// The receiver alone: its sender is silent.
+    /// Runs the receiver alone: its sender is silent.
     fn run_silent_for(&mut self, millis: i64) {
         self.now += millis * MILLISECOND;
         bench::run(None, std::slice::from_mut(&mut self.near), self.now);
@@ -82,7 +82,7 @@ impl Pair {
         );
     }
 
-    /// What was shown from this moment on.
+    /// Snapshots from this moment on.
     fn since(&self, from: Nanos) -> &[Shown] {
         let first = self.near.truths.partition_point(|at| *at < from);
         &self.near.snapshots[first..]
@@ -114,7 +114,7 @@ fn differences(positions: &[f64]) -> Differences {
     }
 }
 
-/// The set positions that slaves get of it, from the moment on that they get any.
+/// The set positions that slaves get of it, from their first one on.
 fn followed(shown: &[Shown]) -> Vec<f64> {
     let from = (shown.iter()).position(|shown| shown.axis.acquired == Some(true));
     let set = shown[from.unwrap_or(shown.len())..].iter();
@@ -165,7 +165,8 @@ fn increments_become_a_smooth_master_in_every_mode() {
                 .velocity_sigma
                 .is_some_and(|v| v > 0.1 && v < 10.0)
         );
-        // Of where it is: two increments in ripple, and a beat's way in the modes that show it.
+        // Position errors: two increments in ripple, and the distance of a beat in the modes that
+        // show it.
         let late = last.axis.far_time_ns;
         for shown in shown
             .iter()
@@ -214,7 +215,7 @@ fn nobody_is_coupled_before_the_increments_have_settled() {
     }
 }
 
-/// Whatever is entered, left or interrupted by the next one.
+/// Changes of mode in any order, interrupted by the next one.
 #[test]
 fn no_order_breaks_the_limits() {
     let orders = [
@@ -247,7 +248,7 @@ fn no_order_breaks_the_limits() {
     }
 }
 
-/// Silence, and the way back, a new run elsewhere, and a silence in the middle of its way back.
+/// Silence and the return, a new run at another position, and a silence during the return.
 #[test]
 fn silence_and_a_new_run_are_no_steps() {
     for mode in MODES {
@@ -272,7 +273,7 @@ fn silence_and_a_new_run_are_no_steps() {
     }
 }
 
-/// How hard it is brought back is the business of [`coaxle_remote::Continuity`].
+/// The dynamics of the return are those of [`coaxle_remote::Continuity`].
 fn check_return(pair: &Pair, what: &str) {
     let found = differences(&followed(pair.since(2 * SECOND)));
     assert!(found.velocity < 1.9 * 500.0, "{what}: {found:?}");
@@ -311,7 +312,7 @@ fn a_count_that_no_motion_explains_moves_nothing() {
     );
 }
 
-/// A saw that is to be stopped by a rollback; it is coupled where every mode has synchronised.
+/// A saw that a rollback would stop; it is coupled once every mode has synchronised.
 const SAW: &str = "[[slave]]\nname = 'saw'\n\
     limits = { velocity = 1500, acceleration = 10000, jerk = 200000 }\n\
     [[slave.step]]\nwhen = { master-ready = true }\ndo = { power = true }\n\
@@ -323,7 +324,7 @@ const SAW: &str = "[[slave]]\nname = 'saw'\n\
 #[test]
 fn a_slow_coarse_master_that_stops_is_no_rollback() {
     let motions: [Motion; 2] = [slow, |t| {
-        // It stops for a second every three seconds.
+        // Motion that stops for a second every three seconds.
         let whole = (t / 3.0).floor();
         40.0 * whole + 20.0 * (t - 3.0 * whole).min(2.0)
     }];

@@ -46,7 +46,7 @@ fn each_far_node_has_a_clock_of_its_own() {
     let mut last = None;
     run(&mut receiver, &mut far, 6_000 * MILLISECOND, |row, now| {
         if now > 5_000 * MILLISECOND {
-            // All axes of a node are where it is at one instant: by the arrivals of its messages.
+            // The axes of a node refer to one instant: by the arrivals of its messages.
             let count = (now - 200_000) as f64 / 1_000_400.0;
             for (axis, velocity) in [(0, 100.0), (1, 200.0)] {
                 let position = row.axes[axis].corrected_position.expect("known");
@@ -115,7 +115,7 @@ fn an_axis_that_is_missing_goes_on_until_the_age_limit_and_the_others_do_not_not
         assert!(first.synced && first.error == 0);
         if missing.error == 0 {
             went_on += 1;
-            // By the newest it has, moved on by the clock.
+            // By its newest data, moved on by the clock.
             let count = (now - 200_000) as f64 / 1_000_400.0;
             let expected = Far::position(200.0, count);
             let error = (missing.corrected_position.expect("known") - expected).abs();
@@ -130,7 +130,7 @@ fn an_axis_that_is_missing_goes_on_until_the_age_limit_and_the_others_do_not_not
     assert_eq!(row.axes[1].error, SyncError::MaxDataAgeExceeded.code());
     assert!(row.axes[1].missing > 190 && row.axes[1].age_cycles > 190);
     assert_eq!((row.axes[0].missing, row.axes[0].age_cycles), (0, 0));
-    // There it is again, brought back with no more acceleration than it takes to brake it.
+    // It is received again, and returned with at most the acceleration of braking.
     far[0].axes[1] = Some(200.0);
     run(&mut receiver, &mut far, 5_600 * MILLISECOND, |_, _| {});
     assert!(receiver.snapshot().signals.axes[1].synced);

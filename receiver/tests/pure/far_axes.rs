@@ -32,7 +32,7 @@ fn far() -> [Far; 2] {
     ]
 }
 
-/// Runs a cycle and gives the frame of the far axes, if one was sent.
+/// Runs a cycle and returns the frame of the far axes, if one was sent.
 fn cycle(receiver: &mut Receiver, far: &mut [Far]) -> Option<Vec<u8>> {
     let now = receiver.next_cycle();
     far.iter_mut().for_each(|far| far.send_until(now, receiver));
@@ -60,7 +60,7 @@ fn what_is_published_is_what_the_signals_show() {
     let (mut receiver, mut far) = (receiver(THREE), far());
     let (mut frames, mut errors, mut operational) = (0, 0, 0);
     while receiver.next_cycle().as_nanos() < 5_000 * MILLISECOND {
-        // One node is silent at first, then comes, then falls silent.
+        // A node that is silent at first, then sends, then falls silent.
         let now = receiver.next_cycle().as_nanos();
         far[1].silent = !(1_000 * MILLISECOND..4_000 * MILLISECOND).contains(&now);
         let frame = cycle(&mut receiver, &mut far);
@@ -78,7 +78,7 @@ fn what_is_published_is_what_the_signals_show() {
             assert_eq!(Some(axis.set_velocity), shown.corrected_velocity);
             assert_eq!(axis.error_code, u32::from(shown.error));
             let ready = axis.state_word.contains(StateWord::OPERATIONAL);
-            // Not yet while the change of mode is blended over.
+            // Not yet while the change of mode is being blended.
             assert!(!ready || shown.synced && shown.error == 0);
             operational += u32::from(ready);
             errors += u32::from(shown.error == SyncError::MaxDataAgeExceeded.code());
@@ -125,7 +125,7 @@ fn another_receiver_follows_them() {
     );
     let line_name = NodeName::new("line").expect("a name");
     let mut intake = Intake::new(KEY, &line_name, &[1, 3]);
-    // Its clock runs 60 ppm fast. A frame is 0.1 ms on its way, and up to 1 µs more.
+    // The display's clock runs 60 ppm fast. A frame takes 0.1 ms, and up to 1 µs more.
     let displayed = |line_ns: i64| Instant::from_nanos(line_ns + line_ns * 60 / 1_000_000);
     while line.next_cycle().as_nanos() < 5_000 * MILLISECOND {
         let now = line.next_cycle().as_nanos();

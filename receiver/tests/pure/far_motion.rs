@@ -1,4 +1,5 @@
-//! What a far axis does while its master accelerates, and what it says of itself: by its own positions, in every mode.
+//! Behaviour of a far axis while its master accelerates, and its own estimates: judged by its
+//! positions, in every mode.
 
 use crate::bench;
 use std::slice::from_mut;
@@ -24,7 +25,7 @@ fn receiver(mode: &str) -> Near {
     Near::new(1000, 0, &rest)
 }
 
-/// The far axis's own positions, and the velocities that it says.
+/// The far axis's own positions and velocities.
 fn corrected(near: &Near, from: Nanos) -> Vec<(f64, f64)> {
     let from = near.truths.partition_point(|at| *at < from);
     let shown = near.snapshots[from..].iter();
@@ -42,7 +43,7 @@ fn largest_acceleration(corrected: &[(f64, f64)]) -> f64 {
     accelerations.fold(0.0, f64::max)
 }
 
-/// The sender is silent for a while, and has gone on meanwhile.
+/// Silences the sender for a while, during which it moves on.
 fn outage(far: &mut Far, near: &mut Near, from: Nanos, silent: Nanos) {
     run_pair(far, near, from);
     run(None, from_mut(near), from + silent);
@@ -56,14 +57,14 @@ fn an_outage_in_a_ramp_is_no_step_of_the_far_axis() {
         for silent in [10, 30, 80, 100, 200] {
             let mut far = Far::with_program(1000, 50, 0, 1, RAMPS);
             let mut near = receiver(mode);
-            // At other places of the ramps, by and by.
+            // At different places of the ramps.
             for n in 0..8 {
                 let from = 4 * SECOND + n * 1_230 * MILLISECOND;
                 outage(&mut far, &mut near, from, silent * MILLISECOND);
             }
             run_pair(&mut far, &mut near, 20 * SECOND);
             let hardest = largest_acceleration(&corrected(&near, 3 * SECOND));
-            // A beat shows in the modes that have no clock, and so does what is silent for as long as they bear it.
+            // Beats, and short silences within the limit, are visible in the modes without a clock.
             let most = match mode {
                 "bypass" => 20.0 * 800.0 / CYCLE,
                 "pt1" => 8.0 * 800.0 / CYCLE,
@@ -90,7 +91,7 @@ fn what_stands_is_told_to_stand() {
             assert!((velocity - pair[1].1).abs() < 1e-6, "{mode}: {pair:?}");
         }
         assert!(standing[400].1.abs() < 1e-9, "{mode}");
-        // And back: in one cycle it does not make up for 450.
+        // And back: it does not make up for 450 in one cycle.
         let ways = standing.windows(2).map(|pair| pair[1].0 - pair[0].0);
         let longest = ways.fold(0.0, f64::max);
         assert!(longest < 4.0 * VELOCITY * CYCLE, "{mode}: {longest}");
@@ -106,8 +107,9 @@ const SHIPPED: &str = "mode = 'observer'\nsync.time-sync = { age-of-data-limit =
     max-cycle-index-difference = 100 }\n[[slave]]\nname = 'saw'\nlimits = { velocity = 1000, acceleration = 5000, \
     jerk = 100000, on-master-loss = 'follow' }";
 
-/// A receiver that is stopped for 2, 2, 1.5 and 3 s with 4 s between. It finds a backlog each time, in pieces as the
-/// network reads it, and stamped as it is read; what its buffers do not hold is lost.
+/// A receiver that is stopped for 2, 2, 1.5 and 3 s with 4 s between. Each time it finds a backlog,
+/// in pieces as the network reads it, and stamped as it is read; messages beyond its buffers are
+/// lost.
 fn frozen(piece: usize, room: usize) -> Near {
     let mut far = Far::new(1000, 100, 0, 1);
     let mut near = Near::new(1000, 0, SHIPPED);
@@ -118,12 +120,12 @@ fn frozen(piece: usize, room: usize) -> Near {
         near.sleep_until(now + stopped * MILLISECOND);
         now += (stopped + 4_000) * MILLISECOND;
     }
-    // However far it is behind, it is back after 30 s.
+    // It has recovered after 30 s from any distance.
     run_pair(&mut far, &mut near, now + 31 * SECOND);
     near
 }
 
-/// Velocities of the far axis by its own positions, one after the other as long as cycle follows cycle.
+/// Velocities of the far axis by its own positions, in stretches of consecutive cycles.
 fn velocities(near: &Near, from: Nanos) -> Vec<Vec<f64>> {
     let from = near.truths.partition_point(|at| *at < from);
     let position = |n: usize| near.snapshots[n].master.map(|it| it.corrected.position);
@@ -131,7 +133,7 @@ fn velocities(near: &Near, from: Nanos) -> Vec<Vec<f64>> {
     for n in from..near.truths.len() {
         let passed = (near.truths[n] - near.truths[n - 1]) as f64 * 1e-9;
         if passed > 1.5 * CYCLE {
-            // Stopped: nothing left meanwhile.
+            // Stopped: no frame left meanwhile.
             all.push(Vec::new());
             continue;
         }
@@ -141,7 +143,7 @@ fn velocities(near: &Near, from: Nanos) -> Vec<Vec<f64>> {
     all
 }
 
-/// How far the far axis was behind its master at the most once it knew of it again, u.
+/// Greatest distance of the far axis behind its master once it received from it again, u.
 fn behind(near: &Near) -> f64 {
     let master = near.snapshots.iter().filter_map(|shown| shown.master);
     let behind = master.map(|it| it.received.position - it.corrected.position);
@@ -166,7 +168,8 @@ fn a_receiver_that_stood_still_follows_the_same_run() {
         assert_eq!(last.counters.restarts, 0, "{at}");
         let velocities = velocities(&near, 5 * SECOND);
         assert_eq!(velocities.len(), 5, "{at}");
-        // Half as fast again as its master at the most, to catch up, or as fast as it takes to be back after 30 s.
+        // At most half as fast again as its master, to catch up, or as fast as it takes to recover
+        // within 30 s.
         let faster = (0.6 * VELOCITY).max(1.9 * behind(&near) / 30.0);
         for stretch in &velocities {
             let (slowest, fastest) = (stretch.iter())
@@ -177,8 +180,8 @@ fn a_receiver_that_stood_still_follows_the_same_run() {
                 slowest > -1.0 && fastest < VELOCITY + faster,
                 "{at}: {slowest} to {fastest} u/s"
             );
-            // Braking takes 1500 u/s². Until the clock is known again time mode bridges, and takes a beat of one cycle
-            // back over 90 cycles.
+            // Braking takes 1500 u/s². Until the clock is known again time mode is active, and
+            // takes a beat of one cycle back over 90 cycles.
             let most = VELOCITY / 90.0 + 1_500.0 * CYCLE;
             let step = stretch
                 .windows(2)
@@ -197,7 +200,7 @@ fn a_receiver_that_stood_still_follows_the_same_run() {
     }
 }
 
-/// A rotary master whose set position is within the turn of 360.
+/// A rotary master whose set position is within the modulo period of 360.
 fn wrapping(rest: &str) -> (Far, Near) {
     let far = Far::new(1000, 50, 0, 1);
     let head = "sync.time-sync = { age-of-data-limit = 500, max-cycle-index-difference = 500 }";
@@ -261,7 +264,8 @@ fn a_receiver_says_how_far_off_it_may_be_in_motion_and_is_not_further() {
     let mut far = Far::with_program(1000, 50, 0, 1, RAMPS);
     let mut near = receiver("observer");
     run_pair(&mut far, &mut near, 12 * SECOND);
-    // At the sender's own time, `correction` after the frame: that is what its program says then.
+    // Compared at the sender's own time, `correction` after the frame: the program's position at
+    // that time.
     let mut program = std::collections::BTreeMap::new();
     for shown in &near.snapshots {
         let Some(master) = shown.master else { continue };
@@ -278,7 +282,8 @@ fn a_receiver_says_how_far_off_it_may_be_in_motion_and_is_not_further() {
         let truth = before + share * (after - before);
         let off = (shown.axis.corrected_position.expect("it is there") - truth).abs();
         let bound = shown.axis.prediction_sigma.expect("in observer mode");
-        // A straight line between two cycles is off by an eighth of what a cycle is accelerated by.
+        // A straight line between two cycles is off by an eighth of the acceleration's distance in
+        // a cycle.
         assert!(off <= 4.0 * bound + 0.001, "{off} u, {bound} u");
         most = most.max(bound);
     }

@@ -1,5 +1,5 @@
-//! Orders about a far node, as the network hands them in: what they do, and that the set values go on
-//! from where they are.
+//! Orders on a far node, as received from the network: their effect, and the continuity of the set
+//! values.
 
 #![expect(
     clippy::unwrap_used,
@@ -16,7 +16,7 @@ use coaxle_node::{CommandOrder, CommandOutcome, Node};
 use coaxle_receiver::{Health, StateName};
 use coaxle_remote::FilterMode;
 
-/// A cycle of motion, u.
+/// Distance moved per cycle, u.
 const STEP: f64 = VELOCITY * 1e-3;
 
 fn order(command: &str, dry_run: bool) -> CommandOrder {
@@ -53,7 +53,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// Without a beat in the first seconds: set values that pass through move evenly.
+    /// Without a beat in the first seconds: set values in bypass move evenly.
     fn observing() -> Self {
         Self::of(
             20,
@@ -79,8 +79,8 @@ impl Pair {
         self.near.last()
     }
 
-    /// Gives the orders, each so many milliseconds after the one before, and runs on. Gives by how much
-    /// a cycle's step of the master differs from even motion at the most, u.
+    /// Executes the orders, each this number of milliseconds after the one before, and runs on.
+    /// Returns the greatest deviation of the master's step per cycle from even motion, u.
     fn unevenness(&mut self, orders: &[(i64, &str)], then: i64) -> f64 {
         let from = self.near.snapshots.len() - 1;
         for (after, command) in orders {
@@ -113,7 +113,7 @@ fn no_order_makes_a_step_whether_it_is_entered_left_or_interrupted() {
     const LATER: &str = r#"{ "set-delay": { "fixed-us": 1400 } }"#;
     const OFF: &str = r#"{ "set-delay": "off" }"#;
     for (orders, allowed) in [
-        // The observer is at most 0.4 u ahead of what is received, PT1 about 1.3 u behind that.
+        // The observer is at most 0.4 u ahead of the received position, PT1 about 1.3 u behind it.
         (&[(0, BYPASS), (200, OBSERVER)][..], 0.4 / 60.0),
         (&[(0, BYPASS), (20, OBSERVER), (20, BYPASS)], 0.4 / 60.0),
         (&[(0, PT1), (200, OBSERVER)], 1.8 / 60.0),
@@ -137,7 +137,7 @@ fn no_order_makes_a_step_whether_it_is_entered_left_or_interrupted() {
         assert!(uneven < 1.1 * allowed, "{orders:?}: {uneven} of {allowed}");
         assert!(uneven > 1e-5, "{orders:?}: nothing happened");
         let slave = &pair.last().slaves[0];
-        // A position error of the master stops its slaves, as ever.
+        // A position error of the master stops its slaves, as always.
         if orders[0].1 != STRICT {
             assert_eq!(slave.status, AxisStatus::SynchronizedMotion, "{orders:?}");
         }
@@ -159,7 +159,8 @@ fn in_sync_mode_neither() {
         let mut pair = Pair::of(1000, "mode = 'sync'");
         pair.run_for(5_000);
         assert_eq!(pair.last().master.unwrap().state, StateName::Sync);
-        // The correction of a cycle is blended, or a beat of time mode hidden, over 60 cycles at least.
+        // The correction of a cycle is blended, or a beat of time mode concealed, over 60 cycles at
+        // least.
         let uneven = pair.unevenness(orders, 5_000);
         assert!(uneven < 2.5 * STEP / 60.0, "{orders:?}: {uneven}");
         let forced = orders[0].1 == FORCED;
@@ -188,7 +189,7 @@ fn disabled_the_axis_passes_through_unmodified_and_enabled_it_starts_anew() {
     let master = pair.last().master.unwrap().corrected.position;
     assert!((position - master).abs() < 1e-9, "the slave still follows");
 
-    // What is enabled already is not started anew, nor is what is disabled disabled again.
+    // An enabled node is not restarted by another enable, and a disabled one refuses.
     let _ = accepted(&mut pair.near, DISABLE);
     assert_eq!(refused(&mut pair.near, RE_INITIALISE), FarRefusal::Disabled);
     let _ = accepted(&mut pair.near, ENABLE);
@@ -219,7 +220,7 @@ fn the_mode_does_not_touch_the_synchronisation() {
         let master = shown.master.unwrap();
         assert_eq!((master.state, master.synced), (state, true));
     }
-    // The observer begins when it is asked for, and goes on when it is not.
+    // The observer starts on request, and keeps running afterwards.
     let _ = accepted(&mut pair.near, r#"{ "filter-mode": "observer" }"#);
     pair.run_for(50);
     assert_eq!(pair.last().health, Health::StartingUp);

@@ -1,4 +1,4 @@
-//! What a receiver does when something goes wrong, and when it is well again.
+//! Behaviour of a receiver in faults, and its recovery.
 
 use std::slice::from_mut;
 
@@ -14,7 +14,7 @@ use coaxle_receiver::{
     DriveStateName, Health, HealthName, Receiver, ReceiverConfig, ReceiverError, StateName,
 };
 
-/// The names of the healths that were gone through, each change once.
+/// The names of the healths passed through, each change once.
 fn healths(snapshots: &[Shown]) -> Vec<HealthName> {
     let mut names: Vec<_> = snapshots.iter().map(|s| s.health.name()).collect();
     names.dedup();
@@ -56,7 +56,7 @@ fn a_master_that_stops_is_an_error_that_stays() {
         (6..=8).contains(&ok_for),
         "the age limit is 7 cycles: {ok_for}"
     );
-    // It comes back, but nobody allowed the receiver to go on by itself.
+    // It returns, but the receiver is not permitted to resume by itself.
     let mut again = Far::new(1000, 1000, 6 * SECOND, 2);
     run_pair(&mut again, &mut near, 12 * SECOND);
     assert_eq!(near.last().health, error);
@@ -93,7 +93,7 @@ fn a_backlog_after_a_stop_never_reaches_the_slave() {
     run_pair(&mut far, &mut near, 2 * SECOND);
     let before = near.last().master.unwrap().count;
     let woken = near.snapshots.len();
-    // All that is sent meanwhile is stamped when the receiver wakes.
+    // Frames sent meanwhile are stamped when the receiver wakes.
     near.sleep_until(5 * SECOND);
     run_pair(&mut far, &mut near, 6 * SECOND);
     for (truth, snapshot) in near.truths.iter().zip(&near.snapshots).skip(woken) {
@@ -178,7 +178,7 @@ fn every_reason_for_refusal_is_counted_and_the_receiver_goes_on() {
     assert!(near.newest(1_000).iter().all(|s| s.health == Health::Ok));
 }
 
-/// A frame for each reason to refuse it.
+/// A frame for each reason to reject it.
 fn refused_frames() -> Vec<(Rejection, Vec<u8>)> {
     let key = "coaxle/conveyor/axes";
     let seal = KeySeal::new(key);
@@ -192,7 +192,7 @@ fn refused_frames() -> Vec<(Rejection, Vec<u8>)> {
         ..NcToPlcAxis::default()
     };
     let good = body("conveyor", axis(1));
-    // One axis, and the nominal cycle time of 1 ms before its number.
+    // A frame of one axis: the nominal cycle time of 1 ms before the number of axes.
     let cycle_time = [0xC0, 0x84, 0x3D, 1];
     let at = good
         .windows(4)

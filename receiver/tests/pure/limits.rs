@@ -1,4 +1,4 @@
-//! The limits of a slave, on the differences of its set positions, whatever becomes of its master.
+//! The limits of a slave, checked on the differences of its set positions, for any fault of its master.
 
 use std::slice::from_mut;
 
@@ -10,7 +10,7 @@ use coaxle_slave::Command;
 const CYCLE: f64 = 1e-3;
 const MODES: [&str; 5] = ["bypass", "pt1", "sync", "time", "observer"];
 
-/// Far less than a beat asks for, and less than it takes to brake the far axis.
+/// Limits far below the dynamics of a beat, and below those for braking the far axis.
 const FASTEST: f64 = 1_000.0;
 const HARDEST: f64 = 1_000.0;
 const JERK: f64 = 100_000.0;
@@ -25,7 +25,7 @@ fn receiver(mode: &str, on_master_loss: &str) -> Near {
     Near::new(1000, 0, &rest)
 }
 
-/// Velocity, acceleration and jerk of the set positions, from when it was coupled.
+/// Checks velocity, acceleration and jerk of the set positions, from the coupling on.
 fn check(what: &str, near: &Near) {
     let sets = near.snapshots.iter().filter_map(|shown| shown.slave());
     check_positions(what, &sets.map(|set| set.position).collect::<Vec<f64>>());
@@ -39,7 +39,7 @@ fn check_positions(what: &str, positions: &[f64]) {
     let velocities = differences(positions);
     let accelerations = differences(&velocities);
     let jerks = differences(&accelerations);
-    // What rounding may add to the differences of positions as large as these.
+    // Rounding in the differences of positions as large as these.
     let rounding = 4.0
         * f64::EPSILON
         * positions
@@ -65,7 +65,7 @@ fn check_positions(what: &str, positions: &[f64]) {
     }
 }
 
-/// In the end it is where its master is, with nothing left behind, and was never in error.
+/// Checks that it has finally arrived at its master's position, without an error on the way.
 fn has_arrived(what: &str, near: &Near) {
     let last = near.last();
     let errors = near
@@ -89,7 +89,8 @@ fn has_arrived(what: &str, near: &Near) {
     );
 }
 
-/// A sender that is 1000 ppm fast: a beat per second. Half a second after one, it is caught up.
+/// Time half a second after a beat of a sender that is 1000 ppm fast, with a beat per second: the
+/// slave has caught up.
 fn between_beats(seconds: Nanos) -> Nanos {
     seconds * SECOND + 250 * MILLISECOND
 }

@@ -41,7 +41,7 @@ const BELT: f64 = 400.0;
 const PRESS_1: f64 = 200.0;
 const PRESS_2: f64 = 100.0;
 
-/// Its limits.
+/// Limits of the slave.
 const VELOCITY: f64 = 1_000.0;
 const ACCELERATION: f64 = 5_000.0;
 const JERK: f64 = 100_000.0;
@@ -60,8 +60,9 @@ struct Differences {
 }
 
 impl Differences {
-    /// One cycle more. A master's velocity counts in seconds of its own clock: by the drift its positions
-    /// move otherwise, at once when the slave is coupled, which is some 5 % of the jerk here.
+    /// Adds a cycle. A master's velocity is per second of its own clock: by the drift its positions
+    /// move differently, which shows at once when the slave is coupled, as some 5 % of the jerk
+    /// here.
     fn keep(&mut self, row: &SignalRow) {
         let Some(position) = row.slaves[0].position else {
             return;
@@ -91,7 +92,7 @@ fn sum(row: &SignalRow, ratios: [f64; 3]) -> f64 {
 
 const RATIOS: [f64; 3] = [0.5, -1.0, 0.25];
 
-/// Until the slave is in sync, its limits kept on the way.
+/// Runs until the slave is in sync, within its limits on the way.
 fn in_sync(receiver: &mut Receiver, far: &mut [Far], differences: &mut Differences) {
     run(receiver, far, 4_000 * MILLISECOND, |row, _| {
         differences.keep(row);
@@ -144,7 +145,7 @@ fn any_master_that_falls_silent_stops_it_within_its_limits_for_good() {
         assert_eq!((slave.error, slave.velocity), (0x42a0, Some(0.0)));
         let health = receiver.snapshot().health;
         assert_eq!(health, Health::SlaveFailed { slave: 0 });
-        // It comes back, and the slave stays where it is, until it is told otherwise.
+        // It returns, and the slave stays at its position until it is commanded.
         far[silent].silent = false;
         far[silent].epoch = 2;
         run(&mut receiver, &mut far, 9_000 * MILLISECOND, |row, _| {
@@ -179,7 +180,7 @@ fn a_master_that_does_not_count_may_be_lost() {
         assert_eq!(row.slaves[0].phase, Some(CouplingPhase::InSync));
     });
     assert_eq!(receiver.snapshot().signals.far[1].health, HealthName::Error);
-    // Not even told to count again it takes the slave along.
+    // Even a command to couple again does not take the slave along.
     let refused = receiver.command(number, &gear(&RATIOS));
     assert_eq!(refused, Err(Refusal::NoMaster));
     run(&mut receiver, &mut far, 6_100 * MILLISECOND, |row, _| {
@@ -203,7 +204,7 @@ fn it_is_not_ready_before_all_of_its_masters_are() {
     assert_eq!(slave.phase, Some(CouplingPhase::InSync));
 }
 
-/// Coupled from the start, by its first master alone; all of its masters are there at once.
+/// Coupled from the start, by its first master alone; all of its masters are present at once.
 #[test]
 fn a_coupling_from_the_start_is_changed_for_one_of_several_masters() {
     let text = LINE.replace(

@@ -1,4 +1,4 @@
-//! What a receiver makes of its master, mode by mode and ratio by ratio.
+//! The master as a receiver shows it, for each mode and ratio.
 
 use crate::bench::{Far, MILLISECOND, Near, SECOND, VELOCITY, ripple, run_pair};
 use coaxle_receiver::{DriveStateName, Health, HealthName, StateName};

@@ -1,4 +1,4 @@
-//! Nothing that a receiver does between two cycles or in one allocates, whatever comes in.
+//! Absence of allocations in a receiver, between two cycles and in one, for any input.
 
 use crate::bench::{Clock, Far, LATENCY, MILLISECOND, SECOND};
 use crate::nodes;
@@ -28,7 +28,7 @@ fn receiving_cycling_transmitting_and_showing_do_not_allocate() {
     }
 }
 
-/// A standby takes over, and back, with what smooths the increments of its axis.
+/// A standby takes over, and back, with the smoothing of its axis's increments.
 #[test]
 fn taking_over_does_not_allocate() {
     let text = "[[far]]\nnode = 'a'\nstandby = ['b']\naxes = [{ id = 1, encoder = { increment = 0.05 } }]\n\
@@ -53,7 +53,7 @@ fn taking_over_does_not_allocate() {
     assert_eq!(receiver.snapshot().signals.far[0].take_overs, 2);
 }
 
-/// A plate is coupled, scaled, edited and exchanged again and again, while nothing is allocated.
+/// A plate is coupled, scaled, edited and replaced repeatedly, without allocation.
 #[test]
 fn cams_and_programs_do_not_allocate() {
     let config: ReceiverConfig = parse("r.toml", CAMS).expect("a config");
@@ -90,8 +90,8 @@ fn cams_and_programs_do_not_allocate() {
     assert_eq!(refused, 1);
 }
 
-/// Three far nodes, one of which falls silent and comes back as another run; a slave of two of them, and
-/// of another slave, is stopped, reset and coupled again. Two virtual axes have slaves besides.
+/// Three far nodes, one of which falls silent and returns as another run; a slave of two of them,
+/// and of another slave, is stopped, reset and coupled again. Two virtual axes have slaves, too.
 #[test]
 fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     let mut receiver = nodes::receiver(LINE);
@@ -135,7 +135,7 @@ fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     assert_eq!(receiver.snapshot().health.name(), HealthName::Ok);
 }
 
-/// A drive process that answers in the next cycle, and is gone for a while in each second of its life.
+/// A drive process that responds in the next cycle, and is absent for a while in each second.
 #[derive(Debug, Default)]
 struct Loop(DriveCommand);
 
@@ -368,7 +368,7 @@ do = { write-motion-function = { table = 3, points = [{ index = 2, law = 'polyno
 repeat-from = 'next mark'
 ";
 
-/// Orders about the far node, one in ten cycles.
+/// Orders on the far node, one in ten cycles.
 const ORDERS: [&str; 9] = [
     r#"{ "filter-mode": "pt1" }"#,
     r#"{ "filter-mode": "observer" }"#,
@@ -425,7 +425,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
             if now > clock.read((11_000 + 10 * executed as i64) * MILLISECOND)
                 && let Some(order) = orders.next()
             {
-                // Starting anew it counts anew.
+                // Counters restart with a re-initialisation.
                 let counters = &receiver.snapshot().signals.far[0];
                 exchanges = exchanges.max(counters.exchanges);
                 responses_refused = responses_refused.max(counters.responses_refused);
@@ -454,7 +454,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                 }
             }
             if let Some(request) = requested.take() {
-                // The receiver may be asked too, and is, whenever it asks.
+                // Time requests also go to the receiver, whenever it sends one.
                 receiver.receive(now, 2, &Message::TimeRequest(request));
                 master.respond(&request, now, |at, message| {
                     receiver.receive(at, 1, message)
@@ -486,7 +486,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     }
 }
 
-/// The first run of the sender as far as it responds, without a heap.
+/// The first run of the sender, reduced to its responses, without a heap.
 struct Master {
     clock: Clock,
     start: Instant<Local>,
@@ -522,7 +522,7 @@ impl Master {
             .expect("a request")
     }
 
-    /// Responds to what was requested at `requested`, which is true time.
+    /// Responds to a request of `requested`, which is true time.
     fn respond(
         &mut self,
         request: &TimeRequest,
@@ -560,7 +560,7 @@ fn messages(intake: &mut Intake) -> Vec<(Instant<Local>, KeptMessage)> {
             let sent = far.next();
             let mut message = KeptMessage::new(&intake.message(&far.tick(sent)));
             if sent > 11_050 * MILLISECOND {
-                // A step of the axis itself while the far node is disabled, which its drive does not survive.
+                // A step of the axis itself while the far node is disabled, which trips the drive.
                 for axis in message.axes_mut().iter_mut().flatten() {
                     axis.set.position += 100.0;
                 }

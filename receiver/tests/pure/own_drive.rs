@@ -1,4 +1,4 @@
-//! Drives that whoever builds a receiver gives its slaves.
+//! Drives passed to a receiver's slaves by its builder.
 
 #[path = "../../examples/own_drive.rs"]
 mod example;
@@ -71,12 +71,12 @@ fn what_does_not_fit_is_named() {
         let error = refused.expect_err("no receiver").to_string();
         assert!(error.starts_with(expected), "{error}");
     }
-    // As given, it does.
+    // With a drive passed, it starts.
     let given = Drives::new().with("a", own());
     assert!(Receiver::with_drives(&config(&shared), given, Instant::EPOCH, 1).is_ok());
 }
 
-/// In virtual time there are no processes: a simulated drive stands in, and signals say so.
+/// A simulated drive replaces the process in virtual time, and signals show this.
 #[test]
 fn a_simulated_drive_stands_in_for_one_in_another_process() {
     let steps = "[[slave.step]]\ndo = { power = true }\n[[slave.step]]\nwhen = { state = 'standstill' }\n\

@@ -1,4 +1,4 @@
-//! Programs that see what became of their commands: an order, a master that turns back or is lost.
+//! Programs that react to the results of their commands: an order, a master that turns back or is lost.
 
 use crate::bench;
 use std::slice::from_mut;
@@ -13,7 +13,7 @@ use coaxle_slave::{Command, CouplingPhase, Dynamics};
 
 const JERK: f64 = 200_000.0;
 
-/// Cuts every 1000 mm of a conveyor at 500 mm/s. What is in its way, `otherwise` says.
+/// Cuts every 1000 mm of a conveyor at 500 mm/s, with these branches in `otherwise`.
 fn cutting(otherwise: &str) -> Receiver {
     receiver(&format!(
         "[[virtual-axis]]
@@ -59,7 +59,7 @@ fn cutting(otherwise: &str) -> Receiver {
     ))
 }
 
-/// The largest jerk in the differences of a slave's positions, and what the slave showed last.
+/// The largest jerk in the differences of a slave's positions, and the slave's last signals.
 #[derive(Default)]
 struct Watch {
     positions: Vec<f64>,
@@ -82,7 +82,7 @@ impl Watch {
         );
     }
 
-    /// Runs until the slave shows something.
+    /// Runs until the slave's signals satisfy `what`.
     fn until(&mut self, receiver: &mut Receiver, what: impl Fn(&SlaveSignals) -> bool) {
         for _ in 0..20_000 {
             self.run(receiver, 1e-3);
@@ -157,7 +157,7 @@ fn a_saw_whose_program_handles_nothing_says_that_it_waits_in_vain_until_somebody
     assert_eq!(watch.last.program_waits_for, Some(WaitsFor::InSync));
     assert_eq!(watch.health, HealthName::Ok);
     halt(&mut receiver);
-    // At once: it is uncoupled.
+    // At once, because it is uncoupled.
     watch.run(&mut receiver, 2e-3);
     assert_eq!(watch.last.program, Some(ProgramState::Blocked));
     assert_eq!(watch.last.program_waits_for, Some(WaitsFor::InSync));
@@ -182,7 +182,7 @@ fn a_saw_whose_program_handles_nothing_says_that_it_waits_in_vain_until_somebody
     assert!(watch.largest_jerk() <= JERK * 1.01);
 }
 
-/// A conveyor that turns back at 600 mm, and comes again.
+/// A conveyor that reverses at 600 mm, and returns.
 fn turning_back(otherwise: &str) -> Receiver {
     receiver(&format!(
         "[[virtual-axis]]
@@ -254,12 +254,12 @@ fn a_rollback_that_nobody_handles_is_told_before_the_saw_stands() {
     assert_eq!(watch.last.program_outcome, Some(Outcome::RolledBack));
     assert_eq!(watch.last.state, AxisStatus::DiscreteMotion);
     assert_eq!(watch.health, HealthName::ProgramBlocked);
-    // The master comes again, and changes nothing about that.
+    // The master returns, without any effect on that.
     watch.run(&mut receiver, 10.0);
     assert_eq!(watch.last.program, Some(ProgramState::Blocked));
 }
 
-/// A far master that falls silent, and comes back as another run.
+/// A far master that falls silent, and returns as another run.
 fn losing_its_master(otherwise: &str) -> (Near, Vec<(ProgramState, Option<WaitsFor>)>) {
     let config = format!(
         "mode = 'time'
@@ -367,7 +367,7 @@ fn a_program_that_waits_for_an_operator_is_well() {
     order(&mut receiver, &Command::Power(true));
     watch.run(&mut receiver, 1.0);
     waits(&watch, WaitsFor::InSync);
-    // Jogging it meanwhile changes nothing.
+    // Jogging it meanwhile has no effect.
     halt(&mut receiver);
     watch.run(&mut receiver, 0.5);
     waits(&watch, WaitsFor::InSync);

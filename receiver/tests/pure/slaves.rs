@@ -36,7 +36,7 @@ fn slave(snapshot: &Shown, n: usize) -> SlaveShown {
     snapshot.slaves[n]
 }
 
-/// The largest step of a slave beyond what its velocities account for, in units of the slave.
+/// The largest step of a slave beyond that of its velocities, in units of the slave.
 fn largest_jump(near: &Near, n: usize) -> f64 {
     near.snapshots
         .windows(2)
@@ -330,7 +330,7 @@ fn a_lost_master_stops_the_slave_within_its_limits_for_good() {
         let [a, b] = [0, 1].map(|k| slave(&pair[k], 0).set.expect("an axis").velocity);
         assert!((b - a).abs() <= 5.0 * (1.0 + 1e-6), "{a} {b}");
     }
-    // It comes back, and the slave stays where it is.
+    // It returns, and the slave stays at its position.
     let mut again = Far::new(1000, 100, 2 * SECOND, 2);
     run_pair(&mut again, &mut near, 4 * SECOND);
     assert_eq!(near.last().health, Health::SlaveFailed { slave: 0 });
@@ -343,7 +343,7 @@ fn a_lost_master_stops_the_slave_within_its_limits_for_good() {
 
 #[test]
 fn a_slave_whose_master_is_in_error_stops_too_and_both_can_be_reset() {
-    // Elsewhere the far axis would be brought to where its master jumps.
+    // In other modes the far axis would be brought to its master's new position.
     let (mut far, mut near) = geared_in(
         "bypass",
         "name = 'first'\nmax = 0\n[[slave]]\nname = 'second'\nmaster = 'first'\nlimits = { velocity = 2000, acceleration = 5000, jerk = 1e6 }"

@@ -18,7 +18,7 @@ fn follower(mode: &str, rest: &str) -> Receiver {
     ))
 }
 
-/// Two lines whose clocks drift apart; the second one is `offset` further.
+/// Two lines whose clocks drift apart; the second one is ahead by `offset`.
 fn lines(offset: f64) -> [Far; 2] {
     let mut lines = [
         Far::new(0, 1_000_100, &[VELOCITY]),
@@ -29,7 +29,7 @@ fn lines(offset: f64) -> [Far; 2] {
     lines
 }
 
-/// What set positions do from cycle to cycle, by differences.
+/// Set positions from cycle to cycle, judged by differences.
 #[derive(Default)]
 struct Watch {
     positions: Vec<f64>,
@@ -221,7 +221,7 @@ fn each_is_asked_for_its_own_time() {
     }
 }
 
-/// What smooths the increments of a standby is warm: its axis is never without a master, nor braked.
+/// The smoothing of a standby's increments is kept warm: its axis is never without a master, nor braked.
 #[test]
 fn an_axis_that_is_only_measured_is_taken_over_as_it_moves() {
     let mut receiver = follower("observer", ", encoder = { increment = 0.05 }");
@@ -262,8 +262,8 @@ fn whoever_is_silent_restarts_or_comes_back_the_slave_keeps_its_limits() {
     }
 }
 
-/// Far axes that keep limits of their own, and orders that start their clock anew or change how it is followed, at any
-/// moment of a take-over.
+/// Far axes with limits of their own, and orders that restart their clock or change its mode, at
+/// any moment of a take-over.
 #[test]
 fn orders_at_any_moment_and_limits_of_the_far_axis_change_nothing_of_that() {
     let orders = [
@@ -281,7 +281,8 @@ fn orders_at_any_moment_and_limits_of_the_far_axis_change_nothing_of_that() {
     }
 }
 
-/// A random schedule of silences, restarts and orders about the far node; one of the lines is always there.
+/// A random schedule of silences, restarts and orders on the far node; one of the lines is always
+/// present.
 fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
     let mut random = Random(seed * 0x9e37_79b9);
     let mut lines = lines([0.0, 2.5, -40.0][seed as usize % 3]);
@@ -294,7 +295,7 @@ fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
         let n = random.below(2) as usize;
         let is_alone = lines[1 - n].silent;
         match random.below(4) {
-            // It starts anew, at once or after a silence.
+            // It restarts, at once or after a silence.
             0 => {
                 lines[n].epoch += 100;
                 lines[n].silent = random.below(2) == 0 && !is_alone;
@@ -328,7 +329,7 @@ fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
     assert!(velocity <= 1_001.0, "seed {seed}: {velocity}");
     assert!(acceleration <= 5_050.0, "seed {seed}: {acceleration}");
     assert!(jerk <= 105_000.0, "seed {seed}: {jerk}");
-    // With both there the axis is where its master is.
+    // With both present the axis is at its master's position.
     lines.iter_mut().for_each(|line| line.silent = false);
     run(receiver, &mut lines, at + 40_000, &mut watch, |_, _| {});
     let axis = &receiver.snapshot().signals.axes[0];

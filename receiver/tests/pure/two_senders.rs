@@ -1,5 +1,5 @@
-//! A second node of the same name, and stray frames: the first run is followed as long as it is heard, and no set
-//! position is a step.
+//! A duplicate sender, and stray frames: the first run is followed as long as its frames arrive,
+//! and no set position steps.
 
 use crate::nodes::{Far, MILLISECOND, of, receiver, run};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
@@ -16,7 +16,7 @@ fn follower(mode: &str) -> Receiver {
     ))
 }
 
-/// The set positions, and how far they are from cycle to cycle.
+/// The set positions, and their distances from cycle to cycle.
 #[derive(Default)]
 struct Steps {
     last: Option<f64>,
@@ -55,7 +55,7 @@ fn the_first_of_two_is_followed_and_named_until_it_is_silent() {
         run(&mut receiver, &mut far, 3_000 * MILLISECOND, |row, _| {
             steps.keep(row.slaves[0].position);
         });
-        // It is started at this moment.
+        // The duplicate starts at this moment.
         twin.next = 3_000;
         [first] = far;
         let mut both = [first, twin];
@@ -77,7 +77,7 @@ fn the_first_of_two_is_followed_and_named_until_it_is_silent() {
         let row = &receiver.snapshot().signals;
         assert_eq!((row.far[0].epoch, row.far[0].restarts), (Some(99), 1));
         assert_eq!(row.far[0].health, HealthName::Ok, "{mode}");
-        // And is back, as what it was: it has had its time.
+        // And returns as the same run, which is not followed any more.
         both[0].silent = false;
         run(&mut receiver, &mut both, 32_000 * MILLISECOND, |row, _| {
             steps.keep(row.slaves[0].position);
@@ -87,7 +87,7 @@ fn the_first_of_two_is_followed_and_named_until_it_is_silent() {
     }
 }
 
-/// A frame that nobody asked for.
+/// Sends an unexpected frame.
 fn stray(
     receiver: &mut Receiver,
     at: Instant<coaxle_clock::Local>,

@@ -10,7 +10,7 @@ use coaxle_receiver::{Health, HealthName, Receiver, ReceiverConfig, SignalRow};
 use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_source::Activity;
 
-/// A belt far away, and a line shaft of the receiver's own, as the one master and the other.
+/// A belt far away, and a line shaft of the receiver's own, as the first and the second master.
 const LINE: &str = "
 [[far]]
 node = 'infeed'
@@ -47,7 +47,7 @@ gear = { ratio = -2.0, offset = 5.0 }
 
 const BELT: f64 = 200.0;
 
-/// Its limits.
+/// Limits of the slave.
 const ACCELERATION: f64 = 5_000.0;
 const JERK: f64 = 100_000.0;
 
@@ -74,7 +74,8 @@ impl Differences {
         let acceleration = (p3 - 2.0 * p2 + p1) / (dt * dt);
         let jerk = (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt);
         if self.seen > 3 {
-            // The belt's velocity counts in seconds of its own clock, which drifts and is still learnt.
+            // The belt's velocity is per second of its own clock, which drifts and is still being
+            // estimated.
             assert!(acceleration.abs() <= ACCELERATION * 1.001, "{acceleration}");
             assert!(jerk.abs() <= JERK * 1.1, "{jerk} {:?}", self.last);
         }
@@ -97,7 +98,7 @@ fn shaft(row: &SignalRow) -> &VirtualAxisSignals {
 fn a_follower_of_it_is_where_the_gear_puts_it_from_the_first_cycle_on() {
     let (mut receiver, _) = line();
     let mut fastest = 0.0_f64;
-    // The belt has nothing to do with it: it is never heard.
+    // The belt is not involved: its frames never arrive.
     run(&mut receiver, &mut [], 6_000 * MILLISECOND, |row, _| {
         let (shaft, roll) = (shaft(row), &row.slaves[1]);
         assert_eq!(roll.position, Some(-2.0 * shaft.position + 5.0));
@@ -107,7 +108,7 @@ fn a_follower_of_it_is_where_the_gear_puts_it_from_the_first_cycle_on() {
     });
     assert_eq!(fastest, 300.0);
     let row = &receiver.snapshot().signals;
-    // Its program is over: it stands where that left it.
+    // Its program has ended: it stands at the end position.
     assert_eq!((shaft(row).velocity, shaft(row).error), (0.0, 0));
     assert_eq!(shaft(row).activity, Activity::Halted);
     assert_eq!(shaft(row).position, shaft(row).true_position);
@@ -146,7 +147,7 @@ fn a_slave_goes_over_from_a_far_axis_to_the_shaft_and_back_in_motion() {
         slave.velocity.expect("an axis")
     };
     assert!((velocity(&receiver) - BELT).abs() < 0.1);
-    // To the shaft, and exactly along with it while it comes to a stop and stands.
+    // To the shaft, and exactly with it while it stops and stands.
     assert!(receiver.command(mixer, &gear(&[0.0, 1.0])).is_ok());
     run(&mut receiver, &mut far, 4_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
@@ -160,7 +161,7 @@ fn a_slave_goes_over_from_a_far_axis_to_the_shaft_and_back_in_motion() {
         assert!((now - before).abs() < 1e-9, "{now} {before}");
     });
     assert_eq!(velocity(&receiver), 0.0);
-    // The far axis may be lost meanwhile: it does not count.
+    // The far axis may be lost meanwhile: it is not required.
     far[0].silent = true;
     run(&mut receiver, &mut far, 8_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
@@ -210,7 +211,7 @@ fn both_together_lead_it_by_their_sum() {
     assert_eq!(receiver.snapshot().health, Health::Ok);
 }
 
-/// A receiver without anything far, with a recording that is played and what is in it.
+/// A receiver without a far node, with a played-back recording and its contents.
 fn recorded(rows: &str) -> Receiver {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("taught.csv");
@@ -243,7 +244,7 @@ fn a_replay_at_its_end_stands_and_its_slaves_with_it() {
     assert_eq!(phase, Some(CouplingPhase::InSync));
 }
 
-/// Values that no receiver would believe of a sender: the axis is in error, as a far one would be.
+/// Values that a receiver would reject from a sender: the axis is in error, like a far one.
 #[test]
 fn an_axis_in_error_stops_its_slaves_within_their_limits_until_they_are_reset() {
     let text = "time_s,position,velocity\n0,0,100\n1,100,100\n1.001,1e16,0\n1.5,1e16,0\n\
@@ -260,7 +261,7 @@ fn an_axis_in_error_stops_its_slaves_within_their_limits_until_they_are_reset() 
         assert!(!axis.operational && axis.true_position > 1e15);
         let at = *stood.get_or_insert(axis.position);
         assert!((at - 100.0).abs() < 0.2, "{at}");
-        // It stands where it was last, for one that nothing watches, too.
+        // The axis stands at its last position, also for a slave without monitoring.
         assert_eq!((axis.position, follower.position), (at, Some(at)));
         differences.keep(&row.slaves[0]);
     });
@@ -270,7 +271,7 @@ fn an_axis_in_error_stops_its_slaves_within_their_limits_until_they_are_reset() 
     let slave = receiver.snapshot().signals.slaves[0];
     assert_eq!((slave.state, slave.error), (AxisStatus::ErrorStop, 0x42a0));
     assert_eq!(receiver.snapshot().health, Health::SlaveFailed { slave: 0 });
-    // It can be believed again, and the slave stays where it is, until it is told otherwise.
+    // Its values are plausible again, and the slave stays at its position until it is commanded.
     run(&mut receiver, &mut [], 2_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
         assert_eq!(row.slaves[0].state, AxisStatus::ErrorStop);

@@ -52,7 +52,7 @@ fn plate() -> Plate {
     Plate::from_function(function.expect("the points are right"), Course::Cyclic)
 }
 
-/// A slave coupled by so many plates.
+/// A slave coupled by this number of plates.
 fn coupled(plates: u32) -> (Tables, CamCoupling) {
     let mut tables = Tables::new(4);
     let parameters = CouplingParameters {

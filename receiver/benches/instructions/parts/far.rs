@@ -1,4 +1,4 @@
-//! What comes from the far node, until it is a local master.
+//! Processing of the far node's data, up to a local master.
 
 use std::hint::black_box;
 
@@ -48,7 +48,7 @@ fn frame_of_one_axis() -> Vec<u8> {
     frame
 }
 
-/// An index that beats once a second, as 1000 ppm make it.
+/// An index that beats once a second, as at 1000 ppm.
 pub(super) fn time_sync(calls: u32) {
     let mut sync = TimeSync::start(CYCLE, TimeSyncParameters::default()).expect("in range");
     for cycle in 0..u64::from(calls) {

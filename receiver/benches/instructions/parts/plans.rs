@@ -1,4 +1,4 @@
-//! Plans of a flying saw, beside an independent generator.
+//! Plans of a flying saw, compared with an independent generator.
 
 use std::hint::black_box;
 

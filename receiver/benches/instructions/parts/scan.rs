@@ -1,4 +1,4 @@
-//! Whole scans: frames taken in, far axes, slaves, what is sent.
+//! Whole scans: frames taken in, far axes, slaves, frames sent.
 
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;

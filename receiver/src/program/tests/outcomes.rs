@@ -1,4 +1,4 @@
-//! What became of commands: branches, conditions, and what nobody handles.
+//! Results of commands: branches, conditions, and unhandled trouble.
 
 use coaxle_axis::{Job, Origin};
 
@@ -23,7 +23,7 @@ const HANDLING: &str = "
     label = 'late'
 ";
 
-/// The same, with nothing handled.
+/// A program without any handling.
 fn not_handling() -> String {
     let with = |line: &&str| !line.contains("otherwise") && !line.contains("timeout");
     let lines: Vec<_> = HANDLING.lines().filter(with).collect();
@@ -41,7 +41,7 @@ const fn job(number: u32, origin: Origin) -> Job {
 const OWN: Job = job(1, Origin::Program);
 const ORDER: Job = job(2, Origin::Order);
 
-/// While the program's command moves the slave.
+/// Situation while the program's command moves the slave.
 const MOVING: Situation = Situation {
     status: AxisStatus::SynchronizedMotion,
     outlook: Outlook::Led,
@@ -83,7 +83,7 @@ fn every_outcome_has_its_branch_and_is_handled_by_it() {
         scan(&mut program, &MOVING, Some(outcome));
         assert_eq!(step_and_state(&program), (label, ProgramState::Running));
         assert_eq!(program.snapshot().outcome, Some(outcome));
-        // Nothing is left of it that would branch again, though it is still known.
+        // No trouble is left that would branch again, though the result is still known.
         program.look(&MOVING, |_| Some(outcome));
         assert_eq!(program.due(&MOVING, scaling), Some(None), "{outcome:?}");
     }
@@ -160,7 +160,7 @@ fn what_nobody_handles_is_told_as_soon_as_the_step_cannot_come() {
         (Outcome::RolledBack, "its flying saw was rolled back"),
     ] {
         let mut program = waiting(&not_handling());
-        // It can still come.
+        // The condition can still be met.
         scan(&mut program, &MOVING, Some(outcome));
         assert_eq!(step_and_state(&program), (2, ProgramState::Running));
         assert_eq!(program.blocked(), None);
@@ -174,7 +174,7 @@ fn what_nobody_handles_is_told_as_soon_as_the_step_cannot_come() {
             program.blocked().expect("it is told").to_string(),
             format!("step 2 of the program waits for in-sync, which cannot come by itself: {why}")
         );
-        // Somebody helps.
+        // A foreign command helps.
         scan(&mut program, &MOVING, Some(outcome));
         assert_eq!(step_and_state(&program), (2, ProgramState::Running));
         assert_eq!(program.blocked(), None);
@@ -226,7 +226,7 @@ fn an_error_stop_counts_whatever_was_under_way_and_once() {
     assert_eq!(step_and_state(&program), (4, ProgramState::Running));
     program.look(&failed, |_| None);
     assert_eq!(program.due(&failed, scaling), Some(None));
-    // Reset by somebody, and again.
+    // Reset from outside, and a second failure.
     program.look(&NOW, |_| None);
     program.look(&failed, |_| None);
     let why = Some(Trouble::Outcome(Outcome::Failed));

@@ -1,4 +1,4 @@
-//! Whether what is waited for can still come.
+//! Prospects of the conditions waited for.
 
 use super::*;
 
@@ -122,7 +122,7 @@ fn who_can_bring_what_is_waited_for() {
             WaitingForOrder,
         ),
         ("failed = true", NOW, Running),
-        // It has given no command that could.
+        // No command was given that could.
         ("done = true", NOW, Blocked),
         ("aborted = true", NOW, Blocked),
         ("rolled-back = true", NOW, Blocked),

@@ -1,4 +1,4 @@
-//! How it goes with the measurement of delays.
+//! Log events of the delay measurement.
 
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::{Instant, Span};
@@ -7,11 +7,11 @@ use coaxle_os::Machine;
 use super::{Level, Note};
 use crate::signals::FarNodeSignals;
 
-/// A node whose clock is known and that is asked in vain for so long is worth a line: some ten requests go out every
-/// second, and a few responses do.
+/// Time after which unanswered requests to a node with a known clock are worth a line: some ten
+/// requests are sent every second, and a few responses suffice.
 const PATIENCE: Span = Span::from_secs(6);
 
-/// That the delay was measured, and that its measurement grew old.
+/// Log line on a measured delay, or a measurement that grew old.
 pub(super) fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     if before.delay_state == now.delay_state {
         return None;
@@ -35,7 +35,7 @@ pub(super) fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Not
     }
 }
 
-/// That what the config states of the ways cannot be.
+/// Log line on a configured asymmetry that is impossible.
 pub(super) fn denied(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     let is_news = now.asymmetry_denied && !before.asymmetry_denied;
     is_news.then(|| {
@@ -51,18 +51,19 @@ pub(super) fn denied(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<No
     })
 }
 
-/// A node that is heard and asked for its time.
+/// State of the time requests to a node.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
-    /// For how long its clock was known. A receiver that is synced only now and then waits longer, and tells too.
+    /// Time for which its clock was known. A receiver that is synced only at times waits longer,
+    /// and reports it too.
     waited: Span,
-    /// The last look, if its clock was known then.
+    /// The last check, if its clock was known then.
     looked: Option<Instant<Machine>>,
     is_told: bool,
 }
 
 impl Asked {
-    /// That it has never responded although its clock is known, once.
+    /// Log line, once, on a node that has never responded although its clock is known.
     pub(super) fn in_vain(&mut self, at: Instant<Machine>, now: &FarNodeSignals) -> Option<Note> {
         if now.delay_state != Some(DelayState::Asking) {
             *self = Self::default();

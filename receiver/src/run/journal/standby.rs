@@ -1,20 +1,20 @@
-//! Who takes over, and who stands by.
+//! Log events of take-overs and standbys.
 
 use super::{Level, Note};
 use crate::config::ReceiverConfig;
 use crate::signals::FarNodeSignals;
 use crate::snapshot::ReceiverSnapshot;
 
-/// A node that is heard.
+/// A node received from.
 #[derive(Debug)]
 pub(super) struct Heard {
     pub(super) name: String,
-    /// The far node that it is, or that it stands by for.
+    /// Number of the far node, or of the one that it stands by for.
     far: usize,
     pub(super) is_standby: bool,
 }
 
-/// All of them, by their numbers.
+/// Every node received from, by its number.
 pub(super) fn heard(config: &ReceiverConfig) -> Vec<Heard> {
     let heard = config.heard_nodes().into_iter();
     heard
@@ -26,7 +26,7 @@ pub(super) fn heard(config: &ReceiverConfig) -> Vec<Heard> {
         .collect()
 }
 
-/// That another one of a far node and its standbys is followed: told of the far node.
+/// Log line on a take-over among a far node and its standbys, at the far node.
 pub(super) fn taken_over(
     before: &ReceiverSnapshot,
     now: &ReceiverSnapshot,
@@ -49,7 +49,7 @@ pub(super) fn taken_over(
     Some(Note::new(Level::Warning, text))
 }
 
-/// That a node could take over, or could not any more.
+/// Log line on a node that has become able to take over, or unable.
 pub(super) fn standing_by(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
     if now.followed || now.stands_by == before.stands_by {
         return None;

@@ -14,7 +14,7 @@ fn config() -> ReceiverConfig {
     .unwrap()
 }
 
-/// What a life tells, a snapshot a second; each is told once.
+/// Log lines of a sequence of snapshots, one a second; each line comes once.
 fn told(life: &[ReceiverSnapshot]) -> Vec<Note> {
     let mut journal = Journal::new(&config());
     let mut told = Vec::new();

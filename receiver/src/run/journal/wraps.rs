@@ -1,9 +1,9 @@
-//! That the position of a far axis wraps, and nothing says that it does.
+//! Log events of wrapping far axis positions without a configured modulo period.
 
 use super::{Level, Note};
 use crate::snapshot::ReceiverSnapshot;
 
-/// One line for each axis, at its first wrap.
+/// A line for each axis, at its first wrap.
 pub(super) fn of_wraps(
     before: &ReceiverSnapshot,
     now: &ReceiverSnapshot,

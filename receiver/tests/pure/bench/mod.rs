@@ -17,7 +17,7 @@ use coaxle_sender::config::SenderConfig;
 #[allow(unused_imports, reason = "each test file takes what it needs")]
 pub(crate) use shown::{Shown, SlaveShown};
 
-/// How long a frame is on its way.
+/// Transport time of a frame.
 pub(crate) const LATENCY: Span = Span::from_micros(230);
 
 /// The velocity of the sender's axis, u/s.
@@ -29,7 +29,7 @@ pub(crate) type Nanos = i64;
 pub(crate) const SECOND: Nanos = 1_000_000_000;
 pub(crate) const MILLISECOND: Nanos = 1_000_000;
 
-/// A clock that runs fast by a constant share, and reads 0 at true time 0.
+/// A clock that runs fast by a constant fraction, and reads 0 at true time 0.
 #[derive(Clone, Copy)]
 pub(crate) struct Clock {
     pub(crate) ppm: i64,
@@ -59,7 +59,7 @@ pub(crate) struct Far {
 }
 
 impl Far {
-    /// Its clock runs fast by `ppm`; its first cycle is at true time `start`.
+    /// Creates a sender whose clock runs fast by `ppm` and whose first cycle is at true time `start`.
     pub(crate) fn new(cycle_us: u32, ppm: i64, start: Nanos, epoch: u64) -> Self {
         let program = format!(
             "start-velocity = {VELOCITY:?}, limits = {{ velocity = 1000, acceleration = 1000, jerk \
@@ -68,7 +68,7 @@ impl Far {
         Self::with_program(cycle_us, ppm, start, epoch, &program)
     }
 
-    /// Its axis moves by this program.
+    /// Creates a sender whose axis moves by this program.
     pub(crate) fn with_program(
         cycle_us: u32,
         ppm: i64,
@@ -93,7 +93,7 @@ impl Far {
         self.clock.truth(self.node.next_cycle())
     }
 
-    /// Runs the cycle that is due and gives its frame.
+    /// Runs the cycle that is due and returns its frame.
     pub(crate) fn tick(&mut self, truth: Nanos) -> Vec<u8> {
         let _ = self.node.cycle(self.clock.read(truth));
         let outgoing = self.node.transmit().expect("a frame per cycle");
@@ -118,16 +118,16 @@ pub(crate) struct Near {
     intake: Intake,
     seal: KeySeal,
     mailbox: VecDeque<(Nanos, KeptMessage)>,
-    /// It is not woken before this.
+    /// End of its sleep.
     asleep_until: Nanos,
-    /// Of the messages that waited the network hands in this number per cycle, and stamps them as it does.
+    /// Number of waiting messages that the network hands in per cycle, stamped as they are handed in.
     pub(crate) piece: Option<usize>,
-    /// Messages that wait for a receiver that stands still; those that come later are lost.
+    /// Number of messages that can wait for a sleeping receiver; later ones are lost.
     pub(crate) room: usize,
     pub(crate) tweak: Option<Tweak>,
-    /// Its sender's index starts here instead of at 0.
+    /// Start of its sender's index, instead of 0.
     pub(crate) first_index: Option<u16>,
-    /// One per cycle.
+    /// Snapshots, a snapshot per cycle.
     pub(crate) snapshots: Vec<Shown>,
     /// True time of each cycle.
     pub(crate) truths: Vec<Nanos>,
@@ -136,8 +136,8 @@ pub(crate) struct Near {
 }
 
 impl Near {
-    /// A receiver of the sender's axis. `rest` is the rest of its config; its clock runs fast by
-    /// `ppm` and its first cycle comes half a millisecond after the sender's.
+    /// Creates a receiver of the sender's axis. `rest` is the rest of its config; its clock runs
+    /// fast by `ppm` and its first cycle is half a millisecond after the sender's.
     pub(crate) fn new(cycle_us: u32, ppm: i64, rest: &str) -> Self {
         let head = format!("name = 'saw'\nmaster.node = 'conveyor'\ncycle-time-us = {cycle_us}\n");
         Self::of(
@@ -146,7 +146,7 @@ impl Near {
         )
     }
 
-    /// The same, with more of its master, such as `modulo = 360`.
+    /// Creates a receiver with further fields of its master, such as `modulo = 360`.
     pub(crate) fn with_master(cycle_us: u32, ppm: i64, master: &str, rest: &str) -> Self {
         let text = format!(
             "name = 'saw'\nmaster = {{ node = 'conveyor', {master} }}\ncycle-time-us = {cycle_us}\n{rest}\n"
@@ -154,7 +154,7 @@ impl Near {
         Self::of(&parse("receiver", &text).expect("valid"), ppm)
     }
 
-    /// A receiver of the slave of the one before.
+    /// Creates a receiver of the slave of the one before.
     pub(crate) fn chained(cycle_us: u32, ppm: i64, rest: &str) -> Self {
         let head = format!(
             "name = 'stamp'\nmaster = {{ node = 'saw', channel = 'slaves', axis = 4 }}\n\
@@ -193,12 +193,12 @@ impl Near {
         due.max(self.asleep_until)
     }
 
-    /// Stops it: whatever arrives meanwhile is stamped only when it wakes.
+    /// Stops it: messages that arrive meanwhile are stamped only when it wakes.
     pub(crate) fn sleep_until(&mut self, truth: Nanos) {
         self.asleep_until = truth;
     }
 
-    /// A frame that was sent at this instant.
+    /// Posts a frame that was sent at this instant.
     pub(crate) fn post(&mut self, sent: Nanos, frame: &[u8]) {
         if self.mailbox.len() >= self.room {
             return;
@@ -219,14 +219,14 @@ impl Near {
             .push_back((arrival.max(self.asleep_until), message));
     }
 
-    /// Runs the cycle that is due; gives the slave's frame, if there is one.
+    /// Runs the cycle that is due; returns the slave's frame, if there is one.
     pub(crate) fn tick(&mut self, truth: Nanos) -> Option<Vec<u8>> {
         let mut taken = 0;
         while let Some((arrival, message)) = self.mailbox.front()
             && *arrival <= truth
             && self.piece.is_none_or(|piece| taken < piece)
         {
-            // One that waited for its turn is stamped when that comes.
+            // A message that waited for its piece is stamped when handed in.
             let waited = self.piece.is_some() && truth - arrival > MILLISECOND;
             let at = if waited { truth } else { *arrival };
             self.node.receive(self.clock.read(at), 0, &message.get());
@@ -289,7 +289,7 @@ pub(crate) fn run_pair(far: &mut Far, near: &mut Near, until: Nanos) {
     run(Some(far), std::slice::from_mut(near), until);
 }
 
-/// The largest deviation of the slave's step per cycle from what `velocity` makes of it, as a share.
+/// The largest relative deviation of the slave's step per cycle from that of `velocity`.
 pub(crate) fn ripple(snapshots: &[Shown], cycle_s: f64, velocity: f64) -> f64 {
     snapshots
         .windows(2)

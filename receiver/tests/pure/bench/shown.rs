@@ -1,4 +1,4 @@
-//! What a receiver of one far axis shows, as tests look at it.
+//! Snapshot of a receiver of one far axis, in a form for tests.
 
 use coaxle_axis::AxisStatus;
 use coaxle_clock::CycleTime;
@@ -23,7 +23,7 @@ pub(crate) struct Shown {
     pub(crate) slaves: Vec<SlaveShown>,
 }
 
-/// The far axis, with what its node's clock says.
+/// The far axis, with values of its node's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MasterShown {
     pub(crate) epoch: u64,

@@ -1,4 +1,4 @@
-//! Far nodes as a receiver hears them, on computed clocks, without a network.
+//! Far nodes as seen by a receiver, on computed clocks, without a network.
 
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
@@ -10,22 +10,22 @@ use coaxle_receiver::{Receiver, ReceiverConfig, SignalRow};
 
 pub(crate) const MILLISECOND: i64 = 1_000_000;
 
-/// A far node as the receiver hears it, 200 µs late and up to one more.
+/// A far node as seen by the receiver, with a delay of 200 µs and up to 1 µs more.
 pub(crate) struct Far {
     pub(crate) subscription: usize,
     pub(crate) epoch: u64,
     /// Nanoseconds of the receiver's clock from cycle to cycle.
     pub(crate) cycle: i64,
     pub(crate) next: u64,
-    /// Each axis's velocity; none leaves it out of the frames.
+    /// Velocity of each axis; none leaves it out of the frames.
     pub(crate) axes: Vec<Option<f64>>,
-    /// What is added to each axis's position.
+    /// Offset added to each axis's position.
     pub(crate) offsets: Vec<f64>,
     pub(crate) silent: bool,
     samples: Vec<Option<AxisSample>>,
 }
 
-/// The subscription to a far node's axes. Each far node has two: the other is to its time responses.
+/// The subscription to a far node's axes. Far nodes have two: the other is to their time responses.
 pub(crate) const fn of(far: usize) -> usize {
     2 * far
 }
@@ -48,7 +48,7 @@ impl Far {
         velocity * count * 1e-3
     }
 
-    /// Sends what arrives until `now`. This does not allocate.
+    /// Sends the frames that arrive until `now`. This does not allocate.
     pub(crate) fn send_until(&mut self, now: Instant<Local>, receiver: &mut Receiver) {
         loop {
             let jitter = (self.next * 7_919 % 997) as i64;
@@ -95,7 +95,7 @@ pub(crate) fn receiver(text: &str) -> Receiver {
     Receiver::new(&config, Instant::from_nanos(MILLISECOND / 2), 7).expect("a receiver")
 }
 
-/// Runs until the receiver's clock shows `until`, and shows each cycle.
+/// Runs until the receiver's clock shows `until`, and passes on each cycle.
 pub(crate) fn run(
     receiver: &mut Receiver,
     far: &mut [Far],

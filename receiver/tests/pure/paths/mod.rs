@@ -1,5 +1,6 @@
-//! A sender, the three paths between it and a receiver, and its clock, all of which can do what real ones do:
-//! paths become longer and shorter, clocks stop and leap, processes are frozen and skip what they missed.
+//! A sender, the three paths between it and a receiver, and its clock, with the faults of real
+//! ones: paths become longer and shorter, clocks stop and leap, processes freeze and skip the
+//! cycles they missed.
 
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
@@ -21,7 +22,7 @@ pub(crate) const SECOND: i64 = 1_000_000_000;
 /// Cycles over which a change of the mode is blended, and one more.
 const BLENDING: u32 = 61;
 
-/// How long a message is under way without jitter, ns.
+/// Path delays of messages without jitter, ns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Paths {
     pub(crate) message: i64,
@@ -29,7 +30,7 @@ pub(crate) struct Paths {
     pub(crate) response: i64,
 }
 
-/// One cycle of the receiver, as slaves of the axis see it.
+/// A cycle of the receiver, as slaves of the axis see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// True time, which is the receiver's, ns.
@@ -37,11 +38,11 @@ pub(crate) struct Seen {
     pub(crate) position: f64,
     /// The sender's own position at this instant.
     pub(crate) true_position: f64,
-    /// The far time of the set values, ns; none where they are not moved by a clock.
+    /// The far time of the set values, ns; none where no clock moves them.
     pub(crate) far_time: Option<i64>,
     pub(crate) continuity: ContinuityName,
     pub(crate) synced: bool,
-    /// It is its master, by the observer, and no mode is blended from any more.
+    /// True if it equals its master, by the observer, with no blending from another mode.
     pub(crate) is_followed: bool,
 }
 
@@ -57,15 +58,15 @@ pub(crate) struct World {
     pub(crate) jitter: f64,
     pub(crate) loss: f64,
     pub(crate) has_stamps: bool,
-    /// Whether it responds to time requests.
+    /// True if it responds to time requests.
     pub(crate) responds: bool,
     pub(crate) seen: Vec<Seen>,
-    /// Cycles since its set values came from elsewhere.
+    /// Cycles since its set values had another source.
     followed: u32,
     ppm: f64,
-    /// What true time is ahead of the sender's clock, but for the drift, ns.
+    /// Lead of true time over the sender's clock, except for the drift, ns.
     behind: i64,
-    /// The sender does nothing until then, true time.
+    /// End of the sender's freeze, true time.
     frozen_until: i64,
     next_count: i64,
     requests: Vec<(i64, TimeRequest)>,
@@ -76,7 +77,7 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// `rest` is what the receiver's config says of the far node.
+    /// Creates a world; `rest` is the receiver's config of the far node.
     pub(crate) fn new(rest: &str, ppm: f64, seed: u64) -> Self {
         let text = format!(
             "name = 'line'\ncycle-time-us = 1000\n[[far]]\nnode = 'a'\naxes = [1]\n{rest}\n\
@@ -113,12 +114,12 @@ impl World {
         self.receiver.next_cycle().as_nanos()
     }
 
-    /// The sender's clock stops for so long; negative: it leaps.
+    /// Stops the sender's clock for this time; negative: it leaps.
     pub(crate) fn stop_clock(&mut self, nanos: i64) {
         self.behind += nanos;
     }
 
-    /// The sender's process stops for so long, while its clock goes on: it skips what it missed.
+    /// Freezes the sender's process for this time, while its clock runs: it skips the cycles it missed.
     pub(crate) fn freeze(&mut self, nanos: i64) {
         self.frozen_until = self.now() + nanos;
     }
@@ -196,7 +197,7 @@ impl World {
         }
     }
 
-    /// What the sender's clock shows, ns.
+    /// Reading of the sender's clock, ns.
     fn sender_time(&self, truth: i64) -> f64 {
         (truth - self.behind) as f64 / (1.0 + self.ppm * 1e-6)
     }
@@ -205,14 +206,14 @@ impl World {
         (count as f64 * CYCLE as f64 * (1.0 + self.ppm * 1e-6)) as i64 + self.behind
     }
 
-    /// Cycles of the sender up to now.
+    /// Runs the cycles of the sender up to now.
     fn send_until(&mut self, now: i64) {
         loop {
             let at = self.due(self.next_count).max(self.frozen_until);
             if at > now {
                 return;
             }
-            // The newest cycle that has begun; those before are skipped.
+            // The newest cycle that has begun; earlier ones are skipped.
             let newest = (self.sender_time(at) / CYCLE as f64 + 1e-6).floor() as i64;
             let count = newest.max(self.next_count);
             self.next_count = count + 1;
