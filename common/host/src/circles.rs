@@ -68,7 +68,6 @@ impl CircleNames {
 
 impl CircleSearch {
     /// Opens the search of a node with these subscriptions. The consumer returned is for the cycle.
-    /// The cycle takes what comes out of the other end.
     ///
     /// # Errors
     /// The transport refuses.

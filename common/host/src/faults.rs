@@ -1,4 +1,4 @@
-//! Faults laid over real links.
+//! Faults applied to real links.
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
@@ -16,7 +16,7 @@ pub(crate) struct Faults {
 
 impl Faults {
     /// Creates the faults for the frames of `key`. `far` is the number of the followed node at the
-    /// other end of the link. `far` is the number of the followed node that the link is to.
+    /// other end of the link.
     ///
     /// # Errors
     /// A file that its delay names cannot be used.

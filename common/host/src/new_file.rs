@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Creates a file that does not exist yet. A device or a pipe holds no data that could be lost and
-/// is opened as it is. A device or a pipe holds nothing that could be lost: it is opened as it is.
+/// is opened as it is.
 ///
 /// # Errors
 /// [`ErrorKind::AlreadyExists`] if the file exists, or the system's error.

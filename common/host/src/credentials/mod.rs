@@ -95,8 +95,7 @@ pub struct Credentials {
 }
 
 impl Credentials {
-    /// Reads a folder. Its certificate may be not valid yet or expired: see [`Self::check`]. What
-    /// it holds may be of no use yet, or no longer: [`Self::check`] says so.
+    /// Reads a folder. Its certificate may be not valid yet or expired: see [`Self::check`].
     ///
     /// # Errors
     /// [`BadCredentials`] names the file that is missing or has other contents.

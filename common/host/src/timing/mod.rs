@@ -46,8 +46,7 @@ pub(crate) struct TimingChannel {
 
 impl TimingChannel {
     /// Opens the channel for the beacons that the node sends. With a secret, its beacons are
-    /// authenticated, and all others are rejected. With a secret its beacons are authenticated, and
-    /// all others refused.
+    /// authenticated, and all others are rejected.
     ///
     /// # Errors
     /// The address, or a file that faults name, cannot be used.
