@@ -1,7 +1,7 @@
-//! The sender node: axes published at the pace of its own clock.
+//! The sender node: axes published in the cycles of its own clock.
 //!
-//! [`Sender`] is the node, [`config::SenderConfig`] its config file, `run` (with the feature `host`)
-//! its life in the real world. What moves its axes, and what moves are called in a PLC, is in
+//! [`Sender`] is the node, [`config::SenderConfig`] its config file, and `run` (with the feature
+//! `host`) runs it in the real world. The sources of its axes, and the PLC names of motions, are in
 //! [`coaxle_source`].
 
 pub mod config;

@@ -18,11 +18,11 @@ use crate::config::SenderConfig;
 use crate::signals::AxisSignals;
 use crate::snapshot::SenderSnapshot;
 
-/// The sender node: each cycle it works out where its axes are at the ideal start of that cycle
-/// and encodes them into one frame, in the order of their ids.
+/// The sender node: each cycle it computes its axes at the ideal start of that cycle and encodes
+/// them into one frame, in the order of their ids.
 ///
-/// Axes follow the time of the node's clock, not the number of its cycles: cycles that are skipped
-/// are skipped by the motion too.
+/// Axes follow the time of the node's clock, not the number of its cycles: the motion skips skipped
+/// cycles too.
 pub struct Sender {
     schedule: Schedule,
     start: Instant<Local>,
@@ -30,7 +30,7 @@ pub struct Sender {
     axes: Vec<Axis>,
     shown: Vec<NcToPlcAxis>,
     body: Vec<u8>,
-    /// Length of the body that waits to be sent.
+    /// Length of the pending body.
     waiting: Option<usize>,
     time_server: TimeServer,
     beacon_server: BeaconServer,
@@ -39,17 +39,16 @@ pub struct Sender {
 
 struct Axis {
     source: SourceAxis,
-    /// Its place in the snapshot, if it is shown there.
+    /// Place in the snapshot, if it is shown there.
     slot: Option<usize>,
 }
 
 impl Sender {
-    /// The node whose first cycle is due at `start`. `epoch` tells this run from earlier ones of
-    /// the same sender. Reads the files of replayed axes.
+    /// Creates the node whose first cycle is due at `start`. `epoch` distinguishes this run from
+    /// earlier ones of the same sender. Reads the files of replayed axes.
     ///
     /// # Errors
-    /// [`SenderError`] where such a file cannot be replayed, or an axis is to be shown that does
-    /// not exist.
+    /// [`SenderError`] if such a file cannot be replayed, or an axis to be shown does not exist.
     pub fn new(
         config: &SenderConfig,
         start: Instant<Local>,
@@ -90,7 +89,7 @@ impl Sender {
         })
     }
 
-    /// The axes as they are in the newest frame, in the order of their ids.
+    /// The axes in the newest frame, in the order of their ids.
     #[must_use]
     pub fn axes(&self) -> &[NcToPlcAxis] {
         &self.shown
@@ -134,13 +133,13 @@ impl Sender {
     }
 }
 
-/// The number of the subscription to beacons, where there is one: it comes after that to time requests.
+/// The number of the subscription to beacons, if any: it follows that to time requests.
 const BEACONS: usize = 1;
 
 impl Node for Sender {
     type Snapshot = SenderSnapshot;
 
-    /// A sender follows nobody, but it is asked what its clock shows.
+    /// Takes time requests and beacons: a sender follows no node, but its clock is requested.
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
         match message {
             Message::TimeRequest(request) => self.time_server.receive(at, request),
@@ -198,7 +197,7 @@ impl Axis {
     }
 }
 
-/// Gives the axes that are to be shown their places in the snapshot.
+/// Assigns the axes to be shown their places in the snapshot.
 fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), SenderError> {
     let is_there = |id: &NonZeroU32| axes.iter().any(|axis| axis.source.id() == id.get());
     if let Some(missing) = config.show_axes.ids().iter().find(|id| !is_there(id)) {
@@ -234,20 +233,20 @@ fn signals_of(sample: &AxisSample) -> AxisSignals {
 /// A sender that cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum SenderError {
-    /// A recorded motion cannot be replayed.
+    /// A recorded motion that cannot be replayed.
     #[error("axis[{axis}].replay.file: {reason}")]
     Replay {
-        /// Which axis of the list, from 0.
+        /// Place of the axis in the list, from 0.
         axis: usize,
-        /// Why.
+        /// The reason.
         reason: ReplayError,
     },
-    /// An axis is to be shown that does not exist.
+    /// An axis to be shown that does not exist.
     #[error("show-axes: received id {received}, expected ids of the sender's axes: {expected:?}")]
     NoSuchAxis {
         /// The id.
         received: u32,
-        /// Those there are.
+        /// Existing ids.
         expected: Vec<u32>,
     },
 }

@@ -1,4 +1,4 @@
-//! The sender in the real world: what `coaxle-sender` and `coaxle sender` do.
+//! The sender in the real world: `coaxle-sender` and `coaxle sender`.
 
 mod recorder;
 
@@ -11,10 +11,10 @@ use crate::config::SenderConfig;
 use crate::node::Sender;
 use recorder::SenderRecorder;
 
-/// What a sender is told on its command line.
+/// Command line arguments of a sender.
 pub type Args = NodeArgs;
 
-/// Checks the config, or runs the sender until its time is up or a signal comes.
+/// Checks the config, or runs the sender until its time is up or a signal arrives.
 ///
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file or the
@@ -23,10 +23,10 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     run_beside(args, None)
 }
 
-/// The same, with something else on its transport.
+/// Runs the sender with a further service on its transport.
 ///
 /// # Errors
-/// As [`run`], and what that says.
+/// As [`run`], and those of the service.
 pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let mut config: SenderConfig = args.load()?;
     config.relative_to(args.folder());
@@ -55,7 +55,8 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// What the host runs of a config, until a signal comes: the node that `build` makes, whose records `recorder` keeps.
+/// The host's set-up of a config, for a run until a signal: the node that `build` creates, whose
+/// records `recorder` keeps.
 #[must_use]
 pub fn setup<N: Node>(
     config: &SenderConfig,

@@ -9,27 +9,27 @@ signals! {
         cycle: u64 [""],
         /// The cycle index in its frames.
         index: u16 [""],
-        /// This run of the node: the epoch in its frames.
+        /// Run of the node: the epoch in its frames.
         run: u64 [""],
-        /// Cycles skipped so far.
+        /// Cycles skipped.
         overruns: u64 [""],
-        /// Time requests answered so far.
+        /// Time requests responded to.
         requests_answered: u64 [""],
-        /// Time requests not answered so far: too many came in one cycle.
+        /// Time requests dropped because too many arrived in one cycle.
         requests_dropped: u64 [""],
-        /// Time requests refused so far, before they reached the node.
+        /// Time requests rejected before they reached the node.
         requests_refused: u64 [""],
-        /// Beacons of the timing channel answered so far.
+        /// Beacons of the timing channel responded to.
         beacons_answered: u64 [""],
-        /// Beacons not answered so far: too many came in one cycle.
+        /// Beacons dropped because too many arrived in one cycle.
         beacons_dropped: u64 [""],
-        /// Beacons refused so far, before they reached the node.
+        /// Beacons rejected before they reached the node.
         beacons_refused: u64 [""],
     }
 }
 
 signals! {
-    /// An axis of its own, as it truly moves: behind an encoder, what the encoder measures.
+    /// An axis of its own, by its true motion: with an encoder, the measured one.
     pub struct AxisSignals of Axis {
         /// Position.
         position: f64 ["u"],
@@ -48,7 +48,7 @@ mod tests {
     const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/SIGNALS.md");
     const HEADING: &str = "# Signals of a sender\n";
 
-    /// To write it anew after a change: `UPDATE_DOCS=1 cargo test -p coaxle-sender signals`.
+    /// Rewrites it after a change: `UPDATE_DOCS=1 cargo test -p coaxle-sender signals`.
     #[test]
     fn the_document_has_every_signal() {
         let path = std::path::Path::new(DOCUMENT);

@@ -1,4 +1,4 @@
-//! What a sender shows of itself after each cycle: its signals.
+//! Snapshot of a sender after each cycle: its signals.
 
 use std::sync::Arc;
 
@@ -41,14 +41,14 @@ impl Clone for SenderRow {
 
     fn clone_from(&mut self, other: &Self) {
         self.node = other.node;
-        // In place: they are as many.
+        // Copied in place: the lengths are equal.
         self.axes.clone_from(&other.axes);
     }
 }
 
 impl SenderConfig {
-    /// The axes whose motion snapshots, status and trace show: those that the config names, in its order,
-    /// or the first ones by id. An id that does not exist is left out.
+    /// The axes shown in snapshots, status and trace: those named in the config, in its order, or
+    /// the first ones by id. An id that does not exist is left out.
     pub fn shown_axes(&self) -> impl Iterator<Item = &AxisConfig> {
         let mut shown: Vec<&AxisConfig> = Vec::new();
         if self.show_axes.is_default() {
@@ -62,8 +62,8 @@ impl SenderConfig {
         shown.into_iter()
     }
 
-    /// Everything that has signals, in the order of a row. An axis is called by its name, or by that and its
-    /// id where another one has the same.
+    /// Every part with signals, in the order of a row. An axis has its name, or its name and id
+    /// where another one has an equal name.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
         let shown: Vec<_> = self.shown_axes().collect();
@@ -89,11 +89,11 @@ impl SenderConfig {
 /// A sender after a cycle. Cloning it into one of the same config does not allocate.
 #[derive(Debug, PartialEq)]
 pub struct SenderSnapshot {
-    /// When the cycle should have begun.
+    /// Ideal start of the cycle.
     pub ideal_start: Instant<Local>,
-    /// When it began.
+    /// Actual start of the cycle.
     pub woke: Instant<Local>,
-    /// Its signals.
+    /// Signals of the sender.
     pub signals: SenderRow,
     /// The ids of the axes that are shown.
     ids: Arc<[u32]>,
@@ -116,7 +116,7 @@ impl SenderSnapshot {
         self.ids.iter().copied().zip(&self.signals.axes)
     }
 
-    /// Bytes of memory that it takes.
+    /// Memory of the snapshot, bytes.
     #[must_use]
     pub fn size(&self) -> usize {
         size_of::<Self>() + size_of_val(&*self.signals.axes)

@@ -1,4 +1,4 @@
-//! What a sender's config file says.
+//! The sender's config file.
 //!
 //! ```
 //! use coaxle_node::config::parse;
@@ -48,37 +48,37 @@ pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
 pub struct SenderConfig {
     /// The node's name, part of its key expressions.
     pub name: NodeName,
-    /// How often it publishes, in µs of its own clock.
+    /// Publishing interval, µs of its own clock.
     pub cycle_time_us: CycleMicros,
-    /// Whether frames say how late they left. On by default.
+    /// Send stamps in the frames: the delay of their departure. On by default.
     #[serde(default = "on")]
     pub send_stamps: bool,
-    /// Seeds whatever is random in its clock. 0 by default.
+    /// Seed of the randomness in its clock. 0 by default.
     #[serde(default)]
     pub seed: u64,
-    /// What is wrong with its clock on purpose. Nothing by default.
+    /// Injected clock faults. None by default.
     #[serde(default)]
     pub clock: ClockConfig,
-    /// How it reaches the others.
+    /// Connection to other nodes.
     #[serde(default)]
     pub transport: TransportConfig,
-    /// The timing channel, beside the transport, for receivers that have one to it. None by default.
+    /// The timing channel, apart from the transport, for receivers that have one to it. None by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<TimingServerConfig>,
-    /// What it asks of its operating system.
+    /// Settings requested from the operating system.
     #[serde(default)]
     pub real_time: RealTimeConfig,
     /// The axes that its snapshots, status and trace show: up to 4 ids. The first ones by id by
     /// default.
     #[serde(default, skip_serializing_if = "ShownAxes::is_default")]
     pub show_axes: ShownAxes,
-    /// Its axes.
+    /// Axes of the sender.
     #[serde(rename = "axis")]
     pub axes: AxisList,
 }
 
 impl SenderConfig {
-    /// Takes the files that the config names by relative paths from `folder`, say the config's own.
+    /// Resolves the relative paths of the config's files from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for axis in &mut self.axes.0 {
             axis.relative_to(folder);
@@ -86,7 +86,7 @@ impl SenderConfig {
         self.clock.relative_to(folder);
     }
 
-    /// Reads the files that its clock names, as its start does.
+    /// Checks the files that its clock names, as at its start.
     ///
     /// # Errors
     /// [`WrongTerm`] names the field and the file.
@@ -94,7 +94,7 @@ impl SenderConfig {
         check_clock(&self.clock).map_err(|wrong| wrong.within("clock"))
     }
 
-    /// What it publishes and hears.
+    /// Publications and subscriptions of the node.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         let wiring = Wiring {
@@ -110,7 +110,7 @@ impl SenderConfig {
         }
     }
 
-    /// Where it answers beacons.
+    /// Address on which it responds to beacons.
     #[must_use]
     pub fn timing_endpoints(&self) -> TimingEndpoints {
         TimingEndpoints {
@@ -132,7 +132,7 @@ pub struct AxisList(Vec<AxisConfig>);
 
 impl AxisList {
     /// # Errors
-    /// [`InvalidAxes`] with none, too many, or an id twice.
+    /// [`InvalidAxes`] if there are none or too many, or for a duplicate id.
     pub fn new(axes: Vec<AxisConfig>) -> Result<Self, InvalidAxes> {
         if !(1..=MAX_AXES).contains(&axes.len()) {
             let received = axes.len();
@@ -164,13 +164,13 @@ impl TryFrom<Vec<AxisConfig>> for AxisList {
 /// Axes that cannot share a sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidAxes {
-    /// None, or more than a frame holds.
+    /// No axis, or more than a frame holds.
     #[error("received {received} axes, expected 1 to {MAX_AXES}")]
     Count {
-        /// How many there are.
+        /// Number of axes.
         received: usize,
     },
-    /// Two axes share an id.
+    /// Duplicate id.
     #[error("received id {id} twice, expected an id of its own for each axis")]
     IdTwice {
         /// The id.

@@ -1,14 +1,14 @@
-//! Which axes a sender shows of itself.
+//! Selection of the axes that a sender shows.
 
 use std::num::NonZeroU32;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Axes that a snapshot, a status and a trace show where nothing is said.
+/// Number of axes in a snapshot, a status and a trace by default.
 pub const SHOWN_BY_DEFAULT: usize = 4;
 
-/// Axis ids, each once; none leaves the choice to the sender.
+/// Axis ids without duplicates; an empty list leaves the choice to the sender.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<NonZeroU32>")]
 #[schemars(inline)]
@@ -16,7 +16,7 @@ pub struct ShownAxes(Vec<NonZeroU32>);
 
 impl ShownAxes {
     /// # Errors
-    /// [`InvalidShownAxes`] with an id twice.
+    /// [`InvalidShownAxes`] for a duplicate id.
     pub fn new(ids: Vec<NonZeroU32>) -> Result<Self, InvalidShownAxes> {
         let twice = |(k, id): (usize, &NonZeroU32)| ids[..k].contains(id).then_some(*id);
         match ids.iter().enumerate().find_map(twice) {
@@ -25,13 +25,13 @@ impl ShownAxes {
         }
     }
 
-    /// The ids, in the order they are shown.
+    /// The ids, in display order.
     #[must_use]
     pub fn ids(&self) -> &[NonZeroU32] {
         &self.0
     }
 
-    /// Whether the choice is left to the sender.
+    /// True if the choice is left to the sender.
     #[must_use]
     pub const fn is_default(&self) -> bool {
         self.0.is_empty()
@@ -48,7 +48,7 @@ impl TryFrom<Vec<NonZeroU32>> for ShownAxes {
 /// Axes that cannot be shown together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidShownAxes {
-    /// An axis is named twice.
+    /// Duplicate axis.
     #[error("received id {id} twice, expected each id once")]
     IdTwice {
         /// The id.

@@ -1,4 +1,4 @@
-//! What becomes of a sender's cycles: trace and status.
+//! Destinations of a sender's cycles: trace and status.
 
 use coaxle_clock::Instant;
 use coaxle_host::transport::Publisher;
@@ -12,7 +12,7 @@ use crate::config::SenderConfig;
 use crate::signals::AxisSignals;
 use crate::snapshot::SenderSnapshot;
 
-/// Keeps the newest cycle for the status, and what is wanted in files.
+/// Keeps the newest cycle for the status, and writes the requested files.
 pub(super) struct SenderRecorder {
     config: SenderConfig,
     rows: Rows,
@@ -62,10 +62,10 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
     }
 }
 
-/// What a sender adds to its status: its signals, nested by what they are about. `docs/WIRE.md` describes it.
+/// A sender's part of the status: its signals, nested by subject. `docs/WIRE.md` describes it.
 fn status_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Map<String, Value> {
     let mut status = fields_of(&snapshot.signals.node);
-    // The host says it, as text.
+    // The host reports it as text.
     status.remove("run");
     let cycle_time = config.cycle_time_us.0.span().as_micros_f64();
     status.insert("cycle_time_us".to_owned(), json!(cycle_time));
@@ -91,7 +91,7 @@ mod tests {
 
     const DOCUMENT: &str = include_str!("../../../docs/WIRE.md");
 
-    /// What the host adds to the status of a node that follows nobody.
+    /// The host's fields in the status of a node that follows no other.
     const HOST_FIELDS: [&str; 15] = [
         "node",
         "namesakes",
@@ -121,7 +121,7 @@ mod tests {
         parse("s", &text).unwrap()
     }
 
-    /// As a command line says it.
+    /// Rows with these command line arguments.
     fn rows(line: &[&str]) -> Rows {
         #[derive(clap::Parser)]
         struct Cli {

@@ -1,4 +1,4 @@
-//! The command line of the sender, as far as it goes without a network.
+//! The command line of the sender, without a network.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The cycle of a sender does not allocate, whatever moves its axes.
+//! Absence of allocations in the cycle of a sender, for every source of axes.
 
 use std::fmt::Write as _;
 
@@ -42,7 +42,7 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
         for k in 0..3_000 {
             let requested = start + Span::from_millis(k) - Span::from_micros(300);
             sender.receive(requested, 0, &Message::TimeRequest(TimeRequest::default()));
-            // Now and then cycles are skipped.
+            // Sometimes cycles are skipped.
             let _ = sender.cycle(start + Span::from_millis(k + k / 100));
             while let Some(outgoing) = sender.transmit() {
                 sent += outgoing.body.len();

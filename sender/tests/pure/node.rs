@@ -1,4 +1,4 @@
-//! The sender as the world sees it: cycles in, frames out.
+//! The sender seen from outside: cycles in, frames out.
 
 use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::delay::TimeResponse;
@@ -61,7 +61,7 @@ fn a_frame_says_who_when_and_where() {
     let axis = axes[0];
     assert_eq!(axes, sender.axes());
     assert_eq!(axis.axis_id, 3);
-    // Where the axis is at the ideal start, not when the node woke.
+    // Position of the axis at the ideal start, not at the wake-up of the node.
     assert_eq!(axis.set_position, 0.5);
     assert_eq!(axis.actual_position, 0.5);
     assert_eq!((axis.set_velocity, axis.actual_velocity), (500.0, 500.0));
