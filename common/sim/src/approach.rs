@@ -1,43 +1,44 @@
-//! Whether an axis that was left behind goes to its target, and not away from it.
+//! Check that an axis that was left behind moves towards its target, and not away from it.
 
 use coaxle_curve::profile::Limits;
 
-/// A target whose second difference is less than this share of the axis's acceleration goes on as it does.
+/// Greatest second difference of an even target, as a share of the axis's acceleration.
 const EVEN: f64 = 0.05;
-/// The axis accelerates away from the target if it does so with more than this share of its acceleration.
+/// Least acceleration away from the target that counts, as a share of its acceleration limit.
 const AWAY: f64 = 0.05;
-/// Beside what the jerk asks for: the axis waits a cycle after each target that it could not follow, and knows how a target moves
-/// by three positions of it.
+/// Cycles allowed in addition to those of the jerk: the axis waits a cycle after each target that
+/// it could not follow, and derives the target's motion from three positions.
 const CYCLES: f64 = 6.0;
 
-/// Watches an axis on its way to a target that goes on evenly.
+/// Monitors an axis on its way to an evenly moving target.
 ///
-/// It may get farther from it while it has to brake first, but it has to brake: once the jerk could have turned the largest
-/// acceleration round, in `2·a/j`, the distance never grows faster and faster.
+/// The distance may grow while the axis has to brake first, but it has to brake: once the jerk
+/// could have reversed the largest acceleration, in `2·a/j`, the growth of the distance must not
+/// accelerate.
 #[derive(Clone, Copy, Debug)]
 pub struct ApproachCheck {
     acceleration: f64,
-    /// Cycles in a row in which it may accelerate away.
+    /// Greatest number of successive cycles with acceleration away from the target.
     most: u32,
     cycle_time: f64,
-    /// The last distances, and positions of the target, newest first, and how many of them are known.
+    /// The last distances and target positions, newest first, and the number of known ones.
     last: [[f64; 2]; 2],
     known: u8,
-    /// Cycles in a row in which it accelerated away.
+    /// Successive cycles with acceleration away from the target.
     away: u32,
 }
 
-/// An axis that goes away from its target.
+/// An axis that moves away from its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GoesAway {
-    /// How far it is from it, u.
+    /// Distance from the target, u.
     pub distance: f64,
-    /// How far it was in the cycle before, u.
+    /// Distance in the cycle before, u.
     pub before: f64,
 }
 
 impl ApproachCheck {
-    /// The check of an axis with these limits, in a node of this cycle time, s.
+    /// Creates the check of an axis with these limits, in a node of this cycle time, s.
     #[must_use]
     pub fn new(limits: &Limits, cycle_time: f64) -> Self {
         let acceleration = limits.acceleration().max(limits.deceleration());
@@ -52,13 +53,13 @@ impl ApproachCheck {
         }
     }
 
-    /// Something forbids that it comes closer, or there is nothing to go to.
+    /// Restarts the check: the axis is prevented from approaching, or has no target.
     pub const fn restart(&mut self) {
         self.known = 0;
         self.away = 0;
     }
 
-    /// The next set position and how far it is from its target, a cycle after the last.
+    /// Takes the next set position and its distance from the target, a cycle after the last.
     pub fn push(&mut self, position: f64, distance: f64) -> Option<GoesAway> {
         let now = [distance, position - distance];
         let [last, first] = self.last;
@@ -92,7 +93,7 @@ mod tests {
         ApproachCheck::new(&Limits::new(1_500.0, 5_000.0, 5_000.0, jerk).unwrap(), T)
     }
 
-    /// In which cycle it is found to go away from a target that stands, by its acceleration in each.
+    /// Cycle in which a motion away from a target at rest is found, by its acceleration in each cycle.
     fn found(
         check: &mut ApproachCheck,
         from: f64,
@@ -112,7 +113,7 @@ mod tests {
         assert_eq!(away, Some(9));
         let away = found(&mut check(1e13), -3.0, |_| -5_000.0);
         assert_eq!(away, Some(9));
-        // Of a hundred cycles that the jerk needs to turn the acceleration round.
+        // After the hundred cycles that the jerk needs to reverse the acceleration.
         let away = found(&mut check(1e5), 3.0, |_| 5_000.0);
         assert_eq!(away, Some(108));
     }

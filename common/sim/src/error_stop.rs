@@ -1,39 +1,39 @@
-//! Whether an axis in error stop comes to rest on as short a way as its limits have it.
+//! Check that an axis in error stop comes to rest within the distance of its limits.
 
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// The first set values of an error stop are a cycle after what made it stop.
+/// Delay of an error stop, cycles: its first set values come a cycle after the cause.
 const LATE: f64 = 2.0;
-/// What a stop may be longer than the shortest one, relative: a stop is calculated in whole cycles.
+/// Allowed excess over the shortest stop, relative: a stop is calculated in whole cycles.
 const LONGER: f64 = 0.01;
 
-/// Watches the error stops of one axis.
+/// Monitors the error stops of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorStopCheck {
     limits: Limits,
     cycle_time: f64,
-    /// Of the stop that it is in.
+    /// The current stop.
     stop: Option<Stop>,
 }
 
-/// Where it began, and how far it may go from there, u.
+/// Start of the stop, and the greatest distance from there, u.
 #[derive(Clone, Copy, Debug)]
 struct Stop {
     from: f64,
     most: f64,
 }
 
-/// A stop that goes on for too long.
+/// A stop that takes too far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooFar {
-    /// How far from where it began, u.
+    /// Distance from the start, u.
     pub way: f64,
-    /// How far is enough, u.
+    /// Greatest allowed distance, u.
     pub most: f64,
 }
 
 impl ErrorStopCheck {
-    /// The check for an axis of these limits, in a node of this cycle time, s.
+    /// Creates the check for an axis of these limits, in a node of this cycle time, s.
     #[must_use]
     pub const fn new(limits: Limits, cycle_time: f64) -> Self {
         Self {
@@ -43,13 +43,14 @@ impl ErrorStopCheck {
         }
     }
 
-    /// It is not in error stop, or was put elsewhere.
+    /// Restarts the check: the axis is not in error stop, or its position was preset.
     pub const fn restart(&mut self) {
         self.stop = None;
     }
 
-    /// The next set values while it is in error stop, and how far the axis was from its target in the cycle before, and is
-    /// now: while it catches up with it, it is the target that stops, and the axis has to get there.
+    /// Takes the next set values in error stop, with the axis's distances from its target in the
+    /// cycle before and now: while the axis catches up, the target stops, and the axis has to reach
+    /// it.
     pub fn push(&mut self, set: &Kinematics, distances: [f64; 2]) -> Option<TooFar> {
         let [_, behind] = distances.map(f64::abs);
         let stop = match self.stop {
@@ -65,7 +66,8 @@ impl ErrorStopCheck {
         (way > most).then_some(TooFar { way, most })
     }
 
-    /// Which way the target is faster than the axis is not said.
+    /// Longest stop of the target. The direction of its velocity relative to the axis is unknown,
+    /// so both are tried.
     fn longest_way_of_target(&self, set: &Kinematics, [before, now]: [f64; 2]) -> f64 {
         let faster = (now - before).abs() / self.cycle_time;
         let ways = [-faster, faster].map(|by| {
@@ -75,7 +77,8 @@ impl ErrorStopCheck {
         ways[0].max(ways[1])
     }
 
-    /// The way to rest with the full deceleration and jerk, where an acceleration has to go first: that may turn the axis round.
+    /// Distance to rest with the full deceleration and jerk, after the acceleration is removed,
+    /// which may reverse the axis.
     fn longest_way(&self, set: &Kinematics) -> f64 {
         let jerk = self.limits.jerk();
         let acceleration = set.acceleration.abs();
@@ -83,7 +86,7 @@ impl ErrorStopCheck {
         let until_even = acceleration / jerk;
         let even = speed + 0.5 * acceleration * until_even;
         let (way, fastest) = if even < 0.0 {
-            // It brakes already, and not too hard.
+            // The axis brakes already, and not too hard.
             (self.way_from_even(-speed), -speed)
         } else {
             let first = speed * until_even + acceleration.powi(3) / (3.0 * jerk * jerk);
@@ -96,7 +99,7 @@ impl ErrorStopCheck {
         way * (1.0 + LONGER) + late + rounding
     }
 
-    /// The way to rest from a constant speed.
+    /// Distance to rest from a constant speed.
     fn way_from_even(&self, speed: f64) -> f64 {
         let (jerk, deceleration) = (self.limits.jerk(), self.limits.deceleration());
         if speed * jerk >= deceleration * deceleration {
@@ -120,7 +123,8 @@ mod tests {
         )
     }
 
-    /// The shortest stop from a velocity, in steps far shorter than a cycle, with a share of the deceleration.
+    /// Simulates the shortest stop from a velocity, in steps far shorter than a cycle, with a share
+    /// of the deceleration.
     fn stopped(check: &mut ErrorStopCheck, velocity: f64, share: f64) -> Option<TooFar> {
         let (mut set, step) = (Kinematics::at_rest(1_000.0), 1e-6);
         set.velocity = velocity;
@@ -128,7 +132,7 @@ mod tests {
         let mut worst = None;
         for _ in 0..3_000_000 {
             worst = check.push(&set, [0.0; 2]).or(worst);
-            // Down while what is left takes more than giving the deceleration back.
+            // Down while the rest takes more than removing the deceleration.
             let back = set.acceleration * set.acceleration / (2.0 * jerk);
             let slope = if set.velocity > back { -jerk } else { jerk };
             set.acceleration = (set.acceleration + slope * step).clamp(-most, 0.0);
@@ -187,7 +191,7 @@ mod tests {
         for forward in [1.0, -1.0] {
             let mut set = Kinematics::at_rest(0.0);
             (set.velocity, set.acceleration) = (forward, -forward * 1_000.0);
-            // 20 ms until it is even, at 9 u/s backwards, and down from there at the full jerk.
+            // 20 ms to zero acceleration, at 9 u/s backwards, and down from there at the full jerk.
             let until_even = -0.02 + 1_000.0_f64.powi(3) / (3.0 * 50_000.0_f64.powi(2));
             let shortest = until_even + 9.0 * (9.0_f64 / 50_000.0).sqrt();
             let longest = check.longest_way(&set);

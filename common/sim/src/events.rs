@@ -1,4 +1,4 @@
-//! What happens next.
+//! The event queue.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -7,11 +7,11 @@ use coaxle_clock::Instant;
 
 use crate::true_time::True;
 
-/// Events in the order of true time; those of one instant in the order they were added.
+/// Events in the order of true time; those of one instant in insertion order.
 #[derive(Debug)]
 pub(crate) struct EventQueue<E> {
     heap: BinaryHeap<Reverse<(Instant<True>, u64, usize)>>,
-    /// The events themselves, so that the heap moves only small things.
+    /// The events themselves, so that the heap moves only small entries.
     slots: Vec<Option<E>>,
     free: Vec<usize>,
     added: u64,
@@ -44,7 +44,7 @@ impl<E> EventQueue<E> {
         self.heap.len()
     }
 
-    /// All of them, in no order.
+    /// Events in arbitrary order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &E> {
         self.slots.iter().flatten()
     }
@@ -77,7 +77,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against a list that is sorted anew for each event; none: the next event happens.
+        /// Comparison with a list that is sorted for each event; none: the next event is taken.
         #[test]
         fn it_does_what_a_sorted_list_would(
             what in prop::collection::vec(prop::option::weighted(0.6, 0..8i64), 0..200),
@@ -98,7 +98,7 @@ mod tests {
                 }
                 prop_assert_eq!(queue.next_at(), list.first().map(|(at, _)| *at));
             }
-            // No event leaves anything behind.
+            // Every slot is free again.
             let most = queue.slots.len();
             while queue.pop().is_some() {}
             prop_assert_eq!(queue.free.len(), most);

@@ -1,68 +1,71 @@
-//! Whether a far axis goes where its master can have gone, in every mode, by its own positions.
+//! Check that a far axis moves where its master can have moved, in every mode, by its own positions.
 
 use crate::far_time::LARGEST_RATE_ERROR;
 
-/// What a mode may add to the velocity of the master while it brings an axis back, as a share of the greatest velocity so far
-/// (`coaxle_remote`'s `Continuity`).
+/// Velocity that a mode may add to the master's while an axis rejoins, as a share of the greatest
+/// velocity seen (`coaxle_remote`'s `Continuity`).
 const REJOINING: f64 = 0.5;
-/// Seconds after which it is back however far away it was, by a curve whose steepest slope is this multiple of the mean.
+/// Longest time of rejoining from any distance, s, by a curve with this ratio of the steepest to
+/// the mean slope.
 const LONGEST: f64 = 30.0;
 const STEEPEST: f64 = 1.875;
-/// A quartic that takes an acceleration to rest in half a second goes faster on the way by at most 4/27 of that.
+/// Velocity gain of a quartic that takes an acceleration to rest in half a second: at most 4/27 of
+/// acceleration · time.
 const BRAKING: f64 = 0.5 * 4.0 / 27.0;
-/// How long what the master did unexpectedly is remembered, s: once and twice as long.
+/// Time for which unexpected motions of the master are remembered, s: between one and two of these.
 const MEMORY: f64 = 1.0;
-/// Cycles after an event in which an axis that follows may still be on its way.
+/// Cycles after an event in which an axis that follows may still be in transition.
 const LANDED: u8 = 3;
-/// Frames are neighbours if they are less than this number of cycles of the master apart: some are always lost.
+/// Greatest distance of neighbouring frames, cycles of the master: some are always lost.
 const NEXT: f64 = 4.5;
-/// Frames after which it is known what the master can do.
+/// Frames after which the dynamics of the master are known.
 const KNOWN: u8 = 16;
-/// What the positions are rounded by, relative.
+/// Rounding of the positions, relative.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// How the set values of a far axis are made.
+/// Origin of the set values of a far axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FarAxisMode {
-    /// As they came, beats and all.
+    /// As received, including beats.
     Bypass,
     /// Filtered.
     Pt1,
-    /// Moved in time by what the blocks of TS5066 make of the cycle indices.
+    /// Moved in time by the cycle indices, by the blocks of TS5066.
     Blocks,
-    /// Moved in time by what the phase observer says.
+    /// Moved in time by the phase observer.
     Observer,
 }
 
-/// What an axis may do beside what its master does, by its parameters.
+/// Motion allowed to an axis in addition to its master's, by its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarMotionBounds {
-    /// Of the receiver, s.
+    /// Cycle time of the receiver, s.
     pub cycle_time: f64,
-    /// Over which a change of mode is blended, s.
+    /// Time over which a change of mode is blended, s.
     pub blending_time: f64,
     /// Time constant of the PT1 filter, s.
     pub filter_time: f64,
-    /// By how much the far time of TS5066's blocks may pass faster than time: a share.
+    /// Greatest gain of the far time of TS5066's blocks over time, a share.
     pub pace_of_blocks: f64,
-    /// The velocity that the axis may have of its own, u/s: one that has limits catches up with that. None that has none.
+    /// Own velocity limit of the axis, u/s, with which it catches up; none without limits.
     pub own_velocity: Option<f64>,
-    /// It is made of increments: where it is beside what was received is the smoothing's.
+    /// True for an axis made of increments, whose distance from the received position depends on
+    /// the smoothing.
     pub is_smoothed: bool,
 }
 
 /// A far axis in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarMotion {
-    /// Its position, u.
+    /// Position, u.
     pub position: f64,
-    /// What the newest frame says.
+    /// Values of the newest frame.
     pub received: Received,
     /// The correction that moved it, s.
     pub correction: Option<f64>,
-    /// How it was made.
+    /// Origin of the set values.
     pub mode: FarAxisMode,
-    /// Whether it is where its mode has it, and not braked, brought back or held by limits.
+    /// True if it is at the position of its mode: not braked, rejoining or held by limits.
     pub follows: bool,
     /// Own cycles since the cycle before.
     pub cycles: u32,
@@ -75,61 +78,66 @@ pub struct Received {
     pub position: f64,
     /// Set velocity, u/s.
     pub velocity: f64,
-    /// Its cycle: the count times its cycle time, s.
+    /// Time of its cycle: the count times its cycle time, s.
     pub at: f64,
-    /// Its cycle time, s.
+    /// Cycle time, s.
     pub cycle_time: f64,
-    /// Which node, and which run of it: frames of two say nothing of each other.
+    /// Node and run: frames of different ones are not compared.
     pub run: [u64; 3],
 }
 
-/// A far axis that no mode explains.
+/// A far axis whose motion no mode explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarMotionFault {
-    /// How far it went in a cycle, or how far it is from what was received, u.
+    /// Distance moved in a cycle, or distance from the received position, u.
     pub value: f64,
-    /// How far it may, u.
+    /// Greatest allowed distance, u.
     pub limit: f64,
 }
 
-/// Watches the positions of a far axis.
+/// Monitors the positions of a far axis.
 ///
-/// What the master can do is taken from its frames: the greatest velocity so far, the greatest acceleration between two frames, and
-/// how far its positions and velocities are beside each other, which is what increments, beats of those before it and jumps leave.
+/// The master's dynamics are taken from its frames: the greatest velocity, the greatest
+/// acceleration between two frames, and the mismatch of its positions and velocities, which comes
+/// from increments, beats of upstream nodes and jumps.
 ///
-/// Two things hold of every cycle:
+/// Two bounds apply to every cycle:
 ///
-/// * It goes no farther than the master's velocity has it, in the far time's pace, with what bringing it back, blending and its
-///   own limits add. `bypass` and `pt1` also show what comes at once after a gap, and so does a blend from them.
-/// * Where it follows, and no change of mode is blended over, it is no farther from what was received than the correction moves it,
-///   with what a filter is behind.
+/// * It moves no farther than the master's velocity allows, at the rate of the far time, plus
+///   rejoining, blending and its own limits. `bypass` and `pt1` also show the step after a gap, and
+///   so does a blend from them.
+/// * While it follows without blending, its distance from the received position is at most that of
+///   the correction, plus the lag of a filter.
 #[derive(Clone, Copy, Debug)]
 pub struct FarMotionCheck {
     bounds: FarMotionBounds,
     last: Option<FarMotion>,
-    /// The frame of the master before the newest, and its acceleration there if the one before came, too.
+    /// The frame of the master before the newest, and its acceleration there if the frame before
+    /// that arrived, too.
     frame: Option<Received>,
     at_frame: Option<f64>,
     fastest: f64,
     acceleration: f64,
     corrections: Recent,
-    /// By how much accelerations and velocities change from frame to frame, and positions beside what velocities say.
+    /// Changes of accelerations and velocities from frame to frame, and mismatch of positions and
+    /// velocities.
     acceleration_noise: Recent,
     velocity_noise: Recent,
     position_noise: Recent,
-    /// Ways from frame to frame, as they are seen here.
+    /// Distances from frame to frame, as seen here.
     received_steps: Recent,
     followed: u8,
     frames: u8,
-    /// How far it was from what was received at the most since it followed, u: the way back is as steep as that asks for.
+    /// Greatest distance from the received position since it followed, u: the steepness of the
+    /// return depends on it.
     farthest: f64,
-    /// For how long its mode has been the same, s, and how long ago it was one that shows what comes.
+    /// Time since the last change of its mode, s, and since the last mode that shows received values.
     unchanged_for: f64,
     shown_ago: f64,
 }
 
 impl FarMotionCheck {
-    /// The check of an axis with these bounds.
+    /// Creates the check of an axis with these bounds.
     #[must_use]
     pub fn new(bounds: FarMotionBounds) -> Self {
         Self {
@@ -152,13 +160,13 @@ impl FarMotionCheck {
         }
     }
 
-    /// What comes next is of another run of the receiver, or nothing was shown.
+    /// Restarts the check: another run of the receiver, or no axis shown.
     pub const fn restart(&mut self) {
         self.last = None;
         self.followed = 0;
     }
 
-    /// The axis in the next cycle.
+    /// Takes the axis in the next cycle.
     pub fn push(&mut self, now: &FarMotion) -> Option<FarMotionFault> {
         let passed = f64::from(now.cycles.max(1)) * self.bounds.cycle_time;
         self.learn(now, passed);
@@ -194,7 +202,7 @@ impl FarMotionCheck {
         way.filter(is_beyond).or(beside.filter(is_beyond))
     }
 
-    /// How it is made, and since when.
+    /// Notes the origin of the set values, and its duration.
     fn learn_mode(&mut self, now: &FarMotion, last: Option<&FarMotion>, passed: f64) {
         let is_same = last.is_some_and(|last| last.mode == now.mode);
         self.unchanged_for = if is_same {
@@ -208,17 +216,17 @@ impl FarMotionCheck {
         };
     }
 
-    /// Whether a change of mode may still be blended over. Skipped cycles are none of a blend.
+    /// True if a change of mode may still be blended. Skipped cycles do not count for a blend.
     fn is_blending(&self) -> bool {
         self.unchanged_for <= self.blended_for()
     }
 
-    /// For how long a change of mode is blended over, s: it begins and ends within a cycle.
+    /// Longest blending of a change of mode, s: it begins and ends within a cycle.
     fn blended_for(&self) -> f64 {
         self.bounds.blending_time + 2.0 * self.bounds.cycle_time
     }
 
-    /// What the newest frame says of the master.
+    /// Updates the dynamics of the master from the newest frame.
     fn learn(&mut self, now: &FarMotion, passed: f64) {
         self.corrections
             .push(now.correction.unwrap_or(0.0).abs(), passed);
@@ -235,10 +243,11 @@ impl FarMotionCheck {
             let way = frame.position - before.position;
             let mean = 0.5 * (frame.velocity + before.velocity);
             self.acceleration = self.acceleration.max(rate.abs());
-            // What velocities between these two can make of it is at most that (the trapezoidal rule); the rest is a jump.
+            // Velocities between these two explain at most this much (the trapezoidal rule); the
+            // rest is a jump.
             let explained = 0.25 * self.acceleration * time * time;
             let beside = ((way - mean * time).abs() - explained).max(0.0);
-            // Over a gap it may change its velocity as it likes.
+            // Over a gap the velocity may change arbitrarily.
             let is_next = time < NEXT * frame.cycle_time;
             self.frames = KNOWN.min(self.frames + 1);
             let at_frame = is_next.then_some(rate);
@@ -261,7 +270,7 @@ impl FarMotionCheck {
         self.received_steps.push(step, passed);
     }
 
-    /// How far it may go in this cycle, u.
+    /// Greatest distance to move in this cycle, u.
     fn way(&self, now: &FarMotion, passed: f64) -> f64 {
         let FarMotionBounds {
             blending_time,
@@ -284,7 +293,7 @@ impl FarMotionCheck {
             + STEEPEST * self.farthest / LONGEST
             + blended / blending_time.max(cycle_time);
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
-        // A blend from a mode that shows what comes still shows a part of that.
+        // A blend from a mode that shows received values still contains a part of them.
         let at_once = if self.shown_ago <= self.blended_for() {
             self.received_steps.largest()
         } else {
@@ -293,7 +302,7 @@ impl FarMotionCheck {
         velocity * passed + self.noise() + at_once
     }
 
-    /// How far it may be from what was received, u.
+    /// Greatest distance from the received position, u.
     fn leaves(&self) -> f64 {
         let correction = self.corrections.largest();
         let velocity = self.fastest + self.acceleration * correction;
@@ -307,7 +316,7 @@ impl FarMotionCheck {
             + 2.0 * self.received_steps.largest()
     }
 
-    /// What of its frames no motion explains, moved by the correction, u.
+    /// Unexplained motion in its frames, extrapolated by the correction, u.
     fn noise(&self) -> f64 {
         let correction = self.corrections.largest();
         2.0 * self.position_noise.largest()
@@ -316,7 +325,7 @@ impl FarMotionCheck {
     }
 }
 
-/// The largest of the last one or two seconds.
+/// The largest value of the last one or two seconds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Recent {
     now: f64,
@@ -355,7 +364,7 @@ mod tests {
         }
     }
 
-    /// A master that goes 500 u/s, received two cycles late.
+    /// A master at 500 u/s, received two cycles late.
     fn following(cycle: u32, mode: FarAxisMode) -> FarMotion {
         let at = f64::from(cycle) * T;
         let received = Received {
@@ -378,7 +387,7 @@ mod tests {
         }
     }
 
-    /// What is found, of motions that are changed in some cycles.
+    /// Cycles with a fault, for motions that are changed in some cycles.
     fn found(mode: FarAxisMode, change: impl Fn(u32, &mut FarMotion)) -> Vec<u32> {
         let mut check = FarMotionCheck::new(bounds());
         let is_found = |cycle: &u32| {

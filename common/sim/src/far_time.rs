@@ -1,11 +1,11 @@
-//! Whether a corrected far time passes as a time does.
+//! Check that a corrected far time passes like a time.
 
 use coaxle_clock::{Instant, Remote};
 
-/// Watches the far time that the set values of a far axis stand for.
+/// Monitors the far time that the set values of a far axis refer to.
 ///
-/// Within a run of the far node, and for as long as it is shown, it never stands or goes back, and no cycle
-/// gains or loses more than a share of its length.
+/// Within a run of the far node, and as long as it is shown, it never stands still or runs back,
+/// and no cycle gains or loses more than a share of its length.
 #[derive(Clone, Copy, Debug)]
 pub struct FarTimeCheck {
     cycle_time: f64,
@@ -14,21 +14,21 @@ pub struct FarTimeCheck {
     largest: f64,
 }
 
-/// What is wrong with a far time.
+/// Fault of a far time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FarTimeFault {
-    /// It stands or goes back, by so many s.
+    /// Time that stands still or runs back, by this many s.
     NotLater(f64),
-    /// A cycle gains that share of its length, or loses it.
+    /// Cycle that gains or loses this share of its length.
     Rate(f64),
 }
 
-/// What a cycle may gain or lose of its length: while an observer locks it slews by up to half of it, and clocks
-/// differ by up to a tenth of a percent.
+/// Greatest share of its length that a cycle may gain or lose: while an observer locks it slews by
+/// up to half of it, and clocks differ by up to a tenth of a percent.
 pub const LARGEST_RATE_ERROR: f64 = 0.501;
 
 impl FarTimeCheck {
-    /// The check for a receiver of this cycle time, s.
+    /// Creates the check for a receiver of this cycle time, s.
     #[must_use]
     pub const fn new(cycle_time: f64) -> Self {
         Self {
@@ -38,12 +38,12 @@ impl FarTimeCheck {
         }
     }
 
-    /// It is not shown: what is shown next stands by itself.
+    /// Restarts the check while no far time is shown.
     pub const fn restart(&mut self) {
         self.last = None;
     }
 
-    /// The next far time, in this run of the far node, so many own cycles after the one before.
+    /// Takes the next far time, in this run of the far node, `cycles` own cycles after the one before.
     pub fn push(
         &mut self,
         run: u64,
@@ -64,7 +64,7 @@ impl FarTimeCheck {
         (rate.abs() > LARGEST_RATE_ERROR).then_some(FarTimeFault::Rate(rate))
     }
 
-    /// The largest share that a cycle gained or lost so far.
+    /// The largest share that a cycle has gained or lost.
     #[must_use]
     pub const fn largest(&self) -> f64 {
         self.largest
@@ -75,7 +75,7 @@ impl FarTimeCheck {
 mod tests {
     use super::*;
 
-    /// What is wrong with each far time after the first, ns, a cycle of 1 ms after the one before.
+    /// Fault of each far time after the first, ns, a cycle of 1 ms after the one before.
     fn faults(times: &[i64]) -> Vec<Option<FarTimeFault>> {
         let mut check = FarTimeCheck::new(1e-3);
         let mut push = |time: &i64| check.push(1, Instant::from_nanos(*time), 1);

@@ -11,7 +11,7 @@ use crate::true_time::True;
 pub struct Load {
     /// Messages.
     pub messages: u64,
-    /// Their bytes, without what a transport adds.
+    /// Payload bytes, without those a transport adds.
     pub bytes: u64,
 }
 
@@ -22,21 +22,21 @@ impl Load {
     }
 }
 
-/// Where a hop ends.
+/// End of a hop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     Router(usize),
     Node(usize),
 }
 
-/// One direction of a link.
+/// A link in one direction.
 pub(crate) struct Hop {
     pub(crate) to: End,
     model: LinkModel,
     line: Throttle,
-    /// What was sent over it.
+    /// Messages sent over it.
     pub(crate) sent: Load,
-    /// What it had no room for.
+    /// Messages dropped for lack of room.
     pub(crate) dropped: u64,
 }
 
@@ -56,7 +56,7 @@ impl Hop {
         })
     }
 
-    /// Sends a frame at true time `at`: the instants of its arrival, none if it is lost.
+    /// Sends a frame at true time `at`; returns the instants of its arrivals, none if it is lost.
     pub(crate) fn send(
         &mut self,
         at: Instant<True>,
@@ -78,7 +78,8 @@ impl Hop {
     }
 }
 
-/// One message after the other, each in a time of its own, with a queue before it that has an end.
+/// A serial line: messages pass one after the other, each in its own time, behind a queue of
+/// limited length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Throttle {
     per_message: Span,
@@ -97,7 +98,7 @@ impl Throttle {
         }
     }
 
-    /// When a message is through that comes at `at`; none if it would have to wait for too long.
+    /// End of the passage of a message that arrives at `at`; none if it would have to wait too long.
     pub(crate) fn pass(&mut self, at: Instant<True>, bytes: usize) -> Option<Instant<True>> {
         let begin = at.max(self.free_at);
         if begin - at > self.most_wait {
@@ -121,7 +122,7 @@ mod tests {
     #[test]
     fn messages_queue_up_and_what_would_wait_too_long_is_dropped() {
         let mut line = Throttle::new(Span::from_micros(10), 1_000.0, Span::from_micros(25));
-        // Two microseconds for its bytes, ten besides.
+        // Two microseconds for its bytes, ten in addition.
         assert_eq!(line.pass(at(0), 2), Some(at(12)));
         assert_eq!(line.pass(at(0), 2), Some(at(24)));
         assert_eq!(line.pass(at(0), 2), Some(at(36)));

@@ -1,4 +1,4 @@
-//! What must hold of every node, whatever it does.
+//! Invariants of every node.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local};
@@ -8,57 +8,57 @@ use coaxle_node::Node;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("node {node}: {breach}")]
 pub struct Violation {
-    /// Which node.
+    /// Name of the node.
     pub node: String,
-    /// What it did.
+    /// Breach of the contract.
     pub breach: Breach,
 }
 
-/// How a node can break the contract.
+/// Breach of the contract by a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Breach {
-    /// It does not count its cycles, skipped ones included.
+    /// Cycle count that ignores cycles, skipped ones included.
     #[error("cycle {count} came {elapsed} after cycle {last}")]
     Miscounted {
         /// The cycle before.
         last: u64,
-        /// This one.
+        /// Current cycle.
         count: u64,
-        /// How many it says have passed.
+        /// Number of cycles reported as passed.
         elapsed: u32,
     },
-    /// A cycle that ideally starts no later than the one before.
+    /// Cycle that ideally starts no later than the one before.
     #[error("cycle {count} goes back in time")]
     BackInTime {
         /// The cycle.
         count: u64,
     },
-    /// The next cycle ideally starts no later than this one.
+    /// Next cycle that ideally starts no later than this one.
     #[error("the cycle after {count} is due no later than it")]
     NextNotLater {
-        /// This cycle.
+        /// Current cycle.
         count: u64,
     },
-    /// The next cycle was due before this one was over: the node would catch up with a burst.
+    /// Next cycle due before the end of this one: the node would catch up with a burst.
     #[error("the cycle after {count} is due at {due:?}, already past at {now:?}")]
     NextIsPast {
-        /// This cycle.
+        /// Current cycle.
         count: u64,
-        /// When the next one is due.
+        /// Due time of the next cycle.
         due: Instant<Local>,
-        /// When this one was done.
+        /// End of this cycle.
         now: Instant<Local>,
     },
 }
 
-/// Watches one node.
+/// Monitors one node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Watch {
     last: Option<Tick>,
 }
 
 impl Watch {
-    /// After a cycle at local time `now`.
+    /// Checks a cycle at local time `now`.
     pub(crate) fn check<N: Node>(
         &mut self,
         name: &str,
@@ -76,7 +76,7 @@ impl Watch {
     }
 }
 
-/// What is wrong with a cycle, given the one before and when the next one is due.
+/// Breach in a cycle, given the one before and the due time of the next.
 fn breach(
     last: Option<Tick>,
     tick: Tick,
@@ -119,7 +119,7 @@ mod tests {
         }
     }
 
-    /// What is wrong with `tick` after cycle 4 at 40 ms, when it is 55 ms and the next is due.
+    /// Breach of `tick` after cycle 4 at 40 ms, at 55 ms, with the next cycle due at `due`.
     fn after_four(tick: Tick, due: i64) -> Option<Breach> {
         breach(Some(self::tick(4, 1, 40)), tick, at(due), at(55))
     }

@@ -1,4 +1,4 @@
-//! A link: one subscription, and what the network does to its messages.
+//! A link: one subscription, and the network's effects on its messages.
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::beacon::{BeaconLabel, BeaconSeal, Departure};
@@ -10,7 +10,7 @@ use crate::setup::LinkSetup;
 use crate::traffic::LinkCounts;
 use crate::true_time::True;
 
-/// From a node that publishes to one that subscribes.
+/// A link from a node that publishes to one that subscribes.
 pub(crate) struct Link {
     pub(crate) from: usize,
     pub(crate) channel: Channel,
@@ -22,7 +22,7 @@ pub(crate) struct Link {
     reader: Reader,
     tampering: Vec<Tampering>,
     models: Vec<LinkModel>,
-    /// What it belongs to in the network of routers; none where it leads from node to node.
+    /// Flow in the network of routers; none for a direct link between nodes.
     pub(crate) flow: Option<usize>,
     pub(crate) counts: LinkCounts,
 }
@@ -54,13 +54,13 @@ impl Link {
         })
     }
 
-    /// Whether it takes what the node `from` publishes there.
+    /// True if it carries this output of the node `from`.
     pub(crate) fn takes(&self, from: usize, outgoing: &Outgoing<'_>) -> bool {
         self.from == from && self.channel == outgoing.channel && self.far == outgoing.far
     }
 
-    /// The frame that leaves at `left` of the publisher's clock; none if it is for another link. `stamped`: frames of axes
-    /// say when they leave.
+    /// Seals the frame that leaves at `left` of the publisher's clock; none if it is for another
+    /// link. `stamped`: frames of axes carry their departure.
     pub(crate) fn seal<'a>(
         &mut self,
         outgoing: &Outgoing<'_>,
@@ -82,7 +82,7 @@ impl Link {
         Some(frame)
     }
 
-    /// Sends a frame at true time `now`: each message it holds is delivered when its time has come.
+    /// Sends a frame at true time `now`: each message in it is delivered when due.
     pub(crate) fn send(
         &mut self,
         now: Instant<True>,
@@ -93,7 +93,7 @@ impl Link {
         self.pass_on(now, frame, deliver);
     }
 
-    /// The same with a frame that was counted where it was sent, and has come over routers.
+    /// Passes on a frame that was counted at its sender and has arrived over routers.
     pub(crate) fn pass_on(
         &mut self,
         now: Instant<True>,
@@ -121,10 +121,10 @@ impl Link {
     }
 }
 
-/// Beacons of one node to another: stamped as by a kernel, in no time.
+/// Beacons of one node to another: stamped like by a kernel, without delay.
 struct Beacons {
     seal: BeaconSeal,
-    /// The one before, and when it left.
+    /// The previous beacon, and its departure.
     before: Option<(BeaconLabel, Instant<Local>)>,
 }
 
@@ -148,7 +148,7 @@ impl Beacons {
     }
 }
 
-/// What becomes of a frame, by one hand after the other.
+/// Passes a frame through the tampering stages in series.
 fn tamper(
     tampering: &mut [Tampering],
     counts: &LinkCounts,
@@ -169,8 +169,8 @@ fn tamper(
     }
 }
 
-/// Through one model after the other. Each judges the message by when it was sent, not by what the
-/// models before it did, and their delays add up.
+/// Passes a message through the models in series. Each evaluates the message at its sending time,
+/// independent of the models before it, and their delays add up.
 fn pass(
     models: &mut [LinkModel],
     counts: &LinkCounts,

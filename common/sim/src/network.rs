@@ -1,8 +1,8 @@
 //! Routers between nodes.
 //!
-//! A node is behind one router. What it publishes goes to that, and from router to router, once over each hop behind which
-//! somebody lives who subscribes to it, as Zenoh's routers forward. They know the shortest ways past routers that are
-//! dead; a frozen one is not known to be, and what comes to it waits.
+//! A node is behind one router. Its frames go to that router, and from router to router, once over
+//! each hop that leads to a living subscriber, like with Zenoh's routers. They know the shortest
+//! paths around dead routers; a frozen one is not detected, and messages wait there.
 
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -17,12 +17,12 @@ use crate::setup::RouterSetup;
 use crate::traffic::LinkCounts;
 use crate::true_time::True;
 
-/// All routers, and the hops between them and to their nodes.
+/// The routers, and the hops between them and to their nodes.
 #[derive(Default)]
 pub(crate) struct Network {
     routers: Vec<Router>,
     hops: Vec<Hop>,
-    /// Of each node that is behind a router, by its number.
+    /// Home of each node behind a router, by node number.
     homes: Vec<Option<Home>>,
     flows: Vec<Flow>,
     /// The hops of the frame that is forwarded.
@@ -34,9 +34,9 @@ struct Router {
     setup: RouterSetup,
     state: State,
     forwarding: Throttle,
-    /// The routers it is connected to, each with the hop there.
+    /// The connected routers, each with the hop to it.
     neighbours: Vec<(usize, usize)>,
-    /// The hop that leads to each router, by its number; none to itself and where no way leads.
+    /// The hop that leads to each router, by its number; none to itself and to unreachable ones.
     ways: Vec<Option<usize>>,
     received: Load,
     dropped: u64,
@@ -44,7 +44,7 @@ struct Router {
 
 enum State {
     Running,
-    /// Frozen, with what waits for it.
+    /// Frozen, with the waiting frames.
     Frozen(Vec<Transit>),
     Dead,
 }
@@ -57,7 +57,7 @@ struct Home {
     down: usize,
 }
 
-/// What one node publishes under one key, and who subscribes to it.
+/// Frames of one node under one key, with the subscribers.
 struct Flow {
     from: usize,
     channel: Channel,
@@ -73,18 +73,18 @@ pub(crate) struct Transit {
     frame: Rc<[u8]>,
 }
 
-/// What a router did.
+/// Traffic of a router.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RouterTraffic {
-    /// Its name.
+    /// Name of the router.
     pub name: String,
-    /// What came to it, from nodes and other routers.
+    /// Messages received from nodes and other routers.
     pub received: Load,
-    /// What it sent to its nodes.
+    /// Messages sent to its nodes.
     pub to_nodes: Load,
-    /// What it sent to each router it is connected to.
+    /// Messages sent to each connected router.
     pub to_routers: Vec<(String, Load)>,
-    /// Messages that it had no room for, or that came while it was dead.
+    /// Messages dropped for lack of room, or because the router was dead.
     pub dropped: u64,
 }
 
@@ -104,7 +104,7 @@ impl Network {
         self.routers.len() - 1
     }
 
-    /// Connects two routers, with what the link does to messages of either direction, and a seed for each.
+    /// Connects two routers, with the link's behaviour in both directions, and a seed for each.
     pub(crate) fn connect_routers(
         &mut self,
         routers: [usize; 2],
@@ -159,7 +159,8 @@ impl Network {
         Ok(self.hops.len() - 1)
     }
 
-    /// The flow that a link belongs to, if both of its nodes are behind routers. Beacons take another way.
+    /// The flow that a link belongs to, if both of its nodes are behind routers. Beacons take
+    /// another path.
     pub(crate) fn flow_of(
         &mut self,
         (from, channel, far): (usize, Channel, usize),
@@ -195,12 +196,12 @@ impl Network {
         links.filter_map(move |(link, to)| (*to == node).then_some(*link))
     }
 
-    /// Whether this link stands for all of its flow: a frame leaves its node but once.
+    /// True if this link represents its whole flow: a frame leaves its node only once.
     pub(crate) fn is_first(&self, flow: usize, link: usize) -> bool {
         self.flows[flow].links.first().map(|(first, _)| *first) == Some(link)
     }
 
-    /// A node publishes a frame.
+    /// Publishes a frame of a node.
     pub(crate) fn publish(
         &mut self,
         now: Instant<True>,
@@ -215,8 +216,8 @@ impl Network {
         self.send(now, home.up, flow, &Rc::from(frame), on_its_way);
     }
 
-    /// A frame is at the end of its hop. Gives the node that it has come to, with the flow and the frame, or forwards it,
-    /// to where nodes live.
+    /// Takes a frame at the end of its hop. Returns the node that it has reached, with the flow and
+    /// the frame, or forwards it towards living nodes.
     pub(crate) fn arrive(
         &mut self,
         now: Instant<True>,
@@ -258,7 +259,7 @@ impl Network {
         }
     }
 
-    /// Once over each hop that leads to a subscriber who lives, one after the other.
+    /// Forwards a frame once over each hop that leads to a living subscriber, one after the other.
     fn forward(
         &mut self,
         now: Instant<True>,
@@ -288,8 +289,9 @@ impl Network {
         self.next_hops = next_hops;
     }
 
-    /// The hop that a frame takes from `router` to a node, having come by the hop `came`; none if this is not on the way from
-    /// where it was published: ways differ by their source, and who forwarded to everybody would do it twice.
+    /// The next hop of a frame from `router` to a node, arrived over the hop `came`; none if this
+    /// is not on the path from its source: paths differ by source, and forwarding by every router
+    /// would duplicate frames.
     fn way_on(&self, flow: usize, came: usize, router: usize, node: usize) -> Option<usize> {
         let source = self.home(self.flows[flow].from)?;
         let (mut at, mut by) = (source.router, source.up);
@@ -331,7 +333,7 @@ impl Network {
         self.counts.became(messages);
     }
 
-    /// A router ends at once; what waits for it is lost.
+    /// Ends a router at once; frames that wait there are lost.
     pub(crate) fn kill(&mut self, router: usize) {
         let at = &mut self.routers[router];
         if let State::Frozen(waiting) = &at.state {
@@ -342,7 +344,7 @@ impl Network {
         self.find_ways();
     }
 
-    /// A dead router starts anew.
+    /// Restarts a dead router.
     pub(crate) fn start(&mut self, router: usize) {
         let at = &mut self.routers[router];
         if matches!(at.state, State::Dead) {
@@ -351,7 +353,7 @@ impl Network {
         }
     }
 
-    /// A router stands still.
+    /// Freezes a router.
     pub(crate) fn freeze(&mut self, router: usize) {
         let at = &mut self.routers[router];
         if matches!(at.state, State::Running) {
@@ -359,7 +361,7 @@ impl Network {
         }
     }
 
-    /// A frozen router goes on, with what waited for it.
+    /// Resumes a frozen router, with the frames that wait there.
     pub(crate) fn resume(
         &mut self,
         now: Instant<True>,
@@ -378,7 +380,7 @@ impl Network {
         }
     }
 
-    /// Frames that wait for routers that are frozen.
+    /// Frames that wait for frozen routers.
     pub(crate) fn waiting(&self) -> u64 {
         let waiting = self.routers.iter().map(|router| match &router.state {
             State::Frozen(waiting) => waiting.len() as u64,
@@ -387,7 +389,7 @@ impl Network {
         waiting.sum()
     }
 
-    /// What each router did so far.
+    /// Traffic of each router since the start.
     pub(crate) fn traffic(&self) -> Vec<RouterTraffic> {
         let traffic = self.routers.iter().enumerate().map(|(number, router)| {
             let mut to_nodes = Load::default();
@@ -413,7 +415,8 @@ impl Network {
         traffic.collect()
     }
 
-    /// The ways with the fewest hops past the dead; of several, over the router that was connected first.
+    /// Computes the paths with the fewest hops around dead routers; among several, over the router
+    /// connected first.
     fn find_ways(&mut self) {
         for from in 0..self.routers.len() {
             let mut ways = vec![None; self.routers.len()];
@@ -432,5 +435,6 @@ impl Network {
     }
 }
 
-/// Most frames that wait for a frozen router: no socket holds more, and what comes after them is lost.
+/// Greatest number of frames that wait for a frozen router: no socket holds more, and further ones
+/// are lost.
 const MOST_WAITING: usize = 50_000;

@@ -1,4 +1,4 @@
-//! What the simulation shows to whoever watches it.
+//! The simulation's interface to observers.
 
 use coaxle_clock::Instant;
 use coaxle_clock::cycle::Tick;
@@ -6,28 +6,28 @@ use coaxle_node::{Arrival, CommandOutcome};
 
 use crate::true_time::True;
 
-/// One cycle of a node, as the world saw it.
+/// A cycle of a node, as seen by the world.
 #[derive(Debug)]
 pub struct CycleSeen<'a, N> {
     /// Number of the node.
     pub index: usize,
     /// The node, after its cycle.
     pub node: &'a N,
-    /// Which cycle it was.
+    /// Number and ideal start of the cycle.
     pub tick: Tick,
-    /// When that ideally started, in true time.
+    /// Ideal start in true time.
     pub ideal_start: Instant<True>,
-    /// When it really did.
+    /// Actual start in true time.
     pub woke: Instant<True>,
 }
 
-/// Watches the world from outside.
+/// Observes the world from outside.
 pub trait Observer<N> {
-    /// After every cycle of every node.
+    /// Called after every cycle of every node.
     fn cycle_seen(&mut self, seen: &CycleSeen<'_, N>);
 
-    /// After every cycle, before [`Self::cycle_seen`]: each thing that a node took in during the cycle
-    /// `tick`, which ideally started at `ideal_start`.
+    /// Called after every cycle, before [`Self::cycle_seen`], for each measurement that a node took
+    /// in during the cycle `tick`, which ideally started at `ideal_start`.
     fn arrived(
         &mut self,
         index: usize,
@@ -38,7 +38,7 @@ pub trait Observer<N> {
         let _ = (index, ideal_start, tick, arrival);
     }
 
-    /// After every order, with the number it was sent under.
+    /// Called after every order, with the number under which it was sent.
     fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
         let _ = (number, outcome);
     }

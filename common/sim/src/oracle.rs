@@ -1,11 +1,11 @@
-//! The oracle: what the master really did, between its cycles too.
+//! The oracle: the true motion of the master, also between its cycles.
 
 use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Domain, Instant, Remote, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 
-/// One cycle of a master: where it was at the ideal start, on the reference clock `R`.
+/// A cycle of a master: its state at the ideal start, on the reference clock `R`.
 #[derive(Clone, Copy, Debug)]
 pub struct TruthSample<R: Domain> {
     /// Ideal start of the cycle.
@@ -27,20 +27,20 @@ pub struct Truth {
     pub position: f64,
     /// Velocity, u/s of reference time.
     pub velocity: f64,
-    /// The sender's own ideal time: whole nanoseconds, and what is beyond them.
+    /// The sender's own ideal time: whole nanoseconds, and the fraction.
     far_time: Instant<Remote>,
     far_fraction: f64,
 }
 
 impl Truth {
-    /// How far `far_time` is ahead of what the sender's clock really shows.
+    /// Lead of `far_time` over the true reading of the sender's clock.
     #[must_use]
     pub fn error_of(&self, far_time: Instant<Remote>) -> Seconds {
         let whole = (far_time - self.far_time).as_nanos() as f64;
         Seconds((whole - self.far_fraction) * 1e-9)
     }
 
-    /// The sender's own time that passed since an earlier instant of the same run.
+    /// The sender's own time since an earlier instant of the same run.
     #[must_use]
     pub fn seconds_since(&self, earlier: &Self) -> Seconds {
         let whole = (self.far_time - earlier.far_time).as_nanos() as f64;
@@ -48,7 +48,7 @@ impl Truth {
     }
 }
 
-/// Remembers the last few seconds of a master. Feed it in order; ask it in any order.
+/// Keeps the last few seconds of a master. Samples are added in order and queried in any order.
 #[derive(Clone, Debug)]
 pub struct Oracle<R: Domain> {
     cycle_time: CycleTime,
@@ -59,11 +59,11 @@ pub struct Oracle<R: Domain> {
 /// Cycles that may be missing between two samples for the motion between them to be known.
 const LARGEST_GAP: u64 = 20;
 
-/// Nearly all ask for an instant among the newest so many samples, which are looked through first.
+/// Number of newest samples that are searched first, because nearly all queries lie among them.
 const NEAR: usize = 16;
 
 impl<R: Domain> Oracle<R> {
-    /// An oracle for a sender with this nominal cycle time that remembers for `memory`.
+    /// Creates an oracle for a sender with this nominal cycle time that keeps samples for `memory`.
     #[must_use]
     pub const fn new(cycle_time: CycleTime, memory: Span) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl<R: Domain> Oracle<R> {
         }
     }
 
-    /// The next cycle of the master.
+    /// Adds the next cycle of the master.
     pub fn push(&mut self, sample: TruthSample<R>) {
         while self
             .samples
@@ -85,19 +85,19 @@ impl<R: Domain> Oracle<R> {
         self.samples.push_back(sample);
     }
 
-    /// Up to when the master is known.
+    /// Latest known instant of the master.
     #[must_use]
     pub fn known_until(&self) -> Option<Instant<R>> {
         self.samples.back().map(|sample| sample.at)
     }
 
-    /// The master at `at`; none before it began, after what is known, and in gaps.
+    /// The master at `at`; none before it began, after the last sample, and in gaps.
     #[must_use]
     pub fn at(&self, at: Instant<R>) -> Option<Truth> {
         let after = self.first_after(at);
         let from = self.samples.get(after.checked_sub(1)?)?;
         let to = self.samples.get(after).filter(|to| {
-            // From one run to the next, and over a gap, nobody knows the motion.
+            // Across runs, and over a gap, the motion is unknown.
             from.epoch == to.epoch && to.count - from.count <= LARGEST_GAP
         });
         match to {

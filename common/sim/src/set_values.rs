@@ -1,52 +1,53 @@
-//! Whether the set positions of an axis keep its limits, by their differences.
+//! Check that the set positions of an axis keep its limits, by their differences.
 
 use coaxle_curve::profile::Limits;
 
-/// What a number of a calculated position may be rounded by, relative to the largest one on the way.
+/// Rounding of a calculated position, relative to the largest number on the way.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// What rounding may add to a limit beside that, relative.
+/// Rounding of a limit in addition, relative.
 const RELATIVE: f64 = 1e-9;
 
-/// A position is calculated from numbers as large as the way of so long at the highest velocity, s.
+/// Time at the highest velocity whose distance is the largest number in the calculation of a position, s.
 const WAY: f64 = 1.0;
 
-/// What rounding may add to a software limit, relative to the largest number on the way.
+/// Rounding of a software limit, relative to the largest number on the way.
 const WALL_ROUNDING: f64 = 128.0 * f64::EPSILON;
 
-/// What holds of every set position of an axis with limits.
+/// Bounds of every set position of an axis with limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SetValueBound {
-    /// It is a finite number.
+    /// Finite number.
     Finite,
-    /// The difference to the one before is within the velocity.
+    /// First difference within the velocity.
     Velocity,
-    /// The second difference is within the acceleration and the deceleration, whichever is larger.
+    /// Second difference within the acceleration and the deceleration, whichever is larger.
     Acceleration,
-    /// The third difference is within the jerk.
+    /// Third difference within the jerk.
     Jerk,
-    /// It is within the software limits; from beyond one, it goes no farther.
+    /// Position within the software limits; from beyond one, no farther out.
     SoftwareLimit,
 }
 
 /// A bound that a set position does not keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess {
-    /// Which.
+    /// The bound.
     pub bound: SetValueBound,
-    /// What was there: u, u/s, u/s² or u/s³, without its sign but for positions.
+    /// Value found: u, u/s, u/s² or u/s³, as a magnitude except for positions.
     pub value: f64,
-    /// What was allowed, without what rounding may add.
+    /// Value allowed, without rounding.
     pub limit: f64,
 }
 
-/// Watches the set positions of one axis.
+/// Monitors the set positions of one axis.
 ///
-/// Velocity, acceleration and jerk are the divided differences of the last two, three and four positions, times
-/// 1, 2 and 6. Each is a weighted mean of the derivative over the time that it spans, so a motion that keeps
-/// a limit keeps it in them too, whatever cycles were skipped: nothing is allowed but what rounding may add.
-/// With `δ = 4ε·max(|p|, vmax·1 s)` and the cycle time `T` that is `δ/T` on the velocity, `2δ/T²` on the
-/// acceleration, `4δ/T³` on the jerk, `32δ` on a software limit, and 1e-9 of each but the last.
+/// Velocity, acceleration and jerk are the divided differences of the last two, three and four
+/// positions, times 1, 2 and 6. Each is a weighted mean of the derivative over the time that it
+/// spans, so a motion that keeps a limit keeps it in them too, for any skipped cycles: only
+/// rounding is allowed in addition. With `δ = 4ε·max(|p|, vmax·1 s)` and the cycle time `T` that is
+/// `δ/T` on the velocity, `2δ/T²` on the acceleration, `4δ/T³` on the jerk, `32δ` on a software
+/// limit, and 1e-9 of each but the last.
 ///
 /// ```
 /// use coaxle_curve::profile::Limits;
@@ -70,10 +71,10 @@ pub struct SetValueCheck {
     min: f64,
     max: f64,
     cycle_time: f64,
-    /// The last positions, newest first, of which so many are known.
+    /// The last positions, newest first, and the number of known ones.
     last: [f64; 3],
     known: u8,
-    /// The last velocity and acceleration, as far as the positions give them.
+    /// The last velocity and acceleration, as far as the positions determine them.
     velocity_before: f64,
     acceleration_before: f64,
     /// The cycles between the last two positions, and between the two before.
@@ -83,20 +84,20 @@ pub struct SetValueCheck {
     largest: Shares,
 }
 
-/// The largest of what there was, as a share of the limits.
+/// The largest values, as shares of the limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shares {
-    /// Of the velocity.
+    /// Share of the velocity.
     pub velocity: f64,
-    /// Of the larger of acceleration and deceleration.
+    /// Share of the larger of acceleration and deceleration.
     pub acceleration: f64,
-    /// Of the jerk.
+    /// Share of the jerk.
     pub jerk: f64,
 }
 
 impl SetValueCheck {
-    /// The check of an axis with these limits, u/s, u/s² and u/s³, and software limits, u: infinite where there
-    /// is none. Its cycle time is in s.
+    /// Creates the check of an axis with these limits, u/s, u/s² and u/s³, and software limits, u:
+    /// infinite if there is none. Its cycle time is in s.
     #[must_use]
     pub fn new(limits: &Limits, [min, max]: [f64; 2], cycle_time: f64) -> Self {
         Self {
@@ -116,18 +117,19 @@ impl SetValueCheck {
         }
     }
 
-    /// The next position is no step of a motion: the axis was switched on, homed or reset.
+    /// Restarts the check: the next position is a preset, because the axis was switched on, homed
+    /// or reset.
     pub const fn restart(&mut self) {
         self.known = 0;
         self.since_free = 0;
     }
 
-    /// The next position may need any jerk: the difference of four that has it among them is not looked at.
+    /// Permits any jerk at the next position: differences of four positions with it are not checked.
     pub const fn free_jerk(&mut self) {
         self.since_free = 0;
     }
 
-    /// The next set position, u, so many cycles after the one before. Tells each bound that it does not keep.
+    /// Takes the next set position, u, `cycles` cycles after the one before. Reports each exceeded bound.
     pub fn push(&mut self, position: f64, cycles: u32, mut exceeded: impl FnMut(Excess)) {
         if !position.is_finite() {
             self.restart();
@@ -147,7 +149,7 @@ impl SetValueCheck {
         self.since_free = (self.since_free + 1).min(4);
     }
 
-    /// The largest of what there was so far. What was beyond a limit is in it, what rounding added too.
+    /// The largest values since the start, including excesses and rounding.
     #[must_use]
     pub const fn largest(&self) -> Shares {
         self.largest
@@ -223,7 +225,7 @@ impl SetValueCheck {
         });
     }
 
-    /// What rounding may have added to one of the positions at hand, u.
+    /// Greatest rounding of one of the current positions, u.
     fn rounding(&self, position: f64) -> f64 {
         let known = self.last.iter().take(self.known.into());
         let largest = known.fold(position.abs(), |most, last| most.max(last.abs()));
@@ -249,7 +251,7 @@ mod tests {
         SetValueCheck::new(&limits(), [f64::NEG_INFINITY, f64::INFINITY], T)
     }
 
-    /// What is found among positions, each so many cycles after the one before.
+    /// Exceeded bounds in positions, each with its number of cycles after the one before.
     fn found(check: &mut SetValueCheck, positions: &[(f64, u32)]) -> Vec<SetValueBound> {
         let mut found = Vec::new();
         for (position, cycles) in positions {
@@ -264,7 +266,7 @@ mod tests {
 
     #[test]
     fn each_limit_is_found_by_its_own_difference() {
-        // Positions whose k-th difference alone is 1.01 times the limit.
+        // Positions of which only the k-th difference is 1.01 times the limit.
         let sums = |mut differences: Vec<f64>, order: usize| {
             for _ in 0..order {
                 let mut sum = 0.0;
@@ -297,7 +299,7 @@ mod tests {
                 Limits::new(1e9, 1e12, 1e12, 50_000.0).unwrap(),
             ),
         ] {
-            // The highest velocity says how coarse positions are.
+            // The highest velocity determines the resolution of positions.
             let velocity = limits.velocity().min(100.0);
             let limits = limits.with_velocity(velocity).unwrap();
             let none = [f64::NEG_INFINITY, f64::INFINITY];
@@ -355,7 +357,7 @@ mod tests {
             stops.free_jerk();
             assert_eq!(found(&mut stops, &each_cycle(&[*way])), []);
         }
-        // Three positions later no difference has any of it.
+        // Three positions later no difference contains it.
         let rest = position;
         assert_eq!(
             found(&mut stops, &each_cycle(&[rest, rest, rest, rest])),
@@ -370,7 +372,7 @@ mod tests {
         let mut check = SetValueCheck::new(&limits(), [-1.0, 1.0], T);
         let way = [0.999_99, 0.999_999, 1.0, 1.0, 1.0 + 1e-14, 0.999_999];
         assert_eq!(found(&mut check, &each_cycle(&way)), []);
-        // From beyond one it may come back.
+        // From beyond a limit it may return.
         for side in [1.0, -1.0] {
             check.restart();
             let mut first = each_cycle(&[side * 1.5]);
@@ -398,7 +400,7 @@ mod tests {
     }
 
     proptest! {
-        /// Motions that use their limits fully, seen at any of their cycles, far from zero.
+        /// Motions that use their limits fully, sampled at any of their cycles, far from zero.
         #[test]
         fn a_motion_that_keeps_its_limits_passes_whatever_cycles_were_skipped(
             offset in -1e4..1e4f64,
@@ -407,7 +409,7 @@ mod tests {
             skipped in prop::collection::vec(1..30u32, 1..400),
         ) {
             let start = Kinematics { position: offset, velocity: from, acceleration: 0.0 };
-            // The acceleration limit of such a motion, either way.
+            // The acceleration limit of such a motion, in both directions.
             let limits = Limits::new(100.0, 1_000.0, 1_000.0, 50_000.0).unwrap();
             let profile: Profile = match way {
                 Some(way) => to_position(&start, offset + way, &limits),

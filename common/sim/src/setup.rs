@@ -1,4 +1,4 @@
-//! What is put into the simulation.
+//! Set-up of the simulation.
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::config::{ClockConfig, LinkConfig};
@@ -9,15 +9,15 @@ pub type Factory<N> = Box<dyn Fn(Instant<Local>, u64) -> N>;
 
 /// A node to put into the world.
 pub struct NodeSetup<N> {
-    /// Its name, for messages.
+    /// Name, for messages.
     pub name: String,
-    /// Seed of everything random in it, as the real world would have it.
+    /// Seed of all its randomness, like in the real world.
     pub seed: u64,
-    /// Its clock.
+    /// Clock of the node.
     pub clock: ClockConfig,
-    /// Whether its frames of axes say when they left.
+    /// True if its frames of axes carry their departure.
     pub send_stamps: bool,
-    /// Makes the node, at the start and after each restart.
+    /// Builds the node, at the start and after each restart.
     pub build: Factory<N>,
 }
 
@@ -25,31 +25,31 @@ pub struct NodeSetup<N> {
 pub struct LinkSetup {
     /// Number of the node that publishes.
     pub from: usize,
-    /// What it publishes.
+    /// Channel of the publication.
     pub channel: Channel,
-    /// Which of the nodes that the publisher follows it goes to; 0 for its own channels.
+    /// Number of the far node that the publisher sends to; 0 for its own channels.
     pub far: usize,
-    /// The key that travels under.
+    /// Key of the messages.
     pub key: String,
     /// Number of the node that subscribes.
     pub to: usize,
-    /// Which of its subscriptions this is.
+    /// Number of its subscription.
     pub subscription: usize,
-    /// What the subscriber makes of it.
+    /// Reader of the subscriber.
     pub reader: Reader,
-    /// What the link does to messages, one behaviour after the other, and the seed of each.
+    /// Behaviours of the link, in series, and the seed of each.
     pub behaviour: Vec<(LinkConfig, u64)>,
 }
 
 /// A router to put into the world.
 #[derive(Clone, Debug)]
 pub struct RouterSetup {
-    /// Its name, for what is told of it.
+    /// Name, for reports.
     pub name: String,
-    /// How long it takes for each message that it sends on, one after the other.
+    /// Time to forward a message; messages are forwarded one after the other.
     pub forwarding: Span,
-    /// How long a byte takes over each of its links, ns.
+    /// Time of a byte on each of its links, ns.
     pub ns_per_byte: f64,
-    /// What would wait for longer than this, to be sent on or to go over a link, is dropped.
+    /// Longest wait for forwarding or for a link; messages that would wait longer are dropped.
     pub longest_queue: Span,
 }

@@ -1,42 +1,47 @@
-//! Whether the velocity and the acceleration that leave an axis are those of the positions that leave it.
+//! Check that the reported velocity and acceleration of an axis match its reported positions.
 
 use coaxle_axis::set_value_guard::PACE;
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// What a number of a calculated position may be rounded by, relative to the largest one on the way, and what rounding may add to
-/// a limit, relative: as of the set positions themselves.
+/// Rounding of a calculated position, relative to the largest number on the way, and of a limit,
+/// relative: as for the set positions themselves.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const RELATIVE: f64 = 1e-9;
-/// Where a target and what its limits have left of it follow each other, accelerations of two motions are compared, each beside its
-/// positions by what a cycle of the jerk makes.
+/// Tolerance of accelerations in units of a cycle of the jerk: a target and its limited version may
+/// follow each other, so that accelerations of two motions are compared, each with its own
+/// deviation from its positions.
 const MOTIONS: f64 = 2.0;
-/// What two velocities may be beside their positions by, in units of what the jerk of a cycle makes of a velocity.
+/// Tolerance of two velocities against their positions, in units of the velocity change by the jerk
+/// of a cycle.
 const VELOCITIES: f64 = 1.0;
-/// The same in units of what the acceleration limit makes of a velocity in a cycle, where no jerk binds. An acceleration that turns round
-/// from one cycle to the next puts the mean of two velocities off by ½, and each velocity may be beside its positions by 1.
+/// Tolerance of two velocities in units of the velocity change by the acceleration limit in a
+/// cycle, if no jerk limit applies. An acceleration that reverses from one cycle to the next shifts
+/// the mean of two velocities by ½, and each velocity may deviate from its positions by 1.
 const FREE: f64 = 1.5;
-/// A position is calculated from numbers as large as the way of so long at the highest velocity, s.
+/// Time at the highest velocity whose distance is the largest number in the calculation of a position, s.
 const WAY: f64 = 1.0;
 
-/// Compares what an axis reports beside its set positions with their differences.
+/// Compares the velocity and the acceleration reported with the set positions with the differences
+/// of these.
 ///
 /// A drive feeds both forward. With the time `t` since the cycle before, jerk limit `j` and acceleration limit `a`:
 ///
-/// * The mean of two velocities is the way between the positions over `t`, to `j·t²`: the trapezoidal rule is off by
-///   `j·t²/12` on a motion with that jerk, what half a cycle adds to a difference by `j·t²/4`, and a velocity may be beside that by
-///   `½·j·t²`, or by as much more as the next one may not make up for while the acceleration grows. A master that is slewed adds its
-///   [pace](PACE) of the velocity. What was told after skipped cycles, and in the cycle after that, could be all that the limits admit
-///   within those: of three positions that lie that far apart none says where in between the axis was accelerated. A cycle later that
-///   is made up for as fast as the acceleration admits.
-/// * An acceleration is the second difference to twice `j` times the time from there to the middle of the three positions, which is
-///   `t` for equal cycles.
-/// * Both keep their limits, and the velocity its own from cycle to cycle: it changes by `a·t` at most, and by what the first
-///   point allows.
+/// * The mean of two velocities is the distance between the positions over `t`, to `j·t²`: the
+///   trapezoidal rule is off by `j·t²/12` on a motion with that jerk, the half cycle of a
+///   difference by `j·t²/4`, and a velocity may deviate by `½·j·t²`, or by more if the next one
+///   cannot compensate while the acceleration grows. A slewed master adds its [pace](PACE) of the
+///   velocity. Velocities after skipped cycles, and in the cycle after that, may use all that the
+///   limits admit within those: three positions that far apart do not show where in between the
+///   axis was accelerated. A cycle later that is compensated as fast as the acceleration admits.
+/// * An acceleration is the second difference, to twice `j` times the time from it to the middle of
+///   the three positions, which is `t` for equal cycles.
+/// * Both keep their limits, and the velocity changes from cycle to cycle by at most `a·t` plus the
+///   tolerance of the first point.
 ///
-/// The pace is a fact of the master, which the guard of an axis assumes as well; of what the guard makes of its master nothing is
-/// assumed here.
+/// The pace is a property of the master, which the guard of an axis assumes as well; the check
+/// assumes no other property of the guard.
 ///
-/// While the jerk is free, and where it is so high that it means nothing, `1½·a·t` and `2·a` take the place of what it allows.
+/// While the jerk is free, or too high to matter, the tolerances are `1½·a·t` and `2·a` instead.
 #[derive(Clone, Copy, Debug)]
 pub struct ToldCheck {
     velocity: f64,
@@ -59,28 +64,28 @@ struct Difference {
     time: f64,
 }
 
-/// What is told beside positions that say otherwise.
+/// A reported value that does not match the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WronglyTold {
-    /// Which of the values.
+    /// The value concerned.
     pub what: Told,
-    /// By how much it is beside them, or what it is where it is beyond a limit: u/s, u/s².
+    /// Deviation from the positions, or the value itself if beyond a limit: u/s, u/s².
     pub value: f64,
-    /// What is allowed of that, without what rounding may add.
+    /// Allowed deviation or limit, without rounding.
     pub limit: f64,
 }
 
-/// A value that an axis tells.
+/// A value that an axis reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Told {
-    /// Its velocity, or the step of it.
+    /// Velocity, or its change.
     Velocity,
-    /// Its acceleration.
+    /// Acceleration of the axis.
     Acceleration,
 }
 
 impl ToldCheck {
-    /// The check of an axis with these limits, in a node of this cycle time, s.
+    /// Creates the check of an axis with these limits, in a node of this cycle time, s.
     #[must_use]
     pub fn new(limits: &Limits, cycle_time: f64) -> Self {
         Self {
@@ -95,7 +100,8 @@ impl ToldCheck {
         }
     }
 
-    /// The next set values are no step of a motion: the axis was switched on, homed or reset.
+    /// Restarts the check: the next set values are a preset, because the axis was switched on,
+    /// homed or reset.
     pub const fn restart(&mut self) {
         self.last = None;
         self.difference = None;
@@ -103,12 +109,13 @@ impl ToldCheck {
         self.since_free = 0;
     }
 
-    /// The next set values may need any jerk.
+    /// Permits any jerk at the next set values.
     pub const fn free_jerk(&mut self) {
         self.since_free = 0;
     }
 
-    /// The next set values, a number of cycles after those before. Gives what is wrong with each of the two that are told.
+    /// Takes the next set values, a number of cycles after those before. Returns the fault of each
+    /// of the two reported values.
     pub fn push(&mut self, set: &Kinematics, cycles: u32) -> [Option<WronglyTold>; 2] {
         let is_finite = [set.position, set.velocity, set.acceleration]
             .iter()
@@ -203,7 +210,7 @@ impl ToldCheck {
         self.since_free >= 3
     }
 
-    /// What rounding may have added to one of the positions at hand, u.
+    /// Greatest rounding of one of the current positions, u.
     fn rounding(&self, set: &Kinematics, last: &Kinematics) -> f64 {
         let largest = set.position.abs().max(last.position.abs());
         4.0 * ROUNDING * largest.max(WAY * self.velocity)
@@ -231,7 +238,7 @@ mod tests {
         }
     }
 
-    /// What is found in the last of these set values.
+    /// Faults in the last of these set values.
     fn found(all: &[Kinematics]) -> [Option<WronglyTold>; 2] {
         let mut check = ToldCheck::new(&limits(), T);
         let mut last = [None; 2];
@@ -253,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_velocity_that_steps_is_found_where_positions_do_not_show_it() {
-        // Half a cycle's worth of a step is within what the trapezoidal rule may be off by here.
+        // Half a cycle of the step is within the error of the trapezoidal rule here.
         let coarse = Limits::new(1_000.0, 5_000.0, 5_000.0, 1e9).unwrap();
         let mut check = ToldCheck::new(&coarse, T);
         for velocity in [0.0, 0.0, 0.0, 0.0] {

@@ -1,19 +1,19 @@
-//! What became of all messages.
+//! Counts of all messages.
 
 use std::cell::Cell;
 
-/// The messages of all links so far. `sent + added` is the sum of all others.
+/// The messages of all links since the start. `sent + added` is the sum of all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
     /// Sent, one for each link that takes it.
     pub sent: u64,
-    /// Added on the way: repeated, forged, or several in one.
+    /// Added on the way: duplicates, forgeries, or several in one.
     pub added: u64,
-    /// Lost on the way, replaced by others, or for nobody there.
+    /// Lost on the way, replaced by others, or without a recipient.
     pub lost: u64,
-    /// Given to a node.
+    /// Delivered to a node.
     pub delivered: u64,
-    /// Arrived at a node that is dead, or where more waited than there is room for.
+    /// Arrived at a dead node, or beyond the room for waiting messages.
     pub dropped: u64,
     /// Waiting for a node that is frozen.
     pub waiting: u64,
@@ -21,7 +21,7 @@ pub struct Traffic {
     pub under_way: u64,
 }
 
-/// What one link did.
+/// Counts of one link.
 #[derive(Debug, Default)]
 pub(crate) struct LinkCounts {
     sent: Cell<u64>,
@@ -34,7 +34,7 @@ impl LinkCounts {
         self.sent.update(|count| count + 1);
     }
 
-    /// One message has become so many.
+    /// Notes that one message has become this number.
     pub(crate) fn became(&self, messages: u64) {
         match messages.checked_sub(1) {
             None => self.lost.update(|count| count + 1),

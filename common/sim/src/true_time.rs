@@ -1,4 +1,4 @@
-//! The time that nobody in the simulation can read.
+//! The time that no node of the simulation can read.
 
 use coaxle_clock::Domain;
 

@@ -20,19 +20,19 @@ pub struct World<N> {
     queue: EventQueue<Event>,
     nodes: Vec<SimulatedNode<N>>,
     links: Vec<Link>,
-    /// The links that each node sends over, in their order.
+    /// Links of each node as a sender, in order.
     links_of: Vec<Vec<usize>>,
     network: Network,
     /// The frame under way from a node to its links.
     frame: Vec<u8>,
     /// Buffers for messages under way.
     spare: SpareMessages,
-    /// Messages so far that a node was given, and that nobody was.
+    /// Messages delivered to a node, and dropped.
     delivered: u64,
     dropped: u64,
 }
 
-/// In a box each, in which they go round: an event that is moved is small.
+/// Boxed and recycled, so that moving an event is cheap.
 type SpareMessages = Vec<Box<KeptMessage>>;
 
 struct SimulatedNode<N> {
@@ -43,20 +43,20 @@ struct SimulatedNode<N> {
     send_stamps: bool,
     build: Factory<N>,
     state: State<N>,
-    /// The orders that wait for its next cycle, with their numbers.
+    /// Orders that wait for its next cycle, with their numbers.
     orders: Vec<(usize, CommandOrder)>,
-    /// How often it was started.
+    /// Number of starts.
     run: u64,
-    /// How often a cycle was scheduled: only the event of the last one counts.
+    /// Number of scheduled cycles: only the event of the last one counts.
     scheduled: u64,
-    /// Until when what waited for it comes, and what is sent meanwhile waits behind that.
+    /// End of the delivery of its backlog; messages sent meanwhile wait behind it.
     drained_at: Instant<True>,
     watch: Watch,
 }
 
 enum State<N> {
     Running(N),
-    /// Frozen, with the messages that wait for it, and the links they came by.
+    /// Frozen, with the waiting messages and their links.
     Stopped(N, Vec<(usize, Box<KeptMessage>)>),
     Dead,
 }
@@ -102,7 +102,7 @@ impl<N: Node> World<N> {
         }
     }
 
-    /// Puts a node into the world and starts it. Gives its number.
+    /// Adds a node to the world, starts it and returns its number.
     ///
     /// # Errors
     /// [`WrongTerm`]: a file that its clock's drift names cannot be used.
@@ -129,12 +129,12 @@ impl<N: Node> World<N> {
         Ok(node)
     }
 
-    /// Puts a router into the world. Gives its number, which counts routers alone.
+    /// Adds a router to the world; returns its number, which counts only routers.
     pub fn add_router(&mut self, setup: RouterSetup) -> usize {
         self.network.add_router(setup)
     }
 
-    /// Connects two routers by a link that behaves so in either direction, with a seed for each.
+    /// Connects two routers by a link with this behaviour in both directions, with a seed for each.
     ///
     /// # Errors
     /// [`WrongTerm`]: a file that its delay names cannot be used.
@@ -147,8 +147,9 @@ impl<N: Node> World<N> {
         self.network.connect_routers(routers, link, seeds)
     }
 
-    /// Puts a node behind a router, over a link that behaves so in either direction, with a seed for each. Links between
-    /// two such nodes that are added afterwards lead over routers, but for those of beacons.
+    /// Puts a node behind a router, over a link with this behaviour in both directions, with a seed
+    /// for each. Links between two such nodes that are added afterwards lead over routers, except
+    /// those of beacons.
     ///
     /// # Errors
     /// [`WrongTerm`]: a file that its delay names cannot be used.
@@ -207,7 +208,7 @@ impl<N: Node> World<N> {
         self.nodes[index].clock.drift_ppm()
     }
 
-    /// What became of all messages so far.
+    /// Counts of all messages since the start.
     #[must_use]
     pub fn traffic(&self) -> Traffic {
         let is_message = |event: &&Event| !matches!(event, Event::Cycle { .. });
@@ -229,7 +230,7 @@ impl<N: Node> World<N> {
         traffic
     }
 
-    /// What each router did so far, in the order they were added.
+    /// Traffic of each router since the start, in insertion order.
     #[must_use]
     pub fn router_traffic(&self) -> Vec<RouterTraffic> {
         self.network.traffic()
@@ -260,7 +261,7 @@ impl<N: Node> World<N> {
         Ok(())
     }
 
-    /// Ends a node at once, as a power cut does.
+    /// Ends a node at once, like a power cut.
     pub fn kill(&mut self, node: usize) {
         let simulated = &mut self.nodes[node];
         if let State::Stopped(_, waiting) = &simulated.state {
@@ -270,8 +271,8 @@ impl<N: Node> World<N> {
         simulated.orders.clear();
     }
 
-    /// Sends an order to one of a node's slaves. It is executed in the node's next cycle, unless
-    /// the node is dead.
+    /// Sends an order to one of a node's slaves, for execution in the node's next cycle, unless the
+    /// node is dead.
     pub fn order(&mut self, node: usize, number: usize, order: CommandOrder) {
         let simulated = &mut self.nodes[node];
         if !matches!(simulated.state, State::Dead) {
@@ -279,7 +280,7 @@ impl<N: Node> World<N> {
         }
     }
 
-    /// Starts a dead node anew, on the same clock.
+    /// Restarts a dead node, on the same clock.
     pub fn start(&mut self, node: usize) {
         let now = self.now;
         let simulated = &mut self.nodes[node];
@@ -296,7 +297,7 @@ impl<N: Node> World<N> {
         self.schedule(node);
     }
 
-    /// Freezes a node, as a debugger does. Messages wait for it.
+    /// Freezes a node, like a debugger. Messages wait for it.
     pub fn stop(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
         *state = match std::mem::replace(state, State::Dead) {
@@ -305,7 +306,7 @@ impl<N: Node> World<N> {
         };
     }
 
-    /// Lets a frozen node go on. What waited for it arrives now.
+    /// Resumes a frozen node. Messages that waited for it arrive now.
     pub fn resume(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
         match std::mem::replace(state, State::Dead) {
@@ -320,7 +321,8 @@ impl<N: Node> World<N> {
         }
     }
 
-    /// Lets a frozen node go on. What waited for it arrives in pieces, as a mailbox is drained, and what is sent meanwhile behind it.
+    /// Resumes a frozen node. Messages that waited for it arrive in pieces, like from a drained
+    /// mailbox, and messages sent meanwhile arrive behind them.
     pub fn resume_in_pieces(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
         match std::mem::replace(state, State::Dead) {
@@ -340,22 +342,23 @@ impl<N: Node> World<N> {
         }
     }
 
-    /// Ends a router at once. Nodes behind it are cut off, and others find ways past it if there are any.
+    /// Ends a router at once. Nodes behind it are cut off, and others find paths around it if there
+    /// are any.
     pub fn kill_router(&mut self, router: usize) {
         self.network.kill(router);
     }
 
-    /// Starts a dead router anew.
+    /// Restarts a dead router.
     pub fn start_router(&mut self, router: usize) {
         self.network.start(router);
     }
 
-    /// Freezes a router. What comes to it waits, and nobody looks for a way past it.
+    /// Freezes a router. Messages wait there, and no path around it is searched.
     pub fn stop_router(&mut self, router: usize) {
         self.network.freeze(router);
     }
 
-    /// Lets a frozen router go on, with what waited for it.
+    /// Resumes a frozen router, with the waiting messages.
     pub fn resume_router(&mut self, router: usize) {
         let (nodes, queue, dropped) = (&self.nodes, &mut self.queue, &mut self.dropped);
         let lives = |node: usize| !matches!(nodes[node].state, State::Dead);
@@ -487,17 +490,19 @@ impl<N: Node> World<N> {
     }
 }
 
-/// Messages of a backlog that arrive at once, and how much later the next do: a second of a sender of 1 ms is there within 10 ms.
+/// Messages of a backlog that arrive at once, and the interval between such pieces: a second's
+/// worth of a sender of 1 ms arrives within 10 ms.
 const PIECE: usize = 100;
 const BETWEEN_PIECES: Span = Span::from_millis(1);
 
-/// Most messages that wait for a frozen node: no socket holds more, and what comes after them is lost.
+/// Greatest number of messages that wait for a frozen node: no socket holds more, and further ones
+/// are lost.
 const MOST_WAITING: usize = 50_000;
 
-/// Most messages under way at once: no network holds more, and what is sent beyond them is lost.
+/// Greatest number of messages under way at once: no network holds more, and further ones are lost.
 const MOST_UNDER_WAY: usize = 200_000;
 
-/// Something under way, unless too much is.
+/// Adds an event under way, unless there are too many.
 fn add(queue: &mut EventQueue<Event>, dropped: &mut u64, at: Instant<True>, event: Event) {
     if queue.len() >= MOST_UNDER_WAY {
         *dropped += 1;
@@ -522,7 +527,7 @@ fn deliver_later(
     queue.add(at, Event::Deliver { link, message });
 }
 
-/// The message, in a buffer that is used again if there is one.
+/// Copies the message, into a recycled buffer if there is one.
 fn kept(message: &Message<'_>, spare: &mut SpareMessages) -> Box<KeptMessage> {
     match spare.pop() {
         Some(mut kept) => {

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::true_time::True;
 
-/// A sender's cycle, so long of true time: its clock is 100 ppm slow.
+/// True duration of a sender's cycle: its clock is 100 ppm slow.
 const CYCLE_NS: i64 = 1_000_100;
 
 fn empty() -> Oracle<True> {
@@ -11,7 +11,7 @@ fn empty() -> Oracle<True> {
     Oracle::new(cycle_time, Span::from_secs(1))
 }
 
-/// A master that moves as a polynomial of time, at its cycles.
+/// A master that moves as a polynomial of time, sampled at its cycles.
 fn sample(epoch: u64, count: u64, motion: &[f64]) -> TruthSample<True> {
     let at = Instant::from_nanos(count as i64 * CYCLE_NS);
     let t = at.since_epoch().as_secs_f64();
@@ -65,7 +65,7 @@ proptest! {
         prop_assert!((truth.velocity - velocity).abs() < 1e-8, "{truth:?} {velocity}");
     }
 
-    /// A cycle of the sender's clock is a millisecond to it, however long it truly is.
+    /// A cycle lasts a millisecond of the sender's clock, independent of its true duration.
     #[test]
     fn the_senders_own_time_runs_at_its_own_pace(
         from in 0..99 * CYCLE_NS,

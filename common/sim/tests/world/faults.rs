@@ -1,4 +1,4 @@
-//! Nodes that die, freeze, and come back; and orders to them.
+//! Nodes that die, freeze, and return; and orders to them.
 
 use coaxle_clock::{Instant, Span};
 
@@ -40,7 +40,7 @@ fn a_node_is_started_anew_on_the_same_clock() {
         .collect();
     let counts: Vec<_> = again.iter().map(|seen| seen.tick.count).collect();
     assert_eq!(counts, [0, 1]);
-    // Its clock went on: 4 ms of true time are 4.004 ms of its own.
+    // The clock kept running: 4 ms of true time are 4.004 ms of its own.
     let start = Instant::EPOCH + Span::from_micros(4_204);
     assert!((again[0].tick.ideal_start - start).abs() <= Span::from_nanos(1));
     assert!((again[0].woke - at(4_200)).abs() <= Span::from_micros(1));
@@ -83,7 +83,7 @@ fn messages_wait_for_a_frozen_node_and_arrive_when_it_goes_on() {
     ];
     let expected = expected.map(|(micros, count)| (Instant::from_nanos(micros * 1_000), count));
     assert_eq!(received, expected);
-    // Late for cycle 3 it goes on at once with the newest that has begun.
+    // Late for cycle 3, it continues at once with the newest that has begun.
     let cycles = memory.of(SAW);
     assert_eq!(woke(&cycles), [0, 1_000, 2_000, 5_700, 6_000, 7_000]);
     let late = cycles[3].tick;
@@ -107,7 +107,7 @@ fn a_backlog_in_pieces_comes_a_hundred_at_a_time_and_what_is_sent_meanwhile_behi
         [at(3), at(102), at(103), at(203)],
         [252_500, 252_500, 253_500, 254_500]
     );
-    // Sent while the backlog came, and after it.
+    // Sent while the backlog arrived, and after it.
     assert_eq!([at(253), at(254), at(255)], [254_500, 254_500, 255_100]);
     assert_eq!(world.traffic().waiting, 0);
 }

@@ -5,7 +5,7 @@ use coaxle_sim::{Breach, Violation, World};
 
 use crate::toy::{Memory, Wrong, at, toy, wrong_toy};
 
-/// What comes of a node that does something wrong beside one that does not.
+/// Runs a node with this fault next to one without.
 fn run_with(wrong: Wrong) -> (Result<(), Violation>, Memory) {
     let mut world = World::new();
     world.add_node(toy("good", "", &[])).expect("no files");

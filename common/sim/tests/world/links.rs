@@ -225,7 +225,7 @@ fn an_arrival_is_told_with_the_cycle_that_took_it_in_and_before_that_is() {
             panic!("{arrival:?}");
         };
         assert_eq!((*index, header.count), (SAW, k as u64));
-        // What arrives at k + 0.4 ms, the cycle at k + 1 ms takes in.
+        // An arrival at k + 0.4 ms is taken in by the cycle at k + 1 ms.
         assert_eq!(
             (*tick, *ideal_start),
             (cycles[k + 1].tick, cycles[k + 1].ideal_start)

@@ -1,4 +1,4 @@
-//! The simulation itself, with nodes that only remember.
+//! Tests of the simulation itself, with nodes that only record.
 
 mod clocks;
 mod faults;

@@ -5,7 +5,7 @@ use coaxle_sim::World;
 
 use crate::toy::{BELT, Memory, SAW, link, run, seeded};
 
-/// Everything the saw received, as text.
+/// Messages received by the saw, as text.
 fn received(belt_seed: u64, link_seed: u64) -> String {
     let clock = "random-walk-ppm = 5\njitter = { normal-us = 10 }";
     let mut world = World::new();

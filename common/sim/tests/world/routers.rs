@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use crate::toy::{BELT, Memory, Toy, link, run, toy};
 
-/// A world of a belt and some saws that hear it, each behind a router: that of the belt first.
+/// A world of a belt and some saws that receive from it, each behind a router: the belt's comes first.
 struct Plant {
     world: World<Toy>,
     memory: Memory,
@@ -62,7 +62,7 @@ impl Plant {
         Self::new(&routers, connected, behind)
     }
 
-    /// Goes on for so many cycles, the last one until all of it has arrived.
+    /// Runs this number of cycles, the last one until all its frames have arrived.
     fn cycles(&mut self, cycles: i64) {
         self.now_micros += 1_000 * cycles;
         run(&mut self.world, self.now_micros, &mut self.memory);
@@ -85,7 +85,7 @@ impl Plant {
         saw.counts().into_iter().map(|(_, count)| count).collect()
     }
 
-    /// How long each frame was under way to a saw, µs.
+    /// Transport time of each frame to a saw, µs.
     fn delays(&self, saw: usize) -> Vec<i64> {
         let received = self.world.node(saw).expect("it lives").counts();
         let delay = |(at, count): &(coaxle_clock::Instant<coaxle_clock::Local>, u64)| {
@@ -153,7 +153,7 @@ fn nodes_behind_a_dead_router_lose_each_other_until_it_is_back() {
     plant.cycles(5);
     assert_eq!(plant.counts(1), [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]);
     assert_eq!(plant.counts(2), (0..15).collect::<Vec<_>>(), "its own hall");
-    // Nothing was sent into the void: the router before it knows of nobody behind it.
+    // No frame was sent in vain: the router before it knows that no subscriber is behind it.
     assert_eq!(plant.messages_to(0, 1), 10);
     plant.world.kill_router(0);
     plant.cycles(5);
@@ -186,7 +186,7 @@ fn frames_wait_for_a_frozen_router() {
 
 #[test]
 fn another_way_is_taken_past_a_dead_router() {
-    // Both ways round are as long; the first one connected is taken.
+    // Two paths of equal length; the one connected first is taken.
     let mut plant = Plant::of(4, &[[0, 1], [0, 3], [1, 2], [3, 2]], &[0, 2]);
     plant.cycles(5);
     assert_eq!((plant.messages_to(0, 1), plant.messages_to(0, 3)), (5, 0));
@@ -221,7 +221,7 @@ fn a_slow_router_queues_and_what_would_wait_too_long_is_dropped() {
 }
 
 proptest! {
-    /// Whatever is connected with what, and whoever dies: each saw that a way leads to gets every frame once, no other any.
+    /// With any connections and deaths, each reachable saw gets every frame once, and no other saw any.
     #[test]
     fn every_saw_with_a_way_gets_every_frame_once(
         routers in 1..7usize,
@@ -262,7 +262,7 @@ proptest! {
     }
 }
 
-/// By spreading out from `from` until nothing new is found.
+/// Reachability, by spreading from `from` until no new router is found.
 fn reaches(pairs: &[[usize; 2]], alive: &dyn Fn(usize) -> bool, from: usize, to: usize) -> bool {
     let mut found: Vec<usize> = Some(from).filter(|from| alive(*from)).into_iter().collect();
     loop {

@@ -1,4 +1,4 @@
-//! A node that remembers what it was given, and an observer that remembers what it saw.
+//! A node that records its inputs, and an observer that records its cycles.
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Tick;
@@ -19,37 +19,37 @@ const AXIS: u32 = 3;
 /// Sends a frame per cycle and remembers what it received.
 pub(crate) struct Toy {
     name: NodeName,
-    /// Which run of the node this is.
+    /// Run number of the node.
     pub(crate) run: u64,
     schedule: Schedule,
-    /// What it publishes in each cycle.
+    /// Channels that it publishes in each cycle.
     sends: Vec<Channel>,
     pending: Vec<Channel>,
     tick: Option<Tick>,
     body: Vec<u8>,
-    /// All messages, with the instant of its own clock.
+    /// Messages received, with the instant of its own clock.
     pub(crate) received: Vec<(Instant<Local>, Message<'static>)>,
-    /// The slaves of the orders it executed, with the cycle that came before.
+    /// Slaves of the executed orders, with the cycle before each.
     pub(crate) executed: Vec<(String, Option<u64>)>,
     /// Messages since the last cycle.
     arrivals: Vec<Arrival>,
-    /// The channels that it was told somebody subscribes to.
+    /// Channels that it was notified to have a subscriber.
     pub(crate) subscribed: Vec<Channel>,
-    /// Puts something wrong into a tick, or into when the next cycle is due.
+    /// Fault in a tick, or in the due time of the next cycle.
     pub(crate) wrong: Wrong,
 }
 
-/// What a toy does wrong.
+/// Fault of a toy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wrong {
     Nothing,
-    /// Says that no cycle passed.
+    /// Reports that no cycle passed.
     Miscounts,
-    /// Calls every cycle's ideal start the same.
+    /// Reports the same ideal start for every cycle.
     StandsStill,
-    /// Is due again at the ideal start of the cycle that was.
+    /// Is due again at the ideal start of the last cycle.
     IsDueAtOnce,
-    /// Is due again just after the ideal start of the cycle that was.
+    /// Is due again just after the ideal start of the last cycle.
     CatchesUp,
 }
 
@@ -72,7 +72,7 @@ impl Toy {
         self.received.iter().map(count).collect()
     }
 
-    /// How late each frame says it left.
+    /// Send stamp of each frame.
     pub(crate) fn send_stamps(&self) -> Vec<Option<Span>> {
         let stamp = |(_, message): &(Instant<Local>, Message<'static>)| match message {
             Message::Frame(frame) => frame.header.send_stamp,
@@ -186,7 +186,7 @@ pub(crate) fn seeded(name: &str, seed: u64, clock: &str, sends: &[Channel]) -> N
     }
 }
 
-/// A toy that does something wrong.
+/// Creates a toy with a fault.
 pub(crate) fn wrong_toy(name: &str, wrong: Wrong) -> NodeSetup<Toy> {
     let mut setup = toy(name, "", &[]);
     let build = setup.build;
@@ -197,7 +197,7 @@ pub(crate) fn wrong_toy(name: &str, wrong: Wrong) -> NodeSetup<Toy> {
     setup
 }
 
-/// From the axes of the node `belt` to node number `to`.
+/// A link from the axes of the node `belt` to node number `to`.
 pub(crate) fn link(from: usize, to: usize, behaviour: &[&str]) -> LinkSetup {
     link_of(Channel::Axes, from, to, behaviour)
 }
@@ -226,7 +226,7 @@ pub(crate) fn link_of(channel: Channel, from: usize, to: usize, behaviour: &[&st
     }
 }
 
-/// A belt whose axes a saw receives, over links of these behaviours.
+/// A belt whose axes a saw receives, over links with these behaviours.
 pub(crate) fn belt_and_saw(belt: &str, saw: &str, behaviour: &[&str]) -> World<Toy> {
     let mut world = World::new();
     let belt = world
@@ -250,7 +250,7 @@ pub(crate) struct Seen {
     pub(crate) tick: Tick,
     pub(crate) ideal_start: Instant<True>,
     pub(crate) woke: Instant<True>,
-    /// Arrivals that were told before it.
+    /// Number of arrivals reported before it.
     pub(crate) arrivals: usize,
 }
 
@@ -308,7 +308,7 @@ pub(crate) fn run(world: &mut World<Toy>, micros: i64, memory: &mut Memory) {
         .expect("toys keep the contract");
 }
 
-/// An order that is told from others by its slave.
+/// An order that is distinguished from others by its slave.
 pub(crate) fn order(slave: &str) -> CommandOrder {
     let json = format!(r#"{{ "version": 1, "slave": "{slave}", "command": {{ "reset": {{}} }} }}"#);
     CommandOrder::from_json(json.as_bytes()).expect("an order")
