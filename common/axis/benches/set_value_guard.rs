@@ -1,4 +1,4 @@
-//! What the guard of the set values costs per cycle: passing, and catching up.
+//! Cost of the guard of the set values per cycle: passing, and catching up.
 
 use std::hint::black_box;
 
@@ -22,7 +22,7 @@ fn moving(cycle: u32) -> Kinematics {
     }
 }
 
-/// The guards of a way to a target that is far ahead, one per cycle.
+/// The guards on the way to a target far ahead, one per cycle.
 fn catching_up(min: f64, max: f64) -> Vec<(SetValueGuard, Kinematics)> {
     let mut guard = guard(min, max, &Kinematics::at_rest(0.0));
     (100..)

@@ -1,27 +1,27 @@
-//! What a command that waits still has to pass.
+//! Checks that a waiting command still has to pass.
 
 bitflags::bitflags! {
-    /// What is checked again when a command that waits is due: it can still be refused then, and the
-    /// axis goes on without it.
+    /// Checks repeated when a waiting command is due: it can still be refused then, and the axis
+    /// continues without it.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
     pub struct Awaits: u8 {
-        /// That the slave does not jump.
+        /// No jump of the slave.
         const JUMP = 1;
-        /// That what it changes still couples the slave.
+        /// Changed object still couples the slave.
         const STILL_COUPLED = 1 << 1;
-        /// That no other change of that kind is still to be undone.
+        /// No other change of that kind pending.
         const NOTHING_PENDING = 1 << 2;
-        /// That it is not to take out the last plate for one cycle.
+        /// Removal of the last plate for one cycle excluded.
         const NOT_THE_LAST = 1 << 3;
-        /// That the set values are finite.
+        /// Finite set values.
         const FINITE = 1 << 4;
-        /// That the way to the masters keeps the limits.
+        /// Motion to the masters within the limits.
         const LIMITS = 1 << 5;
     }
 }
 
 impl Awaits {
-    /// The names of what is checked.
+    /// Names of the checks.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         const NAMES: [(Awaits, &str); 6] = [
             (Awaits::JUMP, "no-jump"),

@@ -1,27 +1,27 @@
-//! How far a command is, whoever takes it.
+//! Progress of a command.
 
-/// What has become of a command.
+/// State of a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum CommandState<E> {
-    /// Nothing was commanded.
+    /// No command.
     #[default]
     Idle,
     /// Accepted, not yet in control of the axis.
     Waiting,
-    /// In control of the axis, not yet where it is meant to be.
+    /// In control of the axis, not yet at its goal.
     Active,
     /// Following its master.
     InSync,
     /// Finished.
     Done,
-    /// Another command, or the end of the coupling, cut it short.
+    /// Aborted by another command, or by the end of the coupling.
     Aborted,
-    /// Refused or broken off.
+    /// Refused or failed.
     Failed(E),
 }
 
 impl<E> CommandState<E> {
-    /// The same state, with an error of another kind.
+    /// Converts the error of the state.
     pub fn map_error<F>(self, of: impl FnOnce(E) -> F) -> CommandState<F> {
         match self {
             Self::Idle => CommandState::Idle,

@@ -1,4 +1,4 @@
-//! What ties a slave to its masters, whatever kind it is.
+//! Couplings of a slave to its masters, of every kind.
 
 use core::convert::Infallible;
 use core::fmt;
@@ -14,29 +14,29 @@ use crate::job::Job;
 use crate::masters::Masters;
 use crate::state::StateWord;
 
-/// What ties a slave to its masters: their set values in, the slave's out.
+/// A coupling of a slave to its masters: their set values in, the slave's out.
 ///
-/// An instance lives as long as its slave and is engaged again and again, so that what it was can
-/// still be asked about afterwards, as in a PLC block. It says where the slave should be; whether the
-/// slave can be there is the axis's own business.
+/// An instance lives as long as its slave and is engaged repeatedly, so that its last results can
+/// still be read afterwards, as in a PLC block. It computes the wanted position of the slave; the
+/// axis decides whether it is possible.
 pub trait Coupling: Send {
-    /// One cycle. Called only while it is engaged, or brings the slave to rest.
+    /// Runs one cycle. Called only while it is engaged, or brings the slave to rest.
     fn update(&mut self, scan: &Scan) -> Step;
 
-    /// How far it is; none unless it is engaged.
+    /// Phase of the coupling; none unless it is engaged.
     fn phase(&self) -> Option<CouplingPhase>;
 
-    /// Something else moves the slave from now on. Twice is as good as once.
+    /// Ends the coupling: another motion moves the slave from now on. Idempotent.
     fn end(&mut self);
 
-    /// The axis is in error stop, by this NC code: what waits is dropped, what can be read is kept
-    /// until [`end`](Self::end).
+    /// Error stop of the axis, with this NC code: pending changes are dropped, readable values are
+    /// kept until [`end`](Self::end).
     fn fail(&mut self, code: u32) {
         let _ = code;
         self.end();
     }
 
-    /// The bits of `nStateDWord` for what waits in it.
+    /// The bits of `nStateDWord` for its pending changes.
     fn queued(&self) -> StateWord {
         StateWord::empty()
     }
@@ -46,28 +46,29 @@ pub trait Coupling: Send {
         None
     }
 
-    /// What its positions of the master are scaled by; 1 where nothing is.
+    /// Scaling of its master positions; 1 without one.
     fn master_scaling(&self) -> f64 {
         1.0
     }
 
-    /// Where the slave comes to rest, u, if it is being brought to rest.
+    /// Position of rest, u, while the slave is being brought to rest.
     fn target(&self) -> Option<f64> {
         None
     }
 
-    /// Where master and slave are synchronous, at the latest, if it leads to such a pair of positions.
+    /// Positions of master and slave at which they are synchronous, at the latest, if it leads to
+    /// such a pair.
     fn sync_positions(&self) -> Option<SyncPositions> {
         None
     }
 
-    /// The next job, of those that changed it while it was engaged, that has come to its end.
+    /// The next job that has ended, of those that changed the coupling while it was engaged.
     fn ended(&mut self) -> Option<Job> {
         None
     }
 }
 
-/// Where master and slave are when they are synchronous, on their axes.
+/// Positions of master and slave on their axes at the synchronous point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SyncPositions {
@@ -79,18 +80,18 @@ pub struct SyncPositions {
     pub slave: f64,
 }
 
-/// How a coupling is engaged, and changed while it is: plan, then apply.
+/// Engaging and changing a coupling: plan, then apply.
 pub trait Engage: Coupling {
-    /// What can be commanded.
+    /// Commands of the coupling.
     type Command;
-    /// What a command comes to.
+    /// Planned change.
     type Change: Clone + Copy + fmt::Debug;
-    /// Why it may be refused.
+    /// Reason for a refusal.
     type Refusal;
-    /// Why it may break off.
+    /// Fault of the coupling.
     type Fault;
 
-    /// What a command would come to.
+    /// Plans a command.
     ///
     /// # Errors
     /// [`NotPlanned`].
@@ -100,81 +101,81 @@ pub trait Engage: Coupling {
         inputs: &PlanInputs,
     ) -> Result<Planned<Self::Change>, NotPlanned<Self::Refusal>>;
 
-    /// Carries out what was planned against the very same state.
+    /// Applies a change that was planned against the same state.
     fn apply(&mut self, change: &Self::Change, job: Job);
 
-    /// Why it was [`Refused`](Step::Refused) when due; none of a kind that never waits.
+    /// Reason why it was [`Refused`](Step::Refused) when due; none for a kind that never waits.
     fn refusal(&self) -> Option<Self::Refusal> {
         None
     }
 
-    /// Why it has [`Failed`](Step::Failed); none of a kind that never breaks off by itself.
+    /// Reason why it has [`Failed`](Step::Failed); none for a kind that never fails by itself.
     fn fault(&self) -> Option<Self::Fault> {
         None
     }
 
-    /// How far a job is that changes it while it is engaged; idle if it knows none of that number.
+    /// State of a job that changes it while it is engaged; idle for an unknown number.
     fn state_of(&self, job: Job) -> CommandState<Self::Refusal> {
         let _ = job;
         CommandState::Idle
     }
 }
 
-/// What a coupling is told in a cycle.
+/// Inputs of a coupling in a cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Scan {
-    /// Its masters.
+    /// Masters of the slave.
     pub masters: Masters,
-    /// Since the last cycle.
+    /// Time since the last cycle.
     pub elapsed: Seconds,
-    /// The axis in the last cycle, where its limits had left it away from what the coupling asked for, by more than
-    /// the window of "in sync"; none while it is where the coupling had it.
+    /// The axis in the last cycle, if its limits had left it away from the coupling's set values by
+    /// more than the window of "in sync"; none while it is at the coupling's position.
     pub left_behind: Option<Kinematics>,
 }
 
-/// What comes of a cycle of a coupling.
+/// Result of a coupling's cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     /// The slave's set values.
     Set(Kinematics),
     /// The slave's set values, and the end of the coupling: the slave keeps its velocity.
     Ended(Kinematics),
-    /// The masters have turned back: from now on it brings the slave to rest by itself.
+    /// Masters reversed: from now on the coupling brings the slave to rest by itself.
     Stopping {
         /// The slave's set values.
         set: Kinematics,
-        /// Whether it may change the velocity at once.
+        /// True if the velocity may change at once.
         instant: bool,
-        /// Whether the slave has come to rest.
+        /// True if the slave has come to rest.
         over: bool,
     },
-    /// What it was to begin with is not possible now that it is due: the slave goes on without it.
+    /// Refused start when due: the slave continues without it.
     Refused,
-    /// What it was to begin with has been given up: the slave goes on without it.
+    /// Cancelled start: the slave continues without it.
     GivenUp,
-    /// It breaks off.
+    /// Failed coupling.
     Failed,
-    /// A master that it needs is lost or in error.
+    /// Master lost or in error that the coupling needs.
     MasterLost,
 }
 
-/// What a coupling is planned from.
+/// Inputs for planning a coupling.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanInputs {
-    /// The masters, as the last cycle had them.
+    /// The masters of the last cycle.
     pub masters: Masters,
-    /// The slave's set values of the same moment.
+    /// The slave's set values of the same instant.
     pub slave: Kinematics,
-    /// What the slave can do and may do.
+    /// Guard with the slave's limits.
     pub guard: Guard,
-    /// How long its cycles are.
+    /// Cycle time of the slave.
     pub cycle: Seconds,
-    /// Whether the coupling is the one that moves the slave.
+    /// True if this coupling moves the slave.
     pub is_engaged: bool,
 }
 
 impl PlanInputs {
-    /// The first master.
+    /// Returns the first master.
     ///
     /// # Errors
     /// [`NotPlanned::NoMaster`].
@@ -182,7 +183,7 @@ impl PlanInputs {
         self.masters.first().ok_or(NotPlanned::NoMaster)
     }
 
-    /// A slave at rest.
+    /// Checks that the slave is at rest.
     ///
     /// # Errors
     /// [`NotPlanned::NotAtRest`].
@@ -196,46 +197,46 @@ impl PlanInputs {
     }
 }
 
-/// What a command to a coupling comes to.
+/// Plan of a command to a coupling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Planned<C> {
-    /// How the coupling changes.
+    /// Change of the coupling.
     pub change: C,
-    /// What is checked again when it is due.
+    /// Checks repeated when it is due.
     pub awaits: Awaits,
-    /// What becomes of the coupling that there is.
+    /// Effect on the current coupling.
     pub manner: Manner,
 }
 
-/// What a command does to the coupling that moves the slave.
+/// Effect of a command on the coupling that moves the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Manner {
-    /// It takes its place, even if that is of the same kind.
+    /// Replaces it, even by one of the same kind.
     Engage,
-    /// It changes it, as a job beside the one that engaged it.
+    /// Changes it, as a job in addition to the one that engaged it.
     Adjust,
-    /// It changes it, and its job goes on.
+    /// Changes it, and its job continues.
     Continue,
 }
 
-/// Why a command to a coupling comes to nothing.
+/// Reason why a command to a coupling cannot be planned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NotPlanned<R> {
-    /// A master is lost, in error, or there is none.
+    /// Master lost, in error, or missing.
     NoMaster,
-    /// The slave has to be at rest first.
+    /// Slave not at rest.
     NotAtRest {
-        /// Its set velocity, u/s.
+        /// Set velocity, u/s.
         velocity: f64,
     },
-    /// The slave cannot, or may not, do that much.
+    /// Slave limits exceeded.
     Guard(GuardRefusal),
-    /// For a reason of this kind of coupling.
+    /// Reason of this kind of coupling.
     Own(R),
 }
 
 impl<R> NotPlanned<R> {
-    /// The same, with a reason of another kind.
+    /// Converts the reason of this kind of coupling.
     pub fn map<S>(self, of: impl FnOnce(R) -> S) -> NotPlanned<S> {
         match self {
             Self::NoMaster => NotPlanned::NoMaster,
@@ -252,7 +253,7 @@ impl<R> From<GuardRefusal> for NotPlanned<R> {
     }
 }
 
-/// The fault of a coupling that never breaks off by itself.
+/// The fault of a coupling that never fails by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoFault(Infallible);
 

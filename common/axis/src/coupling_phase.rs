@@ -1,14 +1,14 @@
-//! How far a coupling is, whatever couples.
+//! Phases of a coupling, of every kind.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Limits;
 
-/// The time of a master, as a slave knows it, is wrong by this, s: far time is right to about a microsecond
-/// (docs/OBSERVER.md), so where the coupling has the slave is known no better than the way of that.
+/// Error of a master's time, as a slave knows it, s: far time is right to about a microsecond
+/// (docs/OBSERVER.md), so the slave's coupled position is uncertain by the distance of that time.
 const TIME_OF_MASTER: f64 = 1e-6;
 
-/// How far a coupling is. Of those of a flying saw with a strategy, `EGearInPosSyncState` of MC3 has
-/// five: `Waiting`, `Synchronizing`, `SynchronizingAfterMasterSyncPosition`,
+/// Phase of a coupling. For a flying saw with a strategy, `EGearInPosSyncState` of MC3 has five:
+/// `Waiting`, `Synchronizing`, `SynchronizingAfterMasterSyncPosition`,
 /// `InSyncBeforeMasterSyncPosition` and `InSync`.
 #[doc(alias = "EGearInPosSyncState")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,34 +21,36 @@ pub enum CouplingPhase {
     Synchronizing,
     /// The slave moves with its master.
     InSync,
-    /// The slave would move with its master, and is farther from where its coupling has it than the window of
-    /// [in sync](Self::InSync) allows: its limits have left it there, and it is on its way back.
+    /// The slave would move with its master, but is farther from the position of its coupling than
+    /// the window of [in sync](Self::InSync) allows: its limits have left it there, and it is
+    /// catching up.
     Behind,
     /// The slave is led away from the master's motion.
     Releasing,
-    /// The slave is released and stands.
+    /// The slave is released and at rest.
     Released,
     /// The slave is led to the master's motion, and the master has passed its synchronisation position:
     /// a flying saw with a strategy.
     SynchronizingAfterSyncPosition,
-    /// The slave moves with its master, which has not come to its synchronisation position yet: a flying
-    /// saw with a strategy.
+    /// The slave moves with its master, which has not reached its synchronisation position yet: a
+    /// flying saw with a strategy.
     InSyncBeforeSyncPosition,
 }
 
 impl CouplingPhase {
-    /// Whether the slave moves with its master, where its coupling has it.
+    /// True if the slave moves with its master, at the position of its coupling.
     #[must_use]
     pub const fn is_in_sync(self) -> bool {
         matches!(self, Self::InSync | Self::InSyncBeforeSyncPosition)
     }
 
-    /// The default window of a slave with these limits, u: its distance from where its coupling has it, while it is in
-    /// sync. It is j·T³ + v·1 µs.
+    /// The default window of a slave with these limits, u: its greatest distance from the position
+    /// of its coupling in sync. It is j·T³ + v·1 µs.
     ///
-    /// A target that keeps the limits passes the guard as it is. One that misses them by its rounding, or by a jerk of
-    /// twice the limit in a cycle, leaves the slave within j·T³ of it (j: no more than turns the acceleration round in a
-    /// cycle). The rest is what the time of the master is wrong by.
+    /// A target that keeps the limits passes the guard unchanged. A target that exceeds them by its
+    /// rounding, or by a jerk of twice the limit in a cycle, leaves the slave within j·T³ of it (j:
+    /// at most the jerk that reverses the acceleration in a cycle). The rest is the error of the
+    /// master's time.
     #[must_use]
     pub fn in_sync_window(limits: &Limits, cycle_time: Seconds) -> f64 {
         let cycle = cycle_time.0;
@@ -56,7 +58,7 @@ impl CouplingPhase {
         jerk * cycle * cycle * cycle + limits.velocity() * TIME_OF_MASTER
     }
 
-    /// Whether the slave is led to the master's motion.
+    /// True while the slave is led to the master's motion.
     #[must_use]
     pub const fn is_synchronizing(self) -> bool {
         matches!(

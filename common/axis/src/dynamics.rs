@@ -1,6 +1,6 @@
-//! How a motion gets where it is to be.
+//! Dynamics of a motion.
 
-/// The dynamics of a command; each at most what the axis can do, and that by default.
+/// The dynamics of a command; each at most the limit of the axis, which is the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

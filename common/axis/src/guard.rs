@@ -1,8 +1,8 @@
-//! What the set values of an axis never leave, whatever moves it.
+//! Limits of an axis's set values, for every motion.
 //!
-//! Motions with an end are checked as a whole, before they begin: what they may not do is a
-//! [`GuardRefusal`]. What has no end, and what a master leads, is checked cycle by cycle: it brings
-//! the axis to a stop by a [`GuardFault`], early enough to stop within the software limits.
+//! Motions with an end are checked as a whole, before they begin: a violation is a
+//! [`GuardRefusal`]. Motions without an end, and coupled motions, are checked cycle by cycle: a
+//! [`GuardFault`] stops the axis early enough to stay within the software limits.
 
 use coaxle_curve::profile::{
     InvalidLimit, Kinematics, Limits, Profile, ProfileExtremes, to_velocity,
@@ -11,17 +11,17 @@ use coaxle_curve::profile::{
 use super::dynamics::Dynamics;
 pub use super::guard_error::{GuardFault, GuardRefusal};
 
-/// No set value is larger than that, in whatever unit.
+/// Largest set value, in any unit.
 const OUT_OF_RANGE: f64 = 1e12;
 
 fn out_of_range(number: f64) -> bool {
     number.is_nan() || number.abs() > OUT_OF_RANGE
 }
 
-/// What a limit of an axis may be: within it, no square or quotient overflows.
+/// Range of an axis limit: within it, no square or quotient overflows.
 pub const EXPECTED_LIMIT: &str = "a number from 1e-9 to 1e15";
 
-/// Whether a number can be a limit of an axis.
+/// True if a number is valid as a limit of an axis.
 #[must_use]
 pub fn is_limit(number: f64) -> bool {
     (1e-9..=1e15).contains(&number)
@@ -34,34 +34,34 @@ pub const ROUNDING: f64 = 1e-9;
 #[derive(Clone, Copy, Debug)]
 pub struct Guard {
     limits: Limits,
-    /// Software limits, infinite where there is none.
+    /// Software limits, infinite if there is none.
     min: f64,
     max: f64,
 }
 
 impl Guard {
-    /// The guard of an axis that can do so much, between its software limits, u: infinite where there
-    /// is none.
+    /// Creates the guard of an axis with these limits, between its software limits, u: infinite if
+    /// there is none.
     #[must_use]
     pub const fn new(limits: Limits, min: f64, max: f64) -> Self {
         Self { limits, min, max }
     }
 
-    /// What the axis can do.
+    /// Limits of the axis.
     #[must_use]
     pub const fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// The software limits that there are, lower and upper, u.
+    /// The software limits, lower and upper, u, if any.
     #[must_use]
     pub fn software_limits(&self) -> (Option<f64>, Option<f64>) {
         let given = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
         (given(self.min), given(self.max))
     }
 
-    /// The limits without the one of the jerk: the full deceleration is there within one cycle, which
-    /// takes so many seconds.
+    /// The limits without the jerk limit: the full deceleration is reached within one cycle of
+    /// `cycle_time` s.
     #[must_use]
     pub fn without_jerk_limit(&self, cycle_time: f64) -> Limits {
         let limits = &self.limits;
@@ -75,10 +75,10 @@ impl Guard {
         .unwrap_or(*limits)
     }
 
-    /// The limits of a command.
+    /// Computes the limits of a command.
     ///
     /// # Errors
-    /// [`GuardRefusal`]: more than the axis can do, or no limit.
+    /// [`GuardRefusal`]: above the axis's limits, or not a valid limit.
     pub fn limits_of(
         &self,
         velocity: Option<f64>,
@@ -87,10 +87,10 @@ impl Guard {
         limits_within(&self.limits, velocity, dynamics)
     }
 
-    /// A position that the axis may stand at.
+    /// Checks a position of rest.
     ///
     /// # Errors
-    /// [`GuardRefusal`]: it is no number, or beyond a software limit.
+    /// [`GuardRefusal`]: not a number, or beyond a software limit.
     pub fn check_target(&self, field: &'static str, position: f64) -> Result<(), GuardRefusal> {
         check_number(field, position)?;
         let beyond = |limit: f64| {
@@ -108,7 +108,7 @@ impl Guard {
         }
     }
 
-    /// A velocity that the axis may have, either way.
+    /// Checks a velocity, in both directions.
     ///
     /// # Errors
     /// [`GuardRefusal::AboveLimit`].
@@ -125,13 +125,13 @@ impl Guard {
         }
     }
 
-    /// Whether a motion keeps the highest velocity.
+    /// True if a motion keeps the highest velocity.
     #[must_use]
     pub fn keeps_velocity(&self, extremes: &ProfileExtremes) -> bool {
         extremes.speed <= self.limits.velocity() * (1.0 + ROUNDING)
     }
 
-    /// Whether a motion from `here` keeps the software limits. From beyond one it may come back.
+    /// Checks that a motion from `here` keeps the software limits. From beyond one it may return.
     ///
     /// # Errors
     /// [`GuardRefusal::SoftwareLimit`].
@@ -156,7 +156,7 @@ impl Guard {
         }
     }
 
-    /// The next state of a motion that keeps the software limits, without what rounding adds.
+    /// The next state of a motion that keeps the software limits, without rounding errors.
     #[must_use]
     pub fn confined(&self, here: f64, next: &Kinematics) -> Kinematics {
         Kinematics {
@@ -170,25 +170,25 @@ impl Guard {
         ROUNDING * position.abs().max(finite(self.min)).max(finite(self.max))
     }
 
-    /// Whether a position is below the lower software limit.
+    /// True if a position is below the lower software limit.
     #[must_use]
     pub fn is_below(&self, position: f64) -> bool {
         position < self.min
     }
 
-    /// Whether a position is above the upper software limit.
+    /// True if a position is above the upper software limit.
     #[must_use]
     pub fn is_above(&self, position: f64) -> bool {
         position > self.max
     }
 
-    /// The stop from a state, as fast as the axis can.
+    /// The stop from a state, at the limits of the axis.
     #[must_use]
     pub fn brake(&self, from: &Kinematics) -> Profile {
         to_velocity(from, 0.0, &self.limits)
     }
 
-    /// Whether an axis that goes from `here` to `next` can still stop within the software limits.
+    /// Checks that an axis that moves from `here` to `next` can still stop within the software limits.
     ///
     /// # Errors
     /// [`GuardFault::SoftwareLimit`].
@@ -200,8 +200,8 @@ impl Guard {
         }
     }
 
-    /// The same for a state that a coupling asks for, of which the axis brakes as it is
-    /// [taken over](Self::taken_over).
+    /// Checks the stop from a state of a coupling, from which the axis brakes as it is [taken
+    /// over](Self::taken_over).
     ///
     /// # Errors
     /// [`GuardFault::SoftwareLimit`].
@@ -223,7 +223,7 @@ impl Guard {
         state.position - way >= self.min && state.position + way <= self.max
     }
 
-    /// A bound of the way that any stop takes, cheap to calculate.
+    /// An upper bound of the stopping distance, cheap to calculate.
     fn farthest_stop(&self, from: &Kinematics) -> f64 {
         let (dec, jerk) = (self.limits.deceleration(), self.limits.jerk());
         let strongest = from
@@ -232,17 +232,18 @@ impl Guard {
             .max(dec)
             .max(self.limits.acceleration());
         let ramp = strongest / jerk;
-        // Whatever the start acceleration adds to the speed while it is led to zero.
+        // The greatest speed gain of the start acceleration while it is led to zero.
         let speed = from.velocity.abs() + strongest * ramp;
         speed * (2.0 * ramp + speed / dec.min(self.limits.acceleration()))
     }
 
-    /// A coupled state as a motion of the axis's own takes it over: as it is, so that neither position
+    /// A coupled state as the axis's own motion takes it over: unchanged, so that neither position
     /// nor velocity nor acceleration jump.
     ///
-    /// Two limits come before that of the jerk. An acceleration that would lead the axis beyond its
-    /// highest velocity, even if it were led to zero at once, is cut to what does not. And an axis that
-    /// could stop within its software limits only without its acceleration, drops it.
+    /// Two limits have priority over the jerk limit. An acceleration that would lead the axis
+    /// beyond its highest velocity, even if it were led to zero at once, is reduced accordingly.
+    /// And an axis that could stop within its software limits only without its acceleration drops
+    /// it.
     #[must_use]
     pub fn taken_over(&self, coupled: &Kinematics) -> Kinematics {
         let as_it_is = self.limits.without_overspeed(coupled);
@@ -255,8 +256,8 @@ impl Guard {
         }
     }
 
-    /// The state without an acceleration that makes it faster, and with no more deceleration than can
-    /// be led to zero before it stands.
+    /// The state without an accelerating acceleration, and with at most the deceleration that can
+    /// be led to zero before standstill.
     fn settled(&self, coupled: &Kinematics) -> Kinematics {
         let Kinematics {
             velocity,
@@ -277,7 +278,7 @@ impl Guard {
         }
     }
 
-    /// Whether any axis can have the set values of a coupling.
+    /// Checks that the set values of a coupling are possible for an axis.
     ///
     /// # Errors
     /// [`GuardFault::OutOfRange`].
@@ -294,7 +295,7 @@ impl Guard {
         Ok(())
     }
 
-    /// Whether a coupling has the axis within its software limits.
+    /// Checks that a coupled position is within the software limits.
     ///
     /// # Errors
     /// [`GuardFault::SoftwareLimit`].
@@ -318,7 +319,7 @@ struct Passed {
     limit: f64,
 }
 
-/// A number that means something to an axis.
+/// Checks a number for an axis.
 ///
 /// # Errors
 /// [`GuardRefusal::Value`].
@@ -334,10 +335,10 @@ pub fn check_number(field: &'static str, received: f64) -> Result<(), GuardRefus
     }
 }
 
-/// The limits of a command that may go as far as `most`, and does where it gives none.
+/// Computes the limits of a command that are at most `most`, and by default equal to it.
 ///
 /// # Errors
-/// [`GuardRefusal`]: more than that, or no limit.
+/// [`GuardRefusal`]: above these, or not a valid limit.
 pub fn limits_within(
     most: &Limits,
     velocity: Option<f64>,
@@ -351,10 +352,10 @@ pub fn limits_within(
     ])
 }
 
-/// Limits of the velocity, the acceleration, the deceleration and the jerk.
+/// Creates limits of the velocity, the acceleration, the deceleration and the jerk.
 ///
 /// # Errors
-/// [`GuardRefusal::Value`]: one of them is no limit.
+/// [`GuardRefusal::Value`]: one of them is not a valid limit.
 pub fn limits(
     [velocity, acceleration, deceleration, jerk]: [f64; 4],
 ) -> Result<Limits, GuardRefusal> {

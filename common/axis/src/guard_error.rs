@@ -1,32 +1,32 @@
-//! What the guard of an axis says no to.
+//! Refusals and faults of the guard of an axis.
 
-/// A motion that an axis does not begin.
+/// Refusal to begin a motion.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GuardRefusal {
-    /// A value that is no number or too large for any axis.
+    /// Value that is not a number or too large for any axis.
     #[error("{:#06x}: {field}: received {received}, expected {expected}", self.code())]
     Value {
-        /// Which one.
+        /// Name of the value.
         field: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
-        /// What it may be.
+        /// Value expected.
         expected: &'static str,
     },
-    /// More than the axis can do.
+    /// Value above a limit of the axis.
     #[error("{:#06x}: {field}: received {received}, expected at most {limit}", self.code())]
     AboveLimit {
-        /// Which limit.
+        /// Name of the limit.
         field: &'static str,
-        /// What was given or would be needed.
+        /// Value received, or needed.
         received: f64,
-        /// What the axis can do.
+        /// Limit of the axis.
         limit: f64,
     },
-    /// The motion would leave the software limits.
+    /// Motion that would leave the software limits.
     #[error("{:#06x}: the motion would reach {reached}, the software limit is {limit}", self.code())]
     SoftwareLimit {
-        /// How far it would go, u.
+        /// Position that would be reached, u.
         reached: f64,
         /// The limit, u.
         limit: f64,
@@ -45,35 +45,35 @@ impl GuardRefusal {
     }
 }
 
-/// A set value that an axis does not follow: it stops instead.
+/// Fault of set values that an axis does not follow: it stops instead.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GuardFault {
-    /// A motion without an end, or a coupling, would have led beyond a software limit.
+    /// Motion without an end, or coupling, that would have led beyond a software limit.
     #[error("{:#06x}: software limit: the axis would stop at {reached}, the limit is {limit}", self.code())]
     SoftwareLimit {
-        /// Where the axis could have stopped at the earliest, u.
+        /// Earliest position at which the axis could have stopped, u.
         reached: f64,
         /// The limit, u.
         limit: f64,
     },
-    /// A set value of the coupling that no axis can have.
+    /// Set value of the coupling that is impossible for any axis.
     #[error("{:#06x}: {quantity} of the coupling: received {received}, expected a number of at most 1e12", self.code())]
     OutOfRange {
-        /// Which one.
+        /// Name of the value.
         quantity: &'static str,
-        /// Its value.
+        /// The value.
         received: f64,
     },
-    /// The limits of the axis have left it away from where its coupling has it, for too long.
+    /// Axis held by its limits away from the position of its coupling, for too long.
     #[error(
         "{:#06x}: the axis is {} away from where its coupling has it, which asks for more than the axis can do; \
          expected at most {window} for that long",
         self.code(), distance.abs()
     )]
     LeftBehind {
-        /// How far from there, u: the position of the axis less that of its coupling.
+        /// Distance from there, u: the position of the axis less that of its coupling.
         distance: f64,
-        /// What it may be, u.
+        /// Greatest distance allowed, u.
         window: f64,
     },
 }

@@ -5,23 +5,23 @@ use super::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 /// Length of an axis image, bytes.
 pub const IMAGE_LEN: usize = 128;
 
-/// Which controller's image: both are packed and little-endian, and differ in whether the bytes at
-/// 40…43 and 104…127 mean anything.
+/// Controller of an image: both are packed and little-endian, and differ in the meaning of the
+/// bytes at 40…43 and 104…127.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageLayout {
-    /// `NCTOPLC_AXLESTRUCT` of TS5066: those bytes are reserved. They are written as zero and
+    /// `NCTOPLC_AXLESTRUCT` of TS5066: these bytes are reserved. They are written as zero and
     /// ignored on reading.
     #[doc(alias = "NCTOPLC_AXLESTRUCT")]
     TwinCat2,
-    /// `AXIS_REF.NcToPlc`: those bytes hold the control loops, the target position, the modulo set
+    /// `AXIS_REF.NcToPlc`: these bytes hold the control loops, the target position, the modulo set
     /// position and the current command.
     #[doc(alias = "NCTOPLC_AXIS_REF")]
     AxisRef,
 }
 
 impl NcToPlcAxis {
-    /// The axis as the bytes of a controller's memory. Everything the layout has a place for is
-    /// kept, unnamed bits and codes included.
+    /// The axis as the bytes of a controller's memory. Every field of the layout is kept, including
+    /// unnamed bits and codes.
     #[must_use]
     pub fn to_image(&self, layout: ImageLayout) -> [u8; IMAGE_LEN] {
         let mut image = [0; IMAGE_LEN];
@@ -33,8 +33,8 @@ impl NcToPlcAxis {
         image
     }
 
-    /// The axis from the bytes of a controller's memory. Every image is an axis; whether its
-    /// kinematic values are plausible is told by [`Self::implausible_field`].
+    /// Reads the axis from the bytes of a controller's memory. Every image is an axis;
+    /// [`Self::implausible_field`] checks its kinematic values.
     #[must_use]
     pub fn from_image(layout: ImageLayout, image: &[u8; IMAGE_LEN]) -> Self {
         let mut axis = Self::read_common(image);
@@ -45,7 +45,7 @@ impl NcToPlcAxis {
         axis
     }
 
-    /// The axis from bytes of a length that is not known beforehand.
+    /// Reads the axis from bytes of any length.
     ///
     /// # Errors
     /// [`ImageLengthError`] unless there are exactly [`IMAGE_LEN`] bytes.
@@ -124,11 +124,11 @@ impl NcToPlcAxis {
     }
 }
 
-/// Bytes that are no axis image, because there are too few or too many of them.
+/// Bytes that are not an axis image, because of their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("axis image: received {received} bytes, expected {IMAGE_LEN}")]
 pub struct ImageLengthError {
-    /// How many bytes came.
+    /// Number of bytes received.
     pub received: usize,
 }
 
@@ -164,8 +164,8 @@ mod tests {
     use std::string::ToString;
     use std::vec::Vec;
 
-    /// The manuals' structures as data: PLC name, first byte, and an axis in which that field, and
-    /// no other, holds the bytes 01, 02, 03 …
+    /// The manuals' structures as data: PLC name, first byte, and an axis in which only that field
+    /// holds the bytes 01, 02, 03 …
     struct Field {
         name: &'static str,
         offset: usize,

@@ -1,29 +1,29 @@
-//! Accepted commands, to be followed to their end.
+//! Accepted commands, whose progress can be followed to their end.
 
 use core::fmt;
 
-/// An accepted command. Two jobs of an axis with the same number are the same, until 4 billion others
-/// have been accepted.
+/// An accepted command. Two jobs of an axis with equal numbers are identical, until 4 billion
+/// others have been accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Job {
-    /// Its number among the jobs of its axis, from 1; 0 for one that was done as soon as it was
-    /// accepted, so that there is nothing to follow.
+    /// Number among the jobs of its axis, from 1; 0 for a command that was completed on acceptance,
+    /// so that there is nothing to follow.
     pub number: u32,
     /// The command, by its PLC name.
     pub command: &'static str,
-    /// Who gave it.
+    /// Origin of the command.
     pub origin: Origin,
 }
 
-/// Who gave a command.
+/// Origin of a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Origin {
-    /// Nobody: the axis was coupled from the start.
+    /// Coupling from the start.
     Start,
     /// The program that the axis belongs to.
     #[default]
     Program,
-    /// Somebody else, by an order.
+    /// An order from outside.
     Order,
 }
 

@@ -1,17 +1,17 @@
-//! What an axis is, whatever moves it.
+//! The axis: its data, state diagram, limits, couplings and drives.
 //!
-//! * What one controller tells another of it, once per cycle: [`NcToPlcAxis`], and its images in the
-//!   memory of a PLC ([`ImageLayout`]).
-//! * Its life: the PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`]; a
-//!   [`StateMachine`] knows no other way to change a state.
-//! * What its set values never leave: the [`guard`] checks motions before and while they are made, the
-//!   [`set_value_guard`] keeps velocity, acceleration, jerk and software limits on the positions that leave
-//!   the axis, whatever moves it.
-//! * How far a command to it is ([`CommandState`]), which one that is ([`Job`]), and how far a coupling
-//!   of it is ([`CouplingPhase`]).
-//! * What ties it to its [`Masters`]: a [`Coupling`] of whatever kind. Each kind is a crate, which
-//!   implements that and [`Engage`]; the slave axis knows no other way to talk to it.
-//! * What follows its set values: a [`drive`], simulated, in another process, or your own.
+//! * The structure that one controller sends to another, once per cycle: [`NcToPlcAxis`], and its
+//!   images in the memory of a PLC ([`ImageLayout`]).
+//! * The PLCopen state diagram as a table, [`AxisStatus::after`] a [`Transition`]; a
+//!   [`StateMachine`] has no other way to change a state.
+//! * The limits of its set values: the [`guard`] checks motions before and during their execution,
+//!   the [`set_value_guard`] keeps velocity, acceleration, jerk and software limits on the
+//!   positions that leave the axis, for every motion.
+//! * The progress of a command ([`CommandState`]), its identity ([`Job`]), and the phase of a
+//!   coupling ([`CouplingPhase`]).
+//! * The connection to its [`Masters`]: a [`Coupling`] of any kind. Each kind is a crate, which
+//!   implements that and [`Engage`]; the slave axis uses only these traits.
+//! * The follower of its set values: a [`drive`], simulated, in another process, or custom.
 //!
 //! ```
 //! use coaxle_axis::guard::{Guard, GuardRefusal};
@@ -35,7 +35,7 @@
 //! # Ok::<(), coaxle_curve::profile::InvalidLimit>(())
 //! ```
 //!
-//! Positions are in user units (u, say mm or degrees), time in seconds.
+//! Positions are in user units (u, for example mm or degrees), time in seconds.
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
@@ -45,7 +45,7 @@
 //! | `VELOSYNC`, `POSSYNC1` | Tc2_MC2 | [`set_value_guard::DistancePolicy`] |
 //! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`AxisStatus`] |
 //!
-//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+//! The crate is `no_std`, allocates nothing and reads no clock.
 #![no_std]
 
 #[cfg(test)]

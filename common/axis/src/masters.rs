@@ -4,9 +4,9 @@ use coaxle_curve::profile::Kinematics;
 
 use crate::travel_direction::TravelDirection;
 
-/// The masters of a slave in one cycle, by their number; none where a master is lost or in error.
+/// The masters of a slave in one cycle, by number; none where a master is lost or in error.
 ///
-/// Number 0 is the master of every coupling that has but one.
+/// Number 0 is the master of couplings with a single master.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Masters {
     all: [Option<Kinematics>; Masters::MOST],
@@ -14,10 +14,10 @@ pub struct Masters {
 }
 
 impl Masters {
-    /// How many masters a slave can have.
+    /// Greatest number of masters of a slave.
     pub const MOST: usize = 4;
 
-    /// These, numbered as they come; what exceeds the most there can be is left out.
+    /// Creates masters numbered in this order; those beyond the greatest number are left out.
     #[must_use]
     pub fn of(masters: impl IntoIterator<Item = Option<Kinematics>>) -> Self {
         let mut all = [None; Self::MOST];
@@ -30,8 +30,8 @@ impl Masters {
         }
     }
 
-    /// One more, by its number, with what is known of its direction if it is measured; without effect where that is none
-    /// that there can be.
+    /// Sets a master, by its number, with its direction of travel if it is measured; without effect
+    /// for an invalid number.
     pub fn put(&mut self, number: usize, set: &Kinematics, travel: Option<TravelDirection>) {
         if let (Some(place), Some(direction)) =
             (self.all.get_mut(number), self.travel.get_mut(number))
@@ -41,14 +41,14 @@ impl Masters {
         }
     }
 
-    /// Where a master goes, or went last, if it is measured in increments and these tell: then nothing else
-    /// is to be taken for a reversal. None where its positions are exact.
+    /// Current or last direction of travel of a master, if it is measured in increments: then no
+    /// other value indicates a reversal. None if its positions are exact.
     #[must_use]
     pub fn travel(&self, number: usize) -> Option<TravelDirection> {
         *self.travel.get(number)?
     }
 
-    /// The set values of a master; none if it is lost, or if there is none of that number.
+    /// The set values of a master; none if it is lost, or for an invalid number.
     #[must_use]
     pub fn get(&self, number: usize) -> Option<&Kinematics> {
         self.all.get(number)?.as_ref()
@@ -60,7 +60,7 @@ impl Masters {
         self.all[0].as_ref()
     }
 
-    /// The same with the first led to elsewhere. One that is being shifted goes as its positions say.
+    /// Replaces the first master. The direction of one that is being shifted follows from its positions.
     #[must_use]
     pub fn with_first(mut self, first: Kinematics, is_shifting: bool) -> Self {
         self.all[0] = Some(first);
@@ -71,7 +71,7 @@ impl Masters {
     }
 }
 
-/// But one.
+/// A single master.
 impl From<Option<&Kinematics>> for Masters {
     fn from(master: Option<&Kinematics>) -> Self {
         Self {

@@ -1,9 +1,9 @@
-//! An axis that turns: its positions by the turn.
+//! Modulo axes: positions within the modulo period.
 
 use crate::travel_direction::TravelDirection;
 
-/// The length of a modulo turn, u. Positions go on counting from turn to turn; within a turn they are
-/// from 0 up to less than its length.
+/// The length of a modulo period, u. Positions count continuously across periods; within a period
+/// they are from 0 up to less than its length.
 #[doc(alias = "ModuloFactor")]
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -15,7 +15,7 @@ use crate::travel_direction::TravelDirection;
 #[cfg_attr(feature = "serde", serde(try_from = "f64", into = "f64"))]
 pub struct Modulo(f64);
 
-/// A length that no turn has.
+/// An invalid length of a modulo period.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("received {received}, expected a finite number above 0")]
 pub struct WrongModulo {
@@ -23,19 +23,19 @@ pub struct WrongModulo {
     pub received: f64,
 }
 
-/// A position of an axis that turns.
+/// A position of a modulo axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModuloPosition {
-    /// Within its turn, from 0 up to less than the length, u.
+    /// Position within its period, from 0 up to less than the length, u.
     #[doc(alias = "ModuloSetPos")]
     pub within: f64,
-    /// The whole turns before it; as many as there can be, where there are more.
+    /// Number of whole periods before it, saturated.
     #[doc(alias = "ModuloSetTurns")]
     pub turns: i32,
 }
 
 impl Modulo {
-    /// A turn of this length, u.
+    /// Creates a modulo period of this length, u.
     ///
     /// # Errors
     /// [`WrongModulo`] unless it is finite and above 0.
@@ -47,18 +47,18 @@ impl Modulo {
         }
     }
 
-    /// The length of a turn, u.
+    /// The length of the period, u.
     #[must_use]
     pub const fn length(self) -> f64 {
         self.0
     }
 
-    /// A position by the turn.
+    /// Splits a position by the period.
     #[must_use]
     pub fn of(self, position: f64) -> ModuloPosition {
         let rest = libm::fmod(position, self.0);
         let within = if rest < 0.0 { rest + self.0 } else { rest };
-        // A trifle below a turn's begin, the remainder is rounded up to a whole turn.
+        // Just below the beginning of a period, the remainder is rounded up to a whole period.
         let within = if within < self.0 { within } else { 0.0 };
         let turns = libm::round((position - within) / self.0);
         ModuloPosition {
@@ -67,19 +67,19 @@ impl Modulo {
         }
     }
 
-    /// Whether there is a position of that number within a turn.
+    /// True if this position exists within a period.
     #[must_use]
     pub fn has(self, within: f64) -> bool {
         (0.0..self.0).contains(&within)
     }
 
-    /// Where an axis passes the position `within` its turn the next time, going this way
-    /// from `here`: never here itself, and at most a turn ahead.
+    /// The next position at which an axis passes `within` its period, in this direction from
+    /// `here`: never here itself, and at most a period ahead.
     #[must_use]
     pub fn next(self, within: f64, here: f64, ahead: TravelDirection) -> f64 {
         let at = |turns: f64| libm::fma(turns, self.0, within);
         let turns = libm::floor((here - within) / self.0);
-        // What the quotient is rounded to may be one turn off, either way.
+        // The rounded quotient may be off by one period, in both directions.
         let around = [-1.0, 0.0, 1.0, 2.0].map(|k| at(turns + k));
         match ahead {
             TravelDirection::Forward => {
@@ -108,7 +108,7 @@ impl From<Modulo> for f64 {
 }
 
 impl ModuloPosition {
-    /// The position of an axis by the turn; if it does not turn, the position itself.
+    /// Splits the position of an axis by the period; without a period, the position itself.
     #[must_use]
     pub fn of(position: f64, modulo: Option<Modulo>) -> Self {
         let whole = Self {

@@ -1,11 +1,11 @@
-//! `NCTOPLC_AXLESTRUCT`: what an axis tells the world, once per cycle.
+//! `NCTOPLC_AXLESTRUCT`: the values that an axis publishes, once per cycle.
 
 use super::{AxisState, CoupleState, Modulo, ModuloPosition, StateWord};
 
-/// The NC-to-PLC axis structure, every field of it, in user units (`u`, say mm or degrees).
+/// The NC-to-PLC axis structure, with every field, in user units (`u`, for example mm or degrees).
 ///
-/// TS5066 (`NCTOPLC_AXLESTRUCT`), and the later `AXIS_REF.NcToPlc`, which names what the first one
-/// reserved. Kinematic values are finite in every frame that is accepted.
+/// TS5066 (`NCTOPLC_AXLESTRUCT`), and the later `AXIS_REF.NcToPlc`, which names the reserved bytes
+/// of the former. Kinematic values are finite in every accepted frame.
 #[doc(alias = "NCTOPLC_AXLESTRUCT")]
 #[doc(alias = "NCTOPLC_AXIS_REF")]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,7 +17,7 @@ pub struct NcToPlcAxis {
     /// NC error code, 0 = none.
     #[doc(alias = "nErrorCode")]
     pub error_code: u32,
-    /// What the axis is doing.
+    /// State of the axis's motion.
     #[doc(alias = "nAxisState")]
     pub axis_state: AxisState,
     /// Confirmed axis mode.
@@ -26,7 +26,7 @@ pub struct NcToPlcAxis {
     /// State of the reference run.
     #[doc(alias = "nCalibrationState")]
     pub calibration_state: u32,
-    /// Whether the axis is a master, a slave, or both.
+    /// Role in couplings: master, slave, or both.
     #[doc(alias = "nCoupleState")]
     pub couple_state: CoupleState,
     /// Commands waiting in the preparation table.
@@ -44,16 +44,16 @@ pub struct NcToPlcAxis {
     /// Control loop in use.
     #[doc(alias = "nActiveControlLoopIndex")]
     pub active_control_loop: u16,
-    /// Control loop asked for.
+    /// Requested control loop.
     #[doc(alias = "nControlLoopIndex")]
     pub control_loop: u16,
     /// Actual position, u.
     #[doc(alias = "fPosIst")]
     pub actual_position: f64,
-    /// Actual position within one modulo turn, u.
+    /// Actual position within one modulo period, u.
     #[doc(alias = "fModuloPosIst")]
     pub modulo_actual_position: f64,
-    /// Whole modulo turns of the actual position.
+    /// Whole modulo periods of the actual position.
     #[doc(alias = "nModuloTurns")]
     pub modulo_actual_turns: i32,
     /// Actual velocity, u/s.
@@ -74,10 +74,10 @@ pub struct NcToPlcAxis {
     /// Target position of the current command, u (reserved in `NCTOPLC_AXLESTRUCT`).
     #[doc(alias = "TargetPos")]
     pub target_position: f64,
-    /// Set position within one modulo turn, u (reserved in `NCTOPLC_AXLESTRUCT`).
+    /// Set position within one modulo period, u (reserved in `NCTOPLC_AXLESTRUCT`).
     #[doc(alias = "ModuloSetPos")]
     pub modulo_set_position: f64,
-    /// Whole modulo turns of the set position (reserved in `NCTOPLC_AXLESTRUCT`).
+    /// Whole modulo periods of the set position (reserved in `NCTOPLC_AXLESTRUCT`).
     #[doc(alias = "ModuloSetTurns")]
     pub modulo_set_turns: i32,
     /// Number of the current command (reserved in `NCTOPLC_AXLESTRUCT`).
@@ -89,11 +89,11 @@ pub struct NcToPlcAxis {
 }
 
 impl NcToPlcAxis {
-    /// No position, velocity or acceleration of a real axis is beyond this, in u, u/s or u/s²: an f64
-    /// of this size counts in steps of an eighth, and sums and products of more could overflow.
+    /// Largest plausible position, velocity or acceleration, in u, u/s or u/s²: an f64 of this size
+    /// counts in steps of an eighth, and sums and products of larger ones could overflow.
     pub const LARGEST: f64 = 1e15;
 
-    /// Fills in its positions by the turn, if it turns: as they are, if it does not.
+    /// Fills in its modulo positions; without a period, they are the plain positions.
     #[inline]
     pub fn count_turns(&mut self, modulo: Option<Modulo>) {
         let actual = ModuloPosition::of(self.actual_position, modulo);

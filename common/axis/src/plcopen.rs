@@ -1,8 +1,8 @@
-//! The PLCopen state diagram: what an axis may be asked for, and what becomes of it.
+//! The PLCopen state diagram.
 
 use core::fmt;
 
-/// What an axis is doing, as PLCopen Motion Control part 1 names it.
+/// State of an axis, as named in PLCopen Motion Control part 1.
 #[doc(alias = "MC_ReadStatus")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -22,14 +22,14 @@ pub enum AxisStatus {
     ContinuousMotion,
     /// Coupled to a master.
     SynchronizedMotion,
-    /// Stopping; nothing can interrupt that but a harder stop, and the loss of power.
+    /// Stopping; only a harder stop or the loss of power can interrupt it.
     Stopping,
     /// In error, until reset.
     ErrorStop,
 }
 
 impl AxisStatus {
-    /// All of them, in the order of the diagram.
+    /// States in the order of the diagram.
     pub const ALL: [Self; 8] = [
         Self::Disabled,
         Self::Standstill,
@@ -56,13 +56,13 @@ impl AxisStatus {
         }
     }
 
-    /// What becomes of the axis; none where the diagram has no such arrow.
+    /// The state after a transition; none where the diagram has no such arrow.
     ///
-    /// Two deliberate deviations: an axis whose power is taken away while it moves is stopped first
-    /// (`Stopping`) and is disabled after a cycle at rest, where PLCopen has it disabled at once: others follow
-    /// its set values, which would jump to where the drive is; and `MC_Stop` can
-    /// be given again while the axis stops, where PLCopen lets nothing but the loss of power abort it.
-    /// Whether the second stop is harder than the first, the axis decides.
+    /// Two deliberate deviations. An axis whose power is switched off while it moves is stopped
+    /// first (`Stopping`) and disabled after a cycle at rest; PLCopen disables it at once, but
+    /// others follow its set values, which would jump to the drive's position. And `MC_Stop` can be
+    /// repeated while the axis stops, where in PLCopen only the loss of power aborts it. The axis
+    /// decides if the second stop is harder than the first.
     #[must_use]
     pub const fn after(self, transition: Transition) -> Option<Self> {
         use AxisStatus::{
@@ -108,7 +108,7 @@ impl AxisStatus {
         }
     }
 
-    /// What a command makes of an axis that takes motion commands.
+    /// The state after a command, for an axis that accepts motion commands.
     const fn commanded(self, transition: Transition) -> Option<Self> {
         match transition {
             Transition::Move | Transition::Halt => Some(Self::DiscreteMotion),
@@ -129,7 +129,7 @@ impl fmt::Display for AxisStatus {
     }
 }
 
-/// The state of an axis. It changes by the arrows of the diagram, and by nothing else.
+/// The state of an axis. It changes only by the arrows of the diagram.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StateMachine {
     status: AxisStatus,
@@ -156,13 +156,13 @@ impl StateMachine {
 pub enum Transition {
     /// `MC_Power` with `Enable`.
     PowerOn,
-    /// Power for an axis that the mechanics have coupled to its master already.
+    /// Power for an axis that its mechanics have coupled to its master already.
     PowerOnCoupled,
     /// `MC_Power` without `Enable`.
     PowerOff,
     /// `MC_Reset`.
     Reset {
-        /// Whether the axis shall have power afterwards.
+        /// True if the axis shall have power afterwards.
         powered: bool,
     },
     /// `MC_Home`.
@@ -173,27 +173,26 @@ pub enum Transition {
     MoveWithoutEnd,
     /// A coupling to a master.
     Couple,
-    /// The end of a coupling is asked for: `MC_GearOut`, `MC_CamOut`. What becomes of the axis,
-    /// `Released` says.
+    /// Command to end a coupling: `MC_GearOut`, `MC_CamOut`. `Released` then gives the state of the axis.
     Uncouple,
-    /// A coupling has ended, by a command or by itself: the axis keeps its velocity.
+    /// End of a coupling, by a command or by itself: the axis keeps its velocity.
     Released {
-        /// Whether that is none.
+        /// True if that velocity is zero.
         at_rest: bool,
     },
-    /// The master of a flying saw has run back: the axis comes to rest, and commands can take over.
+    /// Roll-back of a flying saw's master: the axis comes to rest, and commands can take over.
     RolledBack,
-    /// `MC_PhasingAbsolute`, `MC_PhasingRelative`: the coupling goes on.
+    /// `MC_PhasingAbsolute`, `MC_PhasingRelative`: the coupling continues.
     Phase,
-    /// `MC_MoveSuperImposed`: what moves the axis goes on.
+    /// `MC_MoveSuperImposed`: the motion of the axis continues.
     Superimpose,
     /// `MC_Halt`.
     Halt,
     /// `MC_Stop`.
     Stop,
-    /// What the axis was doing has come to its end.
+    /// End of the axis's motion.
     Finished {
-        /// Whether the axis still has power.
+        /// True if the axis still has power.
         powered: bool,
     },
     /// An error.
@@ -228,7 +227,7 @@ mod tests {
         Transition::Fault,
     ];
 
-    /// Two letters a state, `--` where there is no arrow; rows are states, columns as above.
+    /// Two letters per state, `--` where there is no arrow; rows are states, columns as above.
     const DIAGRAM: [&str; 8] = [
         //    on  onc off rst rs0 hom mov vel cpl unc rel re0 rbk pha sup hlt stp fin fi0 flt
         "Di:  St  Sy  Di  Di  Di  --  --  --  --  --  --  --  --  --  --  --  --  --  --  Er",

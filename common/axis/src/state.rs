@@ -66,13 +66,13 @@ bitflags::bitflags! {
         /// The axis is in error.
         const ERROR = 1 << 31;
 
-        // Whatever a newer controller sets is carried along.
+        // Unknown bits of newer controllers are kept.
         const _ = !0;
     }
 }
 
 impl StateWord {
-    /// What it says of a velocity: standing still, or which way.
+    /// Bits of a velocity: standing still, or its direction.
     #[must_use]
     pub fn of_velocity(velocity: f64) -> Self {
         let mut word = Self::empty();
@@ -105,7 +105,7 @@ macro_rules! coded_state {
         #[cfg_attr(feature = "serde", serde(from = "u32", into = "u32"))]
         pub enum $name {
             $($(#[$variant_meta])* $variant,)*
-            /// A code that the manuals do not name; kept as it came.
+            /// A code that the manuals do not name, kept unchanged.
             Other(u32),
         }
 
@@ -136,7 +136,7 @@ macro_rules! coded_state {
 }
 
 coded_state! {
-    /// `nAxisState`: what the axis is doing. 11 to 13 belong to slaves.
+    /// `nAxisState`: state of the axis's motion. 11 to 13 are for slaves.
     #[doc(alias = "nAxisState")]
     AxisState {
         /// No command.
@@ -161,7 +161,7 @@ coded_state! {
 }
 
 coded_state! {
-    /// `nCoupleState`: the axis's part in couplings.
+    /// `nCoupleState`: the axis's role in couplings.
     #[doc(alias = "nCoupleState")]
     CoupleState {
         /// Not coupled.
@@ -176,7 +176,7 @@ coded_state! {
 }
 
 impl AxisState {
-    /// Of an axis that moves by itself.
+    /// State of an axis with its own motion.
     #[must_use]
     pub fn of_motion(velocity: f64, acceleration: f64) -> Self {
         if velocity * acceleration < 0.0 {

@@ -1,19 +1,19 @@
-//! Which way an axis goes.
+//! Directions of travel.
 
-/// Where an axis goes, or went last.
+/// Current or last direction of travel of an axis.
 ///
-/// Of an axis that is measured in increments this is decided by whole increments: the sign of a velocity that
-/// was estimated between two of them is noise.
+/// For an axis measured in increments, whole increments decide: the sign of a velocity estimated
+/// between two of them is noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TravelDirection {
     /// To larger positions.
     Forward,
-    /// To smaller ones.
+    /// To smaller positions.
     Backward,
 }
 
 impl TravelDirection {
-    /// 1 or -1.
+    /// Sign, 1 or -1.
     #[must_use]
     pub const fn sign(self) -> f64 {
         match self {
@@ -22,7 +22,7 @@ impl TravelDirection {
         }
     }
 
-    /// The other one.
+    /// The opposite direction.
     #[must_use]
     pub const fn opposite(self) -> Self {
         match self {

@@ -1,11 +1,11 @@
-//! What a drive says of itself.
+//! Actual values of a drive.
 
 use super::DriveFault;
 
-/// Where a drive is, and how it does.
+/// Actual values and state of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Actual {
-    /// Whether it moves.
+    /// State of the drive.
     pub state: DriveState,
     /// Actual position, u.
     pub position: f64,
@@ -13,14 +13,14 @@ pub struct Actual {
     pub velocity: f64,
     /// Set minus actual position, u; 0 without power.
     pub following_error: f64,
-    /// Why it tripped; none if it has not.
+    /// Fault that tripped it; none without a trip.
     pub fault: Option<DriveFault>,
-    /// How it does with the process that it is in; none if it is in none but this.
+    /// Attachment of its process; none unless it is in another process.
     pub attachment: Option<Attachment>,
 }
 
 impl Actual {
-    /// No actual value is larger than that, in u or u/s.
+    /// Largest actual value, in u or u/s.
     pub const LARGEST: f64 = 1e12;
 
     /// The first value that is not a number between ∓[`LARGEST`](Self::LARGEST), with its name.
@@ -37,22 +37,22 @@ impl Actual {
     }
 }
 
-/// Whether a drive moves.
+/// State of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DriveState {
-    /// No power: it stands where it stands.
+    /// No power: the drive stands still.
     #[default]
     Off,
-    /// It was told to have power, and does not follow yet.
+    /// Power commanded, but not following yet.
     SwitchingOn,
-    /// It follows its set position.
+    /// Following its set position.
     Following,
-    /// It has failed, say because the following error was too large for too long. It comes to rest and
-    /// stays, until reset.
+    /// Failed, for example because the following error was too large for too long. The drive comes
+    /// to rest and stays, until reset.
     Tripped,
 }
 
-/// What kind of drive it is.
+/// Kind of drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DriveKind {
     /// Calculated.
@@ -60,15 +60,15 @@ pub enum DriveKind {
     Simulated,
     /// In a process that shares memory with this one.
     SharedMemory,
-    /// Code of whoever built the node.
+    /// Custom code of the node's builder.
     Own,
 }
 
-/// How a drive does with the process that it is in.
+/// Attachment of a drive's process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Attachment {
-    /// The process is there, and lives.
+    /// True if the process is present and alive.
     pub attached: bool,
-    /// Cycles since its heartbeat changed; none before it did.
+    /// Cycles since its heartbeat changed; none before the first change.
     pub heartbeat_age: Option<u32>,
 }

@@ -1,66 +1,66 @@
-//! Why a drive has tripped.
+//! Faults of drives.
 
-/// Why a drive has tripped.
+/// Reason why a drive has tripped.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DriveFault {
-    /// Its following error was too large for too long.
+    /// Following error too large for too long.
     #[error("following error of {following_error} for too long, the drive tripped")]
     FollowingError {
         /// The following error when it tripped, u.
         following_error: f64,
     },
-    /// No drive process was attached when the drive was to have power.
+    /// No drive process attached at power on.
     #[error("the drive is not ready: no drive process is attached, expected one")]
     NotAttached,
-    /// The drive was told to have power, and did not follow in time.
+    /// Drive that did not follow in time after power on.
     #[error("the drive is not ready: told to have power {cycles} cycles ago, it does not follow")]
     NotReady {
         /// Cycles waited.
         cycles: u32,
     },
-    /// The heartbeat of the drive process stopped.
+    /// Stopped heartbeat of the drive process.
     #[error("no heartbeat of the drive process for {cycles} cycles, expected one within {most}")]
     Silent {
-        /// Cycles without.
+        /// Cycles without a heartbeat.
         cycles: u32,
-        /// So many may pass.
+        /// Greatest number allowed.
         most: u32,
     },
-    /// The drive reports an error of its own.
+    /// Error reported by the drive.
     #[error("the drive reports its error {error:#x}")]
     Reported {
-        /// Its own code.
+        /// Error code of the drive.
         error: u32,
     },
-    /// The drive no longer follows, and nobody told it so.
+    /// Drive that stopped following without a command.
     #[error("the drive no longer follows, and nobody told it so")]
     PowerLost,
-    /// The drive is elsewhere than its axis, whose software limits say where it may stand.
+    /// Position of the drive differs from its axis's, which has to stand within the software limits.
     #[error(
         "the drive is at {received}, expected it within {window} of {expected}, where the axis may stand"
     )]
     Elsewhere {
-        /// Where the drive is, u.
+        /// Position of the drive, u.
         received: f64,
-        /// Where the axis stands, u, in the drive's positions.
+        /// Standstill position of the axis, u, in the drive's positions.
         expected: f64,
-        /// So far off it may be, u.
+        /// Greatest distance allowed, u.
         window: f64,
     },
-    /// The drive is in a state that there is none of.
+    /// Unknown state of the drive.
     #[error(
         "the drive process says state {received}, expected 0 (off), 1 (following) or 2 (error)"
     )]
     UnknownState {
-        /// What it said.
+        /// State reported.
         received: u64,
     },
-    /// An actual value is none that an axis can have.
+    /// Actual value out of range for an axis.
     #[error("{field} of the drive: received {received}, expected a number from -1e12 to 1e12")]
     Implausible {
-        /// Which one.
+        /// Name of the value.
         field: &'static str,
-        /// What it was.
+        /// The value.
         received: f64,
     },
 }

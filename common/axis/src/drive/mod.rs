@@ -1,13 +1,13 @@
-//! What follows the set values of an axis.
+//! Drives that follow the set values of an axis.
 //!
-//! A [`Drive`] takes set values once per cycle and says where it is and whether it follows. The axis that
-//! it belongs to knows nothing more of it: a drive of your own is a type that implements the trait.
+//! A [`Drive`] takes set values once per cycle and reports its position and state. Its axis knows
+//! nothing else about it: a custom drive is a type that implements the trait.
 //!
 //! | kind | what it is |
 //! |--|--|
 //! | [`SimulatedDrive`] | position controller and lag, calculated |
-//! | [`ProcessDrive`] | drive code in another process: who is attached, whether it lives, when it has failed. What carries the values is a [`DriveLink`]; `coaxle_host::SharedMemoryDrive` has one |
-//! | your own | say a fieldbus, or the set values of a drive library |
+//! | [`ProcessDrive`] | drive code in another process: its attachment, heartbeat and faults. A [`DriveLink`] carries the values; `coaxle_host::SharedMemoryDrive` has one |
+//! | custom | for example a fieldbus, or a drive library |
 //!
 //! ```
 //! use coaxle_axis::drive::{Actual, Drive, DriveState};
@@ -58,35 +58,37 @@ pub use process::{
 };
 pub use simulated::{DriveParameters, SimulatedDrive, WrongDriveParameter};
 
-/// What follows the set values of an axis.
+/// A drive that follows the set values of an axis.
 ///
-/// It is called in the cycle: nothing here may allocate, lock, log, wait, or make a system call that may
-/// wait. What takes longer belongs in a thread or a process of its own, with wait-free memory between.
+/// It is called in the cycle: no method may allocate, lock, log, wait, or make a system call that
+/// may wait. Longer work belongs in a separate thread or process, connected by wait-free memory.
 ///
 /// Its life: [`Off`](DriveState::Off); by [`power_on`](Self::power_on)
-/// [`Following`](DriveState::Following), at once or by way of [`SwitchingOn`](DriveState::SwitchingOn);
-/// [`Tripped`](DriveState::Tripped) when it has failed; by [`reset`](Self::reset) `Off`, from wherever it
-/// is. It leaves `Following` by `Tripped` and `reset` only.
+/// [`Following`](DriveState::Following), at once or by way of
+/// [`SwitchingOn`](DriveState::SwitchingOn); [`Tripped`](DriveState::Tripped) when it has failed;
+/// by [`reset`](Self::reset) `Off`, from every state. It leaves `Following` by `Tripped` and
+/// `reset` only.
 ///
-/// What it answers is not trusted: an axis takes a drive whose values are no finite numbers, or beyond
-/// [`Actual::LARGEST`], for tripped, and one that is no longer following for failed.
+/// Its actual values are not trusted: an axis treats a drive with non-finite values, or values
+/// beyond [`Actual::LARGEST`], as tripped, and one that is no longer following as failed.
 pub trait Drive: fmt::Debug + Send {
-    /// Power on. The axis stands at `position`, in u, and moves at `velocity`, in u/s, as far as it knows.
-    /// A simulated drive takes that over; a real one is where it is, and its axis looks where that is. A
+    /// Switches power on. `position`, in u, and `velocity`, in u/s, are the axis's knowledge. A
+    /// simulated drive adopts them; a real one keeps its own position, which its axis then reads. A
     /// tripped drive stays tripped.
     fn power_on(&mut self, position: f64, velocity: f64);
 
-    /// Power off. A trip is acknowledged by that.
+    /// Switches power off, which acknowledges a trip.
     fn reset(&mut self);
 
-    /// One cycle, `elapsed` after the one before: position in u, velocity in u/s, acceleration in u/s². It
-    /// is called in every cycle, with power or without. Without, the set values mean nothing.
+    /// Runs one cycle, `elapsed` after the one before: position in u, velocity in u/s, acceleration
+    /// in u/s². Called in every cycle, with or without power. Without power, the set values are
+    /// meaningless.
     fn step(&mut self, set: &Kinematics, elapsed: Seconds);
 
-    /// Where it is and how it does, after the last call of any of the others.
+    /// Actual values and state, after the last call of any other method.
     fn actual(&self) -> Actual;
 
-    /// What kind it is, for status and traces.
+    /// Kind of drive, for status and traces.
     fn kind(&self) -> DriveKind {
         DriveKind::Own
     }

@@ -1,4 +1,4 @@
-//! A drive in another process: whether it is there, whether it lives, and when it has failed.
+//! A drive in another process: its presence, heartbeat and faults.
 
 use core::fmt;
 
@@ -8,43 +8,44 @@ use coaxle_curve::profile::Kinematics;
 use super::{Actual, Attachment, Drive, DriveFault, DriveKind, DriveState, WrongDriveParameter};
 use crate::window_monitor::WindowMonitor;
 
-/// What carries values between a node and the process of a drive. Called in the cycle: it must not wait.
+/// Link that carries values between a node and the process of a drive. Called in the cycle: it must
+/// not wait.
 pub trait DriveLink: fmt::Debug + Send {
     /// Hands a cycle over to the process.
     fn write(&mut self, command: &DriveCommand);
 
-    /// What the process says now; none if it is not attached, or what it says cannot be read whole just
-    /// now. Then what it said before holds, and its heartbeat grows older.
+    /// Reads the current reply of the process; none if it is not attached, or the reply is just
+    /// being written. Then the previous reply remains valid, and its heartbeat ages.
     fn read(&mut self) -> Option<DriveReply>;
 }
 
-/// What a node tells a drive process in a cycle.
+/// Command of a node to a drive process in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveCommand {
-    /// One more in each cycle: the heartbeat of the node.
+    /// Incremented in each cycle: the heartbeat of the node.
     pub counter: u64,
-    /// Whether the drive shall have power and follow.
+    /// True if the drive shall have power and follow.
     pub enable: bool,
-    /// Another number than before: acknowledge errors.
+    /// A changed number means: acknowledge errors.
     pub resets: u64,
-    /// What the node takes the drive for.
+    /// State of the drive as seen by the node.
     pub state: DriveState,
     /// The set values.
     pub set: Kinematics,
 }
 
-/// What a drive process answers.
+/// Reply of a drive process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveReply {
     /// Changes as long as the process lives.
     pub heartbeat: u64,
-    /// The counter of the command that it has read.
+    /// Counter of the command that was read.
     pub counter: u64,
-    /// The resets that it has carried out.
+    /// Resets that were carried out.
     pub resets: u64,
-    /// Whether it moves.
+    /// State of the drive.
     pub state: ProcessState,
-    /// Its own error, 0 without one.
+    /// Error code of the drive, 0 without an error.
     pub error: u32,
     /// Actual position, u.
     pub position: f64,
@@ -52,17 +53,17 @@ pub struct DriveReply {
     pub velocity: f64,
 }
 
-/// What a drive process says of its drive.
+/// State of a drive as reported by its process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ProcessState {
     /// No power, or not yet.
     #[default]
     Off,
-    /// It follows.
+    /// Following.
     Following,
-    /// It has an error, until that is acknowledged.
+    /// Error, until acknowledged.
     Error,
-    /// No state that there is.
+    /// Unknown state.
     Unknown(u64),
 }
 
@@ -78,7 +79,7 @@ impl ProcessState {
         }
     }
 
-    /// Its number.
+    /// Number of the state.
     #[must_use]
     pub const fn number(self) -> u64 {
         match self {
@@ -90,17 +91,18 @@ impl ProcessState {
     }
 }
 
-/// What a drive process is watched by.
+/// Monitoring parameters of a drive process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProcessDriveParameters {
     /// Cycles that may pass without a change of its heartbeat, at least 1.
     pub max_silent_cycles: u32,
-    /// Cycles that it has from being told to have power until it follows, at least 1.
+    /// Greatest number of cycles from the power command until it follows, at least 1.
     pub switch_on_cycles: u32,
-    /// Largest following error, u, above 0. The set values are those of the cycle before, so it must be
-    /// more than what the axis travels in the cycles that the process takes to answer.
+    /// Largest following error, u, above 0. The set values are those of the previous cycle, so it
+    /// must exceed the distance that the axis travels in the cycles that the process takes to
+    /// respond.
     pub following_error_window: f64,
-    /// How long the following error may be beyond its window, s.
+    /// Time for which the following error may exceed its window, s.
     pub following_error_time: f64,
 }
 
@@ -141,10 +143,10 @@ impl ProcessDriveParameters {
 
 /// A drive in another process, over a link.
 ///
-/// Told to have power, it is [`SwitchingOn`](DriveState::SwitchingOn) until the process says that it
-/// follows. It trips when the process is not there or does not follow in time; when the heartbeat stops;
-/// when the process reports an error or stops to follow; and when the following error is beyond its window
-/// for too long. While it is tripped the process is told to have no power.
+/// After power on it is [`SwitchingOn`](DriveState::SwitchingOn) until the process reports that it
+/// follows. It trips if the process is absent or does not follow in time; if the heartbeat stops;
+/// if the process reports an error or stops following; and if the following error exceeds its
+/// window for too long. While it is tripped the process gets no power.
 #[derive(Debug)]
 pub struct ProcessDrive<L> {
     link: L,
@@ -153,11 +155,11 @@ pub struct ProcessDrive<L> {
     monitor: WindowMonitor,
     state: DriveState,
     fault: Option<DriveFault>,
-    /// What the process said last.
+    /// Last reply of the process.
     reply: Option<DriveReply>,
-    /// Cycles since its heartbeat changed; none before it did.
+    /// Cycles since its heartbeat changed; none before the first change.
     age: Option<u32>,
-    /// Cycles since power was asked for.
+    /// Cycles since the power command.
     waited: u32,
     counter: u64,
     resets: u64,
@@ -165,10 +167,10 @@ pub struct ProcessDrive<L> {
 }
 
 impl<L: DriveLink> ProcessDrive<L> {
-    /// A drive without power, whose process need not be there yet.
+    /// Creates a drive without power, whose process may attach later.
     ///
     /// # Errors
-    /// [`WrongDriveParameter`] names the parameter that is out of its range.
+    /// [`WrongDriveParameter`] names the parameter that is out of range.
     pub fn new(
         link: L,
         kind: DriveKind,
@@ -196,19 +198,19 @@ impl<L: DriveLink> ProcessDrive<L> {
         })
     }
 
-    /// What carries its values.
+    /// Link of its values.
     #[must_use]
     pub const fn link(&self) -> &L {
         &self.link
     }
 
-    /// Takes in what the process says.
+    /// Takes the reply of the process.
     fn listen(&mut self) {
         self.age = self.age.map(|age| age.saturating_add(1));
         let Some(reply) = self.link.read() else {
             return;
         };
-        // A heartbeat that stood there before is none.
+        // A first heartbeat may be old and does not count.
         let beats = (self.reply).is_some_and(|before| before.heartbeat != reply.heartbeat);
         if beats {
             self.age = Some(0);
@@ -221,7 +223,7 @@ impl<L: DriveLink> ProcessDrive<L> {
             .is_some_and(|age| age <= self.parameters.max_silent_cycles)
     }
 
-    /// What became of the state.
+    /// Updates the state.
     fn judge(&mut self, elapsed: Seconds) -> Result<(), DriveFault> {
         match self.state {
             DriveState::Off | DriveState::Tripped => Ok(()),
@@ -232,7 +234,7 @@ impl<L: DriveLink> ProcessDrive<L> {
 
     fn switch_on(&mut self) -> Result<(), DriveFault> {
         self.waited = self.waited.saturating_add(1);
-        // What it says of the time before a reset is not about now.
+        // A reply from before a reset is ignored.
         let reply = self.reply.filter(|reply| reply.resets == self.resets);
         if let Some(reply) = reply.filter(|_| self.is_attached()) {
             match reply.state {
@@ -251,7 +253,7 @@ impl<L: DriveLink> ProcessDrive<L> {
         }
     }
 
-    /// It follows from now on, if it is where it is told to be.
+    /// Starts following, if the drive is at its set position.
     fn begin(&mut self) -> Result<(), DriveFault> {
         if self.monitor.is_beyond(self.following_error()) {
             return Err(DriveFault::Elsewhere {
@@ -305,7 +307,7 @@ const fn fault_of(state: ProcessState, error: u32) -> DriveFault {
 }
 
 impl<L: DriveLink> Drive for ProcessDrive<L> {
-    /// The process is told so in the next cycle. It is where it is, whatever the axis takes it for.
+    /// Commands power in the next cycle. The process keeps its own position, regardless of the axis's.
     fn power_on(&mut self, position: f64, _velocity: f64) {
         if self.state == DriveState::Off {
             self.state = DriveState::SwitchingOn;

@@ -1,8 +1,8 @@
 //! A simulated servo drive with a following-error monitor.
 //!
-//! Position interface: each cycle brings a set position. The drive differentiates it for its
+//! Position interface: each cycle provides a set position. The drive differentiates it for its
 //! velocity feed-forward, adds a proportional position controller, and follows that command with
-//! first-order lag. A beat in the set position shows up as what it is: a jerk in the actual velocity.
+//! first-order lag. A beat in the set position is visible as a jerk in the actual velocity.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
@@ -22,7 +22,8 @@ pub struct SimulatedDrive {
     lag: Lag,
 }
 
-/// What a first-order lag leaves of a deviation after a cycle: cycles last the same, but for skipped ones.
+/// Remainder of a deviation after a cycle of a first-order lag, kept because cycles have equal
+/// lengths, except skipped ones.
 #[derive(Clone, Copy, Debug)]
 struct Lag {
     dt: f64,
@@ -52,11 +53,11 @@ pub struct DriveParameters {
     /// Lag of the velocity controller, s.
     #[cfg_attr(feature = "serde", serde(rename = "velocity-lag-s"))]
     pub velocity_lag: f64,
-    /// Fastest it can move, u/s; 0: no limit.
+    /// Highest velocity, u/s; 0: no limit.
     pub max_velocity: f64,
-    /// Largest following error, u; 0: not watched.
+    /// Largest following error, u; 0: not monitored.
     pub following_error_window: f64,
-    /// How long the following error may be beyond its window, s.
+    /// Time for which the following error may exceed its window, s.
     #[cfg_attr(feature = "serde", serde(rename = "following-error-time-s"))]
     pub following_error_time: f64,
 }
@@ -73,20 +74,20 @@ impl Default for DriveParameters {
     }
 }
 
-/// A constant that no drive can have.
+/// An invalid constant of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{parameter} is {received}, expected {expected}")]
 pub struct WrongDriveParameter {
     /// The parameter.
     pub parameter: &'static str,
-    /// Its value.
+    /// Value received.
     pub received: f64,
-    /// What it may be.
+    /// Value expected.
     pub expected: &'static str,
 }
 
 impl SimulatedDrive {
-    /// A drive without power, at position 0.
+    /// Creates a drive without power, at position 0.
     ///
     /// # Errors
     /// [`WrongDriveParameter`] names the constant that is not a finite number of at least 0.
@@ -119,7 +120,7 @@ impl SimulatedDrive {
             position: 0.0,
             velocity: 0.0,
             last_set: 0.0,
-            // Of no time everything is left.
+            // After no time the whole deviation remains.
             lag: Lag { dt: 0.0, left: 1.0 },
         })
     }
@@ -143,7 +144,7 @@ impl SimulatedDrive {
         self.parameters.position_gain.min(0.5 / dt)
     }
 
-    /// The exact answer of a first-order lag to a command held for `dt`.
+    /// The exact response of a first-order lag to a command held for `dt`.
     fn follow(&mut self, command: f64, dt: f64) {
         let lag = self.parameters.velocity_lag;
         let left = self.lag.left_after(dt, lag);
@@ -154,7 +155,7 @@ impl SimulatedDrive {
 }
 
 impl Drive for SimulatedDrive {
-    /// Power on, standing at `position` and moving at `velocity` as the mechanics do.
+    /// Switches power on at `position` and `velocity`, like the mechanics.
     fn power_on(&mut self, position: f64, velocity: f64) {
         if self.state == DriveState::Off {
             self.state = DriveState::Following;

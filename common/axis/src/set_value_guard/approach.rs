@@ -1,6 +1,6 @@
-//! Which acceleration the next cycle would have, if no limit but those of jerk and acceleration was near.
+//! Acceleration of the next cycle, if only the limits of jerk and acceleration applied.
 //!
-//! All in units of the closed forms.
+//! All values are in units of the closed forms.
 
 use super::closed_forms::{acceleration_to_gain, stop_way};
 use super::differences::Differences;
@@ -8,18 +8,18 @@ use super::envelope::{Envelope, Scaled};
 use super::root::last_not_above;
 use super::target::Course;
 
-/// A target that is accelerated is approached with this part of the jerk: the rest is for what it does
-/// meanwhile.
+/// Share of the jerk for the approach to an accelerating target: the rest is for the target's
+/// motion meanwhile.
 const JERK_SHARE: f64 = 0.5;
 
-/// From this part of the highest acceleration on a target counts as accelerated.
+/// Share of the highest acceleration from which a target counts as accelerating.
 const ACCELERATED: f64 = 1e-3;
 
-/// At least this part of the highest acceleration is used towards a target that uses all of it.
+/// Least share of the highest acceleration used towards a target that uses all of it.
 const LEAST: f64 = 0.05;
 
-/// Towards a target that is at `position` at the end of the cycle: the acceleration from which a stop,
-/// relative to the target, ends at the target.
+/// Approach to a target that is at `position` at the end of the cycle: the acceleration from which
+/// a stop, relative to the target, ends at the target.
 pub(super) fn towards_position(
     envelope: &Envelope,
     set: &Differences,
@@ -41,19 +41,19 @@ pub(super) fn towards_position(
     })
 }
 
-/// Towards the velocity of a target, wherever it is.
+/// Approach to the velocity of a target, at any position.
 pub(super) fn towards_velocity(envelope: &Envelope, set: &Differences, course: &Course) -> f64 {
     let Scaled { w, .. } = envelope.scaled(set);
     let target = scaled_course(envelope, set.position, course);
     target.b - acceleration_to_gain(w - (target.w - target.b))
 }
 
-/// Towards standstill.
+/// Approach to standstill.
 pub(super) fn stopping(envelope: &Envelope, set: &Differences) -> f64 {
     -acceleration_to_gain(envelope.scaled(set).w)
 }
 
-/// A target that is faster than the axis can be is followed as fast as that.
+/// A target faster than the axis is followed at the highest velocity.
 fn scaled_course(envelope: &Envelope, position: f64, course: &Course) -> Scaled {
     let fastest = envelope.highest_velocity();
     let velocity = course.velocity.max(-fastest).min(fastest);

@@ -1,9 +1,9 @@
-//! How far a motion in steps of one cycle still goes, without stepping through it.
+//! Closed forms of the distance of a motion in steps of one cycle.
 //!
-//! Everything here is in units of the jerk limit and the cycle time: accelerations in `j·T`, velocities in
-//! `j·T²`, positions in `j·T³`. Then one cycle is `b += u` with `|u| ≤ 1`, `w += b`, `x += w`.
+//! All values are in units of the jerk limit and the cycle time: accelerations in `j·T`, velocities
+//! in `j·T²`, positions in `j·T³`. Then one cycle is `b += u` with `|u| ≤ 1`, `w += b`, `x += w`.
 
-/// The speed still gained while the acceleration `b` goes to zero as fast as it can. Odd.
+/// The speed gained while the acceleration `b` is reduced to zero at the jerk limit. Odd.
 #[inline]
 pub(super) fn speed_gained(b: f64) -> f64 {
     let size = b.abs();
@@ -14,8 +14,8 @@ pub(super) fn speed_gained(b: f64) -> f64 {
 /// The acceleration that gains the speed `c`, its own cycle included: the inverse of
 /// `b + speed_gained(b)`. Odd.
 ///
-/// `-acceleration_to_gain(w)` is the next acceleration of the fastest stop from the velocity `w`, within
-/// what jerk and acceleration allow.
+/// `-acceleration_to_gain(w)` is the next acceleration of the fastest stop from the velocity `w`,
+/// within the limits of jerk and acceleration.
 #[inline]
 pub(super) fn acceleration_to_gain(c: f64) -> f64 {
     let size = c.abs();
@@ -23,8 +23,8 @@ pub(super) fn acceleration_to_gain(c: f64) -> f64 {
     (size / (steps + 1.0) + steps / 2.0).copysign(c)
 }
 
-/// The way of the fastest stop from velocity `w` and acceleration `b`, with accelerations from `-lower` to
-/// `upper`.
+/// The distance of the fastest stop from velocity `w` and acceleration `b`, with accelerations from
+/// `-lower` to `upper`.
 #[inline]
 pub(super) fn stop_way(w: f64, b: f64, upper: f64, lower: f64) -> f64 {
     if w + speed_gained(b) < 0.0 {
@@ -34,7 +34,7 @@ pub(super) fn stop_way(w: f64, b: f64, upper: f64, lower: f64) -> f64 {
     }
 }
 
-/// The same where the last braking is that of a forward motion, with at most `hardest`.
+/// The distance of a stop whose last braking is that of a forward motion, with at most `hardest`.
 fn forward_stop_way(w: f64, b: f64, hardest: f64) -> f64 {
     let b = b.max(-hardest);
     let steps = steps_towards_braking(w, b, hardest);
@@ -50,8 +50,8 @@ fn forward_stop_way(w: f64, b: f64, hardest: f64) -> f64 {
     way + release_way(braking)
 }
 
-/// How many cycles the acceleration falls by one per cycle, before the braking is at its hardest or is
-/// released again.
+/// Number of cycles in which the acceleration falls by one, before the braking is at its hardest or
+/// is released again.
 fn steps_towards_braking(w: f64, b: f64, hardest: f64) -> f64 {
     let falling = if b >= 1.0 { whole(b) } else { 0.0 };
     let rest = b - falling;
@@ -66,13 +66,13 @@ fn steps_towards_braking(w: f64, b: f64, hardest: f64) -> f64 {
     falling + whole_or_none(until_release.min(until_hardest))
 }
 
-/// The way while a braking of `b` is released to zero, its own cycle included.
+/// The distance while a braking of `b` is released to zero, its own cycle included.
 fn release_way(b: f64) -> f64 {
     let steps = whole(b);
     triangle(steps) * ((steps - 1.0) / 3.0 + (b - steps))
 }
 
-/// How far the position still rises at least, from velocity `w` and acceleration `b`, when it is braked
+/// Least further rise of the position, from velocity `w` and acceleration `b`, when it is braked
 /// with up to `hardest`.
 #[inline]
 pub(super) fn least_peak(w: f64, b: f64, hardest: f64) -> f64 {
@@ -97,7 +97,7 @@ pub(super) fn least_peak(w: f64, b: f64, hardest: f64) -> f64 {
     way.max(0.0)
 }
 
-/// The way of so many cycles in each of which the acceleration falls by one.
+/// The distance of this number of cycles in each of which the acceleration falls by one.
 fn way_in_steps(w: f64, b: f64, steps: f64) -> f64 {
     steps * w + triangle(steps) * (b - (steps + 2.0) / 3.0)
 }
@@ -107,15 +107,15 @@ fn triangle(n: f64) -> f64 {
     n * (n + 1.0) / 2.0
 }
 
-/// The largest whole number that is not above `x`, which is not below zero.
+/// The largest whole number not above `x`, which is at least zero.
 #[inline]
 fn whole(x: f64) -> f64 {
-    // From here on every number is whole.
+    // From here on every f64 is whole.
     const ALL_WHOLE: f64 = 4_503_599_627_370_496.0;
     if x < ALL_WHOLE { x as i64 as f64 } else { x }
 }
 
-/// The same, and zero for what is below zero.
+/// The largest whole number not above `x`; zero for a negative `x`.
 fn whole_or_none(x: f64) -> f64 {
     whole(x.max(0.0))
 }

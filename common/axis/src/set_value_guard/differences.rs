@@ -1,29 +1,29 @@
-//! What a series of positions says of its velocity, acceleration and jerk.
+//! Velocity, acceleration and jerk of a series of positions.
 
 use coaxle_curve::profile::Kinematics;
 
 /// The last position of a series, and its differences.
 ///
-/// Between positions that are not one cycle apart these are divided differences, times 1, 2 and 6. Each is
-/// a weighted mean of the derivative over the time that it spans: a motion that keeps a limit keeps it in
-/// them too, whenever it is looked at.
+/// Between positions that are not one cycle apart these are divided differences, times 1, 2 and 6.
+/// Each is a weighted mean of the derivative over the time that it spans: a motion that keeps a
+/// limit keeps it in them too, for any sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Differences {
-    /// u.
+    /// Position, u.
     pub(super) position: f64,
-    /// Between the last two positions, u/s.
+    /// Velocity between the last two positions, u/s.
     pub(super) velocity: f64,
-    /// Of the last three, u/s².
+    /// Acceleration of the last three positions, u/s².
     pub(super) acceleration: f64,
-    /// Of the last four, u/s³.
+    /// Jerk of the last four positions, u/s³.
     pub(super) jerk: f64,
-    /// How many cycles lie between the last two positions, and between the two before.
+    /// Number of cycles between the last two positions, and between the two before.
     cycles: f64,
     cycles_before: f64,
 }
 
 impl Differences {
-    /// Those of a motion of constant acceleration that has come to a state.
+    /// Differences of a motion of constant acceleration that has reached a state.
     pub(super) fn up_to(state: &Kinematics, cycle_time: f64) -> Self {
         Self::each_cycle(
             state.position,
@@ -32,7 +32,7 @@ impl Differences {
         )
     }
 
-    /// Those of positions one cycle apart.
+    /// Differences of positions one cycle apart.
     pub(super) const fn each_cycle(position: f64, velocity: f64, acceleration: f64) -> Self {
         Self {
             position,
@@ -44,7 +44,7 @@ impl Differences {
         }
     }
 
-    /// With the next position, so many cycles later; `rate` is how many of them there are per second.
+    /// Appends the next position, this number of cycles later; `rate` is the number of cycles per second.
     #[inline]
     pub(super) fn then(&self, position: f64, cycles: f64, rate: f64) -> Self {
         let [first, second, third] = self.rates(cycles, rate);
@@ -60,7 +60,7 @@ impl Differences {
         }
     }
 
-    /// One over the times that the first, second and third difference are divided by.
+    /// Inverse of the times by which the first, second and third difference are divided.
     #[inline]
     fn rates(&self, cycles: f64, rate: f64) -> [f64; 3] {
         let (two, three) = (
@@ -74,8 +74,8 @@ impl Differences {
         }
     }
 
-    /// The cycles that the last difference spans, and those that the second one looks back: between them lies the middle of
-    /// what that is a weighted mean of.
+    /// The cycles spanned by the last difference, and the age of the second one: the latter is the
+    /// middle of the time of its weighted mean.
     pub(super) fn looks_back(&self) -> (f64, f64) {
         (self.cycles, (2.0 * self.cycles + self.cycles_before) / 3.0)
     }

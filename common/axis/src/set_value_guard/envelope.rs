@@ -1,5 +1,4 @@
-//! What a series of set positions may do: the limits of its differences, and the software limits, called
-//! walls here.
+//! Limits of a series of set positions: of its differences, and the software limits, called walls here.
 
 use coaxle_curve::profile::{Kinematics, Limits};
 
@@ -8,59 +7,61 @@ use super::differences::Differences;
 use super::range::Range;
 use super::root::last_not_above;
 
-/// What rounding may add to a position, relative to the largest number on the way: of what is documented, a
-/// quarter is left for the rounding of the guard.
+/// Rounding of a position, relative to the largest number on the way: a quarter of the documented
+/// value is left for the rounding of the guard.
 pub(super) const ROUNDING: f64 = 3.0 * f64::EPSILON;
 
-/// What rounding may add to a limit, relative.
+/// Rounding of a limit, relative.
 const RELATIVE: f64 = 1e-9;
 
-/// A target is calculated from numbers as large as its way of so long at the highest velocity, s,
+/// Time at the highest velocity whose distance is the largest number in the calculation of a target, s,
 const WAY_OF_TARGET: f64 = 1.0;
-/// but from none larger than this, u: a velocity limit that means "none" shall not open the others.
+/// but at most this, u: a velocity limit that means "none" shall not open the others.
 const LARGEST_WAY: f64 = 1e6;
 
-/// How far a target may be beyond a wall, relative: the rounding of whoever calculates it.
+/// Greatest distance of a target beyond a wall, relative: the rounding of its calculation.
 const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// The share by which positions of a master are faster or slower than the velocity that it states. A master that is
-/// brought to another time states what it does in its own: the blocks of TS5066 take a beat of up to three cycles away over ninety.
+/// The share by which positions of a master are faster or slower than its stated velocity. A master
+/// that is moved to another time states the velocity in its own: the blocks of TS5066 remove a beat
+/// of up to three cycles over ninety.
 ///
-/// It is a fact of the master and not of the guard: a check of what leaves a guard may use it too, and sees no less by it.
+/// It is a property of the master and not of the guard: a check of a guard's output may use it,
+/// too, without becoming weaker.
 pub const PACE: f64 = 0.03;
 
-/// An axis is quick that reaches its highest velocity within this number of cycles. Of 10 000 motions along all limits one did not
-/// pass to the bit with 4.
+/// Greatest number of cycles in which a quick axis reaches its highest velocity. With 4, one of 10
+/// 000 motions along all limits did not pass to the bit.
 const QUICK: f64 = 8.0;
 
 /// The limits of an axis at its cycle time, and the units of the closed forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Envelope {
     limits: Limits,
-    /// The part of them that [binds](Limits::binding_in_cycles) positions one cycle apart.
+    /// The part of them that is [binding](Limits::binding_in_cycles) for positions one cycle apart.
     binding: Limits,
-    /// The jerk that the limit admits, in the units below, 1 where all of it binds: an acceleration beyond its limit
-    /// comes back as fast as that.
+    /// The jerk that the limit admits, in the units below, 1 if all of it is binding: an
+    /// acceleration beyond its limit returns at this rate.
     spare_jerk: f64,
     min: f64,
     max: f64,
     pub(super) cycle_time: f64,
     /// Cycles per second.
     pub(super) rate: f64,
-    /// `1/(j·T)`, `1/(j·T²)` and `1/(j·T³)`, with the jerk that binds.
+    /// `1/(j·T)`, `1/(j·T²)` and `1/(j·T³)`, with the binding jerk.
     per_acceleration: f64,
     per_velocity: f64,
     per_position: f64,
     /// The limits in these units.
     velocity: f64,
     pub(super) acceleration: f64,
-    /// The most that is used to stop at a wall: harder, the velocity limit could not be kept afterwards.
+    /// Hardest braking for a wall: a harder one could not keep the velocity limit afterwards.
     hardest: f64,
-    /// No stop from within the limits takes a longer way.
+    /// Greatest distance of a stop from within the limits.
     longest_stop: f64,
 }
 
-/// Velocity and acceleration of a cycle in units of the closed forms, and what rounding may add to both.
+/// Velocity and acceleration of a cycle in units of the closed forms, and the rounding of both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scaled {
     pub(super) w: f64,
@@ -118,34 +119,35 @@ impl Envelope {
         acceleration.abs() <= highest_acceleration(&self.limits) * (1.0 + RELATIVE)
     }
 
-    /// Tells an axis that may reach its highest velocity, and stand again, within a few cycles. Positions a cycle apart say little of
-    /// such a motion.
+    /// True for an axis that may reach its highest velocity, and stand again, within a few cycles.
+    /// Positions a cycle apart show little of such a motion.
     pub(super) fn is_quick(&self) -> bool {
         self.limits.velocity() <= QUICK * highest_acceleration(&self.limits) * self.cycle_time
     }
 
-    /// Whether a target may be taken to accelerate so.
+    /// True if this acceleration of a target is credible.
     pub(super) fn believes(&self, acceleration: f64) -> bool {
         acceleration.abs() <= highest_acceleration(&self.binding) * (1.0 + RELATIVE)
     }
 
-    /// Whether a motion within the jerk limit that has gone through a series can have this velocity and acceleration now:
-    /// it differs by what the jerk does in the time that the differences look back, by the [pace](PACE) of the clock that
-    /// it is stated in, and by rounding.
+    /// True if a motion within the jerk limit that has passed through a series can have this
+    /// velocity and acceleration now: the differences are the effect of the jerk in the time that
+    /// they look back, the [pace](PACE) of the clock in which it is stated, and rounding.
     pub(super) fn bears_out(&self, series: &Differences, state: &Kinematics) -> bool {
         let seen = self.state_now(series);
         let rounding = self.rounding(series.position, series.position) * self.rate;
         let (cycles, back) = series.looks_back();
         let acceleration = (state.acceleration - seen.acceleration).abs();
         let velocity = (state.velocity - seen.velocity).abs();
-        // Within a cycle the acceleration may be larger than any that leads from one velocity to another in a whole one.
+        // Within a cycle the acceleration may be larger than any that leads from one velocity to
+        // another in a whole one.
         let most = highest_acceleration(&self.limits);
         let change = (self.limits.jerk() * self.cycle_time).min(2.0 * most);
         let by_pace = [
             PACE * seen.velocity.abs(),
             2.0 * PACE * seen.acceleration.abs(),
         ];
-        // Nor can it change by more than the largest acceleration makes of the skipped cycles.
+        // Nor can it change by more than the effect of the largest acceleration in the skipped cycles.
         let slower = 0.5 * change * self.cycle_time * back * cycles;
         let slower = slower.min(most * self.cycle_time * cycles);
         let weaker = (change * back).min(2.0 * most);
@@ -153,9 +155,10 @@ impl Envelope {
             && acceleration <= weaker + by_pace[1] + 4.0 * rounding * self.rate
     }
 
-    /// Velocity and acceleration of a state that come no faster from those of the last one than the limits say, or than the
-    /// positions do where those began beyond the limits, in these cycles for each. Positions within the limits have such a state near by: what is cut off is less than what the jerk does
-    /// in a cycle, and comes in the next.
+    /// Velocity and acceleration of a state, limited in their change from the last one by the
+    /// limits, or by the positions' changes if those began beyond the limits, over these numbers of
+    /// cycles. Positions within the limits have such a state nearby: the part cut off is less than
+    /// the effect of the jerk in a cycle, and follows in the next.
     pub(super) fn steady(
         &self,
         last: &Kinematics,
@@ -180,7 +183,7 @@ impl Envelope {
         }
     }
 
-    /// In units of the closed forms.
+    /// Converts to units of the closed forms.
     pub(super) fn scaled(&self, series: &Differences) -> Scaled {
         let rounding = self.rounding(series.position, series.position);
         Scaled {
@@ -190,18 +193,18 @@ impl Envelope {
         }
     }
 
-    /// A way in units of the closed forms.
+    /// Converts a distance to units of the closed forms.
     pub(super) fn scaled_way(&self, way: f64) -> f64 {
         way * self.per_position
     }
 
-    /// What rounding may add to a position.
+    /// Rounding of a position.
     fn rounding(&self, from: f64, to: f64) -> f64 {
         let way = (WAY_OF_TARGET * self.limits.velocity()).min(LARGEST_WAY);
         ROUNDING * from.abs().max(to.abs()).max(way)
     }
 
-    /// Whether a series that has come from a position keeps every limit, and can go on doing so.
+    /// True if a series that comes from a position keeps every limit, and can continue to do so.
     #[inline]
     pub(super) fn keeps(&self, series: &Differences, from: f64) -> bool {
         let rounding = self.rounding(from, series.position) * self.rate;
@@ -211,14 +214,14 @@ impl Envelope {
             && self.can_keep_walls(series, from)
     }
 
-    /// Whether acceleration and jerk of a series keep their limits.
+    /// True if acceleration and jerk of a series keep their limits.
     #[inline]
     fn is_smooth(&self, series: &Differences, from: f64) -> bool {
         self.is_smooth_within(&self.limits, series, from)
     }
 
-    /// Whether a series is a motion that an axis could make, and not a jump that no limit forbids because they mean
-    /// "none".
+    /// True if a series is a motion that an axis could make, and not a jump permitted only because
+    /// limits mean "none".
     pub(super) fn is_motion(&self, series: &Differences, from: f64) -> bool {
         self.is_smooth_within(&self.binding, series, from)
     }
@@ -231,7 +234,7 @@ impl Envelope {
             && series.jerk.abs() <= limits.jerk() * (1.0 + RELATIVE) + 4.0 * rounding * self.rate
     }
 
-    /// Whether the speed stays within its limit while the acceleration is led to zero.
+    /// True if the speed stays within its limit while the acceleration is led to zero.
     #[inline]
     fn can_keep_velocity(&self, series: &Differences) -> bool {
         let Scaled { w, b, slack } = self.scaled(series);
@@ -239,7 +242,7 @@ impl Envelope {
         w * 1.0_f64.copysign(b) + gained <= self.velocity * (1.0 + RELATIVE) + slack
     }
 
-    /// Whether it can stop before the walls. From beyond one it may come back, or stay.
+    /// True if it can stop before the walls. From beyond one it may return, or stay.
     #[inline]
     fn can_keep_walls(&self, series: &Differences, from: f64) -> bool {
         let at = series.position;
@@ -254,19 +257,19 @@ impl Envelope {
         stops(self.max, from, at, w, b) && stops(-self.min, -from, -at, -w, -b)
     }
 
-    /// Whether a wall is farther away than any motion needs that goes no faster than the limits.
+    /// True if a wall is farther away than the stopping distance of any motion within the limits.
     #[inline]
     fn is_far(&self, room: f64, w: f64, b: f64) -> bool {
         room > self.longest_stop && w <= self.velocity && b <= self.acceleration
     }
 
-    /// The accelerations that the next cycle may have. Of two limits that cannot be kept together, the one
-    /// that comes first wins: jerk, acceleration, walls, velocity.
+    /// Possible accelerations of the next cycle. If two limits cannot both be kept, the first of
+    /// these has priority: jerk, acceleration, walls, velocity.
     pub(super) fn next_accelerations(&self, series: &Differences) -> Range {
         let Scaled { w, b, slack } = self.scaled(series);
         let position = series.position;
         let (most, hardest) = (self.acceleration, self.hardest);
-        // What rounding has added to the acceleration of a target that passed may be taken back.
+        // The rounding in the acceleration of a passed target may be reversed.
         let change = self.spare_jerk + 2.0 * slack;
         let range = Range::around(b, change).within(-most, most);
         let range = self.before_walls(range, position, w, hardest, |w, b| {
@@ -275,13 +278,12 @@ impl Envelope {
         let slower = acceleration_to_gain(self.velocity + w);
         let faster = acceleration_to_gain(self.velocity - w);
         let range = range.within(-slower, faster);
-        // It can stop before a wall by now; it shall do so without turning back.
+        // It can stop before a wall by now; it shall do so without reversing.
         let range = self.before_walls(range, position, w, most, |w, b| stop_way(w, b, most, most));
         range.within(b - self.spare_jerk, b + self.spare_jerk)
     }
 
-    /// What of a range leads to motions that still go no farther than to the walls; where none does, what
-    /// brakes hardest.
+    /// The part of a range that leads to motions ending before the walls; if empty, the hardest braking.
     fn before_walls(
         &self,
         range: Range,
@@ -304,7 +306,7 @@ impl Envelope {
         before_wall(range.mirrored(), -w, room).mirrored()
     }
 
-    /// How far the axis may go up: to the wall, or no farther beyond it.
+    /// Highest position allowed: the wall, or the current position beyond it.
     fn farthest_up(&self, position: f64) -> f64 {
         self.max.max(position)
     }
@@ -313,7 +315,7 @@ impl Envelope {
         self.min.min(position)
     }
 
-    /// A series goes on for one cycle with an acceleration, in units of the closed forms.
+    /// Continues a series for one cycle with an acceleration, in units of the closed forms.
     pub(super) fn after(&self, series: &Differences, acceleration: f64) -> Differences {
         let from = series.position;
         let acceleration = acceleration / self.per_acceleration;
@@ -327,7 +329,7 @@ impl Envelope {
         Differences::each_cycle(position, velocity, acceleration)
     }
 
-    /// Where a series is, and how it moves at that moment.
+    /// Current position and motion of a series.
     pub(super) fn state_now(&self, series: &Differences) -> Kinematics {
         let mean = series.velocity_of_cycle(self.cycle_time);
         let highest = self.limits.velocity().max(mean.abs());
@@ -340,7 +342,8 @@ impl Envelope {
     }
 }
 
-/// Which of the two applies turns on the direction of the motion; what keeps both keeps the larger.
+/// The larger limit, which a motion that keeps both keeps. The applicable one depends on the
+/// direction of the motion.
 fn highest_acceleration(limits: &Limits) -> f64 {
     limits.acceleration().max(limits.deceleration())
 }

@@ -1,10 +1,10 @@
-//! The last stage of an axis: limits that hold on the positions that leave it, whatever moves it.
+//! The last stage of an axis: limits kept by the positions that leave it, for every motion.
 //!
-//! A [`SetValueGuard`] gets a target per cycle and gives the set values of the drive. A target that keeps
-//! the limits passes with its own bits and without lag. From any other the guard departs as little and as
-//! briefly as it can, and lands on it again exactly. It is no filter: noise is smoothed before, and the
-//! limits of the guard lie some 20 % above those that a motion is planned with, or nothing is left to
-//! catch up with.
+//! A [`SetValueGuard`] takes a target per cycle and returns the set values of the drive. A target
+//! that keeps the limits passes with its own bits and without lag. From any other the guard departs
+//! as little and as briefly as possible, and lands on it again exactly. It is not a filter: noise
+//! is smoothed before, and the limits of the guard have to be some 20 % above those that a motion
+//! is planned with, as a reserve for catching up.
 //!
 //! ```
 //! use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
@@ -26,27 +26,28 @@
 //! # Ok::<(), coaxle_curve::profile::InvalidLimit>(())
 //! ```
 //!
-//! # What is kept
+//! # Guarantees
 //!
-//! The differences of the positions: velocity is the difference of two over the cycle time, acceleration
-//! that of two velocities, jerk that of two accelerations. A motion that keeps a limit keeps it in its
-//! differences too, so nothing is added to a limit but what rounding may: with `δ = 4ε·max(|p|, vmax·1 s)`,
-//! `δ/T` on the velocity, `2δ/T²` on the acceleration, `4δ/T³` on the jerk, and 1e-9 of each. Beyond some
-//! 1e4 u that becomes noticeable; a modulo position or an offset helps.
+//! The differences of the positions: velocity is the difference of two over the cycle time,
+//! acceleration that of two velocities, jerk that of two accelerations. A motion that keeps a limit
+//! keeps it in its differences too, so only rounding is added to a limit: with `δ = 4ε·max(|p|,
+//! vmax·1 s)`, `δ/T` on the velocity, `2δ/T²` on the acceleration, `4δ/T³` on the jerk, and 1e-9 of
+//! each. Beyond some 1e4 u that becomes noticeable; a modulo position or an offset helps.
 //!
-//! Of acceleration and deceleration the larger holds, either way: which of the two applies turns on the
-//! direction of the motion, and a motion that keeps both keeps that one.
+//! The larger of acceleration and deceleration applies, in both directions: the applicable one
+//! depends on the direction of the motion, and a motion that keeps both keeps the larger.
 //!
-//! Software limits come before the velocity, after jerk and acceleration: where the axis cannot stop any
-//! more, because limits were lowered or because it began too fast, it passes them as little as it can.
-//! From beyond one it may come back or stay, but go no farther. Rounding may add `128ε·max(|p|, vmax·1 s)`.
+//! Software limits have priority over the velocity, after jerk and acceleration: if the axis cannot
+//! stop in time, because limits were lowered or because it began too fast, it passes them as little
+//! as possible. From beyond one it may return or stay, but move no farther. Rounding may add
+//! `128ε·max(|p|, vmax·1 s)`.
 //!
-//! # How
+//! # Method
 //!
-//! There is no plan that could go stale. In each cycle the next acceleration is chosen such that a stop
-//! from there, relative to the target, ends just at the target (see `closed_forms`), within what jerk,
-//! acceleration, walls and velocity admit. The positions of a target decide about everything; what it
-//! states of its velocity and acceleration only predicts where it goes while its positions jump.
+//! There is no plan that could become stale. In each cycle the next acceleration is chosen such
+//! that a stop from there, relative to the target, ends just at the target (see `closed_forms`),
+//! within the limits of jerk, acceleration, walls and velocity. The positions of a target are
+//! decisive; its stated velocity and acceleration only predict its course while its positions jump.
 
 mod approach;
 mod closed_forms;
@@ -79,32 +80,32 @@ pub struct SetValueGuard {
     history: GuardHistory,
 }
 
-/// What a guard knows of the cycles so far: all of it that changes from one to the next.
+/// State of a guard that changes from one cycle to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuardHistory {
-    /// What has left it.
+    /// Positions that have left it.
     set: Differences,
-    /// Velocity and acceleration that were stated beside it, and the cycles skipped before that, and before the one before.
+    /// Velocity and acceleration stated with the last position, and the cycles skipped before that,
+    /// and before the one before.
     stated: Kinematics,
     skipped: [f64; 2],
     target: Target,
-    /// How far the positions to follow are from those of the target, u.
+    /// Distance of the positions to follow from those of the target, u.
     offset: f64,
-    /// How many targets in a row have passed, up to [`LANDED`].
+    /// Number of successive targets that have passed, up to [`LANDED`].
     passed: u8,
 }
 
-/// From so many targets in a row on, the differences of the set values are those of the target.
+/// Number of successive targets from which on the differences of the set values are those of the target.
 const LANDED: u8 = 3;
 
-/// Where more cycles were skipped, the axis goes on as if it had been so many: the time that an update
-/// takes is bounded.
+/// Greatest number of skipped cycles that are simulated, so that the time of an update is bounded.
 const MOST_CYCLES: u32 = 5_000;
 
 impl SetValueGuard {
-    /// The guard of an axis that is in the state `here`, as [`start`](Self::start) takes it.
+    /// Creates the guard of an axis that is in the state `here`, as for [`start`](Self::start).
     ///
-    /// Limits in u/s, u/s² and u/s³; software limits `min` and `max` in u, infinite where there is none.
+    /// Limits in u/s, u/s² and u/s³; software limits `min` and `max` in u, infinite if there is none.
     ///
     /// # Errors
     /// [`InvalidLimit`] unless the cycle time is a finite number above zero.
@@ -128,38 +129,38 @@ impl SetValueGuard {
         })
     }
 
-    /// Begins anew at a state, without history: after power on, homing or setting a position, and to resume
-    /// from a motion. The step to it is not guarded. What is no number counts as zero, a position as the
-    /// last one.
+    /// Restarts at a state, without history: after power on, homing or setting a position, and to
+    /// resume from a motion. The step to it is not guarded. Non-finite values count as zero, a
+    /// non-finite position as the last one.
     pub fn start(&mut self, here: &Kinematics) {
         let here = finite(here, self.history.set.position);
         self.history = GuardHistory::of(&here, self.envelope.cycle_time);
     }
 
-    /// What it knows of the cycles so far, to [go back to](Self::go_back).
+    /// The history of the cycles, to [go back to](Self::go_back).
     #[must_use]
     pub const fn history(&self) -> GuardHistory {
         self.history
     }
 
-    /// What came since then did not happen: no set values of it have left.
+    /// Discards the cycles since then: their set values have not left the axis.
     pub const fn go_back(&mut self, history: GuardHistory) {
         self.history = history;
     }
 
-    /// Other limits from the next cycle on, in u/s, u/s² and u/s³. The jerk keeps them at once; acceleration
-    /// and velocity come back within them as fast as that allows, and stay.
+    /// Sets other limits from the next cycle on, in u/s, u/s² and u/s³. The jerk keeps them at
+    /// once; acceleration and velocity return within them as fast as that allows, and stay.
     pub fn set_limits(&mut self, limits: &Limits) {
         self.envelope = self.envelope.with_limits(limits);
     }
 
-    /// Other software limits from the next cycle on, u; infinite where there is none.
+    /// Sets other software limits from the next cycle on, u; infinite if there is none.
     pub fn set_software_limits(&mut self, min: f64, max: f64) {
         self.envelope = self.envelope.with_walls(min, max);
     }
 
-    /// What becomes of a distance left behind, from the next cycle on. Without
-    /// [`DistancePolicy::VeloSync`], one that has stayed is caught up.
+    /// Sets the policy for a distance left behind, from the next cycle on. Without
+    /// [`DistancePolicy::VeloSync`], a remaining one is caught up.
     pub fn set_distance_policy(&mut self, policy: DistancePolicy) {
         self.policy = policy;
         if policy != DistancePolicy::VeloSync {
@@ -167,23 +168,23 @@ impl SetValueGuard {
         }
     }
 
-    /// How many of its cycles a time comes to.
+    /// Number of its cycles in a time.
     #[must_use]
     pub fn cycles_in(&self, elapsed: Seconds) -> u32 {
         (elapsed.0 / self.envelope.cycle_time + 0.5) as u32
     }
 
-    /// One cycle: the set values for a target, in u, u/s and u/s².
+    /// Runs one cycle: returns the set values for a target, in u, u/s and u/s².
     ///
-    /// `elapsed` is how many cycles the last update is ago: 1, or more where cycles were skipped. Positions
-    /// further apart in time are judged by their divided differences, which a motion that keeps the limits
-    /// keeps whatever was skipped; where the guard moves the axis itself, it goes through the skipped cycles
-    /// one by one, along the way that the target has come, and gives the last. (The closed forms know steps of
-    /// one length only.) A gap hides the last of how a target brakes: from one that
-    /// uses all of its limits the guard may depart there, for a moment, before the highest velocity or a
-    /// software limit.
+    /// `elapsed` is the number of cycles since the last update: 1, or more if cycles were skipped.
+    /// Positions further apart in time are checked by their divided differences, which a motion
+    /// within the limits keeps for any skipped cycles; if the guard moves the axis itself, it
+    /// simulates the skipped cycles one by one, along the path of the target, and returns the last.
+    /// (The closed forms have steps of one length only.) A gap hides the end of a target's braking:
+    /// from a target that uses its limits fully the guard may depart there, for a moment, before
+    /// the highest velocity or a software limit.
     ///
-    /// A target with anything that is not a finite number is not followed; the axis comes to a stop.
+    /// A target with a non-finite value is not followed; the axis stops.
     pub fn update(&mut self, target: &Kinematics, elapsed: u32) -> Guarded {
         let elapsed = elapsed.max(1);
         let cycles = f64::from(elapsed);
@@ -202,17 +203,17 @@ impl SetValueGuard {
         }
     }
 
-    /// In how many cycles the velocity and the acceleration that are stated have changed: what they were at the end of
-    /// skipped cycles, positions say only one cycle later of the velocity, and two of the acceleration.
+    /// Numbers of cycles over which the stated velocity and acceleration have changed: after
+    /// skipped cycles, positions show the velocity only one cycle later, and the acceleration two.
     fn cycles_of_change(&mut self, cycles: f64) -> [f64; 2] {
         let [last, before] = self.history.skipped;
         self.history.skipped = [cycles - 1.0, last];
         [cycles + last, cycles + last + before]
     }
 
-    /// The set values that left last, as another motion takes them over: velocity and acceleration as they
-    /// state them where their positions bear that out, to what a motion within the jerk limit can differ
-    /// from its differences, and else as the positions say.
+    /// The last set values, as another motion takes them over: velocity and acceleration as stated
+    /// if their positions confirm them, within the possible deviation of a motion within the jerk
+    /// limit from its differences, and else those of the positions.
     #[must_use]
     pub fn borne_out(&self, set: &Kinematics) -> Kinematics {
         if self.envelope.bears_out(&self.history.set, set) {
@@ -252,8 +253,8 @@ impl SetValueGuard {
             && (self.history.passed >= LANDED || self.passes_next(next))
     }
 
-    /// Whether the next two targets will pass too, if this one does and its course goes on: without that,
-    /// the axis would touch the target and leave it again.
+    /// True if the next two targets will pass too, provided this one does and its course continues:
+    /// otherwise the axis would touch the target and leave it again.
     fn passes_next(&self, next: &Differences) -> bool {
         let cycle_time = self.envelope.cycle_time;
         let (mut from, mut course) = (*next, self.history.target.course(&self.envelope));
@@ -269,7 +270,7 @@ impl SetValueGuard {
 
     fn depart(&mut self, wanted: f64, elapsed: u32) -> GuardState {
         let course = self.history.target.course(&self.envelope);
-        // It may be one bad target: the axis waits a cycle for the next, and is less disturbed by far.
+        // It may be a single bad target: the axis waits a cycle for the next, and is far less disturbed.
         let waits = self.history.passed >= LANDED;
         self.history.passed = 0;
         self.go_on(wanted, &course, elapsed, waits);
@@ -285,7 +286,7 @@ impl SetValueGuard {
         }
     }
 
-    /// Cycle by cycle along the way of the target.
+    /// Simulates cycle by cycle along the path of the target.
     fn go_on(&mut self, wanted: f64, course: &Course, elapsed: u32, waits: bool) {
         let cycle_time = self.envelope.cycle_time;
         let cycles = elapsed.min(MOST_CYCLES);
@@ -319,7 +320,8 @@ impl SetValueGuard {
         GuardState::Coasting
     }
 
-    /// One cycle of an acceleration, or of the nearest that is possible, in units of the closed forms.
+    /// Advances one cycle with an acceleration, or with the nearest possible one, in units of the
+    /// closed forms.
     fn advance(&mut self, acceleration: f64) {
         let possible = self.envelope.next_accelerations(&self.history.set);
         self.history.set = self
@@ -327,8 +329,9 @@ impl SetValueGuard {
             .after(&self.history.set, possible.nearest(acceleration));
     }
 
-    /// What leaves it. Drives feed velocity and acceleration forward: they are those that a target states as long as its
-    /// positions bear them out, else those of the positions, and change no faster than the limits say, in as many cycles.
+    /// The set values that leave the guard. Drives feed velocity and acceleration forward: they are
+    /// those stated by the target as long as its positions confirm them, else those of the
+    /// positions, and change no faster than the limits allow, over these numbers of cycles.
     fn set_values(&self, target: &Kinematics, state: GuardState, cycles: [f64; 2]) -> Kinematics {
         let (envelope, set) = (&self.envelope, &self.history.set);
         let is_stated = state == GuardState::Tracking
@@ -349,7 +352,7 @@ impl SetValueGuard {
 }
 
 impl GuardHistory {
-    /// None: the axis is here.
+    /// Starts a history at the current state of the axis.
     fn of(here: &Kinematics, cycle_time: f64) -> Self {
         Self {
             set: Differences::up_to(here, cycle_time),
@@ -368,7 +371,7 @@ fn is_finite(state: &Kinematics) -> bool {
         .all(|value| value.is_finite())
 }
 
-/// What of a state is a number.
+/// The finite values of a state.
 fn finite(state: &Kinematics, position: f64) -> Kinematics {
     let or = |value: f64, other: f64| if value.is_finite() { value } else { other };
     Kinematics {

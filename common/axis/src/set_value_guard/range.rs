@@ -1,6 +1,6 @@
-//! The accelerations that a cycle may have.
+//! The possible accelerations of a cycle.
 
-/// From one to another, in units of the closed forms.
+/// A range of accelerations, in units of the closed forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
     low: f64,
@@ -19,12 +19,12 @@ impl Range {
         self.high
     }
 
-    /// What is nearest to a number. (`clamp` panics where the bounds are no numbers.)
+    /// The nearest value to a number. (`clamp` panics if the bounds are not numbers.)
     pub(super) fn nearest(self, to: f64) -> f64 {
         to.max(self.low).min(self.high)
     }
 
-    /// What of it lies between two others; at least its end that is nearest to them.
+    /// The part between two others; at least its end nearest to them.
     pub(super) fn within(self, low: f64, high: f64) -> Self {
         Self {
             low: self.nearest(low),
@@ -32,12 +32,12 @@ impl Range {
         }
     }
 
-    /// What of it is not above a number that lies in it.
+    /// The part up to a number that lies in it.
     pub(super) const fn up_to(self, high: f64) -> Self {
         Self { high, ..self }
     }
 
-    /// The same seen from the other side.
+    /// The range mirrored at zero.
     pub(super) fn mirrored(self) -> Self {
         Self {
             low: -self.high,

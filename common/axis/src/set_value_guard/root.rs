@@ -1,22 +1,23 @@
-//! Where a rising function passes through zero.
+//! Root of a rising function.
 
-/// Enough for roots that are about as large as their interval: every third step halves that, and the others do
-/// better by far.
+/// Number of steps for roots about as large as their interval: every third step halves that, and
+/// the others converge far faster.
 const USUAL_STEPS: u32 = 36;
 
-/// The bound of the steps. From [`USUAL_STEPS`] on every third one halves the interval in its exponent, then in its
-/// digits: one step finds the sign, eight the exponent (from 1e-24 on, within a factor of four), forty the digits.
+/// Greatest number of steps. From [`USUAL_STEPS`] on every third one halves the interval in its
+/// exponent, then in its digits: one step finds the sign, eight the exponent (from 1e-24 on, within
+/// a factor of four), forty the digits.
 const MOST_STEPS: u32 = USUAL_STEPS + 3 * (1 + 8 + 40);
 
-/// How well a root is found, relative to its interval, and to its own size where that is less,
+/// Precision of a root, relative to its interval, and to its own size if that is less,
 const PRECISION: f64 = 1e-11;
-/// and the size that counts as none: at limits of 1e15 and cycles of 10 ms that is 1e-15 u.
+/// and the size that counts as zero: at limits of 1e15 and cycles of 10 ms that is 1e-15 u.
 const NOTHING: f64 = 1e-24;
 
 /// Two ends that differ by more than this factor are halved in their exponent.
 const WIDE: f64 = 4.0;
 
-/// The largest argument from `low` to `high` at which a rising function is not above zero; `low` where
+/// The largest argument from `low` to `high` at which a rising function is not above zero; `low` if
 /// there is none.
 ///
 /// Illinois (the false position that halves the value of an end which stays), with a bisection every third
@@ -35,7 +36,7 @@ pub(super) fn last_not_above(low: f64, high: f64, rising: impl Fn(f64) -> f64) -
     }
 }
 
-/// The root lies between.
+/// Interval that contains the root.
 struct Bracket {
     low: f64,
     high: f64,
@@ -82,7 +83,7 @@ impl Bracket {
             return self.middle(step);
         }
         let at = self.low - self.at_low / rise * (self.high - self.low);
-        // A step past the root, so that its other end comes close too.
+        // A step past the root, so that its other end approaches too.
         at.max(self.low + 0.5 * enough)
             .min(self.high - 0.5 * enough)
     }

@@ -1,40 +1,41 @@
-//! What a target does, as far as it can be known.
+//! Course of a target, as far as it is known.
 
 use coaxle_curve::profile::Kinematics;
 
 use super::differences::Differences;
 use super::envelope::{Envelope, PACE, ROUNDING};
 
-/// The positions of a target, and what it states of itself.
+/// The positions of a target, and its stated values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Target {
     series: Differences,
-    /// The position before the last, u, and how many cycles ago that was.
+    /// The position before the last, u, and its age in cycles.
     from: f64,
     gap: f64,
     stated: Kinematics,
-    /// Cycles in a row in which it did not go as it states.
+    /// Successive cycles in which it did not move as stated.
     beside: u8,
     last_position: f64,
 }
 
-/// What a target is taken to do: its mean velocity of the last cycle, u/s, and its acceleration, u/s².
+/// Assumed course of a target: its mean velocity of the last cycle, u/s, and its acceleration, u/s².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Course {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
 }
 
-/// The most by which velocities of a target are beside its positions, as a share of the change of its acceleration in a cycle: an eighth,
-/// and four times that for what is stated beside an acceleration that begins within a cycle. Without it, a velocity passed that was 130 %
-/// beside its positions where the limits mean "none" (wide schedule 4128).
+/// Greatest deviation of a target's velocities from its positions, as a share of the change of its
+/// acceleration in a cycle: an eighth, and four times that for an acceleration that begins within a
+/// cycle. Without it, a velocity passed that deviated by 130 % from its positions where the limits
+/// mean "none" (wide schedule 4128).
 const CHANGE: f64 = 0.5;
 
-/// A motion may begin and end within a cycle, and positions say little of that; those of one that states what it does not do are
-/// beside it again in the next.
+/// Number of successive deviating cycles that count. A motion may begin and end within a cycle, and
+/// positions show little of that; a target with false stated values deviates again in the next.
 const BESIDE: u8 = 3;
 
-/// Over so many cycles differences still tell where a target is going.
+/// Greatest number of cycles over which differences still show the course of a target.
 const MOST_MISSING: f64 = 4.0;
 
 impl Target {
@@ -49,8 +50,8 @@ impl Target {
         }
     }
 
-    /// The next one, so many cycles later. After one that is no number it takes three more until the
-    /// differences are numbers again.
+    /// Appends the next target, this number of cycles later. After a non-finite one it takes three
+    /// more until the differences are numbers again.
     pub(super) fn then(&self, next: &Kinematics, cycles: f64, rate: f64) -> Self {
         let last_position = if next.position.is_finite() {
             next.position
@@ -72,10 +73,11 @@ impl Target {
         }
     }
 
-    /// Tells a target whose way in a cycle is the mean of the velocities that are stated at its ends.
+    /// True for a target whose distance in a cycle is the mean of the stated velocities at its ends.
     ///
-    /// That holds of a motion to an eighth of what the acceleration changes by (the trapezoidal rule): by as much as is stated, or
-    /// as positions show. A far axis that is blended, or that jumps, states neither.
+    /// For a motion this is true to an eighth of the change of its acceleration (the trapezoidal
+    /// rule), as stated or as shown by its positions. A far axis that is blended, or that jumps,
+    /// states neither.
     fn goes_on(&self, next: &Kinematics, series: &Differences, rate: f64) -> bool {
         let mean = 0.5 * (self.stated.velocity + next.velocity);
         let stated = (next.acceleration - self.stated.acceleration).abs();
@@ -85,7 +87,7 @@ impl Target {
         (series.velocity - mean).abs() <= most
     }
 
-    /// Tells a target whose newest positions are where its stated velocities have it.
+    /// True for a target whose newest positions match its stated velocities.
     pub(super) const fn is_consistent(&self) -> bool {
         self.beside < BESIDE
     }
@@ -95,7 +97,7 @@ impl Target {
         self.last_position
     }
 
-    /// Its positions decide. Where they jump, or too many of them are missing, there is nothing but what it states.
+    /// The course by its positions. If they jump, or too many of them are missing, by its stated values.
     pub(super) fn course(&self, envelope: &Envelope) -> Course {
         if self.gap <= MOST_MISSING && envelope.is_motion(&self.series, self.from) {
             Course {
@@ -107,8 +109,8 @@ impl Target {
         }
     }
 
-    /// Where it was so many cycles before its last position, as far as can be known, and on what course: on the one that it
-    /// is on now, but no farther than it has come since the position before.
+    /// Position this number of cycles before its last one, as far as known, and its course then:
+    /// the current course, but at most back to the position before the last.
     pub(super) fn before(&self, cycles: f64, course: &Course, cycle_time: f64) -> (f64, Course) {
         let last = self.series.position;
         let by_course = last - course.way_of_last(cycles, cycle_time);
@@ -137,13 +139,13 @@ impl Target {
 }
 
 impl Course {
-    /// How far it has gone in so many cycles that end now, u.
+    /// Distance in this number of cycles that end now, u.
     pub(super) fn way_of_last(&self, cycles: f64, cycle_time: f64) -> f64 {
         let slower = self.acceleration * cycle_time * (cycles - 1.0) / 2.0;
         cycles * cycle_time * (self.velocity - slower)
     }
 
-    /// The same so many cycles later; before, where that is below zero.
+    /// The course this number of cycles later; earlier if negative.
     pub(super) fn later(&self, cycles: f64, cycle_time: f64) -> Self {
         Self {
             velocity: self.velocity + self.acceleration * cycle_time * cycles,

@@ -15,7 +15,7 @@ const PARAMETERS: ProcessDriveParameters = ProcessDriveParameters {
     following_error_time: 0.003,
 };
 
-/// A process in a test: what it was told last, and what it says.
+/// A process in a test: the last command, and its reply.
 #[derive(Debug, Default)]
 struct Process {
     told: DriveCommand,
@@ -36,7 +36,7 @@ impl DriveLink for Link {
 }
 
 impl Link {
-    /// A process that does as it is told.
+    /// Replies like a process that obeys the command.
     fn obeys(&self) {
         let mut process = self.0.lock().unwrap();
         let told = process.told;
@@ -77,7 +77,7 @@ fn step(drive: &mut ProcessDrive<Link>, position: f64) {
     drive.step(&Kinematics::at_rest(position), CYCLE);
 }
 
-/// One that follows.
+/// A drive that follows.
 fn following() -> (ProcessDrive<Link>, Link) {
     let (mut drive, link) = drive();
     for _ in 0..4 {
@@ -162,7 +162,7 @@ fn a_heartbeat_that_stops_trips_it_and_a_reset_brings_it_back() {
         Some(DriveFault::Silent { cycles: 6, most: 5 })
     );
     assert_eq!(link.told().state, DriveState::Tripped);
-    // It lives again: that alone changes nothing.
+    // The process is alive again: that alone has no effect.
     for _ in 0..10 {
         link.obeys();
         step(&mut drive, 3.0);
@@ -270,7 +270,7 @@ fn parameters_out_of_range_are_named() {
 }
 
 proptest! {
-    /// Whatever a process says: nothing panics, power is told only while it is wanted, and a trip stays.
+    /// For any reply of a process: no panic, power only while it is wanted, and a trip stays.
     #[test]
     fn whatever_the_process_says(
         says in proptest::collection::vec(

@@ -1,4 +1,4 @@
-//! What it does in one case or another.
+//! Behaviour in single cases.
 
 use std::vec::Vec;
 
@@ -27,7 +27,7 @@ fn moving(cycle: u32) -> Kinematics {
     }
 }
 
-/// The guarded set values of so many cycles, which keep the limits.
+/// The guarded set values of this number of cycles, which keep the limits.
 fn guarded(
     guard: &mut SetValueGuard,
     watch: &mut Watch,
@@ -135,7 +135,7 @@ fn a_distance_stays_where_only_the_velocity_is_followed() {
     let start = moving(0);
     let mut guard = guard(&start);
     guard.set_distance_policy(DistancePolicy::VeloSync);
-    // It jumps ahead by 7 and goes on.
+    // The target jumps ahead by 7 and moves on.
     let jumped = |cycle: u32| {
         let mut target = moving(cycle);
         target.position += if cycle < 100 { 0.0 } else { 7.0 };
@@ -269,8 +269,8 @@ fn any_number_of_cycles_may_be_skipped() {
     }
 }
 
-/// A node that stood still for seconds while its axis was on the way to a target that was faster: how that target came to
-/// rest nobody knows.
+/// A node that stalled for seconds while its axis was on the way to a faster target, whose way to
+/// rest is unknown.
 #[test]
 fn after_many_skipped_cycles_it_is_at_rest_where_its_target_is() {
     for skipped in [200, 1_000, 4_000] {

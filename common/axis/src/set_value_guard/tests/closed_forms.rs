@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::super::closed_forms::{acceleration_to_gain, least_peak, speed_gained, stop_way};
 
-/// A state, and how much it may be accelerated either way.
+/// A state, and its greatest accelerations in both directions.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     w: f64,
@@ -21,7 +21,8 @@ fn signed(size: impl Strategy<Value = f64>) -> impl Strategy<Value = f64> {
     (size, any::<bool>()).prop_map(|(size, up)| if up { size } else { -size })
 }
 
-/// Bounds from far below the jerk of one cycle (the acceleration is there at once) to many cycles of it.
+/// Bounds from far below the jerk of one cycle (the acceleration is reached at once) to many cycles
+/// of it.
 fn case() -> impl Strategy<Value = Case> {
     let fraction = -1.0..1.0;
     (
@@ -42,8 +43,8 @@ fn case() -> impl Strategy<Value = Case> {
         })
 }
 
-/// The acceleration goes to zero one way and the speed would turn on the way: the last braking is that of
-/// the other direction, or only just not.
+/// The acceleration is reduced to zero in one direction and the speed would reverse on the way: the
+/// last braking is in the other direction, or only just not.
 fn turning() -> impl Strategy<Value = Case> {
     (case(), -1.2..0.2).prop_map(|(case, share): (Case, f64)| {
         let b = -case.b.abs().min(case.lower);
@@ -85,7 +86,7 @@ fn stepped_way(case: &Case) -> f64 {
             .clamp(b - 1.0, b + 1.0)
             .clamp(-lower, upper);
         w += b;
-        // Summed with compensation: ways cancel where the motion turns.
+        // Summed with compensation, because distances cancel where the motion reverses.
         let term: f64 = w - rounding;
         let sum = way + term;
         rounding = (sum - way) - term;
@@ -94,7 +95,7 @@ fn stepped_way(case: &Case) -> f64 {
     panic!("does not stop: {case:?}");
 }
 
-/// Brakes as hard as it can until it turns.
+/// Brakes as hard as possible until it reverses.
 fn stepped_peak(case: &Case) -> f64 {
     let Case {
         mut w,
@@ -114,7 +115,7 @@ fn stepped_peak(case: &Case) -> f64 {
     }
 }
 
-/// What the ways of both directions are measured against.
+/// Reference size for the distances of both directions.
 fn size(case: &Case) -> f64 {
     let gained = case.w.abs() + speed_gained(case.b).abs() + case.b.abs();
     gained.max(gained * case.b.abs())

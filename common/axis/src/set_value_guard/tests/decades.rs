@@ -1,4 +1,5 @@
-//! Every limit that a config admits, in every combination: 1e-9 to 1e15 each, and cycles from 0.25 to 10 ms.
+//! Every limit that a config admits, in every combination: 1e-9 to 1e15 each, and cycles from 0.25
+//! to 10 ms.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits, to_position};
@@ -7,14 +8,14 @@ use super::super::{GuardState, SetValueGuard};
 use super::random::Random;
 use super::watch::Watch;
 
-/// What a config admits, see [`is_limit`](crate::guard::is_limit).
+/// Range of limits in a config, see [`is_limit`](crate::guard::is_limit).
 const LEAST: f64 = 1e-9;
 const MOST: f64 = 1e15;
 
-/// Longer ways are begun, not ended.
+/// Longer motions are begun, not finished.
 const CYCLES: u32 = 2_000;
 
-/// Rounding of positions of some size under limits, u.
+/// Rounding of positions of this size under limits, u.
 fn rounding(size: f64, limits: &Limits) -> f64 {
     128.0 * f64::EPSILON * size.max(limits.velocity().min(1e6))
 }
@@ -24,7 +25,7 @@ fn limits_by_chance(random: &mut Random) -> Limits {
     Limits::new(velocity, acceleration, acceleration, jerk).unwrap()
 }
 
-/// Whether a step keeps all limits as far as it can be seen when it comes: such a step passes as it is.
+/// True if a step keeps all limits as far as visible when it comes: such a step passes unchanged.
 fn is_within_a_cycle(step: f64, limits: &Limits, cycle_time: f64) -> bool {
     let rate = 1.0 / cycle_time;
     let velocity = step.abs() * rate;
@@ -33,17 +34,17 @@ fn is_within_a_cycle(step: f64, limits: &Limits, cycle_time: f64) -> bool {
         && velocity * rate * rate <= limits.jerk()
 }
 
-/// A way from rest to rest.
+/// A motion from rest to rest.
 struct Way {
     limits: Limits,
     cycle_time: f64,
     to: f64,
-    /// Software limits to both sides, u.
+    /// Software limits on both sides, u.
     walls: f64,
 }
 
 impl Way {
-    /// It goes straight to where it is to be, and is there about when the fastest motion is.
+    /// Asserts that it moves straight to its goal, and arrives at about the time of the fastest motion.
     fn assert_goes_straight(&self) {
         let start = Kinematics::at_rest(0.0);
         let (limits, cycle_time) = (&self.limits, Seconds(self.cycle_time));
@@ -79,7 +80,7 @@ impl Way {
     }
 }
 
-/// An axis whose jerk limit means none.
+/// An axis whose jerk limit means "none".
 #[test]
 fn a_jerk_limit_that_means_none_leads_straight_to_the_target() {
     for jerk in [1e6, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15] {
@@ -95,7 +96,7 @@ fn a_jerk_limit_that_means_none_leads_straight_to_the_target() {
     }
 }
 
-/// LinuxCNC 2316: rate limits that mean none leave the position limit in force.
+/// LinuxCNC 2316: rate limits that mean "none" leave the position limit in force.
 #[test]
 fn limits_that_mean_none_do_not_switch_the_software_limits_off() {
     for cycle_time in [0.00025, 0.001, 0.01] {
@@ -137,7 +138,7 @@ fn it_goes_straight_in_all_decades_of_its_limits() {
     }
 }
 
-/// Both in motion, as fast as the axis may be or slower.
+/// Two motions, of axis and target, as fast as the axis may be or slower.
 #[test]
 fn it_lands_on_a_moving_target_in_all_decades_of_its_limits() {
     let random = &mut Random::seeded(35);
@@ -145,7 +146,7 @@ fn it_lands_on_a_moving_target_in_all_decades_of_its_limits() {
     for _ in 0..3_000 {
         let limits = limits_by_chance(random);
         let cycle_time = random.decades(0.25e-3, 10e-3);
-        // What means "no limit" is not gone at.
+        // Limits that mean "none" are not used as speeds.
         let fastest = limits.velocity().min(1e5);
         let [from, to] = [(); 2].map(|()| random.between(-0.8, 0.8) * fastest);
         let start = Kinematics {

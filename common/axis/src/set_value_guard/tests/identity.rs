@@ -11,7 +11,7 @@ use super::random::Random;
 
 const CYCLES: u32 = 2_000;
 
-/// A motion from standstill to standstill, and how many cycles its states are apart.
+/// A motion from standstill to standstill, and the numbers of cycles between its states.
 struct Path {
     axis: Axis,
     start: Kinematics,
@@ -37,7 +37,7 @@ impl Path {
         }
     }
 
-    /// All along its limits, each times a number.
+    /// Extends it along its limits, each multiplied by a share.
     fn along(mut self, share: f64, skips: bool, random: &mut Random) -> Self {
         let mut motion = Motion::starting_at(self.start, scaled(&self.axis.limits, share));
         for cycle in 0.. {
@@ -75,7 +75,7 @@ impl Path {
     }
 }
 
-/// All that it has; of three axes, one brakes less than it accelerates.
+/// Full limits; in a third of the axes, the deceleration is less than the acceleration.
 fn full(limits: &Limits, random: &mut Random) -> Limits {
     let (v, a, j) = (limits.velocity(), limits.acceleration(), limits.jerk());
     let share = if random.percent(33) {
@@ -86,7 +86,7 @@ fn full(limits: &Limits, random: &mut Random) -> Limits {
     Limits::new(v, a, share * a, j).unwrap()
 }
 
-/// The software limits are where the motion turns.
+/// Motions at full limits, with the software limits at their reversal points.
 fn full_limit_motions_pass(seeds: core::ops::Range<u64>) {
     for seed in seeds {
         let random = &mut Random::seeded(seed);
@@ -110,7 +110,7 @@ fn ten_thousand_motions_along_all_limits_pass() {
 fn motions_with_a_reserve_pass_where_cycles_were_skipped() {
     for seed in 0..200 {
         let random = &mut Random::seeded(seed);
-        // What happens within a gap is not much.
+        // Changes within a gap are small.
         let slow = |limits: &Limits, _: &mut Random| {
             let jerk = limits.jerk() / 100.0;
             Limits::new(

@@ -1,4 +1,4 @@
-//! Limits, walls and policies that change, and starts anew, at any moment of any stream.
+//! Changes of limits, walls and policies, and restarts, at any moment of any stream.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
@@ -18,7 +18,7 @@ struct Interrupted {
     last: Kinematics,
 }
 
-/// An axis by chance that is to be interrupted, the trouble that its target has, and the target.
+/// A random axis to be interrupted, the trouble of its target, and the target.
 fn by_chance(seed: u64, random: &mut Random) -> (Interrupted, Trouble, Troubled) {
     let axis = Axis::by_chance(random);
     let start = Kinematics::at_rest(axis.origin);
@@ -44,7 +44,7 @@ impl Interrupted {
 
     fn interrupt(&mut self, trouble: Trouble, random: &mut Random) {
         match random.below(5) {
-            // Differences over a gap still have something of the old limits.
+            // Differences over a gap still contain a part of the old limits.
             0 if trouble != Trouble::Skipped => {
                 let limits = scaled(&self.axis.limits, random.decades(0.2, 2.0));
                 self.guard.set_limits(&limits);
@@ -112,8 +112,8 @@ fn limits_are_kept_through_every_interruption() {
     limits_are_kept_whatever_happens(0..650);
 }
 
-/// Set values that are refused once they were guarded have not left: the next ones go on from those that have, as if they had
-/// never been.
+/// Set values refused after the guard have not left: the next ones continue from those that have,
+/// without any trace.
 #[test]
 fn a_cycle_that_is_taken_back_leaves_no_trace() {
     for seed in 0..130 {

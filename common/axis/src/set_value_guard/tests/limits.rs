@@ -8,7 +8,7 @@ use super::motion::{Axis, Motion, scaled};
 use super::random::Random;
 use super::watch::{Used, Watch};
 
-/// What was over its limit when that was lowered, and is not any more.
+/// Quantities that were over a lowered limit, and are not any more.
 #[derive(Default)]
 pub(super) struct Settled {
     acceleration: bool,
@@ -16,7 +16,7 @@ pub(super) struct Settled {
 }
 
 impl Settled {
-    /// Whether everything holds that may be expected of this cycle.
+    /// True if all expectations of this cycle are met.
     pub(super) fn see(&mut self, used: Used, watch: &Watch) -> bool {
         let holds = used.jerk <= 1.0
             && !(self.acceleration && used.acceleration > 1.0)
@@ -27,7 +27,7 @@ impl Settled {
     }
 }
 
-/// How long it takes at most until everything is within lowered limits, s.
+/// Longest time until all quantities are within lowered limits, s.
 fn settling_time(before: &Limits, after: &Limits) -> f64 {
     let release = before.acceleration() / after.jerk();
     let gained = before.velocity() + before.acceleration() * release;
@@ -47,7 +47,7 @@ fn lowered_limits_are_kept(seed: u64) {
         let _ = watch.see(guard.update(&motion.next(random, t), 1).set.position, 1);
     }
     if random.percent(50) {
-        // Just when it catches up.
+        // While it catches up.
         let size = axis.limits.velocity() * axis.ramp();
         motion.jump(size * random.between(-1.0, 1.0), random.between(-0.5, 0.5));
         for _ in 0..1 + random.below(100) {

@@ -1,5 +1,5 @@
 //! The guard against brute force, and against streams of every kind. Positions are judged by their
-//! differences, never by what is stated beside them.
+//! differences, never by stated values.
 
 mod behaviour;
 mod closed_forms;

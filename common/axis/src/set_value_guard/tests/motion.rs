@@ -1,32 +1,33 @@
-//! Motions that keep limits: profiles one after the other.
+//! Motions within limits: profiles one after the other.
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
 
 use super::random::Random;
 
-/// An axis, and how it is looked at.
+/// An axis, and its sampling.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
     pub(super) limits: Limits,
     pub(super) cycle_time: f64,
-    /// Where it is, about, u.
+    /// Approximate position, u.
     pub(super) origin: f64,
 }
 
 impl Axis {
-    /// From drives that have their acceleration within a small part of a cycle, and their velocity in one,
-    /// to such that need hundreds.
+    /// A random axis: from drives that reach their acceleration within a small part of a cycle, and
+    /// their velocity in one, to those that need hundreds.
     pub(super) fn by_chance(random: &mut Random) -> Self {
         Self::that_needs(1e-3, 0.1, random)
     }
 
-    /// The same, but no drive that is at its limits within a cycle.
+    /// A random axis, but not one that reaches its limits within a cycle.
     pub(super) fn usual(random: &mut Random) -> Self {
         Self::that_needs(0.3, 2.0, random)
     }
 
-    /// At least so many cycles to its acceleration, and with that to its velocity.
+    /// A random axis that needs at least these numbers of cycles to its acceleration, and with that
+    /// to its velocity.
     fn that_needs(to_acceleration: f64, to_velocity: f64, random: &mut Random) -> Self {
         let cycle_time = random.decades(0.25e-3, 4e-3);
         let jerk = random.decades(1e3, 1e8);
@@ -46,14 +47,14 @@ impl Axis {
 }
 
 impl Axis {
-    /// How long it takes to its velocity and back, about, s.
+    /// Approximate time to its velocity and back, s.
     pub(super) fn ramp(&self) -> f64 {
         let limits = &self.limits;
         2.0 * (limits.velocity() / limits.acceleration() + limits.acceleration() / limits.jerk())
     }
 }
 
-/// The same limits, each times a number.
+/// Limits, each multiplied by a share.
 pub(super) fn scaled(limits: &Limits, share: f64) -> Limits {
     Limits::new(
         share * limits.velocity(),
@@ -64,13 +65,13 @@ pub(super) fn scaled(limits: &Limits, share: f64) -> Limits {
     .unwrap()
 }
 
-/// A motion without end that keeps limits, looked at once per cycle.
+/// A motion without end within limits, sampled once per cycle.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
     limits: Limits,
     profile: Profile,
     since: f64,
-    /// When it goes over to the next profile.
+    /// End of the current profile.
     until: f64,
     pub(super) here: Kinematics,
 }
@@ -95,14 +96,14 @@ impl Motion {
         self.here
     }
 
-    /// Goes on at a part of its velocity.
+    /// Continues at a share of its velocity.
     pub(super) fn cruise(&mut self, share: f64) {
         self.profile = to_velocity(&self.here, share * self.limits.velocity(), &self.limits);
         self.since = 0.0;
         self.until = f64::INFINITY;
     }
 
-    /// Is elsewhere at once, at a part of its velocity.
+    /// Jumps to another position, at a share of its velocity.
     pub(super) fn jump(&mut self, by: f64, share: f64) {
         let here = Kinematics {
             position: self.here.position + by,
@@ -112,7 +113,7 @@ impl Motion {
         *self = Self::starting_at(here, self.limits);
     }
 
-    /// The next profile, from where the last one is in this cycle.
+    /// Begins the next profile, at the state of the last one in this cycle.
     fn turn(&mut self, random: &mut Random) {
         let (from, limits) = (self.here, &self.limits);
         let ramp =

@@ -1,4 +1,4 @@
-//! Numbers by chance: the same for the same seed.
+//! Random numbers, reproducible by seed.
 
 /// SplitMix64.
 #[derive(Clone, Debug)]
@@ -16,22 +16,22 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From one number to another.
+    /// A number between two others.
     pub(super) fn between(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// The same with every decade as likely as any other.
+    /// A number between two others, with every decade equally likely.
     pub(super) fn decades(&mut self, from: f64, to: f64) -> f64 {
         libm::pow(10.0, self.between(libm::log10(from), libm::log10(to)))
     }
 
-    /// So many times out of a hundred.
+    /// True with this probability in percent.
     pub(super) fn percent(&mut self, times: u32) -> bool {
         self.next() % 100 < u64::from(times)
     }
 
-    /// Below a number.
+    /// A number below another.
     pub(super) fn below(&mut self, number: u32) -> u32 {
         (self.next() % u64::from(number)) as u32
     }

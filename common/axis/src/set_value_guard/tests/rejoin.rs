@@ -1,4 +1,4 @@
-//! How soon the axis is back, beside an independent time-optimal generator.
+//! Time until the axis is back, compared with an independent time-optimal generator.
 
 use std::vec::Vec;
 
@@ -10,27 +10,27 @@ use super::super::{GuardState, SetValueGuard};
 use super::motion::{Axis, scaled};
 use super::random::Random;
 
-/// A way to a target of constant velocity.
+/// A motion to a target of constant velocity.
 struct Way {
     axis: Axis,
     from: Kinematics,
-    /// Where the target would be at the start.
+    /// Position of the target at the start.
     target: Kinematics,
 }
 
-/// How it went, in cycles.
+/// Result of a motion, in cycles.
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
     bound: f64,
     cycles: f64,
-    /// How often the jerk changed its sign.
+    /// Number of sign changes of the jerk.
     reversals: u32,
 }
 
 impl Way {
     fn by_chance(random: &mut Random) -> Self {
         let mut axis = Axis::usual(random);
-        // Farther out it is rounding that turns the jerk to and fro.
+        // Farther out, rounding reverses the jerk repeatedly.
         axis.origin = axis.origin.min(1e4);
         let planned = scaled(&axis.limits, 1.0 / 1.2);
         let speed = planned.velocity();
@@ -48,7 +48,7 @@ impl Way {
         }
     }
 
-    /// How many cycles the fastest jerk-limited motion takes, in the frame of the target.
+    /// Duration of the fastest jerk-limited motion in cycles, in the frame of the target.
     fn bound(&self) -> Option<f64> {
         let limits = &self.axis.limits;
         let (from, to) = (&self.from, &self.target);
@@ -141,7 +141,7 @@ fn axes_are_back_in_time(ways: u64) {
     }
     assert!(quantile(&short, 0.99) <= 3.0);
     assert!(quantile(&long, 0.99) <= 1.02);
-    // Up, down and up again is what it takes; no chatter on the way.
+    // Up, down and up again is sufficient; no chatter on the way.
     let reversals = sorted(
         arrivals
             .iter()

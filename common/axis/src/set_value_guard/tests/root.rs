@@ -17,7 +17,7 @@ fn roots_are_found_with_few_evaluations() {
             random.between(-1.0, 1.0) * random.decades(1e-3, 1e4),
             random.between(-bound, bound),
         );
-        // The way that a stop after the middle of the range takes.
+        // The distance of a stop after the middle of the range.
         let way = |next: f64| w + next + stop_way(w + next, next, bound, bound);
         let x = -way(b + random.between(-1.0, 1.0));
         let evaluations = Cell::new(0);

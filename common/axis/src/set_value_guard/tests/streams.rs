@@ -1,4 +1,4 @@
-//! Whatever the target does, what leaves the guard keeps the limits.
+//! Limits of the guard's output, for any target.
 
 use std::format;
 
@@ -13,7 +13,7 @@ use super::watch::Watch;
 
 const CYCLES: u32 = 3_000;
 
-/// An axis, its guard and its target, by chance.
+/// A random axis, with its guard and its target.
 struct Stream {
     axis: Axis,
     min: f64,
@@ -21,7 +21,7 @@ struct Stream {
     guard: SetValueGuard,
     watch: Watch,
     stated: Kinematics,
-    /// How many cycles before the last one were skipped, and before the one before.
+    /// Number of cycles skipped before the last one, and before the one before.
     skipped: [u32; 2],
     target: Troubled,
     random: Random,
@@ -33,7 +33,7 @@ impl Stream {
         let mut random = Random::seeded(seed);
         let mut axis = Axis::by_chance(&mut random);
         if walls {
-            // Farther out rounding hides more of how far it is to them.
+            // Farther out rounding hides more of the distance to them.
             axis.origin = axis.origin.min(1e4);
         }
         let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
@@ -77,8 +77,8 @@ impl Stream {
         guarded.state
     }
 
-    /// What is stated beside the positions is theirs, and keeps the limits itself: what was stated after skipped cycles
-    /// could be all that the limits admit within those.
+    /// Asserts that stated values match the positions, and keep the limits themselves: values after
+    /// skipped cycles may use all that the limits admit within those.
     fn assert_stated(&mut self, set: &Kinematics, elapsed: u32) {
         let (limits, t) = (&self.axis.limits, self.axis.cycle_time);
         let digits = 4.0 * f64::EPSILON * set.position.abs().max(limits.velocity());
@@ -102,8 +102,9 @@ impl Stream {
             self.name
         );
         if let Some(seen) = self.watch.state_now() {
-            // What a motion can differ by from its differences, and what is cut off, after skipped cycles too; and three
-            // percent for the pace of the clock that it was stated in.
+            // The possible deviation of a motion from its differences, and the part cut off, also
+            // after skipped cycles; and three percent for the pace of the clock in which it was
+            // stated.
             let jerk = limits.jerk().min(2.0 * most / t) * (1.0 + 1e-6);
             let off = (set.velocity - seen.velocity).abs();
             assert!(
@@ -126,7 +127,7 @@ impl Stream {
         assert!(beyond <= rounding, "{}: {beyond}", self.name);
     }
 
-    /// The target keeps the limits again; the axis follows it after at most so long.
+    /// Asserts that the axis follows the target within a limited time after it keeps the limits again.
     fn assert_rejoins(&mut self) {
         self.target.calm_down(&mut self.random);
         let _ = self.cycle();

@@ -1,36 +1,36 @@
-//! Targets that do not keep the limits.
+//! Targets that violate the limits.
 
 use coaxle_curve::profile::Kinematics;
 
 use super::motion::{Axis, Motion};
 use super::random::Random;
 
-/// What happens to a target.
+/// Trouble of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Trouble {
-    /// It stands still at once, and is back where it would be.
+    /// Sudden stop and return to its course.
     Stop,
-    /// It goes back the way it came.
+    /// Return on its own path.
     Reverse,
-    /// It is extrapolated for a while.
+    /// Extrapolation for a while.
     Outage,
-    /// From now on it is another motion.
+    /// Change to another motion.
     HandOver,
-    /// Single positions are wrong,
+    /// Single wrong positions,
     Spikes,
-    /// and by far.
+    /// far off.
     FarSpikes,
-    /// It jumps, and stays there.
+    /// Lasting jump.
     Step,
-    /// Its positions are those of a coarse encoder.
+    /// Positions of a coarse encoder.
     Quantised,
     Noise,
-    /// It goes back and forth at the highest velocity.
+    /// Back and forth at the highest velocity.
     Hammer,
     NotANumber,
-    /// What it states of its velocity and acceleration is wrong, while its positions jump.
+    /// False stated velocity and acceleration, while its positions jump.
     Liar,
-    /// Cycles are skipped, while other things happen.
+    /// Skipped cycles, with other trouble.
     Skipped,
 }
 
@@ -50,7 +50,7 @@ pub(super) const TROUBLES: [Trouble; 13] = [
     Trouble::Skipped,
 ];
 
-/// A motion that keeps limits, until something happens to it.
+/// A motion within limits, until its trouble begins.
 pub(super) struct Troubled {
     trouble: Trouble,
     motion: Motion,
@@ -58,7 +58,7 @@ pub(super) struct Troubled {
     cycle: u32,
     begin: u32,
     end: u32,
-    /// How far things jump, u.
+    /// Size of the jumps, u.
     size: f64,
     shift: f64,
     frozen: Kinematics,
@@ -80,7 +80,7 @@ impl Troubled {
         }
     }
 
-    /// The next target, and how many cycles it comes after the last.
+    /// The next target, and the number of cycles since the last.
     pub(super) fn next(&mut self, random: &mut Random) -> (Kinematics, u32) {
         let skips = self.trouble == Trouble::Skipped && random.percent(10);
         let elapsed = if skips { 2 + random.below(9) } else { 1 };
@@ -100,7 +100,7 @@ impl Troubled {
         (target, elapsed)
     }
 
-    /// Nothing more happens to it, and it goes on at half its velocity or less.
+    /// Ends the trouble, and continues at half its velocity or less.
     pub(super) fn calm_down(&mut self, random: &mut Random) {
         self.trouble = Trouble::Stop;
         self.end = self.begin;

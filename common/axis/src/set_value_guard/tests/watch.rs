@@ -1,8 +1,8 @@
-//! Whether positions keep limits: nothing but the positions is looked at.
+//! Check that positions keep limits, by the positions only.
 
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// The last four positions of an axis, and when they were there, in cycles.
+/// The last four positions of an axis, and their times in cycles.
 #[derive(Clone, Debug)]
 pub(super) struct Watch {
     limits: Limits,
@@ -26,7 +26,7 @@ impl Used {
 }
 
 impl Watch {
-    /// From standstill.
+    /// Starts from standstill.
     pub(super) fn at_rest(position: f64, limits: &Limits, cycle_time: f64) -> Self {
         Self {
             limits: *limits,
@@ -36,7 +36,7 @@ impl Watch {
         }
     }
 
-    /// Anew, from a motion of constant acceleration.
+    /// Restarts, from a motion of constant acceleration.
     pub(super) fn start(&mut self, here: &Kinematics) {
         self.times = [-3.0, -2.0, -1.0, 0.0];
         self.positions = self.times.map(|cycles| {
@@ -54,7 +54,7 @@ impl Watch {
         self.limits = *limits;
     }
 
-    /// The next position, so many cycles later.
+    /// Takes the next position, this number of cycles later.
     pub(super) fn see(&mut self, position: f64, cycles: u32) -> Used {
         let now = self.times[3] + f64::from(cycles);
         self.times.rotate_left(1);
@@ -64,7 +64,7 @@ impl Watch {
         self.used()
     }
 
-    /// Differences, divided where cycles were skipped, over limits with what rounding may add.
+    /// Differences, divided if cycles were skipped, over limits with rounding.
     fn used(&self) -> Used {
         let [p0, p1, p2, p3] = self.positions;
         let [t0, t1, t2, t3] = self.times;
@@ -87,7 +87,7 @@ impl Watch {
         }
     }
 
-    /// Velocity and acceleration as the last three positions say them; none where a cycle between them was skipped.
+    /// Velocity and acceleration of the last three positions; none if a cycle between them was skipped.
     pub(super) fn state_now(&self) -> Option<Kinematics> {
         let [_, p1, p2, p3] = self.positions;
         let t = self.cycle_time;
@@ -99,12 +99,12 @@ impl Watch {
         })
     }
 
-    /// Whether the speed stays within its limit when the acceleration is led to zero.
+    /// True if the speed stays within its limit when the acceleration is led to zero.
     pub(super) fn can_keep_velocity(&self) -> bool {
         let [_, p1, p2, p3] = self.positions;
         let t = self.cycle_time;
         if self.times[3] - self.times[1] > 2.0 {
-            // Over a gap that cannot be said.
+            // Over a gap this is unknown.
             return false;
         }
         let (v, a) = ((p3 - p2) / t, (p3 - 2.0 * p2 + p1) / (t * t));
