@@ -1,9 +1,9 @@
-//! A flying saw in a loop of your own: a conveyor in, set values for a drive out, cut after cut.
+//! A flying saw in a custom loop: a conveyor in, set values for a drive out, cut after cut.
 //!
 //! `cargo run -p coaxle-slave --example saw_in_your_loop`
 //!
-//! The loop is all there is: masters and the elapsed time go in once per cycle, the set values come
-//! out. Nothing here allocates, waits or asks a clock, so that it can run in any cycle.
+//! The loop is complete: it takes masters and the elapsed time once per cycle, and returns the set
+//! values. It does not allocate, wait or read a clock, so that it can run in any cycle.
 
 use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_axis::{CommandState, Job, Origin};
@@ -12,15 +12,15 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_saw::{GearInPos, Ratio, SyncLimits, SyncMode};
 use coaxle_slave::{Command, Dynamics, Refusal, SlaveAxis, SlaveParameters};
 
-/// The pieces are so long, mm.
+/// Length of the pieces, mm.
 const LENGTH: f64 = 1_000.0;
-/// The saw stands here while it waits, mm, and is synchronous here.
+/// Waiting position of the saw, mm, and its synchronous position.
 const HOME: f64 = 0.0;
 const SYNCHRONOUS: f64 = 150.0;
-/// The cut takes so long.
+/// Duration of the cut.
 const CUT: Seconds = Seconds(0.4);
 
-/// What the saw is busy with.
+/// Current task of the saw.
 enum Task {
     Synchronise,
     WaitUntilSynchronous(Job),
@@ -28,15 +28,15 @@ enum Task {
     Return(Job),
 }
 
-/// What comes of it.
+/// Result of a cut.
 pub(crate) struct Cut {
-    /// Where the material is under the blade while it cuts, mm of the conveyor.
+    /// Position of the material under the blade during the cut, mm of the conveyor.
     pub(crate) place: f64,
-    /// How far the blade slid along the material during the cut, mm.
+    /// Slip of the blade along the material during the cut, mm.
     pub(crate) slip: f64,
 }
 
-/// A saw beside its conveyor.
+/// A saw with its conveyor.
 pub(crate) struct Station {
     axis: SlaveAxis,
     task: Task,
@@ -45,10 +45,10 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    /// A saw that can do so much, powered.
+    /// Creates a powered saw with its limits.
     ///
     /// # Errors
-    /// What no axis can be.
+    /// Invalid parameters.
     pub(crate) fn new(cycle: CycleTime) -> Result<Self, Box<dyn std::error::Error>> {
         let parameters = SlaveParameters {
             min_position: Some(-10.0),
@@ -66,7 +66,8 @@ impl Station {
         })
     }
 
-    /// One cycle: the conveyor in, the set values for the drive out, and a cut when one is done.
+    /// Runs one cycle: takes the conveyor, returns the set values for the drive, and a cut when one
+    /// is done.
     ///
     /// # Errors
     /// A command that the axis refuses.
@@ -80,7 +81,7 @@ impl Station {
     }
 
     fn work(&mut self, conveyor: &Kinematics, elapsed: Seconds) -> Result<Option<Cut>, Refusal> {
-        // Where on the conveyor the blade is, seen from the material.
+        // Position of the blade on the conveyor, relative to the material.
         let blade = conveyor.position - (self.axis.set().position - SYNCHRONOUS);
         match &mut self.task {
             Task::Synchronise => {
@@ -88,7 +89,7 @@ impl Station {
                     ratio: Ratio::of(1.0),
                     master_sync_position: self.next_cut,
                     slave_sync_position: SYNCHRONOUS,
-                    // So far ahead the ramp is symmetric, and the saw never runs backwards.
+                    // At this distance the ramp is symmetric, and the saw never runs backwards.
                     master_start_distance: Some(2.0 * SYNCHRONOUS - HOME),
                     strategy: None,
                     sync_mode: SyncMode::default(),
@@ -129,10 +130,10 @@ impl Station {
     }
 }
 
-/// Cuts for so many seconds; the conveyor runs at 500 mm/s.
+/// Cuts for this number of seconds; the conveyor runs at 500 mm/s.
 ///
 /// # Errors
-/// What the station says.
+/// The errors of the station.
 pub(crate) fn run(seconds: f64) -> Result<Vec<Cut>, Box<dyn std::error::Error>> {
     let (cycle, elapsed) = (CycleTime::new(Span::from_millis(1))?, Seconds(0.001));
     let mut station = Station::new(cycle)?;

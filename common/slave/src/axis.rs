@@ -38,19 +38,19 @@ use sync_positions::Turns;
 /// A slave axis with its drive.
 #[derive(Debug)]
 pub struct SlaveAxis {
-    /// What motions are checked against before they begin.
+    /// Guard that checks motions before they begin.
     guard: Guard,
-    /// The last stage: what keeps the limits on the set positions, whatever moves the axis.
+    /// The last stage, which keeps the limits on the set positions, for every motion.
     last_stage: SetValueGuard,
-    /// How the axis followed what moves it in the newest cycle, and how far it is from there, u.
+    /// State of following the motion in the newest cycle, and the distance from it, u.
     tracking: GuardState,
     distance: f64,
     window: WindowMonitor,
-    /// How far it may be from there and be in sync, u, and where it was left behind by more in the newest cycle, without
-    /// what is added to the motion.
+    /// Greatest distance from it in sync, u, and the axis if it was left behind by more in the
+    /// newest cycle, without the superimposed motion.
     in_sync_window: f64,
     left_behind: Option<Kinematics>,
-    /// The motion under way has limits of its own: a stop that is to be instant, or without regard to jerk.
+    /// True if the current motion has limits of its own: an instant stop, or one without a jerk limit.
     exempt: bool,
     on_master_loss: OnMasterLoss,
     cycle_time: f64,
@@ -58,56 +58,57 @@ pub struct SlaveAxis {
     /// The axis's position where the drive's is 0: homing shifts it.
     drive_zero: f64,
     state: StateMachine,
-    /// What `MC_Power` asks for.
+    /// Request of `MC_Power`.
     powered: bool,
     homed: bool,
-    /// `MC_Stop` is still executed: the axis stays in `Stopping`.
+    /// True while `MC_Stop` is still executed: the axis stays in `Stopping`.
     stop_held: bool,
     set: Kinematics,
-    /// Its mean velocity in the newest cycle, u/s: a motion that has ended within that has not stood for a cycle yet.
+    /// Mean velocity in the newest cycle, u/s: a motion that ended within it has not stood for a
+    /// cycle yet.
     mean_velocity: f64,
     motion: Motion,
     couplings: Couplings,
-    /// What is added to the first master as the coupling sees it.
+    /// Shift of the first master as the coupling sees it.
     phasing: Shift,
-    /// What is added to the motion.
+    /// Superimposed motion.
     superimposed: Shift,
     jobs: Jobs,
-    /// The masters at the last update: of the same moment as the set values.
+    /// The masters at the last update, of the same instant as the set values.
     masters: Masters,
-    /// The modulo turns of the axis and its first master.
+    /// The modulo periods of the axis and its first master.
     turns: Turns,
-    /// Its id, where its plates were selected.
+    /// Axis id, set when its plates are selected.
     axis_id: u32,
-    /// The [`Tables::selections`](coaxle_cam::Tables::selections) that its flying saw knows of.
+    /// The [`Tables::selections`](coaxle_cam::Tables::selections) known to its flying saw.
     selections: Option<u32>,
     error: Option<SlaveError>,
     /// The circle that it and its masters form.
     circle: CircleState,
-    /// How often the set position was set anew.
+    /// Number of presets of the set position.
     set_anew: u32,
-    /// Counts whatever happens to the axis, so that no change is applied that was planned before.
+    /// Counter of all changes to the axis, so that no outdated plan is applied.
     revision: u32,
 }
 
-/// What becomes of the motion of an axis if nobody commands anything.
+/// Further course of an axis's motion without a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outlook {
-    /// It stands, and stays there.
+    /// Standing, and staying there.
     AtRest,
-    /// It keeps this velocity, u/s.
+    /// Constant velocity, u/s.
     ConstantVelocity(f64),
-    /// A motion of its own is under way, to one of the above.
+    /// Own motion under way, to one of the above.
     UnderWay,
-    /// A coupling leads it, or brings it to rest.
+    /// Led by a coupling, or brought to rest by it.
     Led,
 }
 
 impl SlaveAxis {
-    /// An axis without power, where its drive is.
+    /// Creates an axis without power, at its drive's position.
     ///
     /// # Errors
-    /// [`WrongSlaveParameter`] names the parameter that no axis can have.
+    /// [`WrongSlaveParameter`] names the invalid parameter.
     pub fn new(
         parameters: &SlaveParameters,
         drive: Box<dyn Drive>,
@@ -151,11 +152,12 @@ impl SlaveAxis {
         })
     }
 
-    /// One cycle: the set values `elapsed` after the last ones, which the drive then follows.
+    /// Runs one cycle: returns the set values `elapsed` after the last ones, which the drive then
+    /// follows.
     ///
-    /// The masters are [`Masters`], or an `Option<&Kinematics>` where there is but one: none when it
-    /// is lost or in error. An axis that is coupled to it stops then, and is in error stop until
-    /// reset; one that is not does not mind.
+    /// The masters are [`Masters`], or an `Option<&Kinematics>` for a single one: none when it is
+    /// lost or in error. An axis that is coupled to it then stops, and is in error stop until
+    /// reset; any other is not affected.
     pub fn update(&mut self, masters: impl Into<Masters>, elapsed: Seconds) -> Kinematics {
         self.masters = masters.into();
         self.revision = self.revision.wrapping_add(1);
@@ -174,20 +176,20 @@ impl SlaveAxis {
         self.set
     }
 
-    /// Reports the circle that the axis and its masters form over other nodes. One that is known refuses couplings; one
-    /// that is closed brings a coupled axis to an error stop.
+    /// Reports the circle that the axis and its masters form across nodes. Couplings are refused
+    /// while a circle is known; a closed one brings a coupled axis to an error stop.
     pub const fn set_circle(&mut self, circle: CircleState) {
         self.circle = circle;
         self.revision = self.revision.wrapping_add(1);
     }
 
-    /// The circle that the axis and its masters form, as it was reported last.
+    /// The circle that the axis and its masters form, as last reported.
     #[must_use]
     pub const fn circle(&self) -> CircleState {
         self.circle
     }
 
-    /// Refuses what would couple an axis to a master that follows it.
+    /// Refuses a coupling of an axis to a master that follows it.
     fn check_circle(&self, command: &'static str) -> Result<(), Refusal> {
         match self.circle {
             CircleState::None => Ok(()),
@@ -195,7 +197,7 @@ impl SlaveAxis {
         }
     }
 
-    /// Keeps an axis that `MC_Stop` has stopped in `Stopping` for as long as that is executed.
+    /// Keeps an axis that `MC_Stop` has stopped in `Stopping` while that command is executed.
     pub const fn hold_stop(&mut self, held: bool) {
         self.stop_held = held;
     }
@@ -206,20 +208,19 @@ impl SlaveAxis {
         self.state.status()
     }
 
-    /// Why it is in error stop; none if it is not.
+    /// Error of its error stop; none otherwise.
     #[must_use]
     pub const fn error(&self) -> Option<SlaveError> {
         self.error
     }
 
-    /// Whether it has power and no error.
+    /// True if it has power and no error.
     #[must_use]
     pub fn is_operational(&self) -> bool {
         self.drive.actual().state == DriveState::Following && self.error.is_none()
     }
 
-    /// How far a job is. Of those that have ended the last ones are remembered; others are taken
-    /// for aborted.
+    /// State of a job. The last ended ones are kept; others count as aborted.
     #[must_use]
     pub fn progress(&self, job: Job) -> JobState {
         if let Some(state) = self.jobs.progress(job) {
@@ -235,14 +236,15 @@ impl SlaveAxis {
         }
     }
 
-    /// Whether a job was aborted because the master of its flying saw ran back past the coupling
-    /// position. Of such jobs the last one is remembered.
+    /// True if a job was aborted because the master of its flying saw ran back past the coupling
+    /// position. Only the last such job is kept.
     #[must_use]
     pub const fn was_rolled_back(&self, job: Job) -> bool {
         self.jobs.was_rolled_back(job)
     }
 
-    /// The next job that has come to its end, each of them once. Few are kept: ask in every cycle.
+    /// Takes the next job that has ended, each once. Few are kept, so this has to be called in
+    /// every cycle.
     pub fn take_ended(&mut self) -> Option<EndedJob> {
         self.jobs.take_ended().or_else(|| {
             let job = self.couplings.ended()?;
@@ -251,13 +253,13 @@ impl SlaveAxis {
         })
     }
 
-    /// The job that moves the axis, or did so last, and how far it is.
+    /// The current or last job of motion, and its state.
     #[must_use]
     pub const fn job(&self) -> (Option<Job>, JobState) {
         self.jobs.motion()
     }
 
-    /// What becomes of the motion if nobody commands anything.
+    /// Further course of the motion without a command.
     #[must_use]
     pub fn outlook(&self) -> Outlook {
         match &self.motion {
@@ -270,14 +272,14 @@ impl SlaveAxis {
         }
     }
 
-    /// What `MC_Power` asks for; the axis has power once its drive follows.
+    /// Request of `MC_Power`; the axis has power once its drive follows.
     #[must_use]
     pub const fn is_power_on(&self) -> bool {
         self.powered
     }
 
-    /// How far the coupling is; none without one. In sync is what the axis is, and not what the coupling leads to: beyond
-    /// the window of its distance it is [behind](CouplingPhase::Behind).
+    /// Phase of the coupling; none without one. In sync refers to the axis itself: beyond the
+    /// window of its distance it is [behind](CouplingPhase::Behind).
     #[must_use]
     pub fn coupling_phase(&self) -> Option<CouplingPhase> {
         let phase = self.couplings.get(self.engaged()?).phase()?;
@@ -289,8 +291,8 @@ impl SlaveAxis {
         })
     }
 
-    /// Whether a tool on it can cut now: not while the axis is led to its master or away from it, nor while it is behind.
-    /// What no master leads cuts where it is.
+    /// Checks that a tool on it can cut now: not while the axis is led to its master or away from
+    /// it, nor while it is behind. An axis without a master cuts at its position.
     ///
     /// # Errors
     /// [`Refusal::CutNotInSync`].
@@ -310,35 +312,34 @@ impl SlaveAxis {
         }
     }
 
-    /// How far the set position may be from where the coupling has it while the axis is in sync, u.
+    /// Greatest distance of the set position from that of the coupling while the axis is in sync, u.
     #[must_use]
     pub const fn in_sync_window(&self) -> f64 {
         self.in_sync_window
     }
 
-    /// Where master and slave are synchronous, if the coupling leads to such a pair of positions.
+    /// Positions of master and slave at which they are synchronous, if the coupling leads to such a pair.
     #[must_use]
     pub fn sync_positions(&self) -> Option<SyncPositions> {
         self.couplings.get(self.engaged()?).sync_positions()
     }
 
-    /// What the coupling scales the positions of its master by: 1 where it does not.
+    /// Scaling of the master positions by the coupling: 1 without one.
     #[must_use]
     pub fn master_scaling(&self) -> f64 {
         let coupling = self.engaged().map(|kind| self.couplings.get(kind));
         coupling.map_or(1.0, |coupling| coupling.master_scaling())
     }
 
-    /// The plan of the flying saw that couples the axis; while it waits, the plan foreseen. Without
-    /// one, that of the last.
+    /// The plan of the flying saw that couples the axis; while it waits, the expected plan. Without
+    /// a saw, that of the last one.
     #[must_use]
     pub const fn saw_plan(&self) -> Option<&SawPlan> {
         self.couplings.saw.plan_in_force()
     }
 
-    /// What a flying saw would be planned from now; none without a master. Of a command that is
-    /// refused, it tells what would have passed:
-    /// [`SawCommand::remedy`](coaxle_saw::SawCommand::remedy).
+    /// Moment from which a flying saw would be planned now; none without a master. For a refused
+    /// command, [`SawCommand::remedy`](coaxle_saw::SawCommand::remedy) derives a valid one from it.
     #[must_use]
     pub fn coupling_moment(&self) -> Option<CouplingMoment> {
         let inputs = self.plan_inputs(Kind::Saw);
@@ -351,21 +352,20 @@ impl SlaveAxis {
         self.set
     }
 
-    /// Whether the set values are what the motion under way asks for, or what the limits of the axis leave
-    /// of that.
+    /// State of the guard: set values as requested by the current motion, or limited.
     #[must_use]
     pub const fn tracking(&self) -> GuardState {
         self.tracking
     }
 
-    /// How far the set position is from what the motion under way asks for, u.
+    /// Distance of the set position from the requested one, u.
     #[must_use]
     pub const fn distance(&self) -> f64 {
         self.distance
     }
 
-    /// How often the set position was set anew so far, wrapping around: where the drive is, where it was
-    /// homed, or where the axis was switched on. It is no step of a motion then.
+    /// Number of presets of the set position, wrapping around: to the drive's position, by homing,
+    /// or at power on. A preset is not a step of a motion.
     #[must_use]
     pub const fn times_set_anew(&self) -> u32 {
         self.set_anew
@@ -377,8 +377,8 @@ impl SlaveAxis {
         self.drive.actual().position + self.drive_zero
     }
 
-    /// What the drive said last, as far as it can be believed. Its positions count from where it was first
-    /// switched on, those of the axis from where it was homed.
+    /// The last actual values of the drive, as far as plausible. Its positions count from its first
+    /// power on, those of the axis from homing.
     #[must_use]
     pub const fn actual(&self) -> &Actual {
         self.drive.actual()
@@ -390,7 +390,7 @@ impl SlaveAxis {
         self.drive.drive()
     }
 
-    /// Whether the diagram has the arrow.
+    /// Checks that the diagram has the arrow.
     fn check_state(&self, command: &'static str, transition: Transition) -> Result<(), Refusal> {
         let status = self.status();
         match status.after(transition) {
@@ -415,7 +415,7 @@ impl SlaveAxis {
         self.homed
     }
 
-    /// Where the motion under way ends, u; where the axis is, if that is nowhere.
+    /// End position of the current motion, u; the current position if there is none.
     pub(super) fn target_position(&self) -> f64 {
         let target = match &self.motion {
             Motion::Own(planned) if planned.end().velocity == 0.0 => Some(planned.end().position),
@@ -427,7 +427,7 @@ impl SlaveAxis {
         })
     }
 
-    /// The bits of `nStateDWord` for what waits in the coupling.
+    /// The bits of `nStateDWord` for pending changes of the coupling.
     pub(super) fn queued(&self) -> StateWord {
         let coupling = self.engaged().map(|kind| self.couplings.get(kind));
         coupling.map_or(StateWord::empty(), |coupling| coupling.queued())
@@ -441,7 +441,7 @@ impl SlaveAxis {
         }
     }
 
-    /// The state that another motion starts from. The set values stay as they have left the axis.
+    /// The start state of another motion. The set values stay as they have left the axis.
     fn free(&self) -> Kinematics {
         match &self.motion {
             Motion::Own(planned) => planned.taken_over().unwrap_or(self.set),
@@ -449,14 +449,14 @@ impl SlaveAxis {
         }
     }
 
-    /// Whether a motion of its own has come to its end, and the axis with it.
+    /// True if its own motion has ended, and the axis has arrived.
     fn own_motion_is_over(&self) -> bool {
         matches!(&self.motion, Motion::Own(planned) if planned.is_over())
             && self.tracking == GuardState::Tracking
             && !self.superimposed.is_under_way()
     }
 
-    /// Whether it has stood for a cycle, as its positions say, too.
+    /// True if it has stood for a cycle, by its positions, too.
     #[must_use]
     pub fn stands(&self) -> bool {
         let Kinematics {

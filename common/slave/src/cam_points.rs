@@ -1,11 +1,11 @@
-//! Points of a plate, as a command carries them.
+//! Points of a plate in a command.
 
 use core::ops::Deref;
 
 use coaxle_curve::law::MotionLaw;
 use coaxle_plate::{MotionPoint, PointType};
 
-/// One to four points of a motion function, in place: a command allocates nothing.
+/// Points of a motion function, one to four, stored in place: a command allocates no memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -26,13 +26,13 @@ pub struct CamPoints {
 }
 
 impl CamPoints {
-    /// How many points a command can carry.
+    /// Greatest number of points in a command.
     pub const MOST: usize = 4;
 
     /// Takes the points.
     ///
     /// # Errors
-    /// [`WrongNumberOfPoints`] with none, or with more than four.
+    /// [`WrongNumberOfPoints`] if there are none, or more than four.
     pub fn new(points: &[MotionPoint]) -> Result<Self, WrongNumberOfPoints> {
         let count = points.len();
         if !(1..=Self::MOST).contains(&count) {
@@ -90,6 +90,6 @@ impl From<CamPoints> for alloc::vec::Vec<MotionPoint> {
     CamPoints::MOST
 )]
 pub struct WrongNumberOfPoints {
-    /// How many were given.
+    /// Number of points received.
     pub received: usize,
 }

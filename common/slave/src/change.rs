@@ -1,4 +1,4 @@
-//! What a command comes to, planned and not yet carried out.
+//! Planned change of a command, before it is applied.
 
 use coaxle_axis::{Awaits, Manner, SyncPositions, Transition};
 use coaxle_cam::{OnlineChangeMode, TableId};
@@ -8,62 +8,62 @@ use coaxle_saw::SawPlan;
 use super::cam_points::CamPoints;
 use super::couplings::Engagement;
 
-/// What a command comes to: [`SlaveAxis::plan`](super::SlaveAxis::plan) makes it,
-/// [`SlaveAxis::apply`](super::SlaveAxis::apply) carries it out. One that is dropped was a dry run.
+/// Planned change of a command: created by [`SlaveAxis::plan`](super::SlaveAxis::plan), applied by
+/// [`SlaveAxis::apply`](super::SlaveAxis::apply). A discarded one was a dry run.
 #[derive(Clone, Copy, Debug)]
 #[must_use = "nothing changes before it is applied"]
 pub struct Change {
     /// The command, by its PLC name.
     pub(super) command: &'static str,
-    /// Its arrow in the state diagram; none if it concerns something beside the axis.
+    /// Arrow in the state diagram; none for a command that does not concern the axis itself.
     pub(super) transition: Option<Transition>,
     pub(super) effect: Effect,
     pub(super) awaits: Awaits,
-    /// That of the axis it was planned for.
+    /// Revision of the axis it was planned for.
     pub(super) revision: u32,
 }
 
-/// What is done.
+/// Effect of a command.
 #[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "it lives on the stack: nothing is allocated on the cycle path"
 )]
 pub(super) enum Effect {
-    /// Power is given or taken away.
+    /// Switching power on or off.
     Power(bool),
-    /// An error is acknowledged.
+    /// Acknowledging an error.
     Reset,
-    /// The axis stands here.
+    /// Setting the position.
     Home(f64),
-    /// A motion of its own.
+    /// Own motion.
     Run(Profile),
-    /// A coupling is engaged, or the one there is changes.
+    /// Engaging or changing a coupling.
     Couple(Engagement, Manner),
-    /// The master as the coupling sees it is shifted.
+    /// Shifting the master as the coupling sees it.
     Phase(Profile),
-    /// A motion is added to the one there is.
+    /// Superimposing a motion.
     Superimpose(Profile),
-    /// The coupling ends.
+    /// Ending the coupling.
     Release,
-    /// When points of a plate take effect.
+    /// Activation mode of plate points.
     PlateMode(TableId, OnlineChangeMode),
-    /// Points of a plate.
+    /// Writing plate points.
     PlatePoints(TableId, CamPoints),
-    /// Something was asked for.
+    /// Reading values.
     Read(SawPlan),
 }
 
-/// Whether an effect takes the axis over from what moved it.
+/// Relation of an effect to the current motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TakesOver {
-    /// It happens beside it, at once.
+    /// Independent of it, done at once.
     No,
-    /// It goes on beside it.
+    /// Continuing in parallel with it.
     GoesOnBeside,
-    /// And is done with that.
+    /// Taking over, done at once.
     AndIsDone,
-    /// And is the axis's job from now on.
+    /// Taking over, as the axis's job from now on.
     AndGoesOn,
 }
 
@@ -83,25 +83,25 @@ impl Effect {
 }
 
 impl Change {
-    /// What is checked again when it is due, if it is queued: it can still be refused then.
+    /// Checks repeated when it is due, if it is queued: it can still be refused then.
     #[must_use]
     pub const fn awaits(&self) -> Awaits {
         self.awaits
     }
 
-    /// Its arrow in the state diagram; none if it concerns something beside the axis.
+    /// Arrow in the state diagram; none for a command that does not concern the axis itself.
     #[must_use]
     pub const fn transition(&self) -> Option<Transition> {
         self.transition
     }
 
-    /// Whether it is done as soon as it is applied, with nothing to follow.
+    /// True if it is completed on application, with no job to follow.
     #[must_use]
     pub const fn is_done_at_once(&self) -> bool {
         matches!(self.effect.takes_over(), TakesOver::No)
     }
 
-    /// Where master and slave are synchronous then, if it leads to such a pair of positions.
+    /// Positions of master and slave at which they will be synchronous, if it leads to such a pair.
     #[must_use]
     pub const fn sync_positions(&self) -> Option<SyncPositions> {
         match &self.effect {
@@ -111,7 +111,7 @@ impl Change {
         }
     }
 
-    /// The flying saw that it is about, if it is.
+    /// The plan of its flying saw, if it is one.
     #[must_use]
     pub const fn saw_plan(&self) -> Option<&SawPlan> {
         match &self.effect {

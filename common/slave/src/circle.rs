@@ -1,16 +1,17 @@
-//! Circles: axes that follow each other, so that each follows itself in the end.
+//! Circles: axes that follow each other, so that each finally follows itself.
 
-/// The NC's code of axes whose couplings form a circle.
+/// The NC error code of axes whose couplings form a circle.
 pub const CIRCLE_CODE: u32 = 0x816f;
 
-/// The circle that an axis and its masters form over other nodes. An axis cannot see it by itself: it is reported.
+/// The circle that an axis and its masters form across nodes. An axis cannot detect it itself: it
+/// is reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CircleState {
-    /// No circle is known.
+    /// No known circle.
     #[default]
     None,
-    /// The masters can follow the axis, and at least one axis between does not do so now: nothing may close the circle.
+    /// A possible circle, with at least one axis not coupled now: no command may close it.
     Open,
-    /// Every axis of the circle is coupled: each set value comes back as the next one.
+    /// A closed circle, with every axis coupled: each set value returns as the next one.
     Closed,
 }

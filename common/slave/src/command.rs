@@ -1,4 +1,4 @@
-//! What a slave axis can be told to do.
+//! Commands to a slave axis.
 
 use coaxle_axis::{Dynamics, Transition};
 use coaxle_cam::{
@@ -13,7 +13,7 @@ use super::sync_position::SyncPosition;
 
 /// A command to a slave axis.
 ///
-/// Positions are in u, velocities in u/s. What a command leaves open is what the axis can do.
+/// Positions are in u, velocities in u/s. The default of a limit in a command is that of the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -26,40 +26,40 @@ use super::sync_position::SyncPosition;
     )
 )]
 pub enum Command {
-    /// `MC_Power`: gives power, or takes it away after stopping the axis.
+    /// `MC_Power`: switches power on, or off after stopping the axis.
     #[doc(alias = "MC_Power")]
     Power(bool),
     /// `MC_Reset`: acknowledges the error of an axis that has come to rest.
     #[doc(alias = "MC_Reset")]
     Reset {},
-    /// `MC_Home` (set position): declares that the axis stands here.
+    /// `MC_Home` (set position): sets the position of the axis at rest.
     #[doc(alias = "MC_Home")]
     #[doc(alias = "MC_SetPosition")]
     Home {
-        /// Where it stands, u.
+        /// Position of the axis, u.
         position: f64,
     },
-    /// `MC_MoveAbsolute`: goes to a position.
+    /// `MC_MoveAbsolute`: moves to a position.
     #[doc(alias = "MC_MoveAbsolute")]
     MoveAbsolute {
-        /// Where to, u.
+        /// Target position, u.
         position: f64,
         /// Highest speed on the way, u/s.
         #[cfg_attr(feature = "serde", serde(default))]
         velocity: Option<f64>,
-        /// How it gets there.
+        /// Dynamics of the motion.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_MoveRelative`: goes a distance from the present set position.
+    /// `MC_MoveRelative`: moves a distance from the present set position.
     #[doc(alias = "MC_MoveRelative")]
     MoveRelative {
-        /// How far, u.
+        /// Distance, u.
         distance: f64,
         /// Highest speed on the way, u/s.
         #[cfg_attr(feature = "serde", serde(default))]
         velocity: Option<f64>,
-        /// How it gets there.
+        /// Dynamics of the motion.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
@@ -68,91 +68,91 @@ pub enum Command {
     MoveVelocity {
         /// The velocity, u/s; its sign is the direction.
         velocity: f64,
-        /// How it gets there.
+        /// Dynamics of the motion.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_Halt`: comes to rest; other commands can take over meanwhile.
+    /// `MC_Halt`: brings the axis to rest; other commands can take over meanwhile.
     #[doc(alias = "MC_Halt")]
     Halt {
-        /// How it gets there.
+        /// Dynamics of the motion.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_Stop`: comes to rest; nothing can take over meanwhile but a stop that ends earlier.
+    /// `MC_Stop`: brings the axis to rest; only a stop that ends earlier can take over meanwhile.
     #[doc(alias = "MC_Stop")]
     Stop {
-        /// How it gets there.
+        /// Dynamics of the motion.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
     /// `MC_GearIn`: couples to the master by a constant ratio, on a ramp.
     #[doc(alias = "MC_GearIn")]
     GearIn(GearIn),
-    /// `MC_GearInMultiMaster`: couples to the sum of several masters, on a ramp; given again, it
-    /// changes the ratios, from cycle to cycle if need be.
+    /// `MC_GearInMultiMaster`: couples to the sum of several masters, on a ramp; repeated, it
+    /// changes the ratios, even from cycle to cycle.
     #[doc(alias = "MC_GearInMultiMaster")]
     #[doc(alias = "MC_GearInDyn")]
     #[doc(alias = "MC_CombineAxes")]
     GearInMultiMaster(GearInMultiMaster),
-    /// `MC_PhasingAbsolute`: shifts the master as the coupled slave sees it, against where it is.
+    /// `MC_PhasingAbsolute`: shifts the master as the coupled slave sees it, relative to its actual
+    /// position.
     ///
-    /// The slave is led as if the (first) master were so far ahead, on a ramp over time, beside
-    /// whatever the master does. The shift stays until another, or until the axis is uncoupled.
+    /// The slave is led as if the (first) master were ahead by the shift, on a ramp over time, in
+    /// addition to the master's motion. The shift stays until another one, or until the axis is
+    /// uncoupled.
     #[doc(alias = "MC_PhasingAbsolute")]
     PhasingAbsolute {
-        /// How far the master is ahead then, u of the master.
+        /// Lead of the master after the shift, u of the master.
         shift: f64,
-        /// How fast it gets there, u/s of the master. What a command leaves open is what is left of
-        /// the slave's limits at its present motion, where the coupling has a constant ratio.
+        /// Velocity of the shift, u/s of the master. By default the rest of the slave's limits at
+        /// its present motion, if the coupling has a constant ratio.
         #[cfg_attr(feature = "serde", serde(default))]
         velocity: Option<f64>,
-        /// How it gets there, in u of the master.
+        /// Dynamics of the shift, in u of the master.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_PhasingRelative`: the same, against the shift that there is.
+    /// `MC_PhasingRelative`: shifts the master relative to the present shift.
     #[doc(alias = "MC_PhasingRelative")]
     PhasingRelative {
-        /// How much farther the master is ahead then, u of the master.
+        /// Additional lead of the master after the shift, u of the master.
         shift: f64,
-        /// How fast it gets there, u/s of the master.
+        /// Velocity of the shift, u/s of the master.
         #[cfg_attr(feature = "serde", serde(default))]
         velocity: Option<f64>,
-        /// How it gets there, in u of the master.
+        /// Dynamics of the shift, in u of the master.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_MoveSuperImposed`: adds a distance to whatever moves the axis, which goes on.
+    /// `MC_MoveSuperImposed`: adds a distance to the current motion of the axis, which continues.
     #[doc(alias = "MC_MoveSuperImposed")]
     MoveSuperimposed {
-        /// How far, u.
+        /// Distance, u.
         distance: f64,
-        /// How much faster the axis may be meanwhile, u/s. What a command leaves open is what the
-        /// motion leaves of the limits.
+        /// Additional speed of the axis meanwhile, u/s. By default the rest of the limits at the
+        /// current motion.
         #[cfg_attr(feature = "serde", serde(default))]
         velocity: Option<f64>,
-        /// How it gets there.
+        /// Dynamics of the added motion.
         #[cfg_attr(feature = "serde", serde(default))]
         dynamics: Dynamics,
     },
-    /// `MC_GearOut`: uncouples. The velocity is kept, the acceleration led to zero within the jerk.
+    /// `MC_GearOut`: uncouples. The velocity is kept, the acceleration is led to zero within the jerk.
     #[doc(alias = "MC_GearOut")]
     GearOut {},
-    /// `MC_FlyingGear`: waits for the master and is coupled and released on the fly. The slave must
-    /// be at rest.
+    /// `MC_FlyingGear`: waits for the master, couples and releases on the fly. The slave must be at rest.
     #[doc(alias = "MC_FlyingGear")]
     FlyingGear(FlyingGearParameters<SyncPosition>),
-    /// `MC_GearInPos`: the universal flying saw to a pair of positions, from any motion of the
-    /// slave.
+    /// `MC_GearInPos`: the universal flying saw to a pair of positions, from any motion of the slave.
     #[doc(alias = "MC_GearInPos")]
     GearInPos(GearInPos<SyncPosition>),
     /// `MC_GearInVelo`: the universal flying saw to the gear's velocity, from any motion of the
     /// slave.
     #[doc(alias = "MC_GearInVelo")]
     GearInVelo(GearInVelo),
-    /// `MC_ReadFlyingSawCharacteristics`: asks for the characteristic values of the flying saw that
-    /// couples the axis, or did so last ([`SlaveAxis::saw_plan`](super::SlaveAxis::saw_plan)).
+    /// `MC_ReadFlyingSawCharacteristics`: reads the characteristic values of the current or last
+    /// flying saw of the axis ([`SlaveAxis::saw_plan`](super::SlaveAxis::saw_plan)).
     #[doc(alias = "MC_ReadFlyingSawCharacteristics")]
     ReadFlyingSawCharacteristics {},
     /// `MC_CamIn`: couples the slave by a plate, or switches to another.
@@ -167,35 +167,34 @@ pub enum Command {
     /// `MC_CamIn_V2`: couples the slave by one of several plates, or adds, exchanges, removes one.
     #[doc(alias = "MC_CamIn_V2")]
     CamInV2(CamInV2),
-    /// `MC_CamAdd`: superposes one more plate.
+    /// `MC_CamAdd`: superposes a further plate.
     #[doc(alias = "MC_CamAdd")]
     CamAdd(CamAdd),
-    /// `MC_CamExchange`: puts a plate in the place of another.
+    /// `MC_CamExchange`: replaces a plate by another.
     #[doc(alias = "MC_CamExchange")]
     CamExchange(CamExchange),
-    /// `MC_CamRemove`: takes a plate out.
+    /// `MC_CamRemove`: removes a plate.
     #[doc(alias = "MC_CamRemove")]
     CamRemove(CamRemove),
     /// `MC_CamScaling_V2`: scales one of the plates.
     #[doc(alias = "MC_CamScaling_V2")]
     CamScalingV2(CamScalingV2),
-    /// `MC_SetCamOnlineChangeMode`: when points take effect that are written from now on.
+    /// `MC_SetCamOnlineChangeMode`: sets the activation of points written from now on.
     #[doc(alias = "MC_SetCamOnlineChangeMode")]
     SetCamOnlineChangeMode {
         /// The plate.
         table: TableId,
-        /// When its points change, or that those that wait are discarded.
+        /// Activation of its points, or discarding of the pending ones.
         #[cfg_attr(feature = "serde", serde(default))]
         mode: OnlineChangeMode,
     },
-    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: puts points in the place of those
-    /// with the same index.
+    /// `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint`: replaces the points with equal indices.
     #[doc(alias = "MC_WriteMotionFunction")]
     #[doc(alias = "MC_WriteMotionFunctionPoint")]
     WriteMotionFunction {
         /// The plate.
         table: TableId,
-        /// The points. What waits adds up, so that more of them can come in several commands.
+        /// The points. Pending ones add up, so that more of them can follow in further commands.
         points: CamPoints,
     },
 }
@@ -232,7 +231,7 @@ impl From<FlyingGearParameters> for Command {
 }
 
 impl Command {
-    /// The PLC's name of it.
+    /// PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -267,7 +266,7 @@ impl Command {
         }
     }
 
-    /// The command to a flying saw that it is, if it is one and its positions do not count from now.
+    /// The command as one to a flying saw, if it is one with absolute positions.
     #[must_use]
     pub const fn as_saw(&self) -> Option<SawCommand> {
         match self {
@@ -282,8 +281,8 @@ impl Command {
         }
     }
 
-    /// Its arrow in the state diagram, for an axis that has power or not; none if it concerns a
-    /// plate and not the axis, or only asks for something.
+    /// Arrow in the state diagram, for an axis with or without power; none for a command to a
+    /// plate, or one that only reads.
     pub(super) const fn transition(&self, powered: bool) -> Option<Transition> {
         Some(match self {
             Self::Power(true) => Transition::PowerOn,

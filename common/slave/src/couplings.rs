@@ -1,4 +1,4 @@
-//! The kinds of couplings: the one place that lists them.
+//! The kinds of couplings, listed only here.
 
 use core::fmt;
 
@@ -9,8 +9,8 @@ use coaxle_gear::{
 };
 use coaxle_saw::{Saw, SawRefusal};
 
-/// Lists the couplings that a slave has one of each, and makes of it: their kinds, who is asked for
-/// a kind, and the wrappers of what they plan, refuse and fail by.
+/// Lists the couplings of a slave, one of each kind, and generates their kinds, the dispatch by
+/// kind, and the wrappers of their plans, refusals and faults.
 macro_rules! couplings {
     ($( #[doc = $doc:literal] $kind:ident => $field:ident: $coupling:ty, refuses by $refusal:ty, )*) => {
         /// A kind of coupling.
@@ -35,7 +35,7 @@ macro_rules! couplings {
                 match kind { $( Kind::$kind => &self.$field, )* }
             }
 
-            /// The same, to be told something.
+            /// The coupling of a kind, mutable.
             pub(super) fn get_mut(&mut self, kind: Kind) -> &mut dyn Coupling {
                 match kind { $( Kind::$kind => &mut self.$field, )* }
             }
@@ -56,28 +56,28 @@ macro_rules! couplings {
                 }
             )*
 
-            /// Carries out what was planned.
+            /// Applies a plan.
             pub(super) fn apply(&mut self, engagement: &Engagement, job: Job) {
                 match engagement {
                     $( Engagement::$kind(change) => self.$field.apply(change, job), )*
                 }
             }
 
-            /// Why a coupling was refused when it was due.
+            /// Reason why a coupling was refused when it was due.
             pub(super) fn refusal(&self, kind: Kind) -> Option<CouplingRefusal> {
                 match kind {
                     $( Kind::$kind => self.$field.refusal().map(CouplingRefusal::$kind), )*
                 }
             }
 
-            /// Why a coupling broke off.
+            /// Fault of a coupling.
             pub(super) fn fault(&self, kind: Kind) -> Option<CouplingFault> {
                 match kind {
                     $( Kind::$kind => self.$field.fault().map(CouplingFault::$kind), )*
                 }
             }
 
-            /// How far a job is that changes a coupling; idle if none knows it.
+            /// State of a job that changes a coupling; idle if none knows it.
             pub(super) fn state_of(&self, job: Job) -> CommandState<CouplingRefusal> {
                 $(
                     let state = self.$field.state_of(job).map_error(CouplingRefusal::$kind);
@@ -89,7 +89,7 @@ macro_rules! couplings {
             }
         }
 
-        /// How a coupling is engaged, or changed.
+        /// Planned change of a coupling.
         #[derive(Clone, Copy, Debug)]
         #[expect(
             clippy::large_enum_variant,
@@ -105,7 +105,7 @@ macro_rules! couplings {
             }
         }
 
-        /// Why a coupling, or a change to it, is refused.
+        /// Refusal of a coupling, or of a change to it.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum CouplingRefusal {
             $( #[doc = $doc] $kind($refusal), )*
@@ -133,7 +133,7 @@ macro_rules! couplings {
             }
         )*
 
-        /// Why a coupling broke off.
+        /// Fault of a coupling.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum CouplingFault {
             $( #[doc = $doc] $kind(<$coupling as Engage>::Fault), )*
@@ -169,7 +169,7 @@ couplings! {
 }
 
 impl Couplings {
-    /// None of them engaged. The axis takes its master so as a saw.
+    /// Creates the couplings, none of them engaged. The axis uses its master for a saw in this way.
     pub(super) fn new(saw: Saw) -> Self {
         Self {
             gear: Gear::default(),
@@ -180,14 +180,14 @@ impl Couplings {
         }
     }
 
-    /// The next job, of those that changed a coupling, that has come to its end.
+    /// The next job that has ended, of those that changed a coupling.
     pub(super) fn ended(&mut self) -> Option<Job> {
         Kind::ALL
             .into_iter()
             .find_map(|kind| self.get_mut(kind).ended())
     }
 
-    /// Nothing of any of them is kept to be asked about but what outlives its end.
+    /// Ends every coupling, and clears values that are not kept after their end.
     pub(super) fn end_all(&mut self) {
         for kind in Kind::ALL {
             self.get_mut(kind).end();

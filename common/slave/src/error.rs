@@ -1,4 +1,4 @@
-//! What brings a slave axis to an error stop.
+//! Errors that bring a slave axis to an error stop.
 
 use coaxle_axis::drive::DriveFault;
 use coaxle_axis::guard::GuardFault;
@@ -6,22 +6,22 @@ use coaxle_axis::guard::GuardFault;
 use super::circle::CIRCLE_CODE;
 use super::couplings::CouplingFault;
 
-/// Why a slave axis is in error stop.
+/// Error of a slave axis in error stop.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SlaveError {
-    /// The drive tripped, or is not ready.
+    /// Drive tripped, or not ready.
     #[error("{code:#06x}: {0}", code = self.code())]
     Drive(DriveFault),
-    /// The axis was coupled and its master was lost or in error.
+    /// Master lost or in error while the axis was coupled.
     #[error("{:#06x}: the master of the coupled axis was lost or in error", self.code())]
     MasterLost,
-    /// The coupled axis follows itself over other nodes.
+    /// Coupled axis that follows itself across nodes.
     #[error("{:#06x}: the coupled axis follows itself over other nodes: the circle was closed while it was coupled", self.code())]
     FollowsItself,
-    /// The set values would have left the limits of the axis.
+    /// Set values beyond the limits of the axis.
     #[error(transparent)]
     Guard(GuardFault),
-    /// The coupling broke off.
+    /// Failed coupling.
     #[error("{0}")]
     Coupling(CouplingFault),
 }

@@ -6,7 +6,7 @@ use coaxle_axis::{AxisState, AxisStatus, CoupleState, CouplingPhase, NcToPlcAxis
 use super::axis::SlaveAxis;
 
 impl SlaveAxis {
-    /// What the axis tells the world as the axis with this id. Whether it is a master too, others know.
+    /// The published structure of the axis, with this id. Its role as a master is set elsewhere.
     #[must_use]
     pub fn axis_struct(&self, id: u32) -> NcToPlcAxis {
         let mut axis = NcToPlcAxis::default();
@@ -14,7 +14,8 @@ impl SlaveAxis {
         axis
     }
 
-    /// The same to where it is published from, every field of it: it takes a good 200 bytes, which are not moved then.
+    /// Writes the published structure with all fields in place: it takes more than 200 bytes, which
+    /// are then not moved.
     pub fn write_axis_struct(&self, id: u32, axis: &mut NcToPlcAxis) {
         let set = self.set();
         *axis = NcToPlcAxis {

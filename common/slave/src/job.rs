@@ -1,17 +1,17 @@
-//! The jobs of a slave axis: which one moves it, and which have come to their end.
+//! The jobs of a slave axis: the current motion, and the ended ones.
 
 use coaxle_axis::{CommandState, Job, Origin};
 
 use super::error::SlaveError;
 use super::refusal::Refusal;
 
-/// Why a job ended without success.
+/// Reason why a job ended without success.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum JobError {
-    /// It was refused: at once, or when it was due. The axis goes on without it.
+    /// Refused, at once or when it was due. The axis continues without it.
     #[error(transparent)]
     Refused(Refusal),
-    /// The axis failed while it was busy.
+    /// Failed while it was busy.
     #[error(transparent)]
     Failed(SlaveError),
 }
@@ -33,7 +33,7 @@ impl From<Refusal> for JobError {
     }
 }
 
-/// How far a job is.
+/// State of a job.
 pub type JobState = CommandState<JobError>;
 
 /// A job that has come to its end.
@@ -41,33 +41,33 @@ pub type JobState = CommandState<JobError>;
 pub struct EndedJob {
     /// The job.
     pub job: Job,
-    /// Its end: done, aborted or failed.
+    /// End state: done, aborted or failed.
     pub state: JobState,
 }
 
-/// How many jobs that have ended can be asked about.
+/// Number of ended jobs that are kept.
 const REMEMBERED: usize = 4;
 
 /// The job that moves the axis, and those that have ended.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Jobs {
     last_number: u32,
-    /// The job that moves the axis, or did so last.
+    /// Current or last job of motion.
     motion: Option<Job>,
     state: JobState,
     ended: [Option<EndedJob>; REMEMBERED],
-    /// Where the next one goes.
+    /// Index of the next ended job.
     next: usize,
-    /// How many of them nobody has taken.
+    /// Number of ended jobs that were not taken.
     untaken: usize,
-    /// The number of the last one that was aborted because its master ran back; 0: none was.
+    /// Number of the last job aborted because its master ran back; 0: none.
     rolled_back: u32,
 }
 
 impl Jobs {
-    /// A job with a number of its own.
+    /// Creates a job with a number of its own.
     pub(super) fn number(&mut self, command: &'static str, origin: Origin) -> Job {
-        // 0 is done at once.
+        // 0 means: completed at once.
         self.last_number = self.last_number.checked_add(1).unwrap_or(1);
         Job {
             number: self.last_number,
@@ -76,7 +76,7 @@ impl Jobs {
         }
     }
 
-    /// A job that is done with being accepted: it neither takes over nor has to be remembered.
+    /// Creates a job that is completed on acceptance: it neither takes over nor has to be kept.
     pub(super) const fn at_once(command: &'static str, origin: Origin) -> Job {
         Job {
             number: 0,
@@ -85,7 +85,7 @@ impl Jobs {
         }
     }
 
-    /// This job moves the axis from now on.
+    /// Makes this the job that moves the axis.
     pub(super) fn replace(&mut self, job: Job, state: JobState) {
         if let Some(before) = self.motion
             && self.is_busy()
@@ -99,7 +99,7 @@ impl Jobs {
         }
     }
 
-    /// The job that moves the axis is as far as that, unless it has already ended.
+    /// Sets the state of the job that moves the axis, unless it has already ended.
     pub(super) fn set(&mut self, state: JobState) {
         if !self.is_busy() {
             return;
@@ -112,7 +112,7 @@ impl Jobs {
         }
     }
 
-    /// The job that moves the axis is aborted, for its master has run back; unless it has already ended.
+    /// Aborts the job that moves the axis because its master has run back, unless it has already ended.
     pub(super) fn roll_back(&mut self) {
         if self.is_busy() {
             self.rolled_back = self.motion.map_or(0, |job| job.number);
@@ -120,19 +120,19 @@ impl Jobs {
         }
     }
 
-    /// Whether a job was aborted so.
+    /// True if a job was aborted by a roll-back.
     pub(super) const fn was_rolled_back(&self, job: Job) -> bool {
         job.number != 0 && self.rolled_back == job.number
     }
 
-    /// A job has come to its end.
+    /// Notes the end of a job.
     pub(super) fn end(&mut self, job: Job, state: JobState) {
         self.ended[self.next] = Some(EndedJob { job, state });
         self.next = (self.next + 1) % REMEMBERED;
         self.untaken = (self.untaken + 1).min(REMEMBERED);
     }
 
-    /// The next one that has ended and nobody has taken.
+    /// Takes the next ended job.
     pub(super) fn take_ended(&mut self) -> Option<EndedJob> {
         let place = (self.next + REMEMBERED - self.untaken) % REMEMBERED;
         self.untaken = self.untaken.checked_sub(1)?;
@@ -150,7 +150,7 @@ impl Jobs {
         (self.motion, self.state)
     }
 
-    /// How far a job is, if it moves the axis or has ended lately.
+    /// State of a job that moves the axis or has ended recently.
     pub(super) fn progress(&self, job: Job) -> Option<JobState> {
         if job.number == 0 {
             return Some(CommandState::Done);

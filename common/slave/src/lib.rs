@@ -1,9 +1,9 @@
 //! The slave axis: an axis with a life cycle, to be commanded and to be coupled to a master.
 //!
-//! A [`SlaveAxis`] is in one state of the PLCopen diagram
-//! ([`AxisStatus`](coaxle_axis::AxisStatus)) at a time. Commands are data ([`Command`]); each is
-//! accepted or refused at once ([`Refusal`]), and one that is accepted replaces the one under way.
-//! Once per cycle [`SlaveAxis::update`] makes the set values and moves the drive.
+//! A [`SlaveAxis`] is in one state of the PLCopen diagram ([`AxisStatus`](coaxle_axis::AxisStatus))
+//! at a time. Commands are data ([`Command`]); each is accepted or refused at once ([`Refusal`]),
+//! and one that is accepted replaces the one under way. Once per cycle [`SlaveAxis::update`]
+//! calculates the set values and moves the drive.
 //!
 //! ```
 //! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
@@ -37,8 +37,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `examples/saw_in_your_loop.rs` cuts piece after piece from a conveyor, in a loop of your own:
-//! `cargo run -p coaxle-slave --example saw_in_your_loop`.
+//! `examples/saw_in_your_loop.rs` cuts piece after piece from a conveyor, in a custom loop: `cargo
+//! run -p coaxle-slave --example saw_in_your_loop`.
 //!
 //! | PLC name | manual | here |
 //! |--|--|--|
@@ -62,48 +62,50 @@
 //! | `MC_FlyingGear` | `MC_FlyingGear_BkPlcMc` | [`Command::FlyingGear`] |
 //! | `MC_ReadStatus`, `MC_ReadAxisError` | PLCopen part 1 | [`SlaveAxis::status`], [`SlaveAxis::error`] |
 //!
-//! What the set values keep, whatever is commanded and whatever the master does:
+//! Guarantees of the set values, for any commands and any motion of the master:
 //!
 //! * they are finite;
-//! * the positions, differenced from cycle to cycle, keep velocity, acceleration (or deceleration, whichever is
-//!   larger) and jerk: a last stage, [`SetValueGuard`](coaxle_axis::set_value_guard::SetValueGuard), lets through to
-//!   the bit what keeps them, and departs as little as it can from what does not. [`SlaveAxis::tracking`] and
-//!   [`SlaveAxis::distance`] tell, and a distance that is too large for too long
+//! * the positions, differenced from cycle to cycle, keep velocity, acceleration (or deceleration,
+//!   whichever is larger) and jerk: a last stage,
+//!   [`SetValueGuard`](coaxle_axis::set_value_guard::SetValueGuard), passes values within the
+//!   limits to the bit, and departs as little as possible from others. [`SlaveAxis::tracking`] and
+//!   [`SlaveAxis::distance`] report this, and a distance that is too large for too long
 //!   ([`DistanceParameters`]) ends in an error stop;
-//! * where a motion takes over from any other it goes on from position, velocity and acceleration as they are;
+//! * a motion that takes over from another continues from its position, velocity and acceleration;
 //! * an axis within its software limits stays there: a motion that would leave them is refused, and
 //!   one without an end, or a coupling, is braked in time and ends in an error stop;
-//! * an error stop lasts until it is reset, and nothing couples the axis again by itself.
+//! * an error stop lasts until it is reset, and the axis is not coupled again automatically.
 //!
 //! Two reactions have limits of their own: the stop within one cycle that
-//! `GearInSync_OpMask_InstantStopOnRollback` asks for, and [`OnMasterLoss::QuickStop`], which keeps velocity and
-//! deceleration and not the jerk. Where a plan cannot start from an acceleration, none is made: a flying gear, and
-//! a cam plate that waits for its activation, begin at rest; a flying saw has P5 then, and no P1.
+//! `GearInSync_OpMask_InstantStopOnRollback` requests, and [`OnMasterLoss::QuickStop`], which keeps
+//! velocity and deceleration and not the jerk. Plans that cannot start from an acceleration are
+//! refused: a flying gear, and a cam plate that waits for its activation, begin at rest; a flying
+//! saw has P5 then, and no P1.
 //!
-//! A flying saw whose master runs back past the coupling position ends as TS5055 8 has it: its
-//! command is aborted and the axis comes to rest. Of the states meanwhile the manual says nothing;
-//! here the axis is in `DiscreteMotion`, as after a halt, so that a command can take over, and
-//! `MC_Reset` is not needed. What the master leads beyond a limit is an error stop.
+//! A flying saw whose master runs back past the coupling position ends as in TS5055 8: its command
+//! is aborted and the axis comes to rest. The manual does not specify the state meanwhile; here the
+//! axis is in `DiscreteMotion`, as after a halt, so that a command can take over, and `MC_Reset` is
+//! not needed. A master that leads the axis beyond a limit causes an error stop.
 //!
-//! A command is planned against the axis as it is ([`SlaveAxis::plan`]), which gives a [`Change`] or a
-//! [`Refusal`]; applying the change ([`SlaveAxis::apply`]) cannot fail. A dry run is a plan that is not
-//! applied. One [`Job`](coaxle_axis::Job) follows an accepted command to its end, whatever it started:
-//! [`SlaveAxis::progress`], [`SlaveAxis::take_ended`].
+//! A command is planned against the current axis ([`SlaveAxis::plan`]), with a [`Change`] or a
+//! [`Refusal`] as the result; applying the change ([`SlaveAxis::apply`]) cannot fail. A dry run is
+//! a plan that is not applied. One [`Job`](coaxle_axis::Job) follows an accepted command of any
+//! kind to its end: [`SlaveAxis::progress`], [`SlaveAxis::take_ended`].
 //!
-//! What couples the axis is one of the kinds that `couplings.rs` lists, each a crate that implements
-//! [`Coupling`](coaxle_axis::Coupling) and [`Engage`](coaxle_axis::Engage).
+//! A coupling of the axis is one of the kinds listed in `couplings.rs`, each a crate that
+//! implements [`Coupling`](coaxle_axis::Coupling) and [`Engage`](coaxle_axis::Engage).
 //!
-//! Two events set the position anew, since the axis does not move by them: `MC_Home`, and power
-//! that comes, goes or returns after a trip of the drive: without power the set position is the
-//! actual one.
+//! Two events preset the position, since the axis does not move by them: `MC_Home`, and power that
+//! is switched on, off, or on again after a trip of the drive: without power the set position is
+//! the actual one.
 //!
-//! What follows the set values is a [`Drive`](coaxle_axis::drive::Drive): the simulated one above, one of
-//! your own, or one in another process. An axis has power when its drive follows: until then it is
-//! `Disabled`, and stands where its drive is. A drive that trips, that stops to follow, or whose actual
-//! values no axis can have brings it to an error stop ([`SlaveError::Drive`]); whatever a drive says, the set
-//! values keep the above.
+//! A [`Drive`](coaxle_axis::drive::Drive) follows the set values: the simulated one above, a custom
+//! one, or one in another process. An axis has power when its drive follows: until then it is
+//! `Disabled`, and stands at its drive's position. A drive that trips, that stops following, or
+//! that has implausible actual values brings it to an error stop ([`SlaveError::Drive`]); the
+//! guarantees above hold for any values of a drive.
 //!
-//! The crate is `no_std` and asks no machine for the time. Commands and cycles allocate nothing.
+//! The crate is `no_std` and reads no clock. Commands and cycles allocate no memory.
 #![no_std]
 
 extern crate alloc;

@@ -1,4 +1,4 @@
-//! What moves a slave axis: a profile of its own, or a coupling.
+//! Motions of a slave axis: a profile of its own, or a coupling.
 
 use coaxle_clock::Seconds;
 
@@ -7,7 +7,7 @@ use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes, to_velocity};
 use super::couplings::Kind;
 use coaxle_axis::guard::Guard;
 
-/// What moves a slave axis.
+/// Current motion of a slave axis.
 #[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
@@ -16,7 +16,7 @@ use coaxle_axis::guard::Guard;
 pub(super) enum Motion {
     /// A profile of its own.
     Own(Planned),
-    /// Its masters, by the coupling of this kind.
+    /// Coupling of this kind to its masters.
     Coupled(Kind),
 }
 
@@ -25,7 +25,8 @@ pub(super) enum Motion {
 pub(super) struct Planned {
     profile: Profile,
     since: Seconds,
-    /// What it has been planned from, before its first cycle: what a coupling left of the set values as they were stated.
+    /// State from which it was planned, before its first cycle: the start state without a coupling,
+    /// from the stated set values.
     taken_over: Option<Kinematics>,
 }
 
@@ -38,7 +39,7 @@ impl Planned {
         }
     }
 
-    /// One that begins at this state.
+    /// Sets the state at which it begins.
     pub(super) const fn from(self, start: Kinematics) -> Self {
         Self {
             taken_over: Some(start),
@@ -46,18 +47,18 @@ impl Planned {
         }
     }
 
-    /// Where it begins; none after its first cycle.
+    /// State at which it begins; none after its first cycle.
     pub(super) const fn taken_over(&self) -> Option<Kinematics> {
         self.taken_over
     }
 
-    /// Standing somewhere.
+    /// Standing at a position.
     pub(super) fn rest(position: f64, guard: &Guard) -> Self {
         Self::new(guard.brake(&Kinematics::at_rest(position)))
     }
 
-    /// Keeping a velocity: an acceleration is led to zero within the jerk, and what the velocity changes
-    /// meanwhile is made up for.
+    /// Keeping a velocity: an acceleration is led to zero within the jerk, and the velocity change
+    /// meanwhile is compensated.
     pub(super) fn keep_velocity(from: &Kinematics, guard: &Guard) -> Self {
         Self::new(to_velocity(from, from.velocity, guard.limits())).from(*from)
     }
@@ -72,17 +73,17 @@ impl Planned {
         self.since >= self.profile.duration()
     }
 
-    /// How long it still takes, s.
+    /// Remaining duration, s.
     pub(super) fn left(&self) -> f64 {
         (self.profile.duration().0 - self.since.0).max(0.0)
     }
 
-    /// What the whole of it takes.
+    /// Extremes of the whole profile.
     pub(super) fn extremes(&self) -> ProfileExtremes {
         ProfileExtremes::of(&self.profile)
     }
 
-    /// The largest acceleration or deceleration from now on. It changes evenly within a phase.
+    /// The largest acceleration or deceleration from now on. It changes linearly within a phase.
     pub(super) fn largest_acceleration_left(&self) -> f64 {
         let begins = self.profile.phase_begins();
         let later = begins.filter(|begin| *begin >= self.since);
@@ -92,7 +93,7 @@ impl Planned {
             .fold(0.0, f64::max)
     }
 
-    /// The largest jerk from now on. Within a phase it is the same.
+    /// The largest jerk from now on. It is constant within a phase.
     pub(super) fn largest_jerk_left(&self) -> f64 {
         let begins = self.profile.phase_begins();
         let later = begins.filter(|begin| *begin >= self.since);
@@ -102,7 +103,7 @@ impl Planned {
             .fold(0.0, f64::max)
     }
 
-    /// Where it ends, or where it passes into a constant velocity.
+    /// End state, or the state at which it becomes a constant velocity.
     pub(super) const fn end(&self) -> Kinematics {
         self.profile.end()
     }

@@ -1,4 +1,4 @@
-//! What a slave axis can do and may do.
+//! Parameters of a slave axis.
 
 use coaxle_axis::guard::{EXPECTED_LIMIT, Guard, is_limit};
 use coaxle_axis::set_value_guard::{DistancePolicy, SetValueGuard};
@@ -20,10 +20,10 @@ pub struct SlaveParameters {
     pub velocity: f64,
     /// Highest acceleration, u/s².
     pub acceleration: f64,
-    /// Highest deceleration, u/s². The same as the acceleration by default.
+    /// Highest deceleration, u/s². Equal to the acceleration by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub deceleration: Option<f64>,
-    /// Highest jerk, u/s³. None if it is not given: the acceleration changes within a cycle.
+    /// Highest jerk, u/s³. Unlimited by default: the acceleration then changes within a cycle.
     #[cfg_attr(feature = "serde", serde(default = "no_jerk_limit"))]
     pub jerk: f64,
     /// Lower software limit, u.
@@ -32,46 +32,46 @@ pub struct SlaveParameters {
     /// Upper software limit, u.
     #[cfg_attr(feature = "serde", serde(default))]
     pub max_position: Option<f64>,
-    /// What it does when it is coupled and its master is lost or in error.
+    /// Reaction of a coupled slave to a master that is lost or in error.
     #[cfg_attr(feature = "serde", serde(default))]
     pub on_master_loss: OnMasterLoss,
-    /// What becomes of a distance that the limits have left between the axis and where its coupling has it.
+    /// Handling of the distance that the limits leave between the axis and the position of its coupling.
     #[cfg_attr(feature = "serde", serde(default))]
     pub distance: DistanceParameters,
-    /// How far its master may be back behind the coupling position of a flying saw before that
-    /// counts as running back, u of the master. 0.001 by default.
+    /// Greatest return of its master behind the coupling position of a flying saw that does not
+    /// count as running back, u of the master. 0.001 by default.
     #[cfg_attr(feature = "serde", serde(default))]
     pub master_noise: Option<f64>,
     /// Given if its master is an encoder: u of the master per increment. Accelerations of less than
-    /// two increments per cycle and cycle count as none then, for a flying saw (TS5055 7).
+    /// two increments per cycle and cycle then count as zero, for a flying saw (TS5055 7).
     #[cfg_attr(feature = "serde", serde(default))]
     pub master_increment: Option<f64>,
 }
 
-/// The largest of all limits: a jerk within it is whatever the acceleration needs.
+/// The largest of all limits: a jerk within it is not limited in effect.
 #[cfg(feature = "serde")]
 const fn no_jerk_limit() -> f64 {
     1e15
 }
 
-/// What a coupled slave does when its master is lost or in error.
+/// Reaction of a coupled slave to a master that is lost or in error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum OnMasterLoss {
-    /// It stops within its limits of deceleration and jerk, and is in error stop.
+    /// Stop within its limits of deceleration and jerk, and error stop.
     #[default]
     Stop,
-    /// It stops with its full deceleration from the next cycle on, whatever the jerk, and is in error stop.
+    /// Stop with its full deceleration from the next cycle on, without a jerk limit, and error stop.
     QuickStop,
-    /// It goes on following: a far axis that is lost is braked, and brought back when it returns. It is
+    /// Continued following: a lost far axis is braked, and returned when it is back. The slave is
     /// coupled from the start as soon as there is a master, even before its clock is known.
     Follow,
 }
 
-/// What becomes of a distance that the limits have left between the axis and where its coupling has it, and
-/// from when on it is a fault.
+/// Handling of the distance that the limits leave between the axis and the position of its
+/// coupling, and the bounds from which it is a fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -80,31 +80,33 @@ pub enum OnMasterLoss {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct DistanceParameters {
-    /// Whether it is caught up, or stays.
+    /// Catching up of the distance, or keeping it.
     pub policy: DistancePolicy,
-    /// How far the axis may be left behind, u; 0: not watched. By default as far as it goes in 0.1 s at its
-    /// highest velocity. A distance that the policy lets stay is not watched.
+    /// Greatest distance that the axis may be left behind, u; 0: not monitored. By default the
+    /// distance moved in 0.1 s at its highest velocity. A distance that the policy keeps is not
+    /// monitored.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub window: Option<f64>,
-    /// How long it may be farther than that, s. 0.1 by default.
+    /// Time for which that distance may be exceeded, s. 0.1 by default.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub time_s: Option<f64>,
-    /// How far the set position may be from where the coupling has it while the axis is in sync, u. By default what
-    /// the jerk limit comes to within a cycle (with no more jerk than turns the acceleration round in a cycle), and the way
-    /// of a microsecond at the highest velocity, which is what the time of a master is known to: j·T³ + v·1 µs.
-    /// A distance that the policy lets stay does not count.
+    /// Greatest distance of the set position from the position of the coupling in sync, u. By
+    /// default the effect of the jerk limit within a cycle (at most the jerk that reverses the
+    /// acceleration in a cycle), plus the distance of a microsecond at the highest velocity, which
+    /// is the precision of a master's time: j·T³ + v·1 µs. A distance that the policy keeps does
+    /// not count.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub in_sync_window: Option<f64>,
 }
 
-/// The default window is the way of so many seconds at the highest velocity,
+/// Default window, as a time at the highest velocity, s,
 const WINDOW: f64 = 0.1;
-/// and may be left for so many.
+/// and default time for which it may be exceeded, s.
 const WINDOW_TIME: f64 = 0.1;
 
 impl SlaveParameters {
-    /// What they say of the dynamics, and nothing else: no software limits, the defaults for the rest.
-    /// In u/s, u/s² (up and down alike) and u/s³.
+    /// Creates parameters of the dynamics, without software limits and with defaults for the rest.
+    /// In u/s, u/s² (for acceleration and deceleration) and u/s³.
     #[must_use]
     pub const fn new(velocity: f64, acceleration: f64, jerk: f64) -> Self {
         Self {
@@ -126,7 +128,7 @@ impl SlaveParameters {
         }
     }
 
-    /// What keeps the set values within them, whatever moves the axis, from `here` on.
+    /// The guard that keeps the set values within them, for every motion, from `here` on.
     pub(super) fn set_value_guard(
         &self,
         cycle_time: CycleTime,
@@ -141,7 +143,7 @@ impl SlaveParameters {
         Ok(guard)
     }
 
-    /// What watches how far the axis is left behind.
+    /// The monitor of the distance of the axis.
     pub(super) fn window_monitor(&self) -> Result<WindowMonitor, WrongSlaveParameter> {
         let DistanceParameters {
             window,
@@ -168,18 +170,18 @@ impl SlaveParameters {
         ))
     }
 
-    /// How far the axis may be from where its coupling has it and be in sync, u: what is given, or
-    /// [what its limits need](CouplingPhase::in_sync_window).
+    /// Greatest distance of the axis from the position of its coupling in sync, u: as configured,
+    /// or [derived from its limits](CouplingPhase::in_sync_window).
     ///
     /// # Errors
-    /// The limit that is none.
+    /// The invalid limit.
     pub fn in_sync_window(&self, cycle_time: CycleTime) -> Result<f64, WrongSlaveParameter> {
         let by_limits =
             CouplingPhase::in_sync_window(&self.limits()?, Seconds(cycle_time.as_secs_f64()));
         Ok(self.distance.in_sync_window.unwrap_or(by_limits))
     }
 
-    /// What motions are checked against before they begin.
+    /// The guard that checks motions before they begin.
     pub(super) fn guard(&self) -> Result<Guard, WrongSlaveParameter> {
         let (min, max) = self.range()?;
         Ok(Guard::new(self.limits()?, min, max))
@@ -201,7 +203,7 @@ impl SlaveParameters {
             .map_err(|InvalidLimit { field, received }| wrong_limit(field, received))
     }
 
-    /// A flying saw that takes its master so.
+    /// A flying saw with these parameters of its master.
     pub(super) fn saw(&self) -> Result<Saw, WrongSlaveParameter> {
         let noise = self
             .master_noise
@@ -219,7 +221,7 @@ impl SlaveParameters {
         Ok(Saw::new(noise, self.master_increment))
     }
 
-    /// The software limits, infinite where there is none.
+    /// The software limits, infinite if there is none.
     fn range(&self) -> Result<(f64, f64), WrongSlaveParameter> {
         for (parameter, limit) in [
             ("min-position", self.min_position),
@@ -255,14 +257,14 @@ const fn wrong_limit(parameter: &'static str, received: f64) -> WrongSlaveParame
     }
 }
 
-/// A parameter that no slave axis can have.
+/// An invalid parameter of a slave axis.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{parameter}: received {received}, expected {expected}")]
 pub struct WrongSlaveParameter {
     /// The parameter.
     pub parameter: &'static str,
-    /// Its value.
+    /// Value received.
     pub received: f64,
-    /// What it may be.
+    /// Value expected.
     pub expected: &'static str,
 }

@@ -1,4 +1,4 @@
-//! The drive of an axis, and what it said last as far as that can be believed.
+//! The drive of an axis, and its last plausible values.
 
 use alloc::boxed::Box;
 
@@ -6,7 +6,7 @@ use coaxle_axis::drive::{Actual, Drive, DriveFault, DriveState};
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 
-/// Asks the drive once after each call: everything else looks at the copy.
+/// Reads the drive once after each call: all other code uses the copy.
 #[derive(Debug)]
 pub(crate) struct DrivePort {
     drive: Box<dyn Drive>,
@@ -42,7 +42,7 @@ impl DrivePort {
         self.look();
     }
 
-    /// Why it is tripped.
+    /// Fault of its trip.
     pub(crate) fn fault(&self) -> DriveFault {
         self.actual.fault.unwrap_or(DriveFault::FollowingError {
             following_error: self.actual.following_error,
@@ -54,7 +54,7 @@ impl DrivePort {
     }
 }
 
-/// What cannot be is what was before, and the drive has failed if it has power.
+/// Replaces implausible values by the last ones, and marks a powered drive as tripped.
 fn believed(now: Actual, before: &Actual) -> Actual {
     let Some((field, received)) = now.implausible() else {
         return now;

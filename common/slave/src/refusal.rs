@@ -1,4 +1,4 @@
-//! Why a command is refused.
+//! Refusals of commands.
 
 use core::fmt;
 
@@ -9,44 +9,44 @@ use super::circle::CIRCLE_CODE;
 use super::couplings::CouplingRefusal;
 use super::sync_position::WrongSyncPosition;
 
-/// Why a command is refused. Nothing has changed by it.
+/// Reason why a command is refused. A refused command has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// The axis takes no such command in its state.
+    /// Command not permitted in the axis's state.
     #[error("{:#06x}: {command}: the axis is in {status}, expected{}", self.code(), Before(.transition))]
     Status {
         /// The command, by its PLC name.
         command: &'static str,
-        /// Its arrow in the state diagram.
+        /// Arrow in the state diagram.
         transition: Transition,
         /// The state of the axis.
         status: AxisStatus,
     },
-    /// The axis stops already, and this stop would not end earlier.
+    /// Stop that would not end earlier than the current one.
     #[error(
         "{:#06x}: MC_Stop: the stop would take {received} s, expected less than the {left} s that are left of the \
          one under way: give it more deceleration or jerk",
         self.code()
     )]
     WeakerStop {
-        /// What the stop would take, s.
+        /// Duration of the stop, s.
         received: f64,
-        /// What is left of the one under way, s.
+        /// Remaining duration of the current one, s.
         left: f64,
     },
-    /// The axis has to be at rest first.
+    /// Axis not at rest.
     #[error("{:#06x}: velocity of the axis: received {velocity}, expected 0", self.code())]
     NotAtRest {
-        /// Its set velocity, u/s.
+        /// Set velocity, u/s.
         velocity: f64,
     },
-    /// The axis cannot, or may not, do that much.
+    /// Limit of the axis exceeded.
     #[error(transparent)]
     Guard(GuardRefusal),
-    /// There is no master to couple to, or it is in error.
+    /// No master to couple to, or one in error.
     #[error("{:#06x}: no master to couple to", self.code())]
     NoMaster,
-    /// The axis would follow itself over other nodes.
+    /// Axis that would follow itself across nodes.
     #[error(
         "{:#06x}: {command}: the axis would follow itself over other nodes, expected a master that does not follow it",
         self.code()
@@ -55,60 +55,60 @@ pub enum Refusal {
         /// The command, by its PLC name.
         command: &'static str,
     },
-    /// The coupling, or the change to it, is not possible.
+    /// Coupling, or change to it, that is not possible.
     #[error("{0}")]
     Coupling(CouplingRefusal),
-    /// The motion under way takes what the axis can do, and leaves nothing to add anything with.
+    /// Current motion that leaves no part of the limits for an added one.
     #[error(
         "{:#06x}: {field}: the motion under way takes {taken}, expected at most {passes} for something to be added to it: \
          command that motion with less {field}, or add to it when it has come to its end",
         self.code()
     )]
     NothingLeft {
-        /// Of which limit.
+        /// Name of the limit.
         field: &'static str,
-        /// What the motion takes of it.
+        /// Part of it used by the motion.
         taken: f64,
-        /// The most that it may take.
+        /// Greatest part that it may use.
         passes: f64,
     },
-    /// A value that this command needs here.
+    /// Missing value that this command needs here.
     #[error("{:#06x}: {field}: received none, expected one: the coupling has no constant ratio", self.code())]
     NotGiven {
-        /// Which one.
+        /// Name of the value.
         field: &'static str,
     },
-    /// A position within a turn that the axis does not have.
+    /// Position that does not exist within the axis's modulo period.
     #[error(transparent)]
     SyncPosition(WrongSyncPosition),
-    /// The slave has had no flying saw yet, and so no characteristic values.
+    /// No flying saw yet, and so no characteristic values.
     #[error("{:#06x}: the slave has had no flying saw, expected one before", self.code())]
     NoCharacteristics,
-    /// The tool of a slave that is led to its master or away from it, or that its limits have left behind, does not cut:
-    /// the cut would not be where it is meant to be.
+    /// Cut by a slave that is being led to its master or away from it, or that its limits have left
+    /// behind: the cut would be at a wrong position.
     #[error(
         "{:#06x}: cut: the slave is {} its master, {} u from where its coupling has it; expected it in sync, at most \
          {window} u from there",
         self.code(), Beside(*.phase), distance.abs()
     )]
     CutNotInSync {
-        /// How far the coupling is.
+        /// Phase of the coupling.
         phase: CouplingPhase,
-        /// How far the set position is from where the coupling has it, u.
+        /// Distance of the set position from that of the coupling, u.
         distance: f64,
-        /// What that may be in sync, u.
+        /// Greatest distance allowed in sync, u.
         window: f64,
     },
-    /// The axis was to be coupled from the start, and its drive is not there, or does not follow at once.
+    /// Coupling from the start with a drive at another position, or one that does not follow at once.
     #[error(
         "{:#06x}: the drive has the axis at {received}, expected it to follow at {expected} at once, where the \
          coupling from the start has it: give it power first, and couple it then",
         self.code()
     )]
     DriveElsewhere {
-        /// Where the axis is by its drive, u.
+        /// Position of the axis by its drive, u.
         received: f64,
-        /// Where the coupling has it, u.
+        /// Position of the coupling, u.
         expected: f64,
     },
 }
@@ -183,7 +183,7 @@ impl fmt::Display for Before<'_> {
     }
 }
 
-/// How a slave is related to its master.
+/// Relation of a slave to its master, in words.
 struct Beside(CouplingPhase);
 
 impl fmt::Display for Beside {

@@ -1,4 +1,4 @@
-//! A motion that is added to another one: of its own, over time, from one offset to another.
+//! An added motion over time, from one offset to another.
 
 use coaxle_axis::{CommandState, Job};
 use coaxle_clock::Seconds;
@@ -6,7 +6,7 @@ use coaxle_curve::profile::{Kinematics, Profile};
 
 use crate::job::{JobState, Jobs};
 
-/// An offset that is led from one value to another, and stays there.
+/// An offset that moves from one value to another, and stays there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shift {
     course: Option<Course>,
@@ -21,25 +21,25 @@ struct Course {
 }
 
 impl Shift {
-    /// None.
+    /// No offset.
     pub(super) const NONE: Self = Self {
         course: None,
         now: Kinematics::at_rest(0.0),
     };
 
-    /// What is added now.
+    /// The current offset.
     pub(super) const fn now(&self) -> &Kinematics {
         &self.now
     }
 
-    /// What is added once it has come to its end.
+    /// The offset at its end.
     pub(super) fn end(&self) -> Kinematics {
         self.course
             .as_ref()
             .map_or(self.now, |course| course.profile.end())
     }
 
-    /// Whether anything is added, or will be.
+    /// True if there is an offset, or will be.
     pub(super) fn is_active(&self) -> bool {
         self.course.is_some() || self.now.position != 0.0
     }
@@ -48,7 +48,7 @@ impl Shift {
         self.course.is_some()
     }
 
-    /// From now on it is led along a profile that begins with what it is.
+    /// Starts along a profile that begins with the current offset.
     pub(super) fn start(&mut self, profile: Profile, job: Job, jobs: &mut Jobs) {
         self.abort(jobs);
         self.course = Some(Course {
@@ -58,7 +58,7 @@ impl Shift {
         });
     }
 
-    /// One cycle.
+    /// Runs one cycle.
     pub(super) fn advance(&mut self, elapsed: Seconds, jobs: &mut Jobs) {
         let Some(course) = &mut self.course else {
             return;
@@ -71,7 +71,7 @@ impl Shift {
         }
     }
 
-    /// Nothing is added any more: what was has become part of something else.
+    /// Drops the offset, which has become part of another motion.
     pub(super) fn drop(&mut self, state: JobState, jobs: &mut Jobs) {
         if let Some(course) = self.course.take() {
             jobs.end(course.job, state);
@@ -85,14 +85,14 @@ impl Shift {
         }
     }
 
-    /// How far a job of it is, while it lasts.
+    /// State of its job, while it lasts.
     pub(super) fn progress(&self, job: Job) -> Option<JobState> {
         let course = self.course.as_ref()?;
         (course.job == job).then_some(CommandState::Active)
     }
 }
 
-/// Two motions at once; the first one bit for bit where nothing is added.
+/// The sum of two motions; the first one bit for bit if there is no other.
 pub(super) fn plus(motion: Kinematics, added: Option<Kinematics>) -> Kinematics {
     match added {
         None => motion,
@@ -100,7 +100,7 @@ pub(super) fn plus(motion: Kinematics, added: Option<Kinematics>) -> Kinematics 
     }
 }
 
-/// A motion without one that is added to it.
+/// A motion without the one added to it.
 pub(super) fn minus(motion: &Kinematics, added: &Kinematics) -> Kinematics {
     Kinematics {
         position: motion.position - added.position,
@@ -109,7 +109,7 @@ pub(super) fn minus(motion: &Kinematics, added: &Kinematics) -> Kinematics {
     }
 }
 
-/// Two motions at once.
+/// The sum of two motions.
 pub(super) fn sum(one: &Kinematics, other: &Kinematics) -> Kinematics {
     Kinematics {
         position: one.position + other.position,

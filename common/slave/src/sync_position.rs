@@ -1,55 +1,57 @@
-//! Where an axis is to be when master and slave are synchronous: a position, or one that counts from now.
+//! Synchronisation positions: absolute ones, and ones relative to now.
 
 use coaxle_axis::{Modulo, TravelDirection};
 
 /// A synchronisation position of a command, before it is planned.
 ///
-/// In a config and on the wire a plain number, or `{ "ahead": 500 }`, or `{ "in-turn": 90 }`. What is relative is made
-/// a position of its axis once, when the command is planned, from where master and slave are in that cycle.
-/// *Ahead* is where the master goes; a master at rest counts as going to larger positions. For a slave
-/// it is where the ratio leads it then.
+/// In a config and on the wire a plain number, or `{ "ahead": 500 }`, or `{ "in-turn": 90 }`. A
+/// relative one is converted once into a position of its axis, when the command is planned, from
+/// the positions of master and slave in that cycle. *Ahead* is the direction of the master; a
+/// master at rest counts as moving to larger positions. For a slave it is the direction into which
+/// the ratio then leads it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SyncPosition {
-    /// This position, u.
+    /// Absolute position, u.
     At(f64),
-    /// So far ahead of where the axis is now, u.
+    /// Distance ahead of the axis's current position, u.
     Ahead(f64),
-    /// Where an axis that turns passes this position within its turn, u: the next time that passes the
-    /// checks of the command. Tried are the next 8 of a master; of a slave the next two, and the one behind it.
+    /// Next passage of a modulo axis at this position within its period, u, that passes the checks
+    /// of the command. The next 8 of a master are tried; of a slave the next two, and the one
+    /// behind it.
     InTurn(f64),
 }
 
-/// The turns of a master that are tried, in this order: how many beyond the next.
+/// Periods of a master that are tried, in this order, counted from the next.
 pub(super) const MASTER_TURNS: [i32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
-/// The same of a slave, each with all of those of the master.
+/// Periods of a slave that are tried, each with all of those of the master.
 pub(super) const SLAVE_TURNS: [i32; 3] = [0, 1, -1];
 
-/// A relative position that an axis does not have.
+/// A relative position that does not exist for an axis.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum WrongSyncPosition {
-    /// The axis does not turn.
+    /// Axis without a modulo period.
     #[error(
         "{:#06x}: {field}: received in-turn {received} of an axis without a modulo turn, expected a position, \
          or one ahead; or give the axis a modulo",
         self.code()
     )]
     NoModulo {
-        /// Which position.
+        /// Name of the position.
         field: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
     },
-    /// A turn has no such position.
+    /// Position outside the modulo period.
     #[error(
         "{:#06x}: {field}: received in-turn {received}, expected 0 up to less than the modulo turn of {length}",
         self.code()
     )]
     NotInTurn {
-        /// Which position.
+        /// Name of the position.
         field: &'static str,
-        /// What was given.
+        /// Value received.
         received: f64,
-        /// The length of a turn, u.
+        /// Length of the period, u.
         length: f64,
     },
 }
@@ -61,7 +63,7 @@ impl WrongSyncPosition {
         0x4b06
     }
 
-    /// Which position, as a command spells it.
+    /// Name of the position in a command.
     #[must_use]
     pub const fn field(&self) -> &'static str {
         match self {
@@ -69,7 +71,7 @@ impl WrongSyncPosition {
         }
     }
 
-    /// What was given, u.
+    /// Value received, u.
     #[must_use]
     pub const fn received(&self) -> f64 {
         match self {
@@ -85,7 +87,7 @@ impl From<f64> for SyncPosition {
 }
 
 impl SyncPosition {
-    /// The position, where it is one.
+    /// The absolute position, if it is one.
     #[must_use]
     pub const fn as_position(&self) -> Option<f64> {
         match self {
@@ -94,7 +96,7 @@ impl SyncPosition {
         }
     }
 
-    /// Whether an axis with these turns has it.
+    /// Checks that the position exists for an axis with this modulo period.
     ///
     /// # Errors
     /// [`WrongSyncPosition`] names the field.
@@ -117,7 +119,8 @@ impl SyncPosition {
         }
     }
 
-    /// The position that it is for an axis that is here: the next time, or as many turns further.
+    /// The absolute position for an axis in this state: the next passage, or this number of periods
+    /// further.
     pub(super) fn of(&self, axis: &Travel, turns: i32) -> f64 {
         match (*self, axis.modulo) {
             (Self::At(position), _) => position,
@@ -130,7 +133,7 @@ impl SyncPosition {
         }
     }
 
-    /// The turns that there are to be tried of these: but the first, if it is no position within one.
+    /// The periods to be tried of these: only the first, for a position that is not within a period.
     pub(super) fn turns(&self, all: &'static [i32]) -> &'static [i32] {
         match self {
             Self::InTurn(_) => all,
@@ -139,7 +142,7 @@ impl SyncPosition {
     }
 }
 
-/// Where an axis is, and which way is ahead.
+/// Position of an axis, and its forward direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Travel {
     pub(super) position: f64,
@@ -184,7 +187,7 @@ mod written {
 
     use super::SyncPosition;
 
-    /// What is not a plain number.
+    /// Forms other than a plain number.
     #[derive(serde::Serialize, serde::Deserialize)]
     #[serde(rename_all = "kebab-case")]
     enum Relative {

@@ -1,4 +1,4 @@
-//! Tests of the slave as a crate: its example, and the memory that it takes.
+//! Tests of the slave as a crate: its example, and its memory.
 
 #[path = "../examples/saw_in_your_loop.rs"]
 mod saw_in_your_loop;
@@ -18,7 +18,7 @@ fn every_piece_is_as_long_as_the_other() {
     }
 }
 
-/// Plates are allocated beside the axis, when they are selected.
+/// Plates are allocated separately, when they are selected.
 #[test]
 fn an_axis_without_plates_takes_less_than_six_kilobytes() {
     let size = size_of::<SlaveAxis>();

@@ -1,5 +1,4 @@
-//! What is added to a motion: a shift of the master before the coupling, and a distance after it,
-//! before the guard.
+//! Added motions: a shift of the master before the coupling, and a distance after it, before the guard.
 
 use coaxle_axis::guard::{check_number, limits, limits_within};
 use coaxle_axis::{Dynamics, Masters};
@@ -11,14 +10,13 @@ use crate::motion::{Motion, Planned};
 use crate::refusal::Refusal;
 use crate::shift::sum;
 
-/// What is left to masters that ripple, of velocity and acceleration.
+/// Reserve of velocity and acceleration for masters that ripple.
 const RESERVE: f64 = 0.01;
 
-/// The least part of a limit that something is added with: with less it would take for ever.
+/// Least share of a limit for an added motion: with less it would take too long.
 const LEAST_LEFT: f64 = 1e-3;
 
-/// What the motion under way takes of the limits, at most: its speed, its acceleration and its jerk,
-/// as far as that is its own.
+/// Greatest part of the limits used by the current motion: its speed, its acceleration and its own jerk.
 struct Taken {
     velocity: f64,
     acceleration: f64,
@@ -39,7 +37,7 @@ impl SlaveAxis {
         }
     }
 
-    /// What is added to the motion.
+    /// Superimposed motion.
     pub(super) fn added(&self) -> Option<Kinematics> {
         let added = &self.superimposed;
         added.is_active().then(|| *added.now())
@@ -89,7 +87,7 @@ impl SlaveAxis {
         Ok(Effect::Superimpose(to_position(start, end, &limits)))
     }
 
-    /// A motion with an end must keep the software limits with what is added.
+    /// Checks that a motion with an end keeps the software limits with the added one.
     fn check_range(&self, planned: &Planned, least: f64, most: f64) -> Result<(), Refusal> {
         if planned.end().velocity == 0.0 {
             let extremes = planned.extremes();
@@ -99,7 +97,7 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// As long as the masters go on as they do.
+    /// Part used by the coupling, as long as the masters continue as they are.
     fn taken_by_coupling(&self) -> Taken {
         let added = self.superimposed.now();
         Taken {
@@ -110,7 +108,7 @@ impl SlaveAxis {
         }
     }
 
-    /// What is left of the limits, in units of something that moves the slave by `gain` as much.
+    /// Remaining limits, in units of an added motion that moves the slave with this `gain`.
     fn left(&self, taken: &Taken, gain: f64) -> Result<Limits, Refusal> {
         let own = self.guard.limits();
         let slowest = own.acceleration().min(own.deceleration());
@@ -135,7 +133,7 @@ impl SlaveAxis {
     }
 }
 
-/// What a profile still takes, from where it is.
+/// Part still used by a profile, from its current state.
 fn taken_by(planned: &Planned) -> Taken {
     if planned.is_over() {
         return Taken {
@@ -153,7 +151,7 @@ fn taken_by(planned: &Planned) -> Taken {
     }
 }
 
-/// The limits as the command has them, where nothing else tells any.
+/// The limits of the command, if there is no other source.
 fn given(velocity: Option<f64>, dynamics: &Dynamics) -> Result<Limits, Refusal> {
     let needed = |field, value: Option<f64>| value.ok_or(Refusal::NotGiven { field });
     let acceleration = needed("acceleration", dynamics.acceleration)?;

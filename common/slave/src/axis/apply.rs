@@ -1,4 +1,4 @@
-//! Carrying out what was planned. Nothing here can fail.
+//! Applying a plan, which cannot fail.
 
 use coaxle_axis::drive::DriveState;
 use coaxle_axis::{AxisStatus, CommandState, Job, Manner, Origin, Transition};
@@ -13,21 +13,21 @@ use crate::motion::{Motion, Planned};
 use crate::refusal::Refusal;
 
 impl SlaveAxis {
-    /// Plans a command and carries it out.
+    /// Plans a command and applies it.
     ///
     /// # Errors
-    /// [`Refusal`] says what stands against it; the axis goes on with what it was doing.
+    /// [`Refusal`] gives the reason; the axis continues as before.
     pub fn command(&mut self, command: &Command) -> Result<Job, Refusal> {
         let change = self.plan(command)?;
         Ok(self.apply(change, Origin::Program))
     }
 
-    /// Carries out what was planned. What moves the axis does so from the next
-    /// [`update`](Self::update) on; [`progress`](Self::progress) tells how far it is, and when it has
-    /// come to its end, [`take_ended`](Self::take_ended) says so.
+    /// Applies a plan. Motions begin with the next [`update`](Self::update);
+    /// [`progress`](Self::progress) returns their state, and [`take_ended`](Self::take_ended) their
+    /// end.
     ///
     /// # Panics
-    /// If the change was planned for an axis that has gone on since: plan and apply belong together.
+    /// If the axis has changed since the plan: plan and apply belong together.
     pub fn apply(&mut self, change: Change, origin: Origin) -> Job {
         assert_eq!(
             change.revision, self.revision,
@@ -62,7 +62,7 @@ impl SlaveAxis {
         job
     }
 
-    /// A change to the coupling that moves the axis, which goes on.
+    /// Changes the coupling that moves the axis, which continues.
     fn adjust(
         &mut self,
         engagement: &Engagement,
@@ -91,7 +91,7 @@ impl SlaveAxis {
                 self.superimposed.start(profile, job, &mut self.jobs);
             }
             Effect::Release => self.keep_velocity(),
-            // Whether they can be done was planned.
+            // The plan has checked that these can be done.
             Effect::PlateMode(table, mode) => {
                 let _ = self.couplings.cam.set_mode(table, mode);
             }
@@ -102,8 +102,8 @@ impl SlaveAxis {
         }
     }
 
-    /// The arrow that an axis takes by its drive, one that does not follow yet leaves it without power, and by how long it has
-    /// stood: its power goes after a cycle of that.
+    /// The arrow adjusted to the drive and to the standstill: a drive that does not follow yet
+    /// leaves the axis without power, and power is switched off only after a cycle at rest.
     fn arrow_now(&self, transition: Transition) -> Option<Transition> {
         let follows = self.drive.actual().state == DriveState::Following;
         match (self.status(), transition) {
@@ -129,7 +129,7 @@ impl SlaveAxis {
         {
             self.switch_off();
         } else if !on && !matches!(before, AxisStatus::Disabled | AxisStatus::ErrorStop) {
-            // As fast as the axis can, whatever stops it already.
+            // As fast as the axis can, regardless of a current stop.
             let brake = self.guard.brake(&self.free());
             self.run(brake);
             self.jobs.set(CommandState::Aborted);
@@ -150,7 +150,7 @@ impl SlaveAxis {
         self.couplings.end_all();
     }
 
-    /// Whether a reset sets the position to where the drive is.
+    /// True if a reset presets the position to that of the drive.
     pub(super) fn is_set_anew_by_reset(&self) -> bool {
         self.drive.actual().state != DriveState::Following || !self.powered
     }
@@ -165,7 +165,7 @@ impl SlaveAxis {
         self.stand_where_drive_is();
     }
 
-    /// A drive that overshot does not take the set position beyond a software limit.
+    /// Places the axis at its drive, without passing a software limit if the drive overshot.
     pub(super) fn stand_where_drive_is(&mut self) {
         let actual = Kinematics::at_rest(self.actual_position());
         let stands = self.guard.confined(self.set.position, &actual);
@@ -186,25 +186,25 @@ impl SlaveAxis {
     }
 
     pub(super) fn run(&mut self, profile: Profile) {
-        // Whoever held the axis in `Stopping` did so for another motion.
+        // A hold in `Stopping` referred to another motion.
         self.stop_held = false;
         let start = self.free();
         self.move_by(Motion::Own(Planned::new(profile).from(start)));
     }
 
-    /// From now on this coupling moves the axis, even where one of its kind did.
+    /// Engages this coupling, even in place of one of its kind.
     fn engage(&mut self, engagement: &Engagement, job: Job) {
         self.exempt = false;
         self.end_coupling();
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
         self.couplings.apply(engagement, job);
-        // The coupling was planned from where the axis is.
+        // The coupling was planned from the axis's position.
         self.left_behind = None;
         self.motion = Motion::Coupled(engagement.kind());
     }
 
-    /// From now on this moves the axis, and nothing else does.
+    /// Makes this the only motion of the axis.
     pub(super) fn move_by(&mut self, motion: Motion) {
         self.exempt = false;
         self.end_coupling();
@@ -215,7 +215,7 @@ impl SlaveAxis {
     }
 
     fn end_coupling(&mut self) {
-        // What was in error is kept to be asked about, until it is acknowledged.
+        // Values of a failed coupling stay readable until the error is acknowledged.
         if let Motion::Coupled(kind) = self.motion
             && self.error.is_none()
         {
@@ -223,19 +223,19 @@ impl SlaveAxis {
         }
     }
 
-    /// The axis is on its own, at the velocity that it has.
+    /// Continues without a coupling, at the current velocity.
     fn keep_velocity(&mut self) {
         let keeps = Planned::keep_velocity(&self.free(), &self.guard);
         self.move_by(Motion::Own(keeps));
     }
 
-    /// The same where a coupling has ended by itself.
+    /// Continues after a coupling that has ended by itself.
     pub(super) fn release(&mut self) {
         self.keep_velocity();
         self.state.follow(self.released());
     }
 
-    /// The arrow that a coupling leaves by.
+    /// The arrow after the end of a coupling.
     pub(super) fn released(&self) -> Transition {
         let free = self.free();
         Transition::Released {

@@ -1,4 +1,4 @@
-//! What happens in a cycle.
+//! The cycle of the axis.
 
 use coaxle_clock::Seconds;
 
@@ -44,7 +44,7 @@ impl SlaveAxis {
         }
     }
 
-    /// One cycle of a coupling.
+    /// Runs one cycle of a coupling.
     fn follow(&mut self, kind: Kind, elapsed: Seconds) -> Result<(), SlaveError> {
         let masters = self.seen_masters();
         let left_behind = self.left_behind;
@@ -109,7 +109,7 @@ impl SlaveAxis {
         self.check_distance(guarded, elapsed)
     }
 
-    /// A distance that the limits leave is a fault where it is too far for too long.
+    /// Checks the distance left by the limits: a fault if it is too large for too long.
     fn check_distance(&mut self, guarded: &Guarded, elapsed: Seconds) -> Result<(), GuardFault> {
         let left_behind = match guarded.state {
             GuardState::Tracking => 0.0,
@@ -122,7 +122,7 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// Set values of a motion of its own, through the last stage.
+    /// Passes set values of its own motion through the last stage.
     fn move_to(&mut self, target: &Kinematics, elapsed: Seconds) {
         if self.exempt {
             self.place(target);
@@ -143,15 +143,15 @@ impl SlaveAxis {
         });
     }
 
-    /// Whether the axis is farther from where its motion has it than it may be in sync. A distance that it passes with
-    /// is one that its policy lets stay.
+    /// True if the axis is farther from its motion than allowed in sync. A distance with which it
+    /// passes is one that its policy keeps.
     fn is_left_behind(&self, guarded: &Guarded) -> bool {
         let rounding = 128.0 * f64::EPSILON * guarded.set.position.abs();
         guarded.state != GuardState::Tracking
             && guarded.distance.abs() > self.in_sync_window + rounding
     }
 
-    /// The axis is here from now on, whatever was before: nothing limits the step to it.
+    /// Places the axis here, without limiting the step.
     pub(super) fn place(&mut self, here: &Kinematics) {
         self.last_stage.start(here);
         self.set = *here;
@@ -161,7 +161,7 @@ impl SlaveAxis {
         self.window.forget();
     }
 
-    /// The masters have turned back, and the coupling brings the axis to rest.
+    /// Handles a reversal of the masters, at which the coupling brings the axis to rest.
     fn stop_by_coupling(
         &mut self,
         next: Kinematics,
@@ -181,7 +181,7 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// A coupling was refused when it was due: the axis goes on as before.
+    /// Continues as before, after a coupling was refused when it was due.
     fn go_on_without(&mut self, state: JobState, elapsed: Seconds) {
         self.release();
         self.jobs.set(state);
@@ -197,7 +197,7 @@ impl SlaveAxis {
         }
     }
 
-    /// To error stop, within the limits.
+    /// Goes to error stop, within the limits.
     pub(super) fn fail(&mut self, error: SlaveError) {
         let quick = matches!(
             (error, self.on_master_loss),
@@ -225,8 +225,8 @@ impl SlaveAxis {
         self.jobs.set(failed);
     }
 
-    /// What follows from the motion having come to its end, and how far the command is. The power goes only after what has
-    /// left the axis says that it stands: the position is set to where the drive is then.
+    /// Handles the end of the motion, and updates the command's state. Power is switched off only
+    /// after the output of the axis stands: the position is then preset to that of the drive.
     pub(super) fn finish(&mut self, stood: bool) {
         if self.own_motion_is_over() && self.status() != AxisStatus::ContinuousMotion {
             self.jobs.set(CommandState::Done);
@@ -252,7 +252,7 @@ impl SlaveAxis {
         }
     }
 
-    /// How far a command that has not ended is.
+    /// State of a command that has not ended.
     pub(super) fn job_state(&self) -> JobState {
         match &self.motion {
             Motion::Own(planned)
@@ -285,7 +285,7 @@ impl SlaveAxis {
         self.fail(SlaveError::Drive(lost));
     }
 
-    /// An axis that is to have power stands where its drive is, until that follows.
+    /// Keeps an axis that is to have power at its drive's position, until the drive follows.
     pub(super) fn wait_for_drive(&mut self) {
         if self.status() != AxisStatus::Disabled || !self.powered {
             return;

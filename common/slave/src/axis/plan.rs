@@ -1,4 +1,4 @@
-//! What a command would come to. Nothing changes here.
+//! Planning commands, without changes.
 
 use coaxle_axis::guard::{ROUNDING, check_number};
 use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned, Transition};
@@ -14,11 +14,11 @@ use crate::motion::Motion;
 use crate::refusal::Refusal;
 
 impl SlaveAxis {
-    /// What a command would come to now. What couples the axis relates the set values to the masters
-    /// of the last [`update`](Self::update): they belong to the same moment.
+    /// Plans a command. A coupling relates the set values to the masters of the last
+    /// [`update`](Self::update), which are of the same instant.
     ///
     /// # Errors
-    /// [`Refusal`] says what stands against it.
+    /// [`Refusal`] gives the reason.
     pub fn plan(&self, command: &Command) -> Result<Change, Refusal> {
         let transition = command.transition(self.powered);
         if let Some(transition) = transition {
@@ -29,7 +29,7 @@ impl SlaveAxis {
         }
         self.check_sync_positions(command)?;
         let (effect, awaits) = self.effect_of(&self.placed_now(command)?)?;
-        // What becomes of an axis that is released, its velocity says.
+        // The state of a released axis depends on its velocity.
         let transition = match effect {
             Effect::Release => Some(self.released()),
             _ => transition,
@@ -118,7 +118,7 @@ impl SlaveAxis {
         .map(|effect| (effect, Awaits::empty()))
     }
 
-    /// What a coupling of this kind is planned from.
+    /// Inputs for planning a coupling of this kind.
     pub(super) fn plan_inputs(&self, kind: Kind) -> PlanInputs {
         PlanInputs {
             masters: self.seen_masters(),
@@ -132,7 +132,8 @@ impl SlaveAxis {
     fn plan_reset(&self) -> Result<Effect, Refusal> {
         let set = &self.set;
         let is_at_rest = [set.velocity, set.acceleration] == [0.0; 2];
-        // Where the position is set to that of the drive, that is no step of a motion: it has stood for a cycle.
+        // A preset to the drive's position is not a step of a motion: the axis must have stood for
+        // a cycle.
         let may_go_on = match self.is_set_anew_by_reset() {
             true => self.stands(),
             false => is_at_rest,
@@ -200,7 +201,7 @@ impl SlaveAxis {
         self.profile(None, dynamics, |limits| to_velocity(&start, 0.0, limits))
     }
 
-    /// While the axis stops, a stop takes over that ends earlier, and no other.
+    /// Plans a stop. While the axis stops, only a stop that ends earlier can take over.
     fn plan_stop(&self, dynamics: &Dynamics) -> Result<Effect, Refusal> {
         let profile = self.plan_halt(dynamics)?;
         match &self.motion {
@@ -215,7 +216,7 @@ impl SlaveAxis {
         Ok(Effect::Run(profile))
     }
 
-    /// A profile with the dynamics of a command, or with the axis's own where those are too slow to
+    /// A profile with the dynamics of a command, or with the axis's own if those are too slow to
     /// keep the highest velocity and the software limits from here.
     fn profile(
         &self,
@@ -235,7 +236,7 @@ impl SlaveAxis {
     }
 }
 
-/// What engages a coupling, or changes it.
+/// Effect of engaging or changing a coupling.
 pub(super) fn coupled(
     planned: Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,
 ) -> Result<(Effect, Awaits), Refusal> {

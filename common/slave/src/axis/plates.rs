@@ -1,4 +1,4 @@
-//! The cam plates of the axis, or of its node, and what they say.
+//! The cam plates of the axis, or of its node, and their values.
 
 use alloc::boxed::Box;
 
@@ -14,12 +14,12 @@ use crate::couplings::CouplingRefusal;
 use crate::refusal::Refusal;
 
 impl SlaveAxis {
-    /// `MC_CamTableSelect`: the plates that the axis can be coupled by, which nobody else has. The ids are those of its
-    /// master and its own, for `MC_CamInfo`. A coupling by the plates before must have ended. This
-    /// allocates.
+    /// `MC_CamTableSelect`: sets the plates of the axis, not shared with others. The ids are those
+    /// of its master and its own, for `MC_CamInfo`. A coupling by the previous plates must have
+    /// ended. This allocates.
     ///
     /// # Errors
-    /// 0x4A1C if the axis can go infinitely far in a cycle.
+    /// 0x4A1C if the axis can move infinitely far in a cycle.
     #[doc(alias = "MC_CamTableSelect")]
     pub fn select_cams(
         &mut self,
@@ -32,8 +32,9 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// The same for one of several axes that have one store of plates: table ids are those of all of them then, as in an
-    /// NC, and any number of axes can be on a plate. Each is [lent](Self::lend_cams) the store for its turn.
+    /// Prepares one of several axes that share a store of plates: table ids are then common to all
+    /// of them, as in an NC, and any number of axes can be on a plate. The store is
+    /// [lent](Self::lend_cams) to each axis while it acts.
     ///
     /// ```
     /// # use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
@@ -73,16 +74,17 @@ impl SlaveAxis {
         self.couplings.cam.prepare(limits, axes)
     }
 
-    /// Why points of a plate were not taken by the coupling when they were due, once for each time that points are written: they
-    /// go on waiting.
+    /// Takes the reason why the coupling did not take points of a plate when they were due, once
+    /// for each time that points are written: the points stay pending.
     pub fn take_held_back(&mut self) -> Option<Refusal> {
         let why = self.couplings.cam.take_held_back()?;
         Some(Refusal::Coupling(CouplingRefusal::Cam(why)))
     }
 
-    /// Lends the axis the plates that it shares with others: always the same store. It needs them whenever it is told or
-    /// asked anything, and in every [`update`](Self::update); without them it takes its plates for lost. What was planned before is not to be
-    /// applied any more. Nothing is allocated, and nothing locked.
+    /// Lends the axis the store of plates that it shares with others, always the same one. It needs
+    /// the store for every command and query, and in every [`update`](Self::update); without it,
+    /// its plates count as lost. Earlier plans must not be applied any more. This neither allocates
+    /// nor locks.
     pub fn lend_cams(&mut self, tables: Box<Tables>) {
         let selections = tables.selections();
         self.couplings.cam.lend(tables);
@@ -97,11 +99,11 @@ impl SlaveAxis {
         self.couplings.cam.give_back()
     }
 
-    /// `MC_CamTableSelect` while the axis runs: takes a table in, as [`Tables::select`], of at most `room` points or rows.
-    /// What was replaced is in `table` afterwards. Nothing is allocated.
+    /// `MC_CamTableSelect` while the axis runs: adds a table, like [`Tables::select`], of at most
+    /// `room` points or rows. A replaced table is in `table` afterwards. This does not allocate.
     ///
     /// # Errors
-    /// As there. Then everything is as it was.
+    /// As there, without any change.
     #[doc(alias = "MC_CamTableSelect")]
     pub fn select_cam(
         &mut self,
@@ -116,7 +118,7 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// Whether [`select_cam`](Self::select_cam) would do it.
+    /// Plans [`select_cam`](Self::select_cam).
     ///
     /// # Errors
     /// As there.
@@ -133,10 +135,10 @@ impl SlaveAxis {
         }
     }
 
-    /// Takes a table out, into `table`, as [`Tables::delete`].
+    /// Removes a table, into `table`, like [`Tables::delete`].
     ///
     /// # Errors
-    /// As there. Then everything is as it was.
+    /// As there, without any change.
     pub fn delete_cam(
         &mut self,
         id: TableId,
@@ -147,7 +149,7 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// Whether [`delete_cam`](Self::delete_cam) would do it.
+    /// Plans [`delete_cam`](Self::delete_cam).
     ///
     /// # Errors
     /// As there.
@@ -158,10 +160,11 @@ impl SlaveAxis {
         }
     }
 
-    /// `MC_CamTableSelect` of a table that was reserved in the store, as [`Tables::select_reserved`]: what a program does.
+    /// `MC_CamTableSelect` of a table that was reserved in the store, like
+    /// [`Tables::select_reserved`], for programs.
     ///
     /// # Errors
-    /// As there. Then everything is as it was.
+    /// As there, without any change.
     pub fn select_reserved_cam(
         &mut self,
         reserved: ReservedPlate,
@@ -172,17 +175,17 @@ impl SlaveAxis {
         Ok(())
     }
 
-    /// Takes a table out, as [`Tables::put_away`]: what a program does.
+    /// Removes a table, like [`Tables::put_away`], for programs.
     ///
     /// # Errors
-    /// As there. Then everything is as it was.
+    /// As there, without any change.
     pub fn put_cam_away(&mut self, id: TableId) -> Result<(), CouplingError> {
         self.couplings.cam.put_away(id)?;
         self.plates_changed();
         Ok(())
     }
 
-    /// Reads a plate for somebody who calculates elsewhere, as [`Tables::read_plate`].
+    /// Reads a plate for a calculation elsewhere, like [`Tables::read_plate`].
     ///
     /// # Errors
     /// As there.
@@ -193,14 +196,15 @@ impl SlaveAxis {
         }
     }
 
-    /// The plates of the axis; none before any were selected, or while others have them.
+    /// The plates of the axis; none before any were selected, or while another axis has them.
     #[must_use]
     pub fn cam_tables(&self) -> Option<&Tables> {
         self.couplings.cam.tables()
     }
 
-    /// `MC_CamInfo`, `MC_CamInfo_V2`: the coupling by a cam plate (0 if there is but one), or as it would be at a
-    /// position of the master axis. After an error it is what it was, until that is acknowledged.
+    /// `MC_CamInfo`, `MC_CamInfo_V2`: the coupling by a cam plate (0 if there is only one), or its
+    /// values at a position of the master axis. After an error the last values stay, until it is
+    /// acknowledged.
     ///
     /// # Errors
     /// As [`CamCoupling::info`](coaxle_cam::CamCoupling::info).
@@ -214,25 +218,26 @@ impl SlaveAxis {
         })
     }
 
-    /// The plate that couples the axis now, of several the first, and where master and slave are on it; none without.
+    /// The plate that couples the axis now, the first of several, and the positions of master and
+    /// slave on it; none without one.
     #[must_use]
     pub fn cam_state(&self) -> Option<CamState> {
         self.couplings.cam.cam_state()
     }
 
-    /// What waits in the coupling by cam plates.
+    /// Pending changes of the coupling by cam plates.
     #[must_use]
     pub fn cam_queued(&self) -> StateWord {
         self.queued()
     }
 
-    /// What was planned before was planned with other plates.
+    /// Invalidates plans with other plates.
     fn plates_changed(&mut self) {
         self.revision = self.revision.wrapping_add(1);
         self.note_saw_table();
     }
 
-    /// A flying saw needs the id of a table for its profile.
+    /// Notes the id of a table for a flying saw's profile.
     fn note_saw_table(&mut self) {
         let tables = self.couplings.cam.tables();
         self.selections = tables.map(Tables::selections);

@@ -12,22 +12,22 @@ use crate::couplings::{CouplingRefusal, Kind};
 use crate::motion::Motion;
 use crate::refusal::Refusal;
 
-/// What an axis is coupled by from the start.
+/// Coupling of an axis from the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CoupledStart {
     /// A gear between the positions of master and slave.
     Gear(LinearGear),
-    /// A plate. The slave is where it puts it.
+    /// A plate. The slave starts at the plate's position.
     Cam(CamIn),
 }
 
 impl SlaveAxis {
-    /// Gives power to an axis that is coupled to its first master already, as the mechanics had it: it
-    /// is where the coupling puts it, and moves so.
+    /// Switches on an axis that its mechanics have coupled to its first master already: it starts
+    /// with the position and velocity of the coupling.
     ///
     /// # Errors
-    /// [`Refusal`] if the axis has power, cannot be there, cannot be so fast or could not stop before a software limit
-    /// from there, or if there is no such plate or no such master.
+    /// [`Refusal`] if the axis has power, if the position or velocity is impossible or it could not
+    /// stop before a software limit from there, or if the plate or the master does not exist.
     pub fn switch_on_coupled(
         &mut self,
         start: &CoupledStart,
@@ -78,7 +78,7 @@ impl SlaveAxis {
         Ok(job)
     }
 
-    /// Power for a drive that the mechanics have where `set` is. One that is not there would have to jump.
+    /// Switches on a drive that the mechanics have at `set`. A drive elsewhere would have to jump.
     fn power_on_moving(&mut self, set: &Kinematics) -> Result<(), Refusal> {
         let expected = set.position - self.drive_zero;
         self.drive.power_on(expected, set.velocity);
@@ -98,8 +98,8 @@ impl SlaveAxis {
         })
     }
 
-    /// What an axis that is coupled can go on from within its limits: its coupling may have it accelerate by any
-    /// amount just now, and is caught up.
+    /// A state within its limits from which a coupled axis can continue: the coupling may have any
+    /// acceleration at this moment, and is caught up.
     fn startable(&self, set: &Kinematics) -> Kinematics {
         let limits = self.guard.limits();
         let most = limits.acceleration().max(limits.deceleration());

@@ -1,4 +1,4 @@
-//! Commands to synchronise at positions that count from now: made positions of the axes here, once.
+//! Synchronisation positions relative to now, which are converted once into positions of the axes.
 
 use coaxle_axis::{Awaits, Modulo, NotPlanned, PlanInputs, Planned, TravelDirection};
 use coaxle_cam::{Activation, ActivationMode};
@@ -14,35 +14,36 @@ use crate::couplings::{CouplingRefusal, Engagement, Kind};
 use crate::refusal::Refusal;
 use crate::sync_position::{MASTER_TURNS, SLAVE_TURNS, SyncPosition, Travel, WrongSyncPosition};
 
-/// The turns of the axes that synchronise.
+/// The modulo periods of the axes that synchronise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Turns {
-    /// Of the first master.
+    /// Period of the first master.
     master: Option<Modulo>,
-    /// The axis's own.
+    /// Period of the axis.
     own: Option<Modulo>,
 }
 
-/// Where master and slave are, and which way is ahead for each.
+/// Positions of master and slave, and the forward direction of each.
 struct Travels {
     master: Travel,
     slave: Travel,
 }
 
 impl SlaveAxis {
-    /// Its own modulo turn, and that of its first master; none of an axis that does not turn. Positions
-    /// go on counting from turn to turn: this is for what is asked for, and shown, by the turn.
+    /// Sets the modulo period of the axis and of its first master; none for an axis without one.
+    /// Positions count continuously across periods: this is for positions commanded and shown
+    /// within a period.
     pub const fn set_modulo(&mut self, own: Option<Modulo>, master: Option<Modulo>) {
         self.turns = Turns { master, own };
     }
 
-    /// Its own modulo turn.
+    /// Modulo period of the axis.
     #[must_use]
     pub const fn modulo(&self) -> Option<Modulo> {
         self.turns.own
     }
 
-    /// Whether the axes have the positions within a turn that a command asks for.
+    /// Checks the positions within a modulo period in a command.
     ///
     /// # Errors
     /// [`WrongSyncPosition`] names the field.
@@ -71,8 +72,8 @@ impl SlaveAxis {
         }
     }
 
-    /// The command with a position of its master where that counts from now: of an activation, where the master passes
-    /// a position within its turn the next time.
+    /// The command with a position of its master that counts from now: for an activation, the next
+    /// passage of the master at a position within its modulo period.
     pub(super) fn placed_now(&self, command: &Command) -> Result<Command, Refusal> {
         let mut command = *command;
         if let Some(activation) = activation_of(&mut command)
@@ -90,8 +91,9 @@ impl SlaveAxis {
         Ok(command)
     }
 
-    /// The command to a flying saw that a command comes to now, the one that is tried first: of a command
-    /// that is refused, the one that its refusal is about. None if it is no flying saw, or without a master.
+    /// The current command to a flying saw that results from a command, the first one tried: for a
+    /// refused command, the one that its refusal refers to. None for other commands, or without a
+    /// master.
     #[must_use]
     pub fn saw_command(&self, command: &Command) -> Option<SawCommand> {
         match command {
@@ -140,7 +142,7 @@ impl SlaveAxis {
         })
     }
 
-    /// As the coupling sees them; none without a master.
+    /// Positions and directions as the coupling sees them; none without a master.
     fn travels(&self, inputs: &PlanInputs, ratio: f64) -> Option<Travels> {
         let master = inputs.masters.first()?;
         let ahead = ahead_of(master, inputs.masters.travel(0));
@@ -159,7 +161,7 @@ impl SlaveAxis {
     }
 }
 
-/// When what a command changes of a cam takes effect.
+/// Activation of a cam command's change.
 const fn activation_of(command: &mut Command) -> Option<&mut Activation> {
     match command {
         Command::CamIn(command) => Some(&mut command.activation),
@@ -173,8 +175,9 @@ const fn activation_of(command: &mut Command) -> Option<&mut Activation> {
     }
 }
 
-/// The position within the turn of the master axis at which it is, and the way that the master has to go there, where the
-/// mode says so; none of an activation without. What does not go with one, the plates refuse.
+/// The activation position within the modulo period of the master axis, and the required direction
+/// of the master, if the mode has one; none for an activation without. Invalid combinations are
+/// refused by the plates.
 fn in_turn(activation: &Activation) -> Option<(SyncPosition, Option<TravelDirection>)> {
     let way = match activation.mode {
         ActivationMode::AtMasterAxisPos => None,
@@ -186,8 +189,8 @@ fn in_turn(activation: &Activation) -> Option<(SyncPosition, Option<TravelDirect
     Some((SyncPosition::InTurn(within), way))
 }
 
-/// Which way a master goes. Of one that is measured its increments say it; one at rest counts as going to
-/// larger positions.
+/// Direction of travel of a master. For a measured one its increments decide; a master at rest
+/// counts as moving to larger positions.
 fn ahead_of(master: &Kinematics, measured: Option<TravelDirection>) -> TravelDirection {
     measured.unwrap_or(if master.velocity < 0.0 {
         TravelDirection::Backward
@@ -196,7 +199,8 @@ fn ahead_of(master: &Kinematics, measured: Option<TravelDirection>) -> TravelDir
     })
 }
 
-/// A slave is released the next time after it is synchronous, and stands the next time after that.
+/// Positions of a flying gear: the slave is released at the next passage after it is synchronous,
+/// and stands at the next passage after that.
 fn placed(
     gear: &FlyingGearParameters<SyncPosition>,
     travels: &Travels,
@@ -226,8 +230,8 @@ fn placed(
     }
 }
 
-/// The first turns of master and slave whose plan is accepted: of the slave the nearest ahead with any
-/// turn of the master, then others. Refused as the very first is, if none of them passes.
+/// The first periods of master and slave whose plan is accepted: the nearest one ahead of the slave
+/// with any period of the master, then others. If none passes, the very first refusal is returned.
 fn first_that_passes(
     (master, slave): (SyncPosition, SyncPosition),
     plan: impl Fn(i32, i32) -> Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,

@@ -1,4 +1,4 @@
-//! Plates that are coupled where their master passes a position within its turn.
+//! Plates that are coupled when their master passes a position within its modulo period.
 
 use std::string::ToString;
 
@@ -7,7 +7,8 @@ use super::*;
 use coaxle_axis::{CouplingPhase, Modulo};
 use coaxle_cam::{Activation, ActivationMode, CamIn, Tables};
 
-/// An axis at 0 with plate 1, and a master that has turned 10 times by 360, goes at this velocity and is 200 into its turn.
+/// An axis at 0 with plate 1, and a master with this velocity that has passed 10 periods of 360 and
+/// is at 200 within its period.
 fn rig(velocity: f64, modulo: Option<f64>) -> (SlaveAxis, Master) {
     let mut axis = powered(&PARAMETERS);
     let mut tables = Tables::new(1);

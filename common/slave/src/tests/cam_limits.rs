@@ -10,8 +10,8 @@ use coaxle_cam::{
 };
 use std::string::{String, ToString};
 
-/// An axis at `slave` with the plates 1 (up to 40 u), 2 (up to 30 u) and 3 (up to 400 u), all over 200
-/// u, and a master.
+/// An axis at `slave` with the plates 1 (up to 40 u), 2 (up to 30 u) and 3 (up to 400 u), all over
+/// 200 u, and a master.
 fn rig(slave: f64, velocity: f64) -> (SlaveAxis, Master) {
     let mut axis = powered(&PARAMETERS);
     let mut tables = Tables::new(3);
@@ -46,7 +46,7 @@ fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) {
     }
 }
 
-/// Coupled by the first plate, and in the middle of its rise.
+/// Coupled by the first plate, in the middle of its rise.
 fn rising() -> (SlaveAxis, Master) {
     let (mut axis, mut master) = rig(0.0, 200.0);
     let job = start(&mut axis, &Command::CamIn(next_cycle(1)));
@@ -56,7 +56,7 @@ fn rising() -> (SlaveAxis, Master) {
     (axis, master)
 }
 
-/// What is refused, by dry run and by command, with its code; it says how, and nothing has happened.
+/// Asserts a refusal, by dry run and by command, with its code; returns its text. The axis is unchanged.
 fn refused(axis: &mut SlaveAxis, command: &Command, code: u32) -> String {
     let planned = axis.plan(command).unwrap_err();
     let refused = axis.command(command).unwrap_err();
@@ -67,7 +67,7 @@ fn refused(axis: &mut SlaveAxis, command: &Command, code: u32) -> String {
 
 #[test]
 fn a_plate_that_is_a_little_off_is_no_small_jump() {
-    // 0.9 u in a cycle of 1 ms are within 1000 u/s, and nothing that the axis can do.
+    // 0.9 u in a cycle of 1 ms are within 1000 u/s, but impossible for the axis.
     for off in [0.9, 0.01, 1e-4] {
         let (mut axis, mut master) = rig(off, 0.0);
         let at_once = CamIn {
@@ -103,7 +103,7 @@ fn another_plate_with_another_slope_is_a_jump_of_the_velocity() {
     let text = refused(&mut axis, &Command::CamIn(other), 0x421a);
     assert!(text.contains("velocity would jump by -"), "{text}");
     lead(&mut axis, &mut master, 2_000);
-    // When the cycles meet, both are at rest.
+    // At the transition of the cycles, both are at rest.
     let job = start(&mut axis, &Command::CamIn(next_cycle(2)));
     lead(&mut axis, &mut master, 2_000);
     assert_eq!(axis.progress(job), CommandState::InSync);
@@ -168,7 +168,7 @@ fn a_plate_beyond_the_limits_is_refused() {
         text.contains("expected at most") && text.contains("lead it at up to"),
         "{text}"
     );
-    // A master that becomes too fast while it waits is found when it is due.
+    // A master that becomes too fast while it waits is detected when it is due.
     master.0.velocity = 50.0;
     master.lead(&mut axis, 1);
     let job = start(&mut axis, &Command::CamIn(next_cycle(3)));

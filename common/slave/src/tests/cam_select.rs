@@ -1,4 +1,4 @@
-//! Plates that are loaded, replaced and deleted while the axis runs; what it does then is looked at by the differences of
+//! Plates that are loaded, replaced and deleted while the axis runs, judged by the differences of
 //! its set positions.
 
 use std::boxed::Box;
@@ -113,7 +113,7 @@ fn what_waits_for_a_plate_holds_it() {
     couple(&mut rig.0);
     let mut table = None;
     assert_eq!(rig.0.delete_cam(1, &mut table).unwrap_err().code(), 0x4259);
-    // Nobody is on it yet, so it is another one at once.
+    // The plate is not in use yet, so it is replaced at once.
     rig.0
         .select_cam(1, true, &mut prepared(30.0), ROOM)
         .unwrap();
@@ -125,7 +125,7 @@ fn what_waits_for_a_plate_holds_it() {
     );
 }
 
-/// Interrupted while a replacement waits: it is in force from then on, since nobody is on the plate.
+/// Interrupted while a replacement is pending: it takes effect at once, since the plate is not in use.
 #[test]
 fn a_replacement_that_waits_is_in_force_once_the_slave_has_left() {
     let mut rig = rig();
@@ -158,7 +158,7 @@ fn a_replacement_that_waits_is_in_force_once_the_slave_has_left() {
     assert_eq!(top(&rig, &mut reading), 30.0);
 }
 
-/// A flying saw keeps its profile under the id 256 - axis id, which a plate may take away from it and give back.
+/// A flying saw keeps its profile under the id 256 - axis id, which a plate may take from it and release.
 #[test]
 fn a_plate_can_take_the_table_of_a_flying_saw() {
     let (mut axis, ..) = rig();

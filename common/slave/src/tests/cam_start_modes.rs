@@ -1,5 +1,5 @@
-//! All start modes, on a plate with lift: entering it, leaving it, being interrupted on it, and entering it again in every
-//! other way. What the drive gets is looked at by its differences.
+//! Start modes on a plate with lift: entering it, leaving it, interruptions on it, and entering it
+//! again in every other mode, judged by the differences of the drive's set positions.
 
 use super::*;
 use crate::CouplingPhase;
@@ -15,7 +15,7 @@ const MODES: [StartMode; 4] = [
     StartMode::MasterRelativeSlaveAbsolute,
 ];
 
-/// How the slave leaves the plate.
+/// Kind of the slave's leaving the plate.
 #[derive(Clone, Copy, Debug)]
 enum End {
     CamOut,
@@ -28,7 +28,7 @@ const ENDS: [End; 3] = [End::CamOut, End::Halt, End::MasterLost];
 const PERIOD: f64 = 360.0;
 const LIFT: f64 = 100.0;
 
-/// A hundred per turn, at rest at the seams.
+/// A lift of a hundred per period, at rest at the seams.
 fn with_lift() -> Plate {
     let points = Vec::from([
         MotionPoint::rest(1, 0.0, 0.0),
@@ -81,10 +81,10 @@ impl Rig {
         panic!("{} instead of {status}", self.axis.status());
     }
 
-    /// Couples the slave at the next seam, and gives where the master is then and where the slave.
+    /// Couples the slave at the next seam; returns the positions of master and slave there.
     fn enter(&mut self, mode: StartMode) -> (f64, f64) {
         if !mode.slave_relative() {
-            // The plate begins in its base cycle again, however many turns it has done.
+            // The plate begins in its base cycle again, after any number of periods.
             self.refuse_elsewhere(mode);
             start(&mut self.axis, &move_absolute(0.0));
             self.lead(1);
@@ -98,7 +98,7 @@ impl Rig {
         (seam, from)
     }
 
-    /// Far from the base cycle a coupling with an absolute slave would be a jump.
+    /// Asserts that far from the base cycle a coupling with an absolute slave would be a jump.
     fn refuse_elsewhere(&self, mode: StartMode) {
         let here = self.axis.set().position;
         if here.abs() < 1.0 {
@@ -109,7 +109,7 @@ impl Rig {
             start_mode: mode,
             ..CamIn::default()
         };
-        // On the base cycle by chance it would be none.
+        // On the base cycle there would by chance be no jump.
         let x = self.master.0.position.rem_euclid(PERIOD);
         let base = if mode.master_relative() { 0.0 } else { x };
         if (self.plate.at(base).position - here).abs() > 1.0 {
@@ -118,7 +118,7 @@ impl Rig {
         }
     }
 
-    /// For a turn and a half it is where the plate has it, the lifts added.
+    /// Asserts for one and a half periods that it is at the plate's position, with the lifts added.
     fn follow(&mut self, (seam, from): (f64, f64), mode: StartMode) {
         for _ in 0..1_500 {
             self.lead(1);
@@ -158,7 +158,7 @@ impl Rig {
                 }
                 assert_eq!(self.axis.status(), AxisStatus::ErrorStop);
                 assert_eq!(self.axis.set().velocity, 0.0);
-                // What it was can still be asked, until the error is acknowledged.
+                // The last values stay readable, until the error is acknowledged.
                 assert_eq!(self.axis.cam_info(1, None), Ok(before));
                 start(&mut self.axis, &Command::Reset {});
                 assert!(self.axis.cam_info(1, None).is_err());

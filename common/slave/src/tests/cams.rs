@@ -45,7 +45,7 @@ fn cam_in(table: u32) -> CamIn {
     }
 }
 
-/// Leads the axis and gives the largest step that its velocities do not account for.
+/// Leads the axis; returns the largest step that its velocities do not explain.
 fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) -> f64 {
     let mut largest = 0.0_f64;
     for _ in 0..cycles {
@@ -124,7 +124,7 @@ fn a_plate_is_left_at_the_velocity_it_has() {
     lead(&mut axis, &mut master, 100);
     assert_eq!(axis.set().velocity, before.velocity);
     assert_eq!(axis.coupling_phase(), None);
-    // Nothing holds the plates any more.
+    // The plates are not in use any more.
     start(&mut axis, &HALT);
     lead(&mut axis, &mut master, 500);
     let apart = -axis.set().position;
@@ -280,7 +280,7 @@ fn an_axis_can_be_coupled_from_the_start() {
     let refused =
         limited.switch_on_coupled(&CoupledStart::Gear(gear), Some(&Master::at(0.0, 1e4).0));
     assert_eq!(refused.unwrap_err().code(), 0x42dd);
-    // Half a unit before the limit, at a speed from which it needs more.
+    // Half a unit before the limit, at a speed that needs more.
     let gear = LinearGear::new(1.0, 0.0).expect("a gear");
     let near = Master::at(LIMITED.max_position.unwrap() - 0.5, 80.0);
     let refused = limited.switch_on_coupled(&CoupledStart::Gear(gear), Some(&near.0));

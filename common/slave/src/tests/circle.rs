@@ -1,4 +1,4 @@
-//! An axis that follows itself over other nodes, as the circle is reported.
+//! An axis that follows itself across nodes, with a reported circle.
 
 use super::*;
 use crate::{CIRCLE_CODE, CircleState, Refusal, SlaveError};

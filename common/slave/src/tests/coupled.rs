@@ -65,7 +65,7 @@ fn gear_out_keeps_the_velocity_and_leads_the_acceleration_to_zero() {
     assert_eq!(axis.status(), AxisStatus::ContinuousMotion);
     let before = axis.set();
     let mut differences = Differences::of(&axis);
-    // 1000/100000 s to zero, and not 15 ms for what the velocity gained meanwhile.
+    // 1000/100000 s to zero, and not 15 ms for the velocity gained meanwhile.
     for _ in 0..25 {
         master.lead(&mut axis, 1);
         differences.keep(&axis, &PARAMETERS);
@@ -123,7 +123,7 @@ fn a_lost_master_does_not_matter_to_an_axis_that_is_not_coupled() {
     assert_eq!(refused, Refusal::NoMaster);
 }
 
-/// What the master does next, and the code of the error that follows.
+/// Steps of the master, and the code of the resulting error.
 #[test]
 fn set_values_that_no_axis_can_have_are_an_error_stop() {
     type Step = fn(&mut Kinematics);
@@ -151,7 +151,7 @@ fn set_values_that_no_axis_can_have_are_an_error_stop() {
     }
 }
 
-/// What the axis does with a master that steps once by a position and a velocity, then goes on evenly.
+/// An axis with a master that steps once by a position and a velocity, then moves on evenly.
 fn stepped(parameters: &SlaveParameters, position: f64, velocity: f64) -> (SlaveAxis, u32) {
     let (mut axis, mut master) = coupled(parameters, 200.0);
     master.lead(&mut axis, 10);
@@ -176,7 +176,7 @@ fn stepped(parameters: &SlaveParameters, position: f64, velocity: f64) -> (Slave
 
 #[test]
 fn a_master_that_steps_is_caught_up_within_the_limits() {
-    // A beat either way, an encoder's step, the return from an outage.
+    // A beat in both directions, an encoder's step, the return from an outage.
     for (position, velocity) in [
         (0.2, 0.0),
         (-0.2, 0.0),
@@ -206,7 +206,7 @@ fn with_velo_sync_the_distance_stays() {
     };
     let (axis, off) = stepped(&parameters, 80.0, 0.0);
     assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
-    // Most of the step: it lasts but a moment until the velocity is that of the master again.
+    // Most of the step: the velocity is quickly that of the master again.
     assert!((axis.distance() + 80.0).abs() < 1.0, "{}", axis.distance());
     assert!(off < 100, "{off} cycles");
 }
@@ -310,7 +310,7 @@ fn sample_1_of_the_flying_gear_on_the_axis() {
     master.lead(&mut axis, 400);
     assert_eq!(axis.progress(job), CommandState::InSync);
     assert!((axis.set().position - 390.0).abs() < 1e-9);
-    // The master turns round within what the slave can follow.
+    // The master reverses within the slave's limits.
     while master.0.velocity < 200.0 {
         master.0.velocity += 2.0;
         master.0.acceleration = 2_000.0;

@@ -1,9 +1,9 @@
-//! Limits that mean "none", and cycles that are long beside what the limits let the axis do.
+//! Limits that mean "none", and cycles that are long compared with the dynamics of the limits.
 
 use super::*;
 use coaxle_axis::CouplingPhase;
 
-/// The slave that is geared, from rest, to a master at this velocity: its states from then on.
+/// The states of a slave geared, from rest, to a master at this velocity.
 fn geared(parameters: &SlaveParameters, cycle: Seconds, velocity: f64) -> std::vec::Vec<Led> {
     let cycle_time =
         CycleTime::new(Span::from_micros((cycle.0 * 1e6) as i64)).expect("a cycle time");
@@ -33,7 +33,8 @@ struct Led {
     phase: CouplingPhase,
 }
 
-/// SEW's page of `MC_GearIn`: a slave at rest ramps to a master that moves, and is in sync at the end of that.
+/// SEW's page of `MC_GearIn`: a slave at rest ramps to a moving master, and is in sync at the end
+/// of the ramp.
 #[test]
 fn a_gear_to_a_moving_master_ramps_and_is_in_sync_at_its_end_whatever_the_jerk() {
     for jerk in [1e5, 1e6, 1e7, 1e9, 1e13, 1e15] {
@@ -59,7 +60,7 @@ fn a_gear_to_a_moving_master_ramps_and_is_in_sync_at_its_end_whatever_the_jerk()
     }
 }
 
-/// `guard-jerk-order`: a move, a gear and a phasing of an axis whose jerk limit means none.
+/// `guard-jerk-order`: a move, a gear and a phasing of an axis whose jerk limit means "none".
 #[test]
 fn an_axis_without_a_jerk_limit_never_goes_the_wrong_way() {
     let parameters = SlaveParameters::new(1_500.0, 5_000.0, 1e13);

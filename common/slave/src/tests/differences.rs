@@ -1,4 +1,4 @@
-//! Set positions, differenced from cycle to cycle: what a drive makes of them.
+//! Set positions, differenced from cycle to cycle like in a drive.
 
 use coaxle_curve::profile::Kinematics;
 
@@ -7,11 +7,11 @@ use super::{CYCLE, SlaveAxis, SlaveParameters};
 /// The set positions of the last cycles of an axis.
 pub(super) struct Differences {
     last: [f64; 4],
-    /// The set values of the last cycle as they were stated.
+    /// The stated set values of the last cycle.
     stated: Kinematics,
-    /// From one to the next, s.
+    /// Time from one to the next, s.
     dt: f64,
-    /// Of how many cycles in a row they are, since something that counts began.
+    /// Number of successive cycles since the last restart.
     seen: usize,
 }
 
@@ -20,7 +20,7 @@ impl Differences {
         Self::every(axis, CYCLE.0)
     }
 
-    /// Of an axis that has a cycle only every `dt` seconds.
+    /// Starts with a cycle of `dt` seconds.
     pub(super) fn every(axis: &SlaveAxis, dt: f64) -> Self {
         Self {
             last: [axis.set().position; 4],
@@ -30,20 +30,20 @@ impl Differences {
         }
     }
 
-    /// Something has put the axis where it is that is no motion.
+    /// Restarts after a preset of the position.
     pub(super) const fn begin_anew(&mut self) {
         self.seen = 0;
     }
 
-    /// One cycle more: velocity, acceleration and jerk stay within those of the parameters, and these
-    /// of whatever else moves the axis.
+    /// Takes a cycle: velocity, acceleration and jerk stay within the parameters, which may be
+    /// those of another motion.
     pub(super) fn keep(&mut self, axis: &SlaveAxis, parameters: &SlaveParameters) {
         if let Err(why) = self.check(axis, parameters) {
             panic!("{why}: {:?} {:?}", self.last, axis.set());
         }
     }
 
-    /// As [`keep`](Self::keep), and what is not kept.
+    /// As [`keep`](Self::keep), with a violation as the result.
     pub(super) fn check(
         &mut self,
         axis: &SlaveAxis,
@@ -60,7 +60,7 @@ impl Differences {
         let most = parameters
             .acceleration
             .max(parameters.deceleration.unwrap_or(0.0));
-        // What rounding may add, as the guard of the set values says: by its own cycle, whatever is skipped.
+        // Rounding as documented for the guard of the set values: by its own cycle, for any skipped ones.
         let largest = p3.abs().max(p0.abs()).max(parameters.velocity);
         let digits = 4.0 * f64::EPSILON * largest;
         let cycle = CYCLE.0;
@@ -77,8 +77,8 @@ impl Differences {
                 most,
                 2.0 * digits / (cycle * cycle),
             ),
-            // What is stated beside the positions keeps the limits as they do, and is theirs. What was stated after skipped
-            // cycles could be all that the limits admit within those.
+            // Stated values keep the limits like the positions, and match them. Values stated after
+            // skipped cycles may use all that the limits admit within those.
             (
                 "stated velocity, per second,",
                 (self.stated.velocity - before.velocity) / (2.0 * dt - cycle),

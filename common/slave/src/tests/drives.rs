@@ -1,4 +1,4 @@
-//! Drives of any kind: they take time to switch on, fail, and say what they like.
+//! Drives of any kind: they take time to switch on, fail, and report arbitrary values.
 
 use std::string::ToString;
 use std::sync::{Arc, Mutex};
@@ -12,7 +12,7 @@ use coaxle_axis::drive::{Actual, Drive, DriveFault, DriveState};
 use coaxle_axis::{AxisStatus, CommandState};
 use coaxle_gear::LinearGear;
 
-/// A drive that says what a test has it say. It is told what it is told.
+/// A drive that reports the values set by a test, and records its commands.
 #[derive(Clone, Debug, Default)]
 struct Puppet(Arc<Mutex<Said>>);
 
@@ -62,7 +62,7 @@ fn with_puppet(parameters: &SlaveParameters) -> (SlaveAxis, Puppet) {
     (axis, puppet)
 }
 
-/// One that is in standstill at 7.
+/// An axis at standstill at 7.
 fn standing() -> (SlaveAxis, Puppet) {
     let (mut axis, puppet) = with_puppet(&PARAMETERS);
     puppet.says(DriveState::Following, 7.0);
@@ -134,7 +134,7 @@ fn a_drive_that_fails_in_motion_is_an_error_stop_within_the_limits() {
         assert_eq!(axis.axis_struct(1).error_code, expected.code());
         assert!(matches!(axis.progress(job), CommandState::Failed(_)));
         assert_eq!(axis.set().velocity, 0.0);
-        // It is back: the axis waits for the reset, and then for the drive.
+        // The drive is back: the axis waits for the reset, and then for the drive.
         puppet.0.lock().unwrap().actual.fault = None;
         puppet.says(DriveState::Off, 100.0);
         run(&mut axis, 10);
@@ -216,7 +216,7 @@ fn commands() -> impl Strategy<Value = Option<Command>> {
 }
 
 proptest! {
-    /// Whatever a drive answers, the set values of an axis with power keep its limits.
+    /// For any values of a drive, the set values of an axis with power keep its limits.
     #[test]
     fn whatever_the_drive_says(
         life in proptest::collection::vec((states(), values(), values(), commands(), 1_u32..40), 1..80)

@@ -1,4 +1,4 @@
-//! A dry run says what the command would, and leaves no trace.
+//! A dry run gives the result of the command, without a trace.
 
 use proptest::prelude::*;
 use std::{format, vec};

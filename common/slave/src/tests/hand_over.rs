@@ -1,4 +1,4 @@
-//! From any motion to any other: position, velocity and acceleration go on as they are.
+//! Hand-over from any motion to any other: position, velocity and acceleration are continuous.
 
 use super::saws::{beside, to_position};
 use super::*;
@@ -8,7 +8,7 @@ use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, S
 
 const SUCCESSORS: usize = 16;
 
-/// What takes over from a saw.
+/// Successors of a saw.
 fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
     let here = (master.0.position, axis.set().position);
     let further = GearInPos {
@@ -63,7 +63,7 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
     ]
 }
 
-/// A saw that is led to its master within every limit.
+/// Starts a saw that is led to its master within every limit.
 fn saw(axis: &mut SlaveAxis, master: &Master) {
     let sync = (master.0.position + 400.0, axis.set().position + 150.0);
     let command = to_position(sync, SyncMask::MAX_DYNAMICS);

@@ -1,9 +1,9 @@
-//! Random commands at random moments: in its differences the axis keeps its limits, whatever takes
-//! over from whatever.
+//! Random commands at random moments: the axis keeps its limits in its differences, for any hand-over.
 //!
-//! What is promised: no position differs from the ones before by more than velocity, acceleration and
-//! jerk of the limits allow, as long as the motion is the axis's own or leads it to its master; with a
-//! synchronous slave its master's own motion counts, by the ratio, so that master keeps them here too.
+//! The guarantee: no position differs from the previous ones by more than velocity, acceleration
+//! and jerk of the limits allow, as long as the motion is the axis's own or leads it to its master;
+//! with a synchronous slave its master's own motion counts, by the ratio, so that the master keeps
+//! them here too.
 
 use proptest::prelude::*;
 
@@ -16,7 +16,7 @@ use coaxle_curve::profile::{Limits, Profile, to_velocity};
 use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
-/// What is commanded; positions count from where the axes are.
+/// Commands; positions are relative to the axes.
 #[derive(Clone, Debug)]
 enum Event {
     Command(Command),
@@ -28,7 +28,7 @@ enum Event {
         mask: SyncMask,
         strategy: Option<SyncStrategy>,
     },
-    /// A flying gear that begins a little ahead of the master: ratio, the slave's way in and out.
+    /// A flying gear that begins a little ahead of the master: ratio, the slave's distances in and out.
     Flying(f64, f64, f64),
     /// A plate, over a ramp or without one, at once or with the next cycle.
     Cam(CamIn),
@@ -47,7 +47,7 @@ fn dynamics() -> impl Strategy<Value = Dynamics> {
     )
 }
 
-/// The ratios keep a master within `MASTER` such that its slave is within its own limits.
+/// Ratios that keep the slave of a master within `MASTER` within its own limits.
 fn ratio() -> impl Strategy<Value = f64> {
     prop_oneof![-1.5..-0.1, 0.1..1.5]
 }
@@ -147,7 +147,7 @@ fn events() -> impl Strategy<Value = (Event, u32)> {
     (event, 1_u32..400)
 }
 
-/// A master that keeps limits: by 1.5 still less than what the slave can.
+/// A master that keeps limits: times 1.5 still less than those of the slave.
 struct Smooth {
     master: Master,
     profile: Profile,
@@ -196,7 +196,7 @@ fn with_plates() -> SlaveAxis {
     axis
 }
 
-/// The command of an event; none where it is one for the master, or does not go with it.
+/// The command of an event; none if it is for the master, or not applicable.
 fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Command> {
     let here = master.master.0;
     match event {
@@ -244,7 +244,7 @@ proptest! {
     ) {
         let mut axis = with_plates();
         let mut master = Smooth::at(velocity);
-        // A plate's own jerk comes on top of that of the ramp onto it.
+        // A plate's own jerk is added to that of the ramp onto it.
         let on_plate = SlaveParameters { jerk: 1.5 * PARAMETERS.jerk, ..PARAMETERS };
         let (mut rides, mut since_plate) = (false, u32::MAX);
         let mut differences = Differences::of(&axis);

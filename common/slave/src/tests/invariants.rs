@@ -1,4 +1,4 @@
-//! What holds whatever is commanded and whatever the master does.
+//! Invariants for any commands and any motion of the master.
 
 use proptest::prelude::*;
 use std::vec;
@@ -9,7 +9,7 @@ use coaxle_axis::drive::DriveState;
 use coaxle_gear::FlyingGearParameters;
 use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, SyncStrategy};
 
-/// What happens before a cycle.
+/// Event before a cycle.
 #[derive(Clone, Debug)]
 pub(super) enum Event {
     Command(Command),
@@ -17,9 +17,9 @@ pub(super) enum Event {
     GearHere,
     /// A flying saw to the velocity of a gear.
     VeloHere(GearInVelo),
-    /// A flying saw to positions so far ahead: of the master, and per that of the slave.
+    /// A flying saw to positions this far ahead: of the master, and per that of the slave.
     PosHere(GearInPos, f64, f64),
-    /// A flying gear that begins a little ahead of the master: ratio, the slave's way in and out.
+    /// A flying gear that begins a little ahead of the master: ratio, the slave's distances in and out.
     FlyingHere(f64, f64, f64),
     /// The master is lost for some cycles.
     Lost(u32),
@@ -98,7 +98,7 @@ pub(super) fn commands(parameters: &SlaveParameters) -> impl Strategy<Value = Co
     ]
 }
 
-/// Hardly any check, as it happens in practice, or any.
+/// Few checks, as usual in practice, or any.
 fn sync_mode(time_based: bool) -> impl Strategy<Value = SyncMode> {
     let few = (any::<u32>(), any::<u32>()).prop_map(|(a, b)| a & b & 0x0073_0000);
     prop_oneof![4 => few, 1 => any::<u32>()]
@@ -223,7 +223,7 @@ impl Conveyor {
     }
 }
 
-/// Engaged over `way_in` in the direction that the master goes, soon released over `way_out`.
+/// Engaged over `way_in` in the master's direction, soon released over `way_out`.
 pub(super) fn flying_gear(
     slave: &Kinematics,
     master: &Kinematics,
@@ -244,8 +244,8 @@ pub(super) fn flying_gear(
     }
 }
 
-/// Checks one cycle: what the axis is to do is finite, within the software limits, and its positions keep velocity,
-/// acceleration and jerk in their differences, whatever the velocity that it states.
+/// Checks one cycle: the set values are finite and within the software limits, and the positions
+/// keep velocity, acceleration and jerk in their differences, for any stated velocity.
 fn keep(axis: &SlaveAxis, differences: &mut Differences, parameters: &SlaveParameters) {
     let now = axis.set();
     let finite = [now.position, now.velocity, now.acceleration];
@@ -253,12 +253,12 @@ fn keep(axis: &SlaveAxis, differences: &mut Differences, parameters: &SlaveParam
     let range =
         parameters.min_position.unwrap_or(f64::MIN)..=parameters.max_position.unwrap_or(f64::MAX);
     assert!(range.contains(&now.position), "{now:?}");
-    // Without power it is where its drive is.
+    // Without power the axis is at its drive's position.
     let unpowered = axis.actual().state != DriveState::Following;
     if unpowered || axis.status() == AxisStatus::Homing {
         differences.begin_anew();
     }
-    // This reaction comes before the jerk.
+    // This reaction ignores the jerk limit.
     let quick = axis.status() == AxisStatus::ErrorStop
         && parameters.on_master_loss == OnMasterLoss::QuickStop;
     let jerk = if quick { 1e15 } else { parameters.jerk };
@@ -279,7 +279,7 @@ proptest! {
             (Just(parameters), events)
         }),
         drift_ppm in -200.0..200.0,
-        // A node may sleep through a cycle.
+        // A node may miss a cycle.
         cycles_at_once in 1_u32..3,
     ) {
         let mut axis = powered(&parameters);
@@ -312,7 +312,7 @@ proptest! {
                     if failed && axis.status() != AxisStatus::ErrorStop {
                         prop_assert_eq!(command, Command::Reset {});
                         if parameters.on_master_loss == OnMasterLoss::QuickStop {
-                            // The end of the quick stop may have been just now.
+                            // The quick stop may have ended just now.
                             differences.begin_anew();
                         }
                     }

@@ -1,4 +1,4 @@
-//! The state diagram, lived through.
+//! The state diagram in operation.
 
 use std::string::ToString;
 use std::vec::Vec;

@@ -1,4 +1,4 @@
-//! What a slave axis does, and what it never does.
+//! Behaviour of a slave axis, and its guarantees.
 
 mod cam_in_turn;
 mod cam_limits;
@@ -75,7 +75,7 @@ fn powered(parameters: &SlaveParameters) -> SlaveAxis {
     axis
 }
 
-/// Commands what must be accepted.
+/// Sends a command that must be accepted.
 fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
     match axis.command(command) {
         Ok(job) => job,
@@ -109,7 +109,7 @@ impl Master {
         }
     }
 
-    /// One cycle in which it is led towards an acceleration by at most so much jerk.
+    /// Runs one cycle in which it is led towards an acceleration with at most this jerk.
     fn accelerate(&mut self, axis: &mut SlaveAxis, acceleration: f64, jerk: f64) {
         let (dt, before) = (CYCLE.0, self.0);
         let most = jerk * dt;

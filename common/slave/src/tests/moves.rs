@@ -133,7 +133,7 @@ fn targets_and_ways_beyond_the_software_limits_are_refused() {
     start(&mut axis, &move_absolute(1_000.0));
     run(&mut axis, 5_000);
     assert_eq!(axis.set().position, 1_000.0);
-    // From speed towards the limit a gentle way back would lead beyond it; the axis takes its own.
+    // From speed towards the limit a gentle return would lead beyond it; the axis uses its own dynamics.
     start(&mut axis, &move_absolute(0.0));
     run(&mut axis, 5_000);
     start(&mut axis, &move_velocity(1_000.0));

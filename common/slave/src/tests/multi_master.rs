@@ -21,7 +21,7 @@ fn to_position(ratios: &[f64]) -> Command {
     })
 }
 
-/// Two masters, led for so many cycles; the set positions keep the limits in their differences.
+/// Two masters, led for a number of cycles; the set positions keep the limits in their differences.
 struct Rig {
     axis: SlaveAxis,
     masters: [Master; 2],
@@ -88,7 +88,7 @@ fn ratios_that_change_in_every_cycle_keep_the_limits_of_the_slave() {
     let mut rig = Rig::new([200.0, 100.0]);
     let job = start(&mut rig.axis, &gear(&[1.0, 1.0]));
     for cycle in 0..3_000_u32 {
-        // Slowly, then in jumps, then not any more.
+        // Slowly, then in jumps, then constant.
         let ratio = match cycle {
             0..1_000 => 1.0 + 1e-3 * f64::from(cycle),
             1_000..2_000 => [2.0, -1.5][(cycle as usize / 100) % 2],
@@ -178,7 +178,7 @@ fn a_gear_is_reached_on_its_ramp() {
     }
     assert_eq!(axis.progress(job), CommandState::InSync);
     assert_eq!(axis.set().velocity, 600.0);
-    // It is a rigid gear from there on.
+    // From there on it is a rigid gear.
     let apart = axis.set().position - 2.0 * master.0.position;
     master.lead(&mut axis, 100);
     assert!((axis.set().position - 2.0 * master.0.position - apart).abs() < 1e-9);
@@ -205,7 +205,7 @@ fn the_way_that_changes_of_the_ratios_leave_behind_is_caught_up_if_asked_for() {
         assert_eq!(rig.axis.progress(job), CommandState::InSync);
         assert!(distance < 1e-9, "{ratios:?}: {distance} u");
     }
-    // The other mode takes it as it is.
+    // The other mode ignores the distance.
     assert_eq!(start(&mut rig.axis, &gear(&[1.0, 0.0])), job);
     lead(&mut rig, [1.0, 0.0], 3_000);
     assert_eq!(rig.axis.progress(job), CommandState::InSync);

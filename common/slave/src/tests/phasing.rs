@@ -90,7 +90,7 @@ fn it_ends_with_the_coupling() {
     assert_eq!(axis.progress(job), CommandState::Aborted);
     master.lead(&mut axis, 1);
     assert!((axis.set().velocity - before.velocity).abs() < 5.0);
-    // The next coupling sees its master where it is.
+    // The next coupling sees its master unshifted.
     start(&mut axis, &Command::GearIn(GearIn::of(0.5)));
     lead(&mut axis, &mut master, 500);
     assert_eq!(axis.job().1, CommandState::InSync);

@@ -1,4 +1,4 @@
-//! A flying saw whose master ripples by more than its limits leave it: what is called in sync is.
+//! A flying saw whose master ripples by more than the margin of its limits: "in sync" has to be true.
 
 use super::saws::to_position;
 use super::*;
@@ -38,7 +38,8 @@ fn gear_in_pos(strategy: SyncStrategy, sync: (f64, f64), mask: SyncMask) -> Gear
     }
 }
 
-/// One piece after the other; for each, how far off its line the slave is when it is called in sync first.
+/// Pieces one after the other; for each, the distance of the slave from its line when it is first
+/// reported in sync.
 fn cuts(strategy: SyncStrategy, share: f64) -> std::vec::Vec<f64> {
     let mut master = Rippling { share, time: 0.0 };
     let mut axis = powered(&SAW);
@@ -101,22 +102,22 @@ fn cuts(strategy: SyncStrategy, share: f64) -> std::vec::Vec<f64> {
     cuts
 }
 
-/// `late-ripple`: nine pieces were cut in sync, up to 30.6 mm off their marks, and with 1 % of ripple half of them ended
-/// in an error stop.
+/// `late-ripple`: nine pieces were cut in sync, up to 30.6 mm off their marks, and with 1 % of
+/// ripple half of them ended in an error stop.
 #[test]
 fn in_sync_is_where_the_gear_has_it_whatever_the_master_does() {
     for strategy in SyncStrategy::ALL {
         for share in [0.0, 0.001, 0.005, 0.01, 0.02] {
             let cuts = cuts(strategy, share);
-            // At the master's position as planned where that does not ripple, and a few centimetres later where it does.
+            // At the planned position of a master without ripple, and a few centimetres later with it.
             let latest = cuts.iter().fold(0.0_f64, |most, cut| most.max(*cut));
             assert!(latest < 400.0, "{strategy:?} {share}: {cuts:?}");
         }
     }
 }
 
-/// `early-limit`: planned again without its checks, the slave ran back into its software limit, and past a limit of its
-/// command.
+/// `early-limit`: replanned without its checks, the slave ran back into its software limit, and
+/// past a limit of its command.
 #[test]
 fn planned_again_early_keeps_its_checks_of_position() {
     for (software, asked, lowest) in [(-50.0, None, -50.0), (-600.0, Some(-5.0), -5.0)] {
@@ -152,7 +153,7 @@ fn planned_again_early_keeps_its_checks_of_position() {
                 assert!(at >= lowest - 1e-9, "{at} {:?}", axis.coupling_phase());
             }
         };
-        // The master slows down, turns round, and comes back.
+        // The master slows down, reverses, and returns.
         led(&mut axis, -500.0, 1_000);
         led(&mut axis, 500.0, 1_000);
         assert_eq!(axis.progress(job), CommandState::Active);

@@ -7,7 +7,7 @@ use super::*;
 use coaxle_axis::{AxisState, AxisStatus, CommandState, Masters, TravelDirection};
 use coaxle_saw::SyncMask;
 
-/// Couples at 0, and turns the master round before or after the slave is synchronous.
+/// Couples at 0, and reverses the master before or after the slave is synchronous.
 fn there_and_back(mask: SyncMask, reached: bool) -> (SlaveAxis, Job, Vec<Kinematics>) {
     let parameters = SlaveParameters {
         deceleration: Some(2_500.0),
@@ -66,7 +66,7 @@ fn the_eight_cases_of_a_rollback() {
         assert!(axis.was_rolled_back(job), "case {number}");
         assert_eq!(axis.status(), AxisStatus::Standstill, "case {number}");
         assert_eq!(axis.axis_struct(1).axis_state, AxisState::Inactive);
-        // Where the slave is as its master passes the coupling position, and how fast.
+        // Position and velocity of the slave as its master passes the coupling position.
         let (position, velocity): (f64, f64) = if reached {
             (100.0, -500.0)
         } else {
@@ -157,7 +157,8 @@ fn a_rollback_stop_goes_on_from_the_acceleration_of_the_slave() {
     }
 }
 
-/// A measured master that goes on by its increments is not back, wherever its position is; unless it is shifted back.
+/// A measured master that moves on by its increments is not back, for any position; unless it is
+/// shifted back.
 #[test]
 fn increments_that_go_on_are_no_rollback() {
     for (shift, stops) in [(0.0, false), (-300.0, true)] {

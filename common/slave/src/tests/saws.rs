@@ -33,7 +33,7 @@ pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis,
     (axis, master)
 }
 
-/// Couples the axis to positions that lie ahead, and waits until it is in sync.
+/// Couples the axis to positions ahead, and waits until it is in sync.
 fn in_sync(axis: &mut SlaveAxis, master: &mut Master, sync: (f64, f64)) -> Job {
     let job = start(axis, &Command::from(to_position(sync, SyncMask::empty())));
     while axis.progress(job) != CommandState::InSync {
@@ -84,7 +84,7 @@ fn the_next_cut_is_synchronised_during_the_return() {
     let plan = axis.saw_plan().unwrap();
     assert_eq!(plan.slave_start(), &before);
     assert!((axis.set().position - next.1 - (master.0.position - next.0)).abs() < 1e-9);
-    // Coupled as it is, it can be coupled anew.
+    // While coupled, it can be coupled again.
     let further = (master.0.position + 300.0, axis.set().position + 330.0);
     in_sync(&mut axis, &mut master, further);
     assert_eq!(axis.progress(job), CommandState::Aborted);
@@ -127,7 +127,7 @@ fn a_refused_saw_leaves_the_axis_as_it_is() {
     start(&mut axis, &move_velocity(-50.0));
     master.lead(&mut axis, 100);
     let before = std::format!("{axis:?}");
-    // The way back leads below the software limit.
+    // The path back leads below the software limit.
     let far = to_position((9_000.0, 900.0), SyncMask::DETAILED_ERROR_CODES);
     let too_near = to_position((30.0, 60.0), SyncMask::empty());
     let behind = to_position((-1.0, 60.0), SyncMask::empty());
@@ -177,7 +177,7 @@ fn a_wait_for_the_start_distance_that_ends_in_a_refusal_leaves_the_velocity() {
     let job = start(&mut axis, &Command::from(command));
     assert_eq!(axis.progress(job), CommandState::Waiting);
     assert_eq!(axis.axis_struct(1).axis_state, AxisState::SlavePrephase);
-    // Twice as fast as foreseen, the master leaves the slave less time than it needs.
+    // At twice the expected velocity, the master leaves the slave less time than it needs.
     for _ in 0..1_000 {
         master.0.velocity += 0.9;
         master.lead(&mut axis, 1);

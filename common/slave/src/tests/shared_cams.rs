@@ -1,4 +1,4 @@
-//! Two axes of a node on one plate; what they do is looked at by the differences of their set positions.
+//! Two axes of a node on one plate, judged by the differences of their set positions.
 
 use std::boxed::Box;
 
@@ -15,12 +15,13 @@ use coaxle_cam::{
 use coaxle_plate::MotionPoint;
 use coaxle_saw::SyncMode;
 
-/// Axes with one store of plates, in which there is one with the number 1 and its top at 40 u; and a master at 200 u/s.
+/// Axes with one store of plates, which has one plate with the number 1 and its top at 40 u; and a
+/// master at 200 u/s.
 struct Node {
     axes: [(SlaveAxis, Differences); 2],
     plates: Option<Box<Tables>>,
     master: Master,
-    /// Which of them have lost it.
+    /// True for each axis that has lost its master.
     lost: [bool; 2],
 }
 
@@ -44,7 +45,7 @@ impl Node {
         node
     }
 
-    /// An axis in its turn with the plates.
+    /// Runs `act` on an axis that is lent the plates.
     fn with<T>(&mut self, n: usize, act: impl FnOnce(&mut SlaveAxis) -> T) -> T {
         let (axis, _) = &mut self.axes[n];
         axis.lend_cams(self.plates.take().expect("given back"));
@@ -65,14 +66,15 @@ impl Node {
         }
     }
 
-    /// Until the master is there.
+    /// Runs until the master has reached the position.
     fn run_to(&mut self, position: f64) {
         while self.master.0.position < position - 1e-9 {
             self.run(1);
         }
     }
 
-    /// Couples an axis to the plate, which begins for it where the master is at `start_at`, and every 200 u from there.
+    /// Couples an axis to the plate, which begins for it with the master at `start_at`, and every
+    /// 200 u from there.
     fn couple(&mut self, n: usize, start_at: f64) {
         let cam_in = CamIn {
             table: 1,
@@ -83,7 +85,7 @@ impl Node {
         self.with(n, |axis| start(axis, &Command::CamIn(cam_in)));
     }
 
-    /// From the next cycle of each of them on, the plate changes so.
+    /// Sets changes of the plate to take effect from each axis's next cycle.
     fn change_at_next_cycle(&mut self) {
         let mode = OnlineChangeMode {
             activation: next_cycle(),
@@ -93,7 +95,7 @@ impl Node {
         self.with(0, |axis| start(axis, &command));
     }
 
-    /// Another plate in the place of the one there is.
+    /// Replaces the plate.
     fn replace(&mut self, n: usize, top: f64) -> Result<(), u32> {
         let code = |error: CouplingError| error.code();
         self.with(n, |axis| {
@@ -125,7 +127,7 @@ fn near(received: [f64; 2], expected: [f64; 2]) {
     }
 }
 
-/// Both on the plate, the second 80 u of the master behind the first, and the master at 300.
+/// Two axes on the plate, the second 80 u of the master behind the first, and the master at 300.
 fn coupled() -> Node {
     let mut node = Node::new();
     node.couple(0, 0.0);
@@ -135,7 +137,7 @@ fn coupled() -> Node {
     node
 }
 
-/// Where a plate with such a top puts an axis.
+/// Position of an axis on a plate with this top.
 fn at(top: f64, master: f64) -> f64 {
     plate(top).at(master).position
 }
@@ -172,7 +174,7 @@ fn a_plate_that_is_replaced_changes_for_each_slave_at_its_own_seam() {
     for n in [0, 1] {
         assert!(node.queued(n).contains(StateWord::CAM_DATA_QUEUED));
     }
-    // The first is over its seam, at 400, and the second not yet, at 480.
+    // The first has passed its seam, at 400, and the second not yet, at 480.
     node.run_to(450.0);
     near(node.positions(), [at(30.0, 50.0), at(40.0, 170.0)]);
     assert_eq!(
@@ -223,7 +225,7 @@ fn a_plate_is_deleted_once_the_last_slave_has_left_it() {
     assert_eq!(refused, 0x4216);
 }
 
-/// A slave in error stop holds the plate, so that it can be asked what it was on, and no change waits for it.
+/// A slave in error stop keeps the plate, so that its values stay readable, and no change waits for it.
 #[test]
 fn a_slave_in_error_does_not_keep_the_others_from_changing_the_plate() {
     let mut node = coupled();
@@ -247,7 +249,7 @@ fn a_slave_in_error_does_not_keep_the_others_from_changing_the_plate() {
     node.delete(0).unwrap();
 }
 
-/// A change that one has taken is in force once the other is gone.
+/// A change taken by one axis takes effect once the other has left.
 #[test]
 fn a_slave_that_leaves_is_not_waited_for() {
     let mut node = coupled();
@@ -258,7 +260,7 @@ fn a_slave_that_leaves_is_not_waited_for() {
     assert_eq!(node.queued(0), StateWord::empty());
     node.run_to(700.0);
     assert!((node.positions()[0] - 30.0).abs() < 0.1);
-    // The other comes back, onto what is in force.
+    // The other axis returns, onto the plate in effect.
     node.with(1, |axis| start(axis, &move_absolute(0.0)));
     node.run_to(1_000.0);
     node.couple(1, 80.0);
@@ -293,7 +295,7 @@ fn what_was_planned_before_others_had_the_plates_is_not_applied() {
     node.with(0, |axis| axis.apply(change, coaxle_axis::Origin::Program));
 }
 
-/// A node that forgets to lend them: the axis breaks off, within its limits.
+/// A node that forgets to lend them: the axis fails, within its limits.
 #[test]
 fn an_axis_that_is_not_lent_the_plates_it_is_on_stops() {
     let mut node = coupled();

@@ -1,4 +1,4 @@
-//! A stop that is under way, and what may still take it over.
+//! A stop under way, and the commands that can take it over.
 
 use std::string::ToString;
 
@@ -15,7 +15,7 @@ fn stop_with(deceleration: f64) -> Command {
     }
 }
 
-/// An axis at 500 u/s that stops with hardly any deceleration, for so many cycles already.
+/// An axis at 500 u/s that has been stopping with hardly any deceleration for this number of cycles.
 fn stopping_weakly(cycles: u32) -> (SlaveAxis, Job, Differences) {
     let mut axis = powered(&PARAMETERS);
     start(&mut axis, &move_velocity(500.0));
@@ -107,7 +107,7 @@ fn a_stop_that_is_held_does_not_hold_the_one_that_takes_over() {
     assert_eq!(axis.status(), AxisStatus::Disabled);
 }
 
-/// The set positions of an axis, and how often they were set to where the drive is.
+/// The set positions of an axis, and the number of presets to the drive's position.
 fn traced(axis: &mut SlaveAxis, cycles: u32) -> std::vec::Vec<(AxisStatus, Kinematics, u32)> {
     let mut cycle = |_| {
         axis.update(None, CYCLE);
@@ -152,8 +152,9 @@ fn power_taken_away_as_a_motion_ends_goes_after_a_cycle_at_rest_too() {
     assert_eq!((trace[2].0, trace[2].2), (AxisStatus::Disabled, before + 1));
 }
 
-/// A gear that the axis cannot follow has it accelerate to its highest velocity; the drive fails meanwhile. What the stop is
-/// planned from has less acceleration, which would go beyond that velocity; what is stated has not.
+/// A gear that the axis cannot follow accelerates it to its highest velocity; the drive fails
+/// meanwhile. The start state of the stop has less acceleration, which would exceed that velocity;
+/// the stated one has not.
 #[test]
 fn an_error_stop_goes_on_from_what_was_stated() {
     let parameters = SlaveParameters {

@@ -1,10 +1,10 @@
-//! Stops of any origin, from any state, with limits of all decades: judged by what leaves the axis, as somebody would who
-//! sees nothing but a trace.
+//! Stops of any origin, from any state, with limits of all decades: judged by the output of the
+//! axis, as from a trace.
 //!
-//! What is promised: as long as the axis says nothing else, its set positions keep velocity, acceleration and jerk in
-//! their differences while it stops, with a quick stop all but the jerk. It says that its position is set to where the
-//! drive is by counting that, and it does so at rest only: the positions of the last two cycles are the same, and the
-//! velocity and the acceleration beside them are 0 before and after.
+//! The guarantee: unless the axis reports a preset, its set positions keep velocity, acceleration
+//! and jerk in their differences while it stops, with a quick stop all but the jerk. A preset to
+//! the drive's position is counted, and happens at rest only: the positions of the last two cycles
+//! are equal, and the stated velocity and acceleration are 0 before and after.
 
 use proptest::prelude::*;
 
@@ -18,7 +18,7 @@ use coaxle_cam::{CamIn, JumpHandling, Tables};
 use coaxle_gear::{GearInMultiMaster, MultiMasterSync, Ratios};
 use coaxle_saw::GearInPos;
 
-/// What moves the axis; positions count from where the axes are.
+/// Motion of the axis; positions are relative to the axes.
 #[derive(Clone, Debug)]
 enum Moved {
     Command(Command),
@@ -26,23 +26,23 @@ enum Moved {
     Flying(f64, f64, f64),
 }
 
-/// What stops it.
+/// Cause of the stop.
 #[derive(Clone, Copy, Debug)]
 enum Cause {
     MasterLost,
     Garbage,
-    /// The power of the axis is taken away.
+    /// Power off.
     PowerOff,
-    /// `MC_Stop`, and the power taken away so many cycles later.
+    /// `MC_Stop`, and power off this number of cycles later.
     StopAndPowerOff(u32),
-    /// The power of the axis is taken away, and given back so many cycles later.
+    /// Power off, and on again this number of cycles later.
     PowerOffAndOn(u32),
-    /// The master jumps by so much.
+    /// Jump of the master by this distance.
     Jump(f64),
 }
 
-/// One stop: what moves the axis, for so many cycles, what stops it, and how many cycles it is asked to end its error or
-/// have its power back after.
+/// A stop: the motion of the axis, its cycles, the cause of the stop, and the interval in cycles of
+/// the attempts to reset the error or switch power on again.
 #[derive(Clone, Debug)]
 struct Try {
     moved: Moved,
@@ -114,7 +114,7 @@ fn tries(parameters: &SlaveParameters) -> impl Strategy<Value = Try> + use<> {
         })
 }
 
-/// Limits of all decades that a config admits of an axis that gets somewhere within a test.
+/// Limits of all decades that a config admits, for an axis that covers a distance within a test.
 fn any_parameters() -> impl Strategy<Value = SlaveParameters> {
     (
         (decades(0.0, 4.0), decades(1.0, 6.0), decades(1.0, 6.0)),
@@ -134,7 +134,7 @@ fn any_parameters() -> impl Strategy<Value = SlaveParameters> {
         )
 }
 
-/// An axis, its master, and who looks at the trace of it.
+/// An axis, its master, and the checks of its trace.
 struct Rig {
     axis: SlaveAxis,
     master: Conveyor,
@@ -176,7 +176,7 @@ impl Rig {
         self.judge()
     }
 
-    /// What the trace of this cycle says.
+    /// Checks the trace of this cycle.
     fn judge(&mut self) -> Result<(), TestCaseError> {
         self.judge_set_anew()?;
         let (now, status) = (self.axis.set(), self.axis.status());
@@ -196,7 +196,8 @@ impl Rig {
         Ok(())
     }
 
-    /// A quick stop turns an acceleration round within a cycle; the jerk of four positions has its end among them later.
+    /// A quick stop reverses an acceleration within a cycle; the jerk of four positions contains
+    /// its end later.
     fn limits_now(&self) -> SlaveParameters {
         let SlaveParameters {
             acceleration,
@@ -215,7 +216,7 @@ impl Rig {
         }
     }
 
-    /// It may be set anew by a command, and go on from there in the same cycle.
+    /// Checks a preset, which may be caused by a command, with a motion in the same cycle.
     fn judge_set_anew(&mut self) -> Result<(), TestCaseError> {
         let set_anew = self.axis.times_set_anew();
         if set_anew == self.set_anew {
@@ -234,7 +235,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Whether it is accepted does not matter.
+    /// Sends a command that may be refused.
     fn command(&mut self, command: &Command) -> Result<(), TestCaseError> {
         let _ = self.axis.command(command);
         self.judge_set_anew()
@@ -314,7 +315,7 @@ proptest! {
                 }
                 rig.cycle(false, false)?;
             }
-            // Nothing is still under way in an axis that is off.
+            // No motion is under way in an axis without power.
             if rig.axis.status() == AxisStatus::Disabled && !rig.axis.is_power_on() {
                 prop_assert_eq!(rig.axis.actual().state, DriveState::Off);
             }

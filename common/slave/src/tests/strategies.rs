@@ -1,5 +1,5 @@
-//! A flying saw that is synchronised late, slowly or early: entering, leaving, interruption, with the set
-//! positions differenced.
+//! A flying saw that is synchronised late, slowly or early: entering, leaving and interrupting it,
+//! with the set positions differenced.
 
 use super::saws::{beside, to_position};
 use super::*;
@@ -14,7 +14,7 @@ fn by(strategy: SyncStrategy, sync: (f64, f64)) -> Command {
     })
 }
 
-/// An axis that is led, and whose set positions are watched.
+/// An axis that is led, and whose set positions are monitored.
 struct Led {
     axis: SlaveAxis,
     master: Master,
@@ -46,11 +46,11 @@ impl Led {
         }
     }
 
-    /// One cycle in which the master goes for a velocity with its own acceleration and jerk.
+    /// Runs one cycle in which the master approaches a velocity with its own acceleration and jerk.
     fn towards(&mut self, velocity: f64, most: f64, jerk: f64) {
         let missing = velocity - self.master.0.velocity;
         let a = self.master.0.acceleration;
-        // What it changes while its acceleration is led to zero.
+        // Velocity change while its acceleration is led to zero.
         let left = missing - a * a.abs() / (2.0 * jerk);
         let wanted = libm::sqrt(2.0 * jerk * left.abs()).min(most).copysign(left);
         let near = missing.abs() < jerk * CYCLE.0 * CYCLE.0 && a.abs() <= jerk * CYCLE.0;
@@ -63,13 +63,13 @@ impl Led {
         self.axis.coupling_phase()
     }
 
-    /// How far the slave is from where the gear has it, 1:1.
+    /// Distance of the slave from the gear's position, 1:1.
     fn off(&self, sync: (f64, f64)) -> f64 {
         let line = sync.1 + self.master.0.position - sync.0;
         (self.axis.set().position - line).abs()
     }
 
-    /// The phases it goes through until it is in sync for good.
+    /// The phases until it is in sync permanently.
     fn phases(&mut self, sync: (f64, f64)) -> std::vec::Vec<CouplingPhase> {
         let mut phases = std::vec::Vec::new();
         for _ in 0..20_000 {
@@ -120,7 +120,7 @@ fn the_five_states() {
     };
     let sync = (600.0, 150.0);
     let late = phases(SyncStrategy::Late, 200.0, sync);
-    // In the last cycle before its position it may be there, up to rounding.
+    // In the last cycle before its position it may be reached, up to rounding.
     assert!(
         late.starts_with(&[Waiting, Synchronizing]) && late.len() <= 4,
         "{late:?}"
@@ -132,7 +132,7 @@ fn the_five_states() {
     );
     let early = phases(SyncStrategy::Early, 200.0, sync);
     assert_eq!(early, [Synchronizing, InSyncBeforeSyncPosition, InSync]);
-    // There is not enough time until the master is at its position, and none at all when it is past it.
+    // There is not enough time until the master is at its position, and no time when it is past it.
     let after = phases(SyncStrategy::Early, 400.0, (30.0, 50.0));
     assert_eq!(
         after,
@@ -190,7 +190,7 @@ fn late_waits_for_as_long_as_it_may_while_the_master_changes_its_velocity() {
         faster < as_planned && as_planned < slower,
         "{faster} {as_planned} {slower}"
     );
-    // At rest it waits, and turned round it does.
+    // At rest and after a reversal it waits.
     let mut led = Led::beside(&PARAMETERS, 200.0);
     let job = start(&mut led.axis, &by(SyncStrategy::Late, (1_000.0, 200.0)));
     for velocity in [0.0, -100.0, 0.0] {
@@ -239,13 +239,13 @@ fn late_begins_before_its_wait_leads_beyond_a_software_limit() {
     assert_eq!(led.axis.error(), None);
 }
 
-/// Over the position of a master that changes its velocity, the slave has to do more than planned.
+/// Beyond the position of a master that changes its velocity, the slave has to do more than planned.
 const BY_THE_MASTER: SlaveParameters = SlaveParameters {
     jerk: 1.5 * PARAMETERS.jerk,
     ..PARAMETERS
 };
 
-/// What the master may do while the slave comes early.
+/// Courses of the master while the slave synchronises early.
 #[derive(Clone, Copy, Debug)]
 enum Course {
     Keeps,
@@ -309,7 +309,7 @@ fn early_comes_in_sync_with_a_master_that_ripples() {
         let mut cycles = 0;
         while !axis.coupling_phase().is_some_and(CouplingPhase::is_in_sync) {
             smooth += 0.2;
-            // Golden steps: as good as noise, and the same every time.
+            // Golden steps: like noise, but reproducible.
             let noise = (f64::from(cycles) * 0.618_034).fract() - 0.5;
             master.0.position = smooth + noise * ripple;
             axis.update(Some(&master.0), CYCLE);
@@ -337,7 +337,7 @@ fn a_line_that_is_too_fast_is_pursued_until_the_master_slows_down() {
     assert!(led.off(sync) < 1e-8);
 }
 
-/// What may interrupt a synchronisation.
+/// Interruptions of a synchronisation.
 #[test]
 fn every_strategy_can_be_interrupted_at_any_time() {
     let sync = (800.0, 250.0);
@@ -390,7 +390,7 @@ fn every_strategy_can_be_interrupted_at_any_time() {
 fn a_master_that_runs_back_ends_slow_and_late_and_leads_early() {
     for strategy in [SyncStrategy::Late, SyncStrategy::Slow] {
         let mut led = Led::beside(&PARAMETERS, 200.0);
-        // The command leaves something to a master that changes its velocity.
+        // The command leaves a margin for a master that changes its velocity.
         let mut gentle = GearInPos {
             strategy: Some(strategy),
             ..to_position((600.0, 250.0), SyncMask::empty())
@@ -436,7 +436,7 @@ fn a_lost_master_is_an_error_stop_in_every_strategy() {
     }
 }
 
-/// A jerk limit of 100 000 was broken at 401 655 by this flag alone.
+/// A jerk limit of 100 000 was exceeded with 401 655 by this flag alone.
 #[test]
 fn prefer_const_velo_alone_keeps_the_jerk() {
     let mut accepted = 0;

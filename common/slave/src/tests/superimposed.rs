@@ -1,4 +1,4 @@
-//! A distance that is added to whatever moves the axis.
+//! A distance that is added to any motion of the axis.
 
 use super::*;
 use crate::Refusal;
@@ -121,7 +121,7 @@ fn what_leaves_the_limits_is_refused() {
     let mut axis = powered(&LIMITED);
     let too_far = superimposed(1_200.0);
     assert_eq!(axis.plan(&too_far).unwrap_err().code(), 0x4229);
-    // A motion that needs all of the acceleration leaves none.
+    // A motion that needs the whole acceleration leaves none.
     start(&mut axis, &move_absolute(900.0));
     assert_eq!(axis.plan(&superimposed(10.0)).unwrap_err().code(), 0x42dd);
     let stopping = {
@@ -170,7 +170,8 @@ fn what_a_motion_of_its_own_leaves_of_the_jerk_is_all_there_is() {
     );
 }
 
-/// A move that takes all of the acceleration leaves none: the refusal says what would pass, and that does.
+/// A move that uses the whole acceleration leaves none: the refusal names a valid value, which then
+/// passes.
 #[test]
 fn what_leaves_nothing_to_add_with_is_said_with_what_would() {
     let begin = |acceleration: f64| {

@@ -1,4 +1,4 @@
-//! Synchronisation positions that count from now: from where the axes are, or by their turns.
+//! Synchronisation positions relative to now: to the axes' positions, or within their modulo periods.
 
 use super::saws::to_position;
 use super::*;
@@ -14,7 +14,7 @@ fn turn(length: f64) -> Option<Modulo> {
     Modulo::new(length).ok()
 }
 
-/// A rotary knife of one turn per product of 600 mm.
+/// A rotary knife with one revolution per product of 600 mm.
 fn saw(ratio: f64, master: SyncPosition, slave: SyncPosition) -> GearInPos<SyncPosition> {
     let gear = GearInPos {
         ratio: Ratio::of(ratio),
@@ -27,7 +27,7 @@ fn knife(ratio: f64, master: SyncPosition, slave: SyncPosition) -> Command {
     Command::GearInPos(saw(ratio, master, slave))
 }
 
-/// The knife, with power, where it was homed, beside a master that passes `position` next.
+/// The knife, with power, homed at `slave`, with a master that passes `position` next.
 fn knife_at(slave: f64, position: f64, velocity: f64) -> (SlaveAxis, Master) {
     let mut axis = powered(&PARAMETERS);
     start(&mut axis, &Command::Home { position: slave });
@@ -37,7 +37,7 @@ fn knife_at(slave: f64, position: f64, velocity: f64) -> (SlaveAxis, Master) {
     (axis, master)
 }
 
-/// Where a command would synchronise them.
+/// Synchronous positions of a command.
 fn planned(axis: &SlaveAxis, command: &Command) -> SyncPositions {
     let change = axis.plan(command);
     let change = change.unwrap_or_else(|refusal| panic!("{command:?}: {refusal}"));
@@ -77,14 +77,14 @@ fn the_next_turn_is_taken_in_either_direction_after_thousands_of_turns() {
 
 #[test]
 fn a_turn_that_is_too_near_is_left_to_the_next() {
-    // 20 mm are too few to get from rest to 180 °/s; 620 are not.
+    // 20 mm are too few from rest to 180 °/s; 620 are not.
     let (axis, master) = knife_at(0.0, 279.7, 300.0);
     assert_eq!(master.0.position, 280.0);
     let at = planned(&axis, &knife(0.6, InTurn(300.0), InTurn(180.0)));
     assert_eq!((at.master, at.slave), (900.0, 180.0));
     let near = axis.plan(&knife(0.6, At(300.0), At(180.0)));
     assert!(near.is_err());
-    // At the position itself it is a turn ahead.
+    // At the position itself, the next one is a period ahead.
     let (axis, _) = knife_at(180.0, 299.7, 300.0);
     let at = planned(&axis, &knife(0.6, InTurn(300.0), InTurn(180.0)));
     assert_eq!((at.master, at.slave), (900.0, 540.0));
@@ -93,14 +93,14 @@ fn a_turn_that_is_too_near_is_left_to_the_next() {
 #[test]
 fn of_the_slave_the_nearest_turn_ahead_that_passes_is_taken_and_one_behind_only_at_last() {
     let (axis, _) = knife_at(170.0, -0.3, 300.0);
-    // 10° in 1000 mm: the knife would go back first.
+    // 10° in 1000 mm: the knife would move back first.
     let mut forwards = saw(0.6, At(1_000.0), InTurn(180.0));
     let at = planned(&axis, &Command::GearInPos(forwards));
     assert_eq!(at.slave, 180.0);
     forwards.sync_mode.mask = SyncMask::UNDERSHOOT_VELO_ZERO;
     let at = planned(&axis, &Command::GearInPos(forwards));
     assert_eq!(at.slave, 540.0);
-    // The slave's software limit leaves but what is behind it.
+    // The slave's software limit leaves only the one behind it.
     let limited = SlaveParameters {
         max_position: Some(200.0),
         min_position: Some(-200.0),
@@ -144,7 +144,7 @@ fn ahead_counts_from_the_cycle_of_the_command() {
     let (axis, _) = knife_at(40.0, 1_000.3, -300.0);
     let at = planned(&axis, &knife(0.6, Ahead(500.0), Ahead(150.0)));
     assert_eq!((at.master, at.slave), (500.0, -110.0));
-    // Against the master the slave goes where its ratio has it.
+    // Against the master, the slave moves in the direction of its ratio.
     let at = planned(&axis, &knife(-0.6, Ahead(500.0), Ahead(150.0)));
     assert_eq!((at.master, at.slave), (500.0, 190.0));
 }
@@ -182,7 +182,7 @@ fn what_does_not_turn_has_no_turns() {
         why,
         WrongSyncPosition::NotInTurn { length: 360.0, .. }
     ));
-    // Without a master nothing is ahead of it.
+    // Without a master no position is ahead of it.
     let mut alone = powered(&PARAMETERS);
     alone.update(None, CYCLE);
     let refused = alone.plan(&knife(0.6, Ahead(300.0), At(1.0))).unwrap_err();
@@ -200,7 +200,7 @@ fn a_flying_gear_waits_for_the_next_turn_and_releases_in_it() {
         slave_stop_position: InTurn(0.0),
         default_slave_negative: false,
     };
-    // It begins 200 mm before: 300 of the turn at 6000 is just as far as that.
+    // The gear begins 200 mm before: 300 within the period at 6000 is exactly that far.
     let at = planned(&axis, &Command::FlyingGear(gear));
     assert_eq!((at.master, at.slave), (6_300.0, 3_660.0));
     master.lead(&mut axis, 1);
@@ -209,7 +209,7 @@ fn a_flying_gear_waits_for_the_next_turn_and_releases_in_it() {
     start(&mut axis, &Command::FlyingGear(gear));
     master.lead(&mut axis, 6_000);
     assert_eq!(axis.set().position, 3_960.0);
-    // Nothing of it is ahead of a master that goes the other way.
+    // No part of it is ahead of a master that moves the other way.
     let wrong_way = FlyingGearParameters {
         slave_sync_position: At(0.0),
         ..gear
@@ -226,7 +226,7 @@ fn a_flying_gear_waits_for_the_next_turn_and_releases_in_it() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// What is accepted is ahead, at most as many turns as are tried, congruent, and the first that passes.
+    /// An accepted position is ahead, within the tried periods, congruent, and the first that passes.
     #[test]
     fn the_first_turn_that_passes_is_taken(
         turns in -3_000..3_000i32,

@@ -1,4 +1,4 @@
-//! The example runs, and cuts where it should.
+//! The example runs, and cuts at the right positions.
 
 #[path = "../../examples/saw_in_your_loop.rs"]
 mod saw_in_your_loop;
