@@ -1,4 +1,4 @@
-//! What a cycle of an encoder master costs.
+//! Cost of a cycle of an encoder master.
 
 use std::hint::black_box;
 

@@ -1,8 +1,8 @@
 //! `FB_AxisSync`: a far axis made local, from one axis structure and one cycle index per cycle.
 //!
-//! TS5066, chapter 3.1. [`FarSync`] finds the correction time and the mode, [`FarAxis`] applies them; this
-//! block is one of each. An error of either latches: `synced` drops and the fallback mode is in
-//! force until the block is enabled anew, or restarts itself (`automatic_re_init`).
+//! TS5066, chapter 3.1. [`FarSync`] finds the correction time and the mode, [`FarAxis`] applies
+//! them; this block is one of each. An error of either latches: `synced` drops and the fallback
+//! mode is in force until the block is enabled again, or restarts itself (`automatic_re_init`).
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::time_sync::{
@@ -21,7 +21,7 @@ use super::parameters::{AxisSyncParameters, FilterMode, FilterState};
 pub struct AxisSync {
     task_cycle_time: Span,
     parameters: AxisSyncParameters,
-    /// None while disabled.
+    /// State while enabled.
     enabled: Option<Enabled>,
 }
 
@@ -31,21 +31,21 @@ struct Enabled {
     axis: FarAxis,
 }
 
-/// What one cycle of [`AxisSync`] gives.
+/// Output of one cycle of [`AxisSync`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisSyncOutput {
     /// The far axis, corrected.
     #[doc(alias = "AxisOut")]
     pub axis: NcToPlcAxis,
-    /// Whether the far clock's drift is known and corrected.
+    /// True if the far clock's drift is known and corrected.
     #[doc(alias = "bSynced")]
     pub synced: bool,
-    /// The error that is latched.
+    /// The latched error.
     #[doc(alias = "iErrorId")]
     pub error: Option<SyncError>,
     /// The time sync's warning.
     pub warning: Option<SyncWarning>,
-    /// The mode that made the set values.
+    /// The mode that calculated the set values.
     #[doc(alias = "eFilterState")]
     pub state: FilterState,
     /// Beats since the block was enabled.
@@ -59,11 +59,11 @@ pub struct AxisSyncOutput {
 #[doc(alias = "ST_AxisSyncDiagnostic")]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisSyncDiagnostic {
-    /// The correction that moved the set values, s: that of the mode in force, none where it needs
-    /// none or has none.
+    /// The correction that moved the set values, s: that of the mode in force; none if the mode
+    /// needs none or has none.
     #[doc(alias = "fCorrectionTime")]
     pub correction_time: Option<Seconds>,
-    /// Whether the time sync is in time mode.
+    /// True if the time sync is in time mode.
     #[doc(alias = "bTimeMode")]
     pub time_mode: bool,
     /// The time sync's values.
@@ -77,7 +77,7 @@ pub struct AxisSyncDiagnostic {
 }
 
 impl AxisSync {
-    /// A block that is enabled. `task_cycle_time` is the receiver's nominal cycle time.
+    /// Creates an enabled block. `task_cycle_time` is the receiver's nominal cycle time.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
@@ -94,7 +94,7 @@ impl AxisSync {
         Ok(block)
     }
 
-    /// The rising edge of `bEnable`: starts anew, whatever went before.
+    /// The rising edge of `bEnable`: starts from the beginning.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56); the block is disabled then.
@@ -112,7 +112,7 @@ impl AxisSync {
         self.enabled = None;
     }
 
-    /// Changes `fDelayTimeOffset` while running. It acts at once: slew it.
+    /// Changes `fDelayTimeOffset` while running. The change acts at once: slew it.
     pub fn set_delay_time_offset(&mut self, offset: Seconds) {
         self.parameters.time_sync.delay_time_offset = offset;
         if let Some(enabled) = &mut self.enabled {
@@ -120,8 +120,9 @@ impl AxisSync {
         }
     }
 
-    /// Changes the parameters. While the block is enabled what was learnt is kept, and the set values go on
-    /// from where they are; otherwise they hold from the next rising edge of `bEnable`.
+    /// Changes the parameters. In an enabled block the learned values are kept, and the set values
+    /// continue from their current state; otherwise the parameters apply from the next rising edge
+    /// of `bEnable`.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range; nothing is changed then.
@@ -136,8 +137,9 @@ impl AxisSync {
         Ok(())
     }
 
-    /// One cycle. `index` and `axis_in` are what the input image holds now; `elapsed` counts the own
-    /// cycles since the previous call. Call it once per cycle and not before data have come.
+    /// Runs one cycle. `index` and `axis_in` are the current values of the input image; `elapsed`
+    /// counts the own cycles since the previous call. Call it once per cycle and not before data
+    /// have arrived.
     pub fn update(
         &mut self,
         index: CycleIndex,
@@ -154,9 +156,9 @@ impl AxisSync {
         }
     }
 
-    /// One cycle in observer mode. `clock` is the correction a phase observer asks for, once it is
-    /// sure of the far clock; without one the start-up mode bridges. Here the only errors are data
-    /// that stay away beyond the age limit and a position too far off; neither latches.
+    /// Runs one cycle in observer mode. `clock` is the correction of a phase observer, once it is
+    /// sure of the far clock; without one the start-up mode bridges. The only errors here are data
+    /// that are missing beyond the age limit and a position too far off; neither latches.
     pub fn update_by_clock(
         &mut self,
         index: CycleIndex,
@@ -184,7 +186,7 @@ impl Enabled {
     ) -> AxisSyncOutput {
         let moved = self.axis.update(&set_of(axis_in), correction, elapsed);
         if moved.re_initialised {
-            // The block is one: its clock starts up again with its axis.
+            // The block is a unit: its clock restarts with its axis.
             self.clock.restart(index);
         }
         AxisSyncOutput {
@@ -204,7 +206,7 @@ impl Enabled {
     }
 }
 
-/// `bEnable = FALSE`: what comes in goes out.
+/// `bEnable = FALSE`: passes the input through.
 fn unmodified(axis_in: &NcToPlcAxis) -> AxisSyncOutput {
     AxisSyncOutput {
         axis: *axis_in,

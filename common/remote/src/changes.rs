@@ -26,7 +26,7 @@ macro_rules! changes {
         }
 
         impl $name {
-            /// All parameters: these, and those of `whole` that are not among them.
+            /// Completes these parameters with those of `whole`.
             #[must_use]
             pub fn over(&self, whole: $whole) -> $whole {
                 $whole { $($field: self.$field.unwrap_or(whole.$field),)* }
@@ -82,16 +82,16 @@ pub struct AxisSyncChanges {
     /// See [`AxisSyncParameters::fall_back_mode`].
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub fall_back_mode: Option<FallBackMode>,
-    /// Those of the extrapolation.
+    /// Changes of the extrapolation.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
     pub extrapolate: ExtrapolateChanges,
-    /// Those of the time sync.
+    /// Changes of the time sync.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
     pub time_sync: TimeSyncChanges,
 }
 
 impl AxisSyncChanges {
-    /// All parameters: these, and those of `whole` that are not among them.
+    /// Completes these parameters with those of `whole`.
     #[must_use]
     pub fn over(&self, whole: AxisSyncParameters) -> AxisSyncParameters {
         AxisSyncParameters {
@@ -102,7 +102,7 @@ impl AxisSyncChanges {
         }
     }
 
-    /// Whether there is nothing to change.
+    /// True if there is nothing to change.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()

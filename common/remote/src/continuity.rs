@@ -1,8 +1,9 @@
-//! Set values without steps, whatever happens to the node that they come from.
+//! Set values without steps in every state of the node that they come from.
 //!
-//! The blocks of TS5066 freeze an axis whose data stay away, and jump to where it is when they are back. Here it
-//! is braked instead, and brought back along a curve: positions, velocities and accelerations are continuous.
-//! As long as nothing happens set values pass through as they are, to the bit. Not in the manual.
+//! The blocks of TS5066 freeze an axis without data, and jump to its position when the data are
+//! back. Here it is braked instead, and brought back along a curve: positions, velocities and
+//! accelerations are continuous. In normal operation set values pass through unchanged, to the bit.
+//! Not in the manual.
 
 use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::Kinematics;
@@ -11,59 +12,63 @@ use super::prediction::moved_on;
 
 /// An axis without data comes to rest within this time, s.
 const BRAKING: f64 = 0.5;
-/// While it is brought back it is at most so much of its greatest velocity so far faster or slower than its
-/// master, …
+/// While it is brought back it is faster or slower than its master by at most this part of its
+/// greatest velocity up to then, …
 const FASTER: f64 = 0.5;
-/// … but it is there after so many seconds, however far it is and however slow it was.
+/// … but it arrives after this many seconds, at any distance and any speed.
 const LONGEST: f64 = 30.0;
-/// Set values whose positions move otherwise than their velocity says, by so much of the greatest velocity so far,
-/// are taken by their positions: those of a mode that shows every beat, or that stand still without news.
+/// Set values whose positions and velocity differ by more than this part of the greatest velocity
+/// up to then are evaluated by their positions: those of a mode that shows every beat, or that
+/// stand still without new data.
 const CONTRADICTION: f64 = 0.05;
-/// Positions at most this number of cycles apart say the velocity: the mean over a pause of the node says nothing of its end.
+/// Positions at most this number of cycles apart give the velocity: the mean over a pause of the
+/// node says nothing of its end.
 const SAID_OVER: u32 = 8;
-/// A way back that was planned when the master had gone no faster than this part of what it has gone by now is planned
-/// again: one that had just begun to move was brought back over a micrometre in 22 s.
+/// A way back that was planned while the master's velocity was below this part of its present
+/// maximum is planned again: one that had just begun to move was brought back over a micrometre in
+/// 22 s.
 const OUTGROWN: f64 = 0.5;
-/// Largest slope of the curve that the way back is gone by, …
+/// Largest slope of the curve of the way back, …
 const STEEPEST: f64 = 1.875;
 /// … and its largest curvature: 10/√3.
 const MOST_CURVED: f64 = 5.774;
-/// An axis that is brought back is accelerated as its master was at most, but never less than it takes to brake it:
-/// the quartic begins with at most this multiple of its velocity over its length.
+/// An axis that is brought back is accelerated as its master was at most, but never less than
+/// braking it requires: the quartic begins with at most this multiple of its velocity over its
+/// length.
 const BRAKED: f64 = 1.5;
 
 /// Keeps the set values of an axis continuous.
 #[derive(Clone, Debug)]
 pub struct Continuity {
     cycle_time: f64,
-    /// Seconds that bringing back takes at least.
+    /// Minimum time for bringing back, s.
     shortest: f64,
-    /// The newest set values, and by how much their positions are faster than they say, u/s.
+    /// The newest set values, and the difference of the velocity of their positions from theirs, u/s.
     last: Option<(Kinematics, f64)>,
     reach: Reach,
-    /// Positions come in beats, and say nothing of the velocity.
+    /// Positions come in beats, and give no velocity.
     shows_beats: bool,
     motion: Motion,
 }
 
-/// The most that a master was seen to do.
+/// Largest motion that a master has shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reach {
-    /// Its greatest velocity so far, u/s.
+    /// Greatest velocity up to now, u/s.
     pub velocity: f64,
-    /// Its greatest acceleration so far, u/s².
+    /// Greatest acceleration up to now, u/s².
     pub acceleration: f64,
 }
 
-/// What the axis does.
+/// State of the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContinuityState {
-    /// Its set values are its master's.
+    /// The set values are those of the master.
     #[default]
     Following,
-    /// There is none: it is braked, or at rest.
+    /// Without a master: the axis is braked, or at rest.
     Braking,
-    /// It is brought back to its master.
+    /// The axis is brought back to its master.
     Rejoining,
 }
 
@@ -74,13 +79,13 @@ enum Motion {
         braking: Braking,
         since: f64,
     },
-    /// The next set values of the master are the first to be brought to.
+    /// The axis is to be brought to the next set values of the master.
     Returning,
     Rejoining(Rejoin),
 }
 
 impl Continuity {
-    /// For an axis of a node with this cycle time. Bringing back takes `shortest` or longer.
+    /// Creates it for an axis of a node with this cycle time. Bringing back takes `shortest` or longer.
     #[must_use]
     pub fn new(cycle_time: Span, shortest: Seconds) -> Self {
         Self {
@@ -93,24 +98,25 @@ impl Continuity {
         }
     }
 
-    /// Sets what the master was seen to do by now, which bounds how hard and how fast the axis is brought back.
+    /// Sets the largest motion of the master up to now, which bounds the acceleration and speed at
+    /// which the axis is brought back.
     pub const fn set_reach(&mut self, reach: Reach) {
         self.reach = reach;
     }
 
-    /// Says that positions come in beats from now on, as those of mode bypass do. The velocity that is stated beside them is then that
-    /// of the axis.
+    /// Sets whether positions come in beats from now on, as in mode bypass. The velocity that comes
+    /// with them is then that of the axis.
     pub const fn show_beats(&mut self, shows_beats: bool) {
         self.shows_beats = shows_beats;
     }
 
-    /// What the master was seen to do.
+    /// Largest motion of the master up to now.
     #[must_use]
     pub const fn reach(&self) -> Reach {
         self.reach
     }
 
-    /// A cycle in which the master has set values: those of the axis.
+    /// Runs a cycle in which the master has set values; returns those of the axis.
     ///
     /// `elapsed` counts the own cycles since the previous call.
     pub fn follow(&mut self, master: &Kinematics, elapsed: u32) -> Kinematics {
@@ -143,7 +149,7 @@ impl Continuity {
         set
     }
 
-    /// A cycle in which nobody knows where the master is; none before it was ever known.
+    /// Runs a cycle in which the master's position is unknown; none before it was ever known.
     pub fn brake(&mut self, elapsed: u32) -> Option<Kinematics> {
         let passed = self.cycle_time * f64::from(elapsed);
         let last = self.moving()?;
@@ -160,12 +166,12 @@ impl Continuity {
         Some(set)
     }
 
-    /// The next set values of the master have nothing to do with those before: the axis is brought there.
+    /// The next set values of the master are unrelated to the previous ones: the axis is brought there.
     pub const fn rejoin(&mut self) {
         self.motion = Motion::Returning;
     }
 
-    /// What the axis does.
+    /// State of the axis.
     #[must_use]
     pub const fn state(&self) -> ContinuityState {
         match self.motion {
@@ -186,7 +192,7 @@ impl Continuity {
         self.last = Some((set, beside));
     }
 
-    /// The motion of the axis by its positions, within what it can do.
+    /// The motion of the axis by its positions, within its limits.
     fn moving(&self) -> Option<Kinematics> {
         let (last, beside) = self.last?;
         let is_true = beside.abs() <= CONTRADICTION * self.reach.velocity;
@@ -201,8 +207,8 @@ impl Continuity {
         }))
     }
 
-    /// Set values with a velocity and an acceleration that the axis can have. A position that jumped says nothing of either: an axis
-    /// that took the jump for its velocity went on at 100 m/s.
+    /// Set values with a velocity and an acceleration that the axis can have. A position that
+    /// jumped gives neither: an axis that took the jump for its velocity continued at 100 m/s.
     fn possible(&self, set: &Kinematics) -> Kinematics {
         let (fastest, hardest) = ((1.0 + FASTER) * self.reach.velocity, self.hardest());
         Kinematics {
@@ -224,7 +230,8 @@ impl Continuity {
             velocity: standing.velocity - master.velocity,
             acceleration: standing.acceleration - master.acceleration,
         };
-        // What its acceleration takes as long to end as braking takes is no more than its velocity could be.
+        // Largest velocity of the difference: the master's, but at least that whose braking begins
+        // with its greatest acceleration.
         let Reach {
             velocity: fastest,
             acceleration: hardest,
@@ -259,21 +266,21 @@ impl Continuity {
     }
 }
 
-/// A difference that goes to zero: that of the velocity soon, that of the position as the way asks for.
+/// A difference that decreases to zero: that of the velocity soon, that of the position along the way.
 #[derive(Clone, Copy, Debug)]
 struct Rejoin {
     slowing: Braking,
-    /// The difference of the position once that of the velocity is gone, u.
+    /// Difference of the position once that of the velocity is zero, u.
     way: f64,
     /// s.
     length: f64,
     since: f64,
-    /// The greatest velocity of the master when it was planned, u/s.
+    /// Greatest velocity of the master at the planning, u/s.
     fastest: f64,
 }
 
 impl Rejoin {
-    /// The master, with what is left of the difference on top.
+    /// The master, with the rest of the difference on top.
     fn over(&self, master: &Kinematics) -> Kinematics {
         if self.since >= self.length {
             return *master;
@@ -287,7 +294,7 @@ impl Rejoin {
         }
     }
 
-    /// What is left of the way: the quintic from it to nothing, at rest at both ends.
+    /// Rest of the way: the quintic from it to 0, at rest at both ends.
     fn way_left(&self) -> Kinematics {
         let (way, t) = (self.way, self.length);
         let x = self.since / t;
@@ -300,7 +307,7 @@ impl Rejoin {
     }
 }
 
-/// A motion that comes to rest: the quartic whose velocity and acceleration go to zero together.
+/// A motion that comes to rest: the quartic whose velocity and acceleration reach zero together.
 #[derive(Clone, Copy, Debug)]
 struct Braking {
     from: Kinematics,
@@ -309,7 +316,7 @@ struct Braking {
 }
 
 impl Braking {
-    /// So many seconds after it began.
+    /// State this number of seconds after it began.
     fn at(&self, since: f64) -> Kinematics {
         let x = since / self.length;
         if x >= 1.0 {
@@ -326,13 +333,13 @@ impl Braking {
         }
     }
 
-    /// How far it goes, u.
+    /// Distance to rest, u.
     fn way(&self) -> f64 {
         let (v, a) = self.scaled();
         0.5 * v + a / 12.0
     }
 
-    /// Velocity and acceleration at first, as ways.
+    /// Initial velocity and acceleration, as ways.
     fn scaled(&self) -> (f64, f64) {
         let Kinematics {
             velocity,

@@ -1,16 +1,16 @@
 //! `FB_AxisExtrapolateValues`: set values moved in time by a correction.
 //!
-//! TS5066, chapter 3.3. Where the manual is terse:
+//! TS5066, chapter 3.3. Details that the manual leaves open:
 //!
-//! * The largest position difference is in user units (the manual's velocity · s), whatever its
-//!   text calls it.
+//! * The largest position difference is in user units (the manual's velocity · s), despite its name
+//!   in the text.
 //! * Every change of mode is blended over `blending_time`, not only that between PT1 and sync, so
-//!   that no change of mode is a step. A blend that is overtaken by another change goes on from
-//!   where it stands: what is left of it is added to the difference between the two modes, and never
-//!   to itself. So the set values stay between those of the modes, however often the mode changes.
-//! * Beyond 20 ms of correction the acceleration fades: nothing is accelerated for long on old values.
+//!   that no change of mode is a step. A blend that is overtaken by another change continues from
+//!   its current state: the rest of it is added to the difference between the two modes, and never
+//!   to itself. So the set values stay between those of the modes at any number of changes.
+//! * Beyond 20 ms of correction the acceleration fades: old values accelerate no axis for long.
 //! * The velocity during a blend is that of its positions.
-//! * Sync, time and observer mode differ only in where their correction comes from; all extrapolate.
+//! * Sync, time and observer mode differ only in the source of their correction; all extrapolate.
 
 mod blend;
 
@@ -31,10 +31,10 @@ pub struct AxisExtrapolate {
     task_cycle_time: f64,
     pt1: Pt1,
     mode: Option<ExtrapolateMode>,
-    /// The set values of the newest mode, before anything of a blend is added.
+    /// Set values of the newest mode, before a blend is added.
     aim: SetValues,
     blend: Blend,
-    /// The next cycle goes on from where the last one was, whatever has changed.
+    /// True if the next cycle continues from the last one's state despite all changes.
     carries_on: bool,
 }
 
@@ -48,7 +48,7 @@ pub struct AxisExtrapolate {
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct ExtrapolateParameters {
-    /// Largest difference between received and calculated set position, u; 0: not watched.
+    /// Largest difference between received and calculated set position, u; 0: not monitored.
     #[doc(alias = "fMaxPositionDiff")]
     #[doc(alias = "fMaxPositionDiffFactor")]
     pub max_position_diff: f64,
@@ -108,13 +108,13 @@ impl Default for ExtrapolateParameters {
     }
 }
 
-/// `E_Sync_ExtrapolateMode` and `E_Sync_ExtrapolateState`: how set values are calculated.
+/// `E_Sync_ExtrapolateMode` and `E_Sync_ExtrapolateState`: method of calculating the set values.
 #[doc(alias = "E_Sync_ExtrapolateMode")]
 #[doc(alias = "E_Sync_ExtrapolateState")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum ExtrapolateMode {
-    /// As received, beats and all.
+    /// As received, including beats.
     Bypass = 1,
     /// Through the PT1 filter.
     Pt1 = 2,
@@ -122,11 +122,11 @@ pub enum ExtrapolateMode {
     Sync = 3,
     /// Extrapolated by the correction time of time mode.
     Time = 4,
-    /// Extrapolated by what the phase observer says; not in the manual.
+    /// Extrapolated by the phase observer's correction; not in the manual.
     Observer = 5,
 }
 
-/// `E_Sync_FallBackMode`: what to do when the calculated position strays too far, or sync is lost.
+/// `E_Sync_FallBackMode`: reaction if the calculated position deviates too far, or sync is lost.
 #[doc(alias = "E_Sync_FallBackMode")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -150,13 +150,13 @@ impl From<FallBackMode> for ExtrapolateMode {
     }
 }
 
-/// What one cycle of [`AxisExtrapolate`] gives.
+/// Output of one cycle of [`AxisExtrapolate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtrapolateOutput {
     /// The received axis with its set values replaced; every other field passes through.
     #[doc(alias = "AxisOut")]
     pub axis: NcToPlcAxis,
-    /// The mode that was really used.
+    /// Mode that was actually used.
     #[doc(alias = "eState")]
     pub state: ExtrapolateMode,
     /// 0x4b59 while the position difference is too large; the fallback is in force then.
@@ -178,7 +178,7 @@ pub struct ExtrapolateDiagnostic {
     pub velocity_diff: f64,
 }
 
-/// What becomes of bare set values in one cycle.
+/// Bare set values after one cycle.
 pub(super) struct Moved {
     pub(super) set: Kinematics,
     pub(super) state: ExtrapolateMode,
@@ -219,7 +219,7 @@ impl From<Kinematics> for SetValues {
     }
 }
 
-/// The correction times that the extrapolating modes use, where they are known.
+/// The correction times that the extrapolating modes use, if known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CorrectionTimes {
     pub(super) sync: Option<Seconds>,
@@ -227,18 +227,18 @@ pub(super) struct CorrectionTimes {
     pub(super) observer: Option<Seconds>,
 }
 
-/// What the set values of one cycle come from, in any mode.
+/// Sources of the set values of one cycle, in any mode.
 #[derive(Clone, Copy)]
 struct Candidates {
     received: SetValues,
     filtered: SetValues,
-    /// What extrapolating takes into account of it, u/s².
+    /// Acceleration that the extrapolation takes into account, u/s².
     acceleration: f64,
     corrections: CorrectionTimes,
 }
 
 impl Candidates {
-    /// Those of a mode; none where it has no correction time.
+    /// Set values of a mode; none if it has no correction time.
     fn of(&self, mode: ExtrapolateMode) -> Option<SetValues> {
         let Seconds(dt) = match mode {
             ExtrapolateMode::Bypass => return Some(self.received),
@@ -258,7 +258,7 @@ impl Candidates {
         }
     }
 
-    /// What is left of the received acceleration in a mode.
+    /// Rest of the received acceleration in a mode.
     fn acceleration(&self, received: &Kinematics, mode: ExtrapolateMode) -> f64 {
         let age = match mode {
             ExtrapolateMode::Bypass | ExtrapolateMode::Pt1 => None,
@@ -272,7 +272,7 @@ impl Candidates {
 }
 
 impl AxisExtrapolate {
-    /// A block at rest. `task_cycle_time` is the receiver's.
+    /// Creates a block at rest. `task_cycle_time` is the receiver's.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
@@ -292,7 +292,7 @@ impl AxisExtrapolate {
         })
     }
 
-    /// Changes the parameters while running. The set values go on from where they are.
+    /// Changes the parameters while running. The set values continue from their current state.
     pub(super) fn set_parameters(&mut self, parameters: &ExtrapolateParameters) {
         self.parameters = *parameters;
         self.pt1
@@ -300,23 +300,23 @@ impl AxisExtrapolate {
         self.carry_on();
     }
 
-    /// The next cycle goes on from where the last one was: what has changed by then is blended.
+    /// Continues the next cycle from the last one's state: all changes by then are blended.
     pub(super) const fn carry_on(&mut self) {
         self.carries_on = true;
     }
 
-    /// Whether a change of mode is being blended over.
+    /// True while a change of mode is being blended.
     pub(super) fn is_blending(&self) -> bool {
         !self.blend.is_over()
     }
 
-    /// Begins anew with an axis that may be moving: nothing is blended from, and the filter has settled.
+    /// Restarts with an axis that may be moving: no blend, and a settled filter.
     pub(super) fn begin_anew(&mut self) {
         self.restart();
         self.pt1.restart_settled(self.task_cycle_time);
     }
 
-    /// At rest again, as it was started.
+    /// Returns to the initial state at rest.
     pub(super) fn restart(&mut self) {
         self.pt1.restart();
         self.mode = None;
@@ -325,7 +325,7 @@ impl AxisExtrapolate {
         self.carries_on = false;
     }
 
-    /// One cycle. Without a correction time sync and time mode have nothing to extrapolate by: the
+    /// Runs one cycle. Without a correction time sync and time mode cannot extrapolate: the
     /// fallback takes their place. `elapsed` counts the own cycles since the previous call.
     pub fn update(
         &mut self,
@@ -349,7 +349,7 @@ impl AxisExtrapolate {
         }
     }
 
-    /// The same for bare set values, with a correction time for each of the modes.
+    /// Runs one cycle for bare set values, with a correction time for each of the modes.
     pub(super) fn move_set_values(
         &mut self,
         received: &Kinematics,
@@ -430,7 +430,7 @@ impl AxisExtrapolate {
         let old = self.mode.replace(mode);
         let from = match old {
             Some(_) if core::mem::take(&mut self.carries_on) => Some(standing),
-            // The old mode may have lost its correction: it goes on from where it was.
+            // The old mode may have lost its correction: it continues from its last state.
             Some(old) if old != mode => Some(candidates.of(old).unwrap_or(standing)),
             _ => None,
         };

@@ -1,4 +1,4 @@
-//! The axis's half of `FB_AxisSync`: set values moved in time by what the far clock says.
+//! The axis's half of `FB_AxisSync`: set values moved in time by the far clock's correction.
 
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{Seconds, Span};
@@ -8,37 +8,37 @@ use super::extrapolate::{AxisExtrapolate, ExtrapolateDiagnostic};
 use super::far_sync::{FarCorrection, OnPositionError};
 use super::parameters::{AxisSyncParameters, CheckedParameters, FilterState};
 
-/// One axis of a far node: filter, blending and position error of its own, the clock shared.
+/// An axis of a far node: filter, blending and position error of its own, the clock shared.
 #[derive(Clone, Debug)]
 pub struct FarAxis {
     extrapolate: AxisExtrapolate,
-    /// It is latched here; errors of the clock are the clock's.
+    /// Latched position error; errors of the clock belong to the clock.
     position_error: Option<SyncError>,
     automatic_re_init: bool,
 }
 
-/// What one cycle of a [`FarAxis`] gives.
+/// Output of one cycle of a [`FarAxis`].
 #[must_use]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarAxisOutput {
     /// The set values, corrected.
     pub set: Kinematics,
-    /// The mode that made them.
+    /// Mode that calculated them.
     pub state: FilterState,
-    /// Whether the far clock is known and corrected, and the axis where it says.
+    /// True if the far clock is known and corrected, and the axis has no position error.
     pub synced: bool,
     /// The error of the clock or of the axis.
     pub error: Option<SyncError>,
-    /// The correction that moved the set values; none where the mode needs none or has none.
+    /// Correction that moved the set values; none if the mode needs none or has none.
     pub correction_time: Option<Seconds>,
     /// Received minus calculated.
     pub diagnostic: ExtrapolateDiagnostic,
-    /// A position error was latched, and the axis starts up again with the next cycle.
+    /// A position error was latched, and the axis restarts with the next cycle.
     pub re_initialised: bool,
 }
 
 impl FarAxis {
-    /// An axis at rest. `task_cycle_time` is the receiver's nominal cycle time.
+    /// Creates an axis at rest. `task_cycle_time` is the receiver's nominal cycle time.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
@@ -53,7 +53,7 @@ impl FarAxis {
         })
     }
 
-    /// One cycle, with the set values of the same frame that the correction is for.
+    /// Runs one cycle, with the set values of the frame that the correction is for.
     pub fn update(
         &mut self,
         received: &Kinematics,
@@ -93,39 +93,39 @@ impl FarAxis {
         }
     }
 
-    /// Its clock starts anew: no error is latched any more, and the set values go on from where they are,
-    /// blended into what the clock says next.
+    /// Restarts with its clock: clears a latched error, and continues the set values from their
+    /// current state, blended into those of the clock.
     pub const fn re_initialise(&mut self) {
         self.position_error = None;
         self.extrapolate.carry_on();
     }
 
-    /// The set values of the next cycle go on from where they are, whatever has changed by then: the
-    /// difference is blended over `blending_time`.
+    /// Continues the set values of the next cycle from their current state: the difference of all
+    /// changes is blended over `blending_time`.
     pub const fn carry_on(&mut self) {
         self.extrapolate.carry_on();
     }
 
-    /// Whether a change of mode is being blended over.
+    /// True while a change of mode is being blended.
     #[must_use]
     pub fn is_blending(&self) -> bool {
         self.extrapolate.is_blending()
     }
 
-    /// Where the set values were says nothing of where they are next: no mode is blended from, and the filter
-    /// has settled there. An error that is latched stays.
+    /// Restarts at set values unrelated to the previous ones: no mode is blended from, and the
+    /// filter has settled there. A latched error stays.
     pub fn begin_anew(&mut self) {
         self.extrapolate.begin_anew();
     }
 
-    /// Changes the parameters while running; the set values go on from where they are.
+    /// Changes the parameters while running; the set values continue from their current state.
     pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
         self.extrapolate
             .set_parameters(&parameters.whole.extrapolate);
         self.automatic_re_init = parameters.whole.time_sync.automatic_re_init;
     }
 
-    /// At rest again, as it was started: nothing is blended from, no error is latched.
+    /// Returns to the initial state at rest: no blend, no latched error.
     pub fn restart(&mut self) {
         self.extrapolate.restart();
         self.position_error = None;

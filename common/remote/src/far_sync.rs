@@ -1,4 +1,4 @@
-//! The clock's half of `FB_AxisSync`: what one far clock says to all axes of its node.
+//! The clock's half of `FB_AxisSync`: one far clock's correction for all axes of its node.
 
 use coaxle_clock::time_sync::{
     SyncError, SyncWarning, TimeSync, TimeSyncDiagnostic, TimeSyncOutput, TimeSyncState,
@@ -9,7 +9,7 @@ use coaxle_clock::{CycleIndex, Seconds, Span};
 use super::extrapolate::{CorrectionTimes, ExtrapolateMode, FallBackMode};
 use super::parameters::{AxisSyncParameters, CheckedParameters, FilterMode, StartUpMode};
 
-/// One far clock in cycle indices, and the choice of the mode. One of it serves any number of
+/// A far clock in cycle indices, and the choice of the mode. A single one serves any number of
 /// [`FarAxis`](super::FarAxis).
 #[derive(Clone, Debug)]
 pub struct FarSync {
@@ -20,41 +20,41 @@ pub struct FarSync {
     silence: Silence,
 }
 
-/// What a far clock says in one cycle.
+/// Correction of a far clock in one cycle.
 #[must_use]
 #[derive(Clone, Copy, Debug)]
 pub struct FarCorrection {
-    /// What the time sync gives.
+    /// Output of the time sync.
     pub time_sync: TimeSyncOutput,
-    /// Whether the far clock is known and corrected.
+    /// True if the far clock is known and corrected.
     pub synced: bool,
-    /// Its data have stayed away for longer than `age_of_data_limit`.
+    /// True if its data have been missing for longer than `age_of_data_limit`.
     pub is_silent: bool,
     /// The error of the clock.
     pub error: Option<SyncError>,
-    /// The warning that is worth telling.
+    /// The warning to report.
     pub warning: Option<SyncWarning>,
-    /// The mode that is to make the set values.
+    /// Mode that calculates the set values.
     pub mode: ExtrapolateMode,
-    /// What is done where it cannot.
+    /// Mode if that is impossible.
     pub fall_back: FallBackMode,
     pub(super) times: CorrectionTimes,
-    /// What an axis does after a position error of its own.
+    /// Reaction of an axis to a position error of its own.
     pub(super) on_position_error: OnPositionError,
 }
 
-/// What becomes of a position error.
+/// Effect of a position error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OnPositionError {
-    /// It latches, and the fallback is in force.
+    /// Latches; the fallback is in force.
     FallBack,
-    /// It latches, but the mode was chosen whatever happens.
+    /// Latches; the mode, explicitly selected, stays.
     KeepMode,
-    /// It is over with what caused it.
+    /// Ends with its cause.
     Forget,
 }
 
-/// How long the index has not changed.
+/// Time for which the index has not changed.
 #[derive(Clone, Copy, Debug, Default)]
 struct Silence {
     index: Option<CycleIndex>,
@@ -71,7 +71,7 @@ impl Silence {
 }
 
 impl FarCorrection {
-    /// What a disabled block says (`bEnable` = FALSE): the axes as they came.
+    /// Output of a disabled block (`bEnable` = FALSE): passes the axes through.
     pub fn disabled() -> Self {
         let none = CorrectionTimes {
             sync: None,
@@ -98,7 +98,7 @@ impl FarCorrection {
         }
     }
 
-    /// The correction that moves set values in a mode; none where it needs none or has none.
+    /// Correction that moves set values in a mode; none if it needs none or has none.
     #[must_use]
     pub const fn time(&self, mode: ExtrapolateMode) -> Option<Seconds> {
         match mode {
@@ -109,7 +109,7 @@ impl FarCorrection {
         }
     }
 
-    /// The same for an axis whose newest values are older by this than those of its node.
+    /// Correction for an axis whose newest values are older than those of its node by this time.
     pub fn for_older(&self, by: Seconds) -> Self {
         let later = |time: Option<Seconds>| time.map(|time| time + by);
         Self {
@@ -122,7 +122,7 @@ impl FarCorrection {
         }
     }
 
-    /// What it gives where the far node is not to be followed: its axes are as good as silent.
+    /// Output if the far node is not to be followed: its axes count as silent.
     pub fn refused(&self) -> Self {
         Self {
             synced: false,
@@ -133,7 +133,7 @@ impl FarCorrection {
         }
     }
 
-    /// The same for an axis of which nothing has come for too long, though its node goes on.
+    /// Correction for an axis without data for too long, though its node continues.
     pub fn for_silent(&self) -> Self {
         Self {
             is_silent: true,
@@ -148,7 +148,7 @@ impl FarCorrection {
 }
 
 impl FarSync {
-    /// A clock that is enabled. `task_cycle_time` is the receiver's nominal cycle time.
+    /// Creates an enabled clock. `task_cycle_time` is the receiver's nominal cycle time.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
@@ -165,18 +165,19 @@ impl FarSync {
         })
     }
 
-    /// Forgets errors and drift, and starts up again with the next data that are newer than `index`.
+    /// Clears errors and drift, and restarts with the next data newer than `index`.
     pub fn restart(&mut self, index: CycleIndex) {
         self.time_sync.restart(index);
     }
 
-    /// Changes `fDelayTimeOffset` while running. It acts at once: slew it.
+    /// Changes `fDelayTimeOffset` while running. The change acts at once: slew it.
     pub fn set_delay_time_offset(&mut self, offset: Seconds) {
         self.delay_time_offset = offset;
         self.time_sync.set_delay_time_offset(offset);
     }
 
-    /// Changes the parameters while running; what was learnt is kept. See [`TimeSync::set_parameters`].
+    /// Changes the parameters while running; the learned values are kept. See
+    /// [`TimeSync::set_parameters`].
     pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
         let CheckedParameters { whole, time_sync } = parameters;
         self.time_sync.set_parameters(time_sync);
@@ -185,7 +186,7 @@ impl FarSync {
         self.delay_time_offset = whole.time_sync.delay_time_offset;
     }
 
-    /// Own cycles without new data after which they are too old; none where nothing watches it.
+    /// Own cycles without new data after which they are too old; none if they are not monitored.
     #[must_use]
     pub fn age_limit(&self) -> Option<u32> {
         match self.time_sync.parameters().age_of_data_limit {
@@ -194,8 +195,8 @@ impl FarSync {
         }
     }
 
-    /// One cycle. `index` is what the input image holds now; `elapsed` counts the own cycles since the
-    /// previous call. Call it once per cycle and not before data have come.
+    /// Runs one cycle. `index` is the current value of the input image; `elapsed` counts the own
+    /// cycles since the previous call. Call it once per cycle and not before data have arrived.
     pub fn update(
         &mut self,
         index: CycleIndex,
@@ -226,9 +227,9 @@ impl FarSync {
         }
     }
 
-    /// One cycle in observer mode. `clock` is the correction a phase observer asks for, once it is
-    /// sure of the far clock; without one the start-up mode bridges. Here the only errors are data
-    /// that stay away beyond the age limit and a position too far off; neither latches.
+    /// Runs one cycle in observer mode. `clock` is the correction of a phase observer, once it is
+    /// sure of the far clock; without one the start-up mode bridges. The only errors here are data
+    /// that are missing beyond the age limit and a position too far off; neither latches.
     pub fn update_by_clock(
         &mut self,
         index: CycleIndex,
@@ -238,7 +239,7 @@ impl FarSync {
         self.silence.count(index, elapsed);
         let time = self.time_sync.update(index, elapsed);
         if let TimeSyncState::Failed(_) = time.state {
-            // It only bridges: whatever it lost, it starts over.
+            // The time sync only bridges: after any loss it restarts.
             self.time_sync.restart(index);
         }
         let silent = self.is_silent();
@@ -246,7 +247,7 @@ impl FarSync {
             synced: clock.is_some(),
             is_silent: silent,
             error: silent.then_some(SyncError::MaxDataAgeExceeded),
-            // What the beats say of the drift is nothing new to who knows it better.
+            // A drift warning from beats is obsolete once the observer knows the clock.
             warning: time.warning.filter(|_| clock.is_none()),
             mode: match clock {
                 _ if silent => self.fall_back_mode.into(),

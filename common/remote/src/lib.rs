@@ -1,11 +1,12 @@
-//! A far axis made local: extrapolation by a correction time, and the block that does it all.
+//! A far axis made local: extrapolation by a correction time, and the block that combines it with a
+//! time sync.
 //!
-//! A far axis comes once per cycle of a far clock. [`AxisSync`] learns the drift between the two
-//! clocks from the cycle indices ([`coaxle_clock::time_sync`]) and moves the set values in time, so
-//! that they fit the cycles of this one; [`AxisExtrapolate`] moves them by a correction time that
-//! comes from elsewhere. Where one clock has many axes, one [`FarSync`] serves as many [`FarAxis`]:
-//! the two halves that [`AxisSync`] is made of. [`Continuity`] takes away the steps that these leave when a node
-//! falls silent, comes back or begins anew.
+//! A far axis is received once per cycle of a far clock. [`AxisSync`] learns the drift between the
+//! two clocks from the cycle indices ([`coaxle_clock::time_sync`]) and moves the set values in
+//! time, so that they fit the cycles of this one; [`AxisExtrapolate`] moves them by a correction
+//! time from another source. For many axes of one clock, one [`FarSync`] serves as many
+//! [`FarAxis`]: the two halves of [`AxisSync`]. [`Continuity`] removes the steps that these leave
+//! when a node falls silent, returns or restarts.
 //!
 //! ```
 //! use coaxle_axis::NcToPlcAxis;
@@ -25,9 +26,9 @@
 //! # Ok::<(), coaxle_clock::time_sync::WrongParameter>(())
 //! ```
 //!
-//! A far axis that is only measured comes in increments: an [`EncoderMaster`] makes a smooth master of their counts, with
-//! limited jerk and acceleration, a compensated lag and a direction that is certain. It takes the place of the
-//! extrapolation: the correction time is its horizon.
+//! A far axis that is only measured is received in increments: an [`EncoderMaster`] calculates a
+//! smooth master from their counts, with limited jerk and acceleration, a compensated lag and a
+//! certain direction. It takes the place of the extrapolation: the correction time is its horizon.
 //!
 //! ```
 //! use coaxle_axis::TravelDirection;
@@ -64,9 +65,9 @@
 //! | `ST_AxisExtrapolateParameters` | 3.13 | [`ExtrapolateParameters`] |
 //! | `E_Sync_ExtrapolateMode`, `E_Sync_ExtrapolateState` | 3.14, 3.15 | [`ExtrapolateMode`] |
 //!
-//! `FB_TimeSync` and what belongs to it is in [`coaxle_clock`].
+//! `FB_TimeSync` and its types are in [`coaxle_clock`].
 //!
-//! The crate is `no_std`, allocates nothing and asks no machine for the time.
+//! The crate is `no_std`, does not allocate and reads no clock of the machine.
 #![no_std]
 
 #[cfg(feature = "schema")]

@@ -15,10 +15,10 @@ use super::extrapolate::{ExtrapolateMode, ExtrapolateParameters, FallBackMode};
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct AxisSyncParameters {
-    /// What automatic mode does until the drift is known.
+    /// Mode of automatic mode until the drift is known.
     #[doc(alias = "eStartUpMode")]
     pub start_up_mode: StartUpMode,
-    /// What it does when synchronisation is lost, or the position strays too far.
+    /// Mode if synchronisation is lost, or the position deviates too far.
     #[doc(alias = "eFallBackMode")]
     pub fall_back_mode: FallBackMode,
     /// Parameters of the extrapolation.
@@ -30,7 +30,7 @@ pub struct AxisSyncParameters {
     pub time_sync: TimeSyncParameters,
 }
 
-/// Parameters that are good, for a pair of cycle times: what is running can take them over.
+/// Valid parameters for a pair of cycle times: a running block can take them over.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckedParameters {
     pub(super) whole: AxisSyncParameters,
@@ -38,7 +38,7 @@ pub struct CheckedParameters {
 }
 
 impl CheckedParameters {
-    /// Those of the extrapolation.
+    /// Parameters of the extrapolation.
     #[must_use]
     pub const fn extrapolate(&self) -> &ExtrapolateParameters {
         &self.whole.extrapolate
@@ -86,7 +86,7 @@ impl From<StartUpMode> for ExtrapolateMode {
     }
 }
 
-/// `E_Sync_FilterMode`: how the set values are to be calculated. TS5066 chapter 3.7.
+/// `E_Sync_FilterMode`: method selected for calculating the set values. TS5066 chapter 3.7.
 #[doc(alias = "E_Sync_FilterMode")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -104,11 +104,11 @@ pub enum FilterMode {
     Pt1 = 2,
     /// Beats are hidden when they happen.
     Time = 4,
-    /// By a phase observer's clock; time mode, or whatever the start-up mode is, bridges until that is
-    /// sure. Not in the manual.
+    /// By a phase observer's clock; the start-up mode, by default time mode, bridges until the
+    /// clock is sure. Not in the manual.
     Observer = 5,
 }
 
-/// `E_Sync_FilterState`: how the set values were calculated. TS5066 chapter 3.8.
+/// `E_Sync_FilterState`: method that calculated the set values. TS5066 chapter 3.8.
 #[doc(alias = "E_Sync_FilterState")]
 pub type FilterState = ExtrapolateMode;

@@ -1,4 +1,5 @@
-//! The prediction of a motion from its newest set values: with their acceleration as long as they are fresh.
+//! The prediction of a motion from its newest set values: with their full acceleration as long as
+//! they are fresh.
 
 use coaxle_curve::profile::Kinematics;
 
@@ -6,16 +7,18 @@ use coaxle_curve::profile::Kinematics;
 const FULL: f64 = 0.02;
 /// … beyond that it fades with this time constant, s, as the acceleration of a manoeuvre does (Singer's model).
 ///
-/// Tried on a master between 100 and 800 mm/s at 5 000 mm/s² and 100 000 mm/s³, rms error with a lasting and with a
-/// fading acceleration: 0.068 and 0.068 mm at 20 ms, 0.851 and 0.853 at 50, 3.13 and 3.11 at 80, 5.74 and 5.62 at
-/// 100; without FULL, or with a shorter time constant, it is worse at each. What it gains is the bound: the velocity
-/// never departs by more than 70 ms of acceleration, however long the silence.
+/// Tried on a master between 100 and 800 mm/s at 5 000 mm/s² and 100 000 mm/s³, rms error with a
+/// lasting and with a fading acceleration: 0.068 and 0.068 mm at 20 ms, 0.851 and 0.853 at 50, 3.13
+/// and 3.11 at 80, 5.74 and 5.62 at 100; without FULL, or with a shorter time constant, it is worse
+/// at each. Its benefit is the bound: the velocity never departs by more than 70 ms of
+/// acceleration, at any length of the silence.
 const FADING: f64 = 0.05;
 
-/// By how many seconds of its acceleration the velocity of a prediction departs from what was received, at the most.
+/// Largest departure of a prediction's velocity from the received one, in seconds of its acceleration.
 pub const LASTING: f64 = FULL + FADING;
 
-/// Where an axis is that had these set values `age` seconds ago. A negative age looks back, as far with its acceleration.
+/// State of an axis that had these set values `age` seconds ago. A negative age looks back, as far
+/// with its acceleration.
 pub(super) fn moved_on(set: &Kinematics, age: f64) -> Kinematics {
     if age < 0.0 {
         return turned_round(&moved_on(&turned_round(set), -age));
@@ -47,7 +50,7 @@ fn accelerated(set: &Kinematics, passed: f64) -> Kinematics {
     }
 }
 
-/// With an acceleration that goes as exp(−t / FADING).
+/// State with an acceleration that decreases as exp(−t / FADING).
 fn faded(set: &Kinematics, passed: f64) -> Kinematics {
     let gone = -libm::expm1(-passed / FADING);
     let gained = set.acceleration * FADING;

@@ -1,14 +1,14 @@
 //! A first-order low pass on position and velocity.
 
-/// The PT1 filter of the set values; exact for inputs that are held over a cycle.
+/// The PT1 filter of the set values; exact for inputs that are constant over a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pt1 {
     factor_position: f64,
     factor_velocity: f64,
-    /// The shares of a step that are made in one cycle, as most take one.
+    /// Shares of a step in one cycle, the most frequent `elapsed`.
     shares: (f64, f64),
     value: Option<(f64, f64)>,
-    /// Seconds of a cycle, if its first input is taken for one of many of the same velocity.
+    /// Seconds of a cycle, if its first input is taken for one of many with equal velocity.
     settled: Option<f64>,
 }
 
@@ -24,7 +24,7 @@ impl Pt1 {
         }
     }
 
-    /// Changes the time constants; the filter goes on from where it is.
+    /// Changes the time constants; the filter continues from its current state.
     pub(super) fn set(&mut self, factor_position: f64, factor_velocity: f64) {
         *self = Self {
             value: self.value,
@@ -33,20 +33,20 @@ impl Pt1 {
         };
     }
 
-    /// The next input is its first.
+    /// Takes the next input for the first.
     pub(super) const fn restart(&mut self) {
         self.value = None;
         self.settled = None;
     }
 
-    /// The next input is its first, but it lags behind as if it had had that velocity for long. A cycle takes so
-    /// many seconds.
+    /// Takes the next input for the first, but with the lag of a filter that has had its velocity
+    /// for long. `cycle_time` is in seconds.
     pub(super) const fn restart_settled(&mut self, cycle_time: f64) {
         self.value = None;
         self.settled = Some(cycle_time);
     }
 
-    /// One step of `elapsed` cycles; starts at its first input. Gives position and velocity.
+    /// Runs one step of `elapsed` cycles; starts at its first input. Returns position and velocity.
     pub(super) fn update(&mut self, position: f64, velocity: f64, elapsed: u32) -> (f64, f64) {
         let (old_position, old_velocity) = self
             .value
@@ -66,7 +66,7 @@ impl Pt1 {
         value
     }
 
-    /// Where it was before its first input. Behind a ramp it is by a cycle's way over its share.
+    /// Position before its first input: behind a ramp by a cycle's way over its share.
     fn first(&self, position: f64, velocity: f64, elapsed: u32) -> f64 {
         let Some(cycle_time) = self.settled else {
             return position;
@@ -77,7 +77,7 @@ impl Pt1 {
     }
 }
 
-/// How much of a step is made in `elapsed` cycles with a time constant of `factor` cycles.
+/// Share of a step that is passed in `elapsed` cycles with a time constant of `factor` cycles.
 fn share(factor: f64, elapsed: u32) -> f64 {
     if factor > 0.0 {
         -libm::expm1(-f64::from(elapsed) / factor)

@@ -1,4 +1,4 @@
-//! What the emitted positions of a run are worth.
+//! Quality of the emitted positions of a run.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,34 +8,34 @@ use coaxle_axis::TravelDirection;
 use crate::peers::Follower;
 use crate::world::{CYCLE, Case, HORIZON, START};
 
-/// Of one run, or the worst of many. Lengths in µm, everything by differences of positions.
+/// Figures of one run, or the worst of many. Lengths in µm, everything by differences of positions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Figures {
-    /// Largest error from when the profile says it has settled.
+    /// Largest error once the profile has settled.
     pub largest: f64,
-    /// Mean square error of the same.
+    /// Mean square of this error.
     pub square: f64,
-    /// Mean error of the same, as an amount.
+    /// Mean of this error, as an amount.
     pub mean: f64,
-    /// Largest error at all.
+    /// Largest error of the whole run.
     pub ever: f64,
     /// Largest error from 0.3 s after a stop on.
     pub standing: f64,
     /// Mean square of the velocity's error, from when it has settled, (mm/s)².
     pub velocity_square: f64,
-    /// mm/s²
+    /// mm/s².
     pub acceleration: f64,
-    /// mm/s³
+    /// mm/s³.
     pub jerk: f64,
-    /// How often a direction was announced that the axis did not go.
+    /// Number of announced directions in which the axis did not move.
     pub false_directions: u32,
-    /// Cycles in which a position was behind the one before it, against the direction, on no walk back.
+    /// Cycles with a position behind the previous one, against the direction, outside a walk back.
     pub undershoots: u32,
     /// Root mean square of error over announced standard deviation.
     pub sigmas: f64,
 }
 
-/// What a run is judged by beside its figures.
+/// Accumulates the figures of a run.
 struct Judge {
     figures: Figures,
     settled: Sums,
@@ -134,7 +134,7 @@ impl Judge {
         self.settled.velocity_square += by * by;
     }
 
-    /// A direction that was announced must be one in which the axis went since the last one.
+    /// A direction that was announced must be one in which the axis moved since the last one.
     fn direction(&mut self, direction: Option<TravelDirection>, trimming: bool, position: f64) {
         let (low, high) = (self.range.0.min(position), self.range.1.max(position));
         self.range = (low, high);
@@ -169,7 +169,7 @@ impl Judge {
 }
 
 impl Figures {
-    /// The worst of both; of mean squares and sigmas the largest too.
+    /// The worst of both; for mean squares and sigmas the largest too.
     #[must_use]
     pub fn or(self, other: &Self) -> Self {
         Self {
@@ -188,7 +188,8 @@ impl Figures {
     }
 }
 
-/// Follows all cases, each with a follower of its own, on all cores; the figures in the order of the cases.
+/// Follows all cases, each with a follower of its own, on all cores; returns the figures in the
+/// order of the cases.
 pub fn all(cases: &[Case], make: &(dyn Fn(&Case) -> Box<dyn Follower> + Sync)) -> Vec<Figures> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(vec![Figures::default(); cases.len()]);

@@ -1,7 +1,8 @@
-//! Prints how well an encoder master and simpler methods follow an axis, in virtual time.
+//! Prints the accuracy of an encoder master and simpler methods that follow an axis, in virtual time.
 //!
-//! `cargo run --release -p coaxle-remote --example encoder_table -- [RUNS] [FIRST-SEED] [METHODS]`: so many runs of each
-//! case, 10; from which seed on, 1000; of so many methods, 4, the first of which is the encoder master.
+//! `cargo run --release -p coaxle-remote --example encoder_table -- [RUNS] [FIRST-SEED] [METHODS]`:
+//! RUNS of each case, default 10; seeds from FIRST-SEED on, default 1000; number of METHODS,
+//! default 4, beginning with the encoder master.
 #![allow(
     missing_docs,
     unreachable_pub,

@@ -1,4 +1,4 @@
-//! How an axis truly moves: pieces of constant jerk, and a ripple on top.
+//! True motion of an axis: pieces of constant jerk, and a ripple on top.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ struct Piece {
     jerk: f64,
 }
 
-/// A part of the speed that swings.
+/// A part of the speed that oscillates.
 #[derive(Clone, Copy, Debug)]
 struct Ripple {
     from: f64,
@@ -27,7 +27,7 @@ struct Ripple {
     frequency: f64,
 }
 
-/// The ripple grows for so long, s.
+/// Time over which the ripple grows, s.
 pub const RIPPLE_GROWS: f64 = 0.5;
 
 impl Motion {
@@ -43,18 +43,18 @@ impl Motion {
         }
     }
 
-    /// How long it is, s.
+    /// Length, s.
     pub const fn end(&self) -> f64 {
         self.end
     }
 
-    /// Goes on as it is.
+    /// Keeps its state for a time.
     #[must_use]
     pub fn hold(self, seconds: f64) -> Self {
         self.piece(seconds, 0.0)
     }
 
-    /// Goes to another velocity with limits of acceleration and jerk.
+    /// Changes to another velocity with limits of acceleration and jerk.
     #[must_use]
     pub fn to(self, velocity: f64, acceleration: f64, jerk: f64) -> Self {
         let way = velocity - self.at_end().velocity;
@@ -69,7 +69,7 @@ impl Motion {
         done
     }
 
-    /// From now on its speed swings by so much with so many hertz.
+    /// From now on its speed oscillates with this amplitude and this frequency in Hz.
     #[must_use]
     pub const fn swing(mut self, speed: f64, frequency: f64) -> Self {
         self.ripple = Some(Ripple {
@@ -111,7 +111,7 @@ impl Motion {
         self
     }
 
-    /// What rounding left of acceleration and velocity would add up.
+    /// Clears the rounding residues of acceleration and velocity, which would add up.
     fn settle(&mut self, velocity: f64) {
         let state = Kinematics {
             velocity,

@@ -1,22 +1,23 @@
-//! The encoder master, and what is done without one.
+//! The encoder master, and the methods without one.
 
 use coaxle_clock::{Seconds, Span};
 use coaxle_remote::{EncoderMaster, EncoderOutput, EncoderParameters, EncoderSample};
 
 use crate::world::{CYCLE, Case};
 
-/// Makes a position of counts.
+/// Calculates a position from counts.
 pub trait Follower {
-    /// One cycle; the position is wanted `horizon` seconds after the newest count.
+    /// Runs one cycle; returns the position `horizon` seconds after the newest count.
     fn update(&mut self, count: Option<i64>, horizon: f64) -> f64;
 
-    /// What else there is to say of that cycle.
+    /// Further output of this cycle.
     fn output(&self) -> Option<EncoderOutput> {
         None
     }
 }
 
-/// What a user says of a run: the increment, how fast it is, and that it trembles where it does.
+/// The parameters that a user sets for a run: the increment, its speed, and the vibration where
+/// there is any.
 pub fn parameters(case: &Case) -> EncoderParameters {
     EncoderParameters {
         increment: case.increment,
@@ -90,8 +91,7 @@ impl Follower for Differences {
     }
 }
 
-/// Differences through a PT1 filter, as an encoder axis of a PLC has them; the lag is made good by the
-/// velocity.
+/// Differences through a PT1 filter, as in an encoder axis of a PLC; the velocity compensates the lag.
 #[derive(Debug)]
 pub struct Pt1 {
     raw: Differences,

@@ -1,4 +1,4 @@
-//! Ten profiles of speed, and a counter that sees them.
+//! Ten profiles of speed, and a counter that reads them.
 
 use coaxle_curve::profile::Kinematics;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
@@ -9,36 +9,36 @@ use crate::motion::{Motion, RIPPLE_GROWS};
 
 /// The sampling time, s.
 pub const CYCLE: f64 = 1e-3;
-/// Set values are wanted for so long after a sample, s.
+/// Time from a sample to its set values, s.
 pub const HORIZON: f64 = 2e-3;
-/// The instants of the samples scatter by this, s.
+/// Standard deviation of the instants of the samples, s.
 const TIMING: f64 = 2e-7;
-/// So many of the samples are lost.
+/// Part of the samples that is lost.
 const LOSS: f64 = 0.01;
-/// What it trembles at rest, in increments.
+/// Vibration at rest, in increments.
 const VIBRATION: f64 = 0.1;
-/// It rests before it moves, s.
+/// Rest before the motion, s.
 pub const START: f64 = 0.5;
 
 /// The increments of the table, mm.
 pub const INCREMENTS: [f64; 4] = [0.001, 0.01, 0.05, 0.1];
-/// Its speeds, mm/s.
+/// The speeds of the table, mm/s.
 pub const SPEEDS: [f64; 4] = [5.0, 50.0, 500.0, 2_000.0];
-/// Each run takes one that is off by up to this part.
+/// Part by which each run's speed is off at most.
 const SPREAD: f64 = 0.04;
 
-/// What an axis does.
+/// Motion of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Profile {
     /// A constant speed.
     Constant,
     /// A ripple of 0.5 to 13 Hz, 1 to 0.13 % of the speed.
     Ripple,
-    /// The same with 13 to 20 Hz and down to 0.1 %.
+    /// A ripple of 13 to 20 Hz, down to 0.1 % of the speed.
     FastRipple,
     /// Up and down with 2000 mm/s² and a jerk of 1e4 mm/s³.
     SoftRamp,
-    /// The same with 1e5 mm/s³.
+    /// Up and down with 2000 mm/s² and a jerk of 1e5 mm/s³.
     HardRamp,
     /// Up, a stop and up again, with 2000 mm/s² and 1e5 mm/s³.
     StopAndGo,
@@ -48,7 +48,7 @@ pub enum Profile {
     Flicker,
     /// Backward from rest, after vibration at rest.
     Backward,
-    /// A constant speed of which bursts of 5 to 60 samples are lost.
+    /// A constant speed with bursts of 5 to 60 lost samples.
     BurstLoss,
 }
 
@@ -65,20 +65,20 @@ pub const PROFILES: [Profile; 10] = [
     Profile::BurstLoss,
 ];
 
-/// One run of one profile.
+/// A run of one profile.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     pub profile: Profile,
     pub increment: f64,
     pub speed: f64,
-    /// How far the speed of a run may be off, as a part.
+    /// Part by which the speed of a run may be off.
     pub spread: f64,
-    /// Standard deviation of what it trembles, in increments.
+    /// Standard deviation of the vibration, in increments.
     pub vibration: f64,
     pub seed: u64,
 }
 
-/// What happens in a cycle.
+/// Events of a cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     pub count: Option<i64>,
@@ -86,7 +86,7 @@ pub struct Scene {
     pub sampled: Kinematics,
     /// The axis when the set values are wanted.
     pub wanted: Kinematics,
-    /// Since the start, s.
+    /// Time since the start, s.
     pub time: f64,
 }
 
@@ -99,9 +99,9 @@ pub struct Run {
     burst_left: u32,
     cycle: u32,
     random: Random,
-    /// From here on it runs steadily, s.
+    /// Instant from which it runs steadily, s.
     pub settled: f64,
-    /// Since when it stands, to the end, s.
+    /// Instant from which it stands, to the end, s.
     pub stopped: Option<f64>,
 }
 
@@ -120,7 +120,7 @@ impl Random {
 }
 
 impl Case {
-    /// The case as the table has it.
+    /// Creates the case of the table.
     pub fn new(profile: Profile, increment: f64, speed: f64, seed: u64) -> Self {
         let trembles = matches!(profile, Profile::Flicker | Profile::Backward);
         Self {
@@ -166,7 +166,7 @@ impl Case {
         }
     }
 
-    /// The motion, and when it has settled.
+    /// The motion, and the instant at which it has settled.
     fn motion(&self, rest: Motion, speed: f64, random: &mut Random) -> (Motion, f64) {
         const SOFT: f64 = 1e4;
         const HARD: f64 = 1e5;
@@ -205,7 +205,7 @@ impl Case {
     }
 }
 
-/// 1 % of the speed at 0.5 Hz, and less the faster it swings: 0.1 % at 20 Hz.
+/// 1 % of the speed at 0.5 Hz, and less at higher frequencies: 0.1 % at 20 Hz.
 fn swinging(motion: Motion, speed: f64, frequency: f64) -> (Motion, f64) {
     let share = 1e-2 * (frequency / 0.5).powf(0.1_f64.ln() / 40.0_f64.ln());
     let settled = motion.end() + RIPPLE_GROWS + 0.3;

@@ -26,7 +26,7 @@ fn scan(block: &mut AxisSync, cycle: u32, mode: FilterMode) -> AxisSyncOutput {
     block.update(index, &axis, mode, 1)
 }
 
-/// Runs until synchronised; gives the cycle after.
+/// Runs until synchronised; returns the next cycle.
 fn synchronise(block: &mut AxisSync) -> u32 {
     (0..50_000)
         .find(|cycle| scan(block, *cycle, FilterMode::Auto).synced)
@@ -144,7 +144,7 @@ fn lost_data_fall_back_and_stay_there() {
         assert_eq!(out.error, Some(SyncError::MaxDataAgeExceeded));
         assert_eq!(out.state, state);
         assert!(!out.synced);
-        // Data come back; the fault stays until the block is enabled anew.
+        // Data are back; the fault stays until the block is enabled again.
         let out = scan(&mut block, lost + 20, FilterMode::Auto);
         assert_eq!(out.error, Some(SyncError::MaxDataAgeExceeded));
         block.enable().unwrap();
@@ -241,7 +241,7 @@ fn other_parameters_take_hold_without_a_step_and_wrong_ones_change_nothing() {
 }
 
 proptest! {
-    /// Whatever arrives, the output is finite and no mode lies about itself.
+    /// With any input the output is finite and its mode is true.
     #[test]
     fn any_input_gives_finite_set_values(
         scans in prop::collection::vec((any::<u16>(), -1e6..1e6_f64, 0_u8..4, 1_u32..9), 1..300),
@@ -266,7 +266,7 @@ proptest! {
     }
 }
 
-/// The correction that an observer would ask for: to the true count, less the mean it cannot see.
+/// The correction of an ideal observer: to the true count, less the mean that it cannot see.
 fn clock_of(cycle: u32) -> Option<Seconds> {
     let truth = 10.5 + f64::from(cycle) * (1.0 + DRIFT_PPM * 1e-6);
     Some(Seconds((truth - truth.floor()) * 1e-3))

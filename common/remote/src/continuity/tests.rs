@@ -36,8 +36,8 @@ fn master(cycle: u32) -> Kinematics {
     }
 }
 
-/// The largest velocity and acceleration by the differences of positions, and the largest of what the fields say
-/// otherwise of the velocity in the middle.
+/// The largest velocity and acceleration by the differences of positions, and the largest
+/// difference between these and the velocity fields, in the middle.
 fn differences(sets: &[Kinematics]) -> (f64, f64, f64) {
     let velocity = |w: &[Kinematics]| (w[1].position - w[0].position) / CYCLE;
     let velocities: Vec<f64> = sets.windows(2).map(velocity).collect();
@@ -69,7 +69,7 @@ fn a_pause_says_nothing_of_the_velocity_at_its_end() {
     for cycle in 0..1_000 {
         let _ = axis.follow(&at(cycle), 1);
     }
-    // The node stood still for two seconds, and finds nothing of its master at first.
+    // The node stood still for two seconds, and does not find its master at first.
     let mut sets = std::vec![axis.brake(2_000).unwrap()];
     for cycle in 3_000..12_000 {
         sets.push(axis.follow(&at(cycle), 1));
@@ -159,7 +159,8 @@ fn skipped_cycles_change_nothing_of_the_curve() {
     }
 }
 
-/// Random schedules 119, 311 and 523: a jump that had passed was taken for the velocity of the axis, which went on with it.
+/// Random schedules 119, 311 and 523: a jump that had passed was taken for the velocity of the
+/// axis, which kept it.
 #[test]
 fn a_jump_that_passed_is_no_velocity() {
     let mut axis = continuity();
@@ -177,7 +178,7 @@ fn a_jump_that_passed_is_no_velocity() {
 }
 
 proptest! {
-    /// Whatever comes and goes, in whatever order and however soon after each other.
+    /// Faults in any order and at any distance from each other.
     #[test]
     fn nothing_is_a_step(
         parts in prop::collection::vec((0..3_u8, 1..400_u32, -1_000.0..1_000.0_f64), 1..20),
@@ -213,8 +214,8 @@ proptest! {
     }
 }
 
-/// `master-in-motion` with 5 % of loss: the first message of a motion was taken for a step of a micrometre, and brought back
-/// at half of a velocity that was next to nothing.
+/// `master-in-motion` with 5 % of loss: the first message of a motion was taken for a step of a
+/// micrometre, and brought back at half of a velocity that was almost 0.
 #[test]
 fn a_master_that_has_just_begun_to_move_is_soon_come_back_to() {
     let mut axis = axis_of(Reach::default());
@@ -240,7 +241,7 @@ fn a_master_that_has_just_begun_to_move_is_soon_come_back_to() {
         .collect();
     assert_eq!(axis.state(), ContinuityState::Following);
     let (_, acceleration, contradiction) = differences(&sets);
-    // The master's own, and as much again on the way back.
+    // The master's own, and up to the same amount on the way back.
     assert!(acceleration < 2.1 * 5_000.0, "{acceleration}");
     assert!(contradiction < 1.0, "{contradiction}");
 }

@@ -1,11 +1,11 @@
-//! Counters of any width: differences with the right sign, added up, and jumps that no motion makes.
+//! Counters of any width: differences with the right sign, added up, and jumps that no motion causes.
 
 use super::parameters::CheckedEncoder;
 
 /// A counter of 8 to 64 bits as one that never wraps.
 #[derive(Clone, Debug)]
 pub(super) struct Counter {
-    /// How far a raw count is shifted so that its sign is that of an i64.
+    /// Shift that brings the sign of a raw count to that of an i64.
     shift: u32,
     /// Counts in a second beyond which a difference is a jump.
     most_per_second: f64,
@@ -14,10 +14,10 @@ pub(super) struct Counter {
     resets: u32,
 }
 
-/// What a raw count came to.
+/// Result of a raw count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Counted {
-    /// Since the very first, which counts as itself.
+    /// Count since the very first, which counts as itself.
     pub(super) count: i64,
     /// Seconds since the last count that was not refused; none for the first of all.
     pub(super) gap: Option<f64>,
@@ -32,14 +32,14 @@ struct State {
     jumped: Option<Jumped>,
 }
 
-/// A count that was refused, and how many after it fitted to it.
+/// A refused count, and the number of later ones that fitted to it.
 #[derive(Clone, Copy, Debug)]
 struct Jumped {
     raw: u64,
     fitting: u8,
 }
 
-/// A jump that so many counts in a row confirm is a counter that was set anew.
+/// Number of counts in a row that confirm a jump as a preset counter.
 const CONFIRMED: u8 = 3;
 /// On top of what the speed explains, counts.
 const MARGIN: f64 = 2.0;
@@ -56,23 +56,24 @@ impl Counter {
         }
     }
 
-    /// The next count is the first.
+    /// Takes the next count for the first.
     pub(super) const fn restart(&mut self) {
         self.state = None;
     }
 
-    /// Jumps that were refused so far.
+    /// Number of jumps refused up to now.
     pub(super) const fn refused(&self) -> u32 {
         self.refused
     }
 
-    /// How often the counter was set anew so far.
+    /// Number of presets of the counter up to now.
     pub(super) const fn resets(&self) -> u32 {
         self.resets
     }
 
-    /// Takes a raw count, `gap` seconds after the last one; none if it is refused. `counts_per_second`
-    /// is what the axis is believed to do: it bridges the gap of a counter that was set anew.
+    /// Takes a raw count, `gap` seconds after the last one; none if it is refused.
+    /// `counts_per_second` is the estimated motion of the axis: it bridges the gap of a preset
+    /// counter.
     pub(super) fn update(&mut self, raw: u64, gap: f64, counts_per_second: f64) -> Option<Counted> {
         let Some(mut state) = self.state else {
             let count = self.signed(raw);

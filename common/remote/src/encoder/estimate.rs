@@ -1,9 +1,9 @@
 //! Position, velocity and acceleration from edges, and from the absence of edges.
 //!
-//! An α-β-γ loop that corrects when a count says something new. While the axis passes at least a third of an
-//! increment per sample, every count does, and the middle of its increment is the best guess of the position.
-//! Slower, only an edge does, but that to a part of an increment; between edges the estimate does not leave the
-//! increment that the count shows.
+//! An α-β-γ loop that corrects at every count with new information. While the axis passes at least
+//! a third of an increment per sample, every count has some, and the middle of its increment is the
+//! best estimate of the position. Slower, only an edge has, but to a part of an increment; between
+//! edges the estimate does not leave the increment that the count shows.
 
 use coaxle_axis::TravelDirection;
 use coaxle_curve::profile::Kinematics;
@@ -20,9 +20,9 @@ pub(super) struct Estimator {
     origin: i64,
     bandwidth: f64,
     sampling: f64,
-    /// Those of one sampling time, as most corrections take them.
+    /// Gains of one sampling time, which most corrections take.
     gains: Gains,
-    /// It trembles so much that every count says something of the position, at any speed.
+    /// True if the vibration is so large that every count corrects the position, at any speed.
     dithered: bool,
     state: Kinematics,
     direction: TravelDirection,
@@ -33,21 +33,21 @@ pub(super) struct Estimator {
     standstill: bool,
 }
 
-/// Without an edge for so long the axis stands, s.
+/// Time without an edge after which the axis stands, s.
 pub(super) const STANDSTILL_AFTER: f64 = 0.25;
-/// From so many increments per sampling time on every count is a correction.
+/// Increments per sampling time from which on every count is a correction.
 const FAST: f64 = 0.3;
-/// From so many increments of vibration on every count is one at any speed: the edge that was passed last says
-/// little of a shaft that trembles across it.
+/// Increments of vibration from which on every count is one at any speed: the last edge gives
+/// little information of a shaft that vibrates across it.
 const DITHER: f64 = 0.25;
-/// What a count adds to the mean of those at rest.
+/// Weight of a count in the mean of those at rest.
 const AT_REST: f64 = 0.05;
-/// A correction from standstill is as strong as after this long, in time constants: nothing is known
-/// of when the motion began.
+/// Longest time that a correction from standstill covers, in time constants: the beginning of the
+/// motion is unknown.
 const FROM_STANDSTILL: f64 = 0.6;
 
 impl Estimator {
-    /// An axis that stands.
+    /// Creates the estimator of a standing axis.
     pub(super) fn new(checked: &CheckedEncoder, count: i64) -> Self {
         let increment = checked.given.increment;
         Self {
@@ -80,7 +80,7 @@ impl Estimator {
         self.standstill
     }
 
-    /// Nothing is known but where the axis is and how fast it was on the way there, `gap` seconds.
+    /// Restarts with only the position of the axis and its speed on the way there, `gap` seconds.
     pub(super) fn restart(&mut self, edge: &Edge, gap: f64) {
         let way = edge.counts as f64 * self.increment * edge.direction.sign();
         self.direction = edge.direction;
@@ -94,7 +94,7 @@ impl Estimator {
         self.standstill = false;
     }
 
-    /// Takes what a count says, `gap` seconds after the last one.
+    /// Takes a count's passage, `gap` seconds after the last one.
     pub(super) fn update(&mut self, count: i64, passage: Passage, gap: f64) {
         self.predict(gap);
         match passage {
@@ -124,13 +124,13 @@ impl Estimator {
         }
     }
 
-    /// Whether every count is a correction.
+    /// True if every count is a correction.
     fn is_fast(&self) -> bool {
         let speed = self.state.velocity * self.direction.sign();
         !self.standstill && speed * self.sampling >= FAST * self.increment
     }
 
-    /// Where the increment of a count begins.
+    /// Position at which the increment of a count begins.
     fn border(&self, count: i64) -> f64 {
         count.wrapping_sub(self.origin) as f64 * self.increment
     }
@@ -153,7 +153,8 @@ impl Estimator {
         self.standstill = false;
     }
 
-    /// Where the axis is, if it passed one edge since the last count, on a way that is known to be short.
+    /// Position of the axis if it passed one edge since the last count, on a way that is known to
+    /// be short.
     fn crossing(&self, edge: &Edge, gap: f64) -> Option<f64> {
         let way = self.state.velocity.abs() * gap;
         let border = match edge.direction {
@@ -179,7 +180,7 @@ impl Estimator {
         self.correct(measured, &gains);
     }
 
-    /// The time for which a correction makes up, of the time since the last one.
+    /// Time that a correction covers, of the time since the last one.
     fn known_since(&self, last: f64) -> f64 {
         if self.standstill {
             last.min(FROM_STANDSTILL / self.bandwidth)
@@ -216,7 +217,8 @@ impl Estimator {
         position.clamp(self.cell, self.cell + self.increment)
     }
 
-    /// No edge is news as well: the axis is still in its increment, and cannot be faster than that allows.
+    /// The absence of an edge is information as well: the axis is still in its increment, and
+    /// cannot be faster than that allows.
     fn stay_in_cell(&mut self) {
         let predicted = self.state.position;
         let position = self.in_cell(predicted);
@@ -226,7 +228,7 @@ impl Estimator {
         state.position = position;
         state.velocity = state.velocity.clamp(-most, most);
         if (predicted - position) * sign > 0.0 {
-            // It would be out at the other end already.
+            // Otherwise it would have left at the other end already.
             state.acceleration = sign * (sign * state.acceleration).min(0.0);
         }
     }

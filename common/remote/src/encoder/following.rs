@@ -1,4 +1,4 @@
-//! The way of a count: gate, estimate, extrapolation, tracker.
+//! The stages of a count: gate, estimate, extrapolation, tracker.
 
 use coaxle_axis::TravelDirection;
 use coaxle_curve::profile::Kinematics;
@@ -9,13 +9,13 @@ use super::parameters::CheckedEncoder;
 use super::tracker::{Tracker, moved};
 use super::uncertainty::Uncertainty;
 
-/// What there is from the first sample on. Positions count from the lower border of the first increment.
+/// State from the first sample on. Positions count from the lower border of the first increment.
 #[derive(Clone, Debug)]
 pub(super) struct Following {
     gate: Gate,
     estimator: Estimator,
     tracker: Tracker,
-    /// Where the axis stands while no motion is certain.
+    /// Position of the axis while no motion is certain.
     held: f64,
     /// Seconds until the estimate has settled.
     acquiring: f64,
@@ -23,11 +23,11 @@ pub(super) struct Following {
 
 /// Time constants until an estimate has settled.
 const ACQUISITION: f64 = 12.0;
-/// Without a sample for so long nothing is known any more, s.
+/// Time without a sample after which the estimate is void, s.
 const SAMPLES_LOST_AFTER: f64 = 0.25;
-/// An acceleration is believed for so long after the last sample, s.
+/// Time after the last sample for which its acceleration is used, s.
 const ACCELERATION_LASTS: f64 = 0.02;
-/// And fades for so long, s.
+/// Time over which the acceleration then fades, s.
 const ACCELERATION_FADES: f64 = 0.1;
 
 impl Following {
@@ -48,7 +48,7 @@ impl Following {
         self.tracker.state()
     }
 
-    /// What the axis is believed to do.
+    /// Estimated velocity of the axis.
     pub(super) const fn velocity(&self) -> f64 {
         self.estimator.state().velocity
     }
@@ -95,14 +95,15 @@ impl Following {
         }
     }
 
-    /// What the axis did before says nothing of what it does now: samples stayed away for long, or it
-    /// moved already when the first one came.
+    /// True if the previous motion of the axis gives no information on the present one: samples
+    /// were missing for long, or it already moved at the first one.
     fn starts_anew(&self, edge: &Edge, gap: f64) -> bool {
         let moved_before = !self.is_acquired() && self.estimator.is_standstill() && edge.counts > 1;
         gap > SAMPLES_LOST_AFTER || moved_before
     }
 
-    /// Moves the set values for so many cycles, to the instant `horizon` seconds after the newest count.
+    /// Moves the set values for this number of cycles, to the instant `horizon` seconds after the
+    /// newest count.
     pub(super) fn advance(&mut self, horizon: f64, elapsed: u32, cycle: f64) {
         let direction = self.gate.direction();
         match self.goal(horizon) {
@@ -115,7 +116,7 @@ impl Following {
         }
     }
 
-    /// Where the axis is by then; none where nobody can tell any more.
+    /// Position of the axis at that time; none once it is unknown.
     fn goal(&self, horizon: f64) -> Option<Kinematics> {
         if !self.gate.is_released() {
             return Some(Kinematics::at_rest(self.held));
@@ -127,14 +128,14 @@ impl Following {
         let then = extrapolated(last, horizon);
         let sign = self.gate.direction().map_or(0.0, TravelDirection::sign);
         if then.velocity * sign < 0.0 {
-            // It moves this way, or not at all: an estimate that says otherwise is noise.
+            // The axis moves this way or stands: an estimate of the opposite is noise.
             return Some(Kinematics::at_rest(last.position));
         }
         Some(then)
     }
 }
 
-/// Where a motion goes on, in so many seconds.
+/// Continues a motion for this number of seconds.
 fn extrapolated(last: &Kinematics, horizon: f64) -> Kinematics {
     let accelerated = moved(last, horizon.min(ACCELERATION_LASTS));
     if horizon <= ACCELERATION_LASTS {

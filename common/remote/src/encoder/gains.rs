@@ -1,10 +1,10 @@
 //! Gains of a third-order loop, for any time between two corrections.
 
-/// What part of an error goes into position, velocity and acceleration.
+/// Parts of an error that correct position, velocity and acceleration.
 ///
-/// They place the poles of the α-β-γ loop at e^(−ωτ), twice, and e^(−ωτ/2), whatever the time τ since the
-/// last correction is: a correction after a long gap is a strong one, and many small ones make the
-/// same of it. One exponential function makes all of them, so that no table is needed.
+/// The gains place the poles of the α-β-γ loop at e^(−ωτ), twice, and e^(−ωτ/2), for any time τ
+/// since the last correction: a correction after a long gap is a strong one, and equals many small
+/// ones. One exponential function gives all of them, so that no table is needed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gains {
     pub(super) position: f64,
@@ -15,7 +15,7 @@ pub(super) struct Gains {
 }
 
 impl Gains {
-    /// For a bandwidth in rad/s and a time since the last correction above 0, in s.
+    /// Calculates them for a bandwidth in rad/s and a time since the last correction above 0, in s.
     pub(super) fn new(bandwidth: f64, time: f64) -> Self {
         let m = libm::exp(-0.5 * bandwidth * time);
         let l = m * m;

@@ -1,7 +1,7 @@
-//! The direction gate: which counts are progress, in integers only.
+//! The direction gate: selects the counts that are progress, in integers only.
 //!
-//! A count that trembles about the border of an increment is no motion, and no velocity that was estimated
-//! decides about a direction. What decides is how far the counts have been:
+//! A count that vibrates about the border of an increment is no motion, and no estimated velocity
+//! determines a direction. The range of the counts determines it:
 //!
 //! * Running, a new extreme is an edge; a retreat from it by the hysteresis is a reversal.
 //! * Resting, all counts since then make a range. A range that grows is an edge, but a tentative one;
@@ -9,23 +9,23 @@
 
 use coaxle_axis::TravelDirection;
 
-/// An increment was entered that is further than all before.
+/// An increment beyond all previous ones was entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Edge {
     pub(super) direction: TravelDirection,
     /// The count of that increment.
     pub(super) cell: i64,
-    /// How many edges were passed at once; 1 or more.
+    /// Number of edges passed at once; 1 or more.
     pub(super) counts: i64,
 }
 
-/// What a count says of the motion.
+/// Result of a count for the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passage {
     Edge(Edge),
-    /// It is that of the last edge.
+    /// The count is that of the last edge.
     SameCell,
-    /// It is behind that, by less than the hysteresis.
+    /// The count is behind the last edge, by less than the hysteresis.
     Retreated,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    /// A gate on an axis that rests.
+    /// Creates a gate on a resting axis.
     pub(super) const fn new(hysteresis: i64, count: i64) -> Self {
         Self {
             hysteresis,
@@ -50,17 +50,17 @@ impl Gate {
         }
     }
 
-    /// The direction of the newest motion that is certain; none before the first.
+    /// Direction of the newest certain motion; none before the first.
     pub(super) const fn direction(&self) -> Option<TravelDirection> {
         self.direction
     }
 
-    /// Whether the axis is certain to have moved since it rested.
+    /// True if the axis has certainly moved since it rested.
     pub(super) const fn is_released(&self) -> bool {
         self.resting.is_none()
     }
 
-    /// The axis came to rest; this is its count.
+    /// Notes that the axis came to rest at this count.
     pub(super) fn rest(&mut self, count: i64) {
         let to = self.extreme;
         self.resting = self.resting.or(Some((count.min(to), count.max(to))));
@@ -120,7 +120,7 @@ impl Gate {
     }
 }
 
-/// How far it is from one count to another this way.
+/// Distance from one count to another in this direction.
 const fn progress(direction: TravelDirection, from: i64, to: i64) -> i64 {
     match direction {
         TravelDirection::Forward => to.wrapping_sub(from),

@@ -1,9 +1,9 @@
 //! Encoder masters: from counts to a smooth position, velocity and acceleration.
 //!
-//! A measuring wheel gives counts, once per sampling cycle. Their differences are a velocity that jumps by an
-//! increment per cycle; a slave coupled to that breaks its limits, or sees a reversal that never was. An
-//! [`EncoderMaster`] makes set values of them whose jerk and acceleration are limited, whose lag is
-//! compensated, and whose direction is certain:
+//! A measuring wheel gives counts, once per sampling cycle. Their differences are a velocity that
+//! jumps by an increment per cycle; a slave coupled to that breaks its limits, or sees a reversal
+//! that did not occur. An [`EncoderMaster`] calculates set values from them with limited jerk and
+//! acceleration, a compensated lag, and a certain direction:
 //!
 //! ```text
 //! count ─▶ counter ─▶ gate ─▶ estimator ─▶ extrapolation ─▶ tracker ─▶ set values
@@ -20,22 +20,26 @@
 //! | 0.05 | 63 | 147 | 273 | 1700 | 50 |
 //! | 0.1 | 125 | 229 | 479 | 2300 | 100 |
 //!
-//! All with the jerk limit of 1e5 mm/s³, which is what the larger ones are made of:
+//! All with the jerk limit of 1e5 mm/s³, which causes the larger ones:
 //!
-//! * Stop and go uses all of it. From standstill the direction is certain after two increments q, that is after
-//!   (12 q / jerk)^⅓ = 4.9, 10.6, 18.2 and 22.9 ms. Set values that start 2 ms later (horizon and sampling), with all
-//!   the jerk there is, are 340, 790, 1580 and 2170 µm behind by the time they are as fast as the axis, and 410, 880, 1690
-//!   and 2300 where the sample that decides is lost. No estimate makes that better.
-//! * A ripple is one of 1 % of the speed at 0.5 Hz, and 0.13 % at 13 Hz: there a jerk of 1.8e4 mm/s³ at 2000 mm/s, of
-//!   which a perfect estimate would miss 0.02 µm. The loops lag 18, 46, 90 and 122 µm; noise adds some 4.5 of its standard
-//!   deviations, 0.4, 1.7, 6 and 11 µm, and from 0.05 mm on the beat of counts and samples, half an increment to and
-//!   fro. Loops that lag less ask for more jerk, and noise has a standard deviation of 4e4 mm/s³ of that already.
+//! * Stop and go uses all of it. From standstill the direction is certain after two increments q,
+//!   that is after (12 q / jerk)^⅓ = 4.9, 10.6, 18.2 and 22.9 ms. Set values that start 2 ms later
+//!   (horizon and sampling), with the full jerk, are 340, 790, 1580 and 2170 µm behind by the time
+//!   they are as fast as the axis, and 410, 880, 1690 and 2300 if the decisive sample is lost. No
+//!   estimate improves that.
+//! * A ripple is one of 1 % of the speed at 0.5 Hz, and 0.13 % at 13 Hz: there a jerk of 1.8e4
+//!   mm/s³ at 2000 mm/s, of which a perfect estimate would miss 0.02 µm. The loops lag 18, 46, 90
+//!   and 122 µm; noise adds some 4.5 of its standard deviations, 0.4, 1.7, 6 and 11 µm, and from
+//!   0.05 mm on the beat of counts and samples, half an increment in both directions. Loops that
+//!   lag less need more jerk, and noise has a standard deviation of 4e4 mm/s³ of that already.
 //!
-//! Three times the limit makes 13, 29, 94 and 165 µm of the ripple, and 126, 225, 617 and 920 of stop and go (200 runs).
+//! Three times the limit reduces the ripple to 13, 29, 94 and 165 µm, and stop and go to 126, 225,
+//! 617 and 920 (200 runs).
 //!
-//! A speed at which a sample is a whole number of increments after the last leaves up to half an increment that
-//! nothing can see, and a count that is wrong for good cannot be told from a way: only a mark could.
-//! `cargo run --release -p coaxle-remote --example encoder_table` prints the figures, beside those of simpler methods.
+//! A speed at which a sample is a whole number of increments after the last leaves up to half an
+//! increment unobservable, and a permanently wrong count cannot be distinguished from a way without
+//! a mark. `cargo run --release -p coaxle-remote --example encoder_table` prints the figures and
+//! those of simpler methods.
 
 mod counter;
 mod estimate;
@@ -61,41 +65,41 @@ pub use parameters::{COARSE_INCREMENT_MM, CheckedEncoder, EncoderParameters};
 pub use sample::EncoderSample;
 pub use smoothing::Smoothing;
 
-/// The master that an encoder is.
+/// The master of an encoder.
 ///
-/// Positions are those of the shaft: a count c means anything from c to c + 1 increments. The set values go
-/// with the instant that is `horizon` after the newest sample.
+/// Positions are those of the shaft: a count c means any position from c to c + 1 increments. The
+/// set values belong to the instant `horizon` after the newest sample.
 ///
 /// * For a dozen time constants after the first sample it follows its estimate without limits, not
-///   yet [`acquired`](EncoderOutput::acquired): who starts beside a moving belt need not catch up with it.
+///   yet [`acquired`](EncoderOutput::acquired): a start at a moving belt needs no catching up.
 /// * From standstill nothing moves until the direction is certain, which takes two increments.
-/// * A master that came to rest more than half an increment ahead walks back slowly,
-///   [`trimming`](EncoderOutput::trimming); else it never moves against its direction.
-/// * Without samples it goes on as the last ones said, for a quarter of a second; then it stops, within
+/// * A master at rest more than half an increment ahead walks back slowly,
+///   [`trimming`](EncoderOutput::trimming); otherwise it never moves against its direction.
+/// * Without samples it continues by the last ones for a quarter of a second; then it stops, within
 ///   its limits, until there are new ones.
-/// * A count that no motion explains is refused. Where the next ones agree with it the counter was set anew: the
-///   position goes on as if it had not been.
+/// * A count that no motion explains is refused. If the next ones agree with it the counter was
+///   preset: the position continues as if it had not been.
 #[derive(Clone, Debug)]
 pub struct EncoderMaster {
     checked: CheckedEncoder,
     uncertainty: Uncertainty,
     counter: Counter,
-    /// The first count, and what there is from then on.
+    /// The first count, and the state from then on.
     following: Option<(i64, Following)>,
 }
 
-/// What one cycle of an [`EncoderMaster`] gives.
+/// Output of one cycle of an [`EncoderMaster`].
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EncoderOutput {
     /// The set values; at rest at 0 before the first sample.
     pub set: Kinematics,
-    /// Where the axis goes, or went last; none before it moved. Rollback monitors take this, never the
-    /// sign of a velocity.
+    /// Current or last direction of the axis; none before it moved. Rollback monitors take this,
+    /// never the sign of a velocity.
     pub direction: Option<TravelDirection>,
-    /// No edge has come for a quarter of a second, or none that makes a motion.
+    /// No edge has occurred for a quarter of a second, or none that is a motion.
     pub standstill: bool,
-    /// The set values walk back to where the axis stands.
+    /// The set values walk back to the axis's position at rest.
     pub trimming: bool,
     /// The set values have settled since the first sample and keep their limits from now on.
     pub acquired: bool,
@@ -103,14 +107,14 @@ pub struct EncoderOutput {
     pub position_sigma: f64,
     /// Standard deviation of the estimated velocity, u/s.
     pub velocity_sigma: f64,
-    /// Counts that no motion explains, refused so far.
+    /// Number of refused counts that no motion explains.
     pub refused_jumps: u32,
-    /// How often the counter was set anew so far.
+    /// Number of presets of the counter up to now.
     pub counter_resets: u32,
 }
 
 impl EncoderMaster {
-    /// A master that has seen no sample.
+    /// Creates a master without a sample.
     #[must_use]
     pub fn new(checked: &CheckedEncoder) -> Self {
         Self {
@@ -121,10 +125,10 @@ impl EncoderMaster {
         }
     }
 
-    /// One cycle. `sample` is what is new in it; none where nothing came. `horizon` is the time from the newest
-    /// sample there was to the instant the set values are for: with every cycle without a sample
-    /// it is a cycle longer; one that is not finite is taken for 0. `elapsed` counts the own cycles since the
-    /// previous call.
+    /// Runs one cycle. `sample` is the new one in it; none without a new one. `horizon` is the time
+    /// from the newest sample to the instant of the set values: with every cycle without a sample
+    /// it is a cycle longer; one that is not finite is taken for 0. `elapsed` counts the own cycles
+    /// since the previous call.
     pub fn update(
         &mut self,
         sample: Option<EncoderSample>,
@@ -142,7 +146,7 @@ impl EncoderMaster {
         self.output(horizon)
     }
 
-    /// Forgets everything but how often counts were refused: the next sample is the first.
+    /// Clears everything except the number of refused counts: the next sample is the first.
     pub fn restart(&mut self) {
         self.following = None;
         self.counter.restart();

@@ -5,8 +5,9 @@ use coaxle_clock::{Seconds, Span};
 
 use super::smoothing::Smoothing;
 
-/// Parameters of an [`EncoderMaster`](super::EncoderMaster). Whoever knows only the increment leaves the rest
-/// as it is. The defaults of speeds, accelerations and jerks are for axes in millimetres.
+/// Parameters of an [`EncoderMaster`](super::EncoderMaster). If only the increment is known, leave
+/// the rest at its defaults. The defaults of speeds, accelerations and jerks are for axes in
+/// millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -15,36 +16,36 @@ use super::smoothing::Smoothing;
     serde(default, rename_all = "kebab-case", deny_unknown_fields)
 )]
 pub struct EncoderParameters {
-    /// What one count is, u. Above 0; there is no default.
+    /// Length of one count, u. Above 0; there is no default.
     pub increment: f64,
-    /// The cycle time in which the counter is read, s; 0: the same as the task's. At most 0.1 s.
+    /// Cycle time in which the counter is read, s; 0: the task's. At most 0.1 s.
     #[cfg_attr(feature = "serde", serde(rename = "sampling-time-s"))]
     pub sampling_time: Seconds,
-    /// How strongly the counts are smoothed.
+    /// Smoothing of the counts.
     pub smoothing: Smoothing,
-    /// Speed that the axis never exceeds, u/s; above 0. A jump of the counter beyond 1.5 times
-    /// that is refused.
+    /// Speed that the axis never exceeds, u/s; above 0. A jump of the counter beyond 1.5 times this
+    /// speed is refused.
     pub max_speed: f64,
-    /// Standard deviation of what the shaft trembles, u; at least 0. A reversal counts as one from
-    /// 1 + ⌈10 · vibration / increment⌉ counts on, at least from 2. From a quarter of an increment on
+    /// Standard deviation of the shaft's vibration, u; at least 0. A reversal counts as one from 1
+    /// + ⌈10 · vibration / increment⌉ counts on, at least from 2. From a quarter of an increment on
     /// the counts are averaged instead of waiting for edges.
     pub vibration: f64,
     /// Standard deviation of the instants at which the counter is read, s; at least 0.
     #[cfg_attr(feature = "serde", serde(rename = "timing-sigma-s"))]
     pub timing_sigma: Seconds,
-    /// Largest acceleration of the set values, u/s²; above 0. That of the axis must be below it.
+    /// Largest acceleration of the set values, u/s²; above 0. The axis's acceleration must be below it.
     pub acceleration_limit: f64,
-    /// Largest jerk of the set values, u/s³; above 0. Several times that of the axis: set values with no
-    /// more jerk than the axis has cannot catch up with it while it uses that.
+    /// Largest jerk of the set values, u/s³; above 0. Several times that of the axis: set values
+    /// with no more jerk than the axis cannot catch up with it while it uses its full jerk.
     pub jerk_limit: f64,
-    /// Largest speed at which a master that came to rest too far ahead walks back, u/s; above 0.
+    /// Largest speed at which a master at rest too far ahead walks back, u/s; above 0.
     pub trim_speed: f64,
     /// Width of the counter, 8 to 64 bits. A position is a counter of 64 bits.
     pub counter_bits: u8,
 }
 
-/// Coarser increments than this, in mm, make a master whose errors are tenths of a millimetre: worth a
-/// warning where a config is read.
+/// Coarser increments than this, in mm, give a master with errors of tenths of a millimetre: worth
+/// a warning on reading a config.
 pub const COARSE_INCREMENT_MM: f64 = 0.02;
 
 impl Default for EncoderParameters {
@@ -64,7 +65,7 @@ impl Default for EncoderParameters {
     }
 }
 
-/// Parameters that are good, for a cycle time of the task, and what follows from them.
+/// Valid parameters for a cycle time of the task, and the values derived from them.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckedEncoder {
     pub(super) given: EncoderParameters,
@@ -72,7 +73,7 @@ pub struct CheckedEncoder {
     pub(super) sampling: f64,
     /// The cycle time of the set values, s.
     pub(super) cycle: f64,
-    /// Of estimator and tracker, rad/s.
+    /// Bandwidth of estimator and tracker, rad/s.
     pub(super) bandwidth: f64,
     /// Spectral density of the noise of a position, u²s.
     pub(super) noise: f64,
@@ -81,7 +82,7 @@ pub struct CheckedEncoder {
 }
 
 impl EncoderParameters {
-    /// Checks every parameter. `task_cycle_time` is that in which set values are made: the receiver's.
+    /// Checks every parameter. `task_cycle_time` is the cycle time of the set values: the receiver's.
     ///
     /// # Errors
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range.
@@ -164,7 +165,7 @@ impl EncoderParameters {
         Ok(())
     }
 
-    /// A reading is anywhere in its increment, and at top speed its instant counts as well.
+    /// A reading is at any position in its increment, and at top speed its instant counts as well.
     fn noise(&self, sampling: f64) -> f64 {
         let by_instant = self.max_speed * self.timing_sigma.0;
         let of_one = self.increment * self.increment / 12.0
@@ -188,13 +189,13 @@ impl EncoderParameters {
 }
 
 impl CheckedEncoder {
-    /// Of the smoothing that is in force, rad/s.
+    /// Bandwidth of the smoothing in force, rad/s.
     #[must_use]
     pub const fn bandwidth(&self) -> f64 {
         self.bandwidth
     }
 
-    /// The retreat from which on a reversal counts as one, counts.
+    /// Smallest retreat that counts as a reversal, counts.
     #[must_use]
     pub const fn hysteresis(&self) -> i64 {
         self.hysteresis

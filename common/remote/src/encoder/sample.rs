@@ -1,6 +1,6 @@
-//! One reading of a counter.
+//! A reading of a counter.
 
-/// A count, and how long after the one before it.
+/// A count, and the sampling cycles since the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncoderSample {
     pub(super) raw: u64,
@@ -8,15 +8,16 @@ pub struct EncoderSample {
 }
 
 impl EncoderSample {
-    /// The count of the next sampling cycle. Bits beyond the width of the counter are ignored; a count
-    /// that has a sign comes as its two's complement, `count as u64`.
+    /// Creates the sample of the next sampling cycle. Bits beyond the width of the counter are
+    /// ignored; a signed count is passed as its two's complement, `count as u64`.
     #[must_use]
     pub const fn next(raw: u64) -> Self {
         Self { raw, cycles: 1 }
     }
 
-    /// The position of an axis that an encoder measures, which is a multiple of its increment: a count of
-    /// 64 bits. None if it is not finite, or too large for such a count. Both in u.
+    /// Creates a sample from the position of an axis that an encoder measures, which is a multiple
+    /// of its increment: a count of 64 bits. None if it is not finite, or too large for such a
+    /// count. Both in u.
     #[must_use]
     pub fn next_position(position: f64, increment: f64) -> Option<Self> {
         const MOST: f64 = (1_u64 << 63) as f64;
@@ -26,7 +27,7 @@ impl EncoderSample {
             .then_some(Self::next(count as i64 as u64))
     }
 
-    /// The same, so many sampling cycles after the last sample that was given: the difference of their
+    /// Places it this number of sampling cycles after the last sample: the difference of their
     /// cycle indices. One of 0 cycles is the last one again and is ignored.
     #[must_use]
     pub const fn after(self, cycles: u32) -> Self {

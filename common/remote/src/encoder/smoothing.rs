@@ -1,4 +1,4 @@
-//! How strongly the counts of an encoder are smoothed.
+//! Smoothing of the counts of an encoder.
 
 use coaxle_clock::Seconds;
 use coaxle_clock::time_sync::WrongParameter;
@@ -15,7 +15,7 @@ pub enum Smoothing {
 
 /// The estimator's poles stay well below the sampling frequency, rad.
 const MOST_PER_SAMPLE: f64 = 0.35;
-/// Below this the tracker's bandwidth does not fall either, rad/s.
+/// Lower limit of the tracker's bandwidth too, rad/s.
 pub(super) const LEAST_BANDWIDTH: f64 = 5.0;
 
 impl Smoothing {
@@ -28,8 +28,9 @@ impl Smoothing {
     ) -> Result<f64, WrongParameter> {
         let most = MOST_PER_SAMPLE / sampling;
         match self {
-            // What the axis does is taken for a random jerk whose density goes with the limit: 1e4 for
-            // 1e5 u/s³. The best bandwidth for that goes with this power of signal to noise.
+            // The motion of the axis is modelled as a random jerk with a density proportional to
+            // the limit: 1e4 for 1e5 u/s³. The best bandwidth for that is proportional to this
+            // power of signal to noise.
             Self::Auto => {
                 let best = libm::pow(0.1 * jerk_limit / libm::sqrt(noise), 2.0 / 7.0);
                 Ok(best.min(most).max(LEAST_BANDWIDTH))

@@ -24,7 +24,7 @@ fn sample(position: f64) -> EncoderSample {
     EncoderSample::next(libm::floor(position / INCREMENT) as i64 as u64)
 }
 
-/// Shows it a constant velocity from a position on, cycle by cycle, and gives the last output.
+/// Feeds it a constant velocity from a position on, cycle by cycle; returns the last output.
 fn drive(master: &mut EncoderMaster, from: f64, velocity: f64, cycles: u32) -> EncoderOutput {
     let mut output = EncoderOutput::default();
     for cycle in 1..=cycles {
@@ -34,7 +34,7 @@ fn drive(master: &mut EncoderMaster, from: f64, velocity: f64, cycles: u32) -> E
     output
 }
 
-/// A speed that is reached within the limits, and where the axis is then.
+/// Accelerates to a speed within the limits; returns the axis's position.
 fn run_up(master: &mut EncoderMaster, velocity: f64) -> f64 {
     let (mut position, mut reached) = (0.0, 0.0);
     let _ = drive(master, position, 0.0, 300);
@@ -121,7 +121,7 @@ fn a_slower_counter_is_as_good_as_one_of_the_own_cycle() {
     }
 }
 
-/// Once in a while a cycle brings no sample, or two at once of which the newer counts.
+/// Occasionally a cycle has no sample, or two at once, of which the newer counts.
 #[test]
 fn beats_with_a_drifting_sender_leave_no_trace() {
     for drift in [-2e-4, 2e-4] {
@@ -342,7 +342,7 @@ fn a_restart_forgets_where_it_was() {
 }
 
 proptest! {
-    /// Whatever comes, what goes out is finite and keeps its limits.
+    /// With any input the output is finite and keeps its limits.
     #[test]
     fn no_counts_break_the_limits(
         counts in prop::collection::vec((prop::option::of(-40_i64..40), 1_u32..4), 1..400),

@@ -1,8 +1,8 @@
-//! A jerk-limited tracker: set values that follow an estimate, whatever that does.
+//! A jerk-limited tracker: set values that follow any estimate.
 //!
-//! A third-order loop whose bandwidth falls where its errors ask for more than the jerk limit, so that it never
-//! runs into that limit; without it the loop diverges in ramps. It never moves against the direction of the axis:
-//! it brakes so that its velocity reaches 0 without undershoot.
+//! A third-order loop whose bandwidth falls if its errors require more than the jerk limit, so that
+//! it never reaches that limit; without it the loop diverges in ramps. It never moves against the
+//! direction of the axis: it brakes so that its velocity reaches 0 without undershoot.
 
 use coaxle_axis::TravelDirection;
 use coaxle_curve::profile::Kinematics;
@@ -11,35 +11,35 @@ use super::parameters::CheckedEncoder;
 use super::smoothing::LEAST_BANDWIDTH;
 use super::walk::Walk;
 
-/// Set values and what follows them up.
+/// Set values and the state that follows them up.
 #[derive(Clone, Debug)]
 pub(super) struct Tracker {
-    /// rad/s
+    /// rad/s.
     bandwidth: f64,
     jerk: f64,
     acceleration: f64,
     trim_speed: f64,
-    /// What is too far ahead at rest, u.
+    /// Length too far ahead at rest, u.
     ahead: f64,
     cycle: f64,
-    /// Parts of an error that are made good in a cycle at full bandwidth.
+    /// Parts of an error that are corrected in a cycle at full bandwidth.
     part: f64,
     state: Kinematics,
-    /// How long it has not moved, s.
+    /// Time at rest, s.
     rest: f64,
     walk: Option<Walk>,
-    /// The newest step was one of a walk, or the end of one that was broken off.
+    /// True if the newest step was one of a walk, or the end of one that was broken off.
     walked: bool,
 }
 
-/// What each error for itself may ask for, in jerk limits. Together they mostly ask for less; one that asks
-/// for more is of a motion that changes too fast to be caught up with at once.
+/// Jerk that each single error may require, in jerk limits. Together they mostly require less; one
+/// that requires more is of a motion that changes too fast to be caught up with at once.
 const EACH: f64 = 2.0;
-/// Steps in which the bandwidth is found that keeps the jerk limit.
+/// Number of steps that find the largest bandwidth within the jerk limit.
 const BISECTIONS: u32 = 8;
-/// At rest for so long it may walk back, s.
+/// Time at rest before it may walk back, s.
 const REST_BEFORE_WALK: f64 = 0.05;
-/// More cycles than this at once are made in longer steps.
+/// Largest number of steps at once: more cycles are calculated in longer steps.
 const MOST_STEPS: u32 = 8;
 
 impl Tracker {
@@ -69,7 +69,7 @@ impl Tracker {
         self.walked
     }
 
-    /// Is at the goal at once.
+    /// Moves to the goal at once.
     pub(super) fn jump(&mut self, goal: &Kinematics) {
         self.state = *goal;
         self.rest = 0.0;
@@ -93,7 +93,7 @@ impl Tracker {
         }
     }
 
-    /// Comes to rest, wherever that is.
+    /// Comes to rest at any position.
     pub(super) fn stop(&mut self, direction: Option<TravelDirection>, elapsed: u32) {
         self.walk = None;
         let (steps, time) = self.steps(elapsed);
@@ -104,14 +104,14 @@ impl Tracker {
         }
     }
 
-    /// In how many steps so many cycles are made, and how long one is.
+    /// Number of steps for this number of cycles, and the length of one.
     fn steps(&self, elapsed: u32) -> (u32, f64) {
         let steps = elapsed.clamp(1, MOST_STEPS);
         let whole = f64::from(elapsed.max(1)) * self.cycle;
         (steps, whole / f64::from(steps))
     }
 
-    /// One step; `goal` is where the axis is at its beginning.
+    /// Runs one step; `goal` is the axis at its beginning.
     fn step(&mut self, goal: &Kinematics, direction: Option<TravelDirection>, time: f64) {
         match &mut self.walk {
             Some(walk) => {
@@ -161,7 +161,7 @@ impl Tracker {
         ((next - now) / time).clamp(-self.jerk, self.jerk)
     }
 
-    /// That of the largest bandwidth at which it keeps the limit.
+    /// Jerk of the largest bandwidth that keeps the limit.
     fn wanted_jerk(&self, goal: &Kinematics, time: f64) -> f64 {
         let errors = Kinematics {
             position: goal.position - self.state.position,
@@ -185,7 +185,7 @@ impl Tracker {
         jerk_for(&errors, low, time)
     }
 
-    /// The part of the errors that is made good in one step, so that none for itself asks for too much.
+    /// Part of the errors that is corrected in one step, so that no single one requires too much.
     fn part_for_each(&self, errors: &Kinematics, time: f64) -> f64 {
         let limit = EACH * self.jerk;
         let position = errors.position.abs();
@@ -208,8 +208,8 @@ impl Tracker {
         part(bandwidth.max(LEAST_BANDWIDTH), time)
     }
 
-    /// The acceleration at the end of a step, bounded so that the velocity can still reach 0 without changing
-    /// its sign, with jerks that are constant over steps.
+    /// Bounds the acceleration at the end of a step so that the velocity can still reach 0 without
+    /// changing its sign, with jerks that are constant over steps.
     ///
     /// Braking that ends in n steps with the acceleration falling evenly takes the velocity a·n·T/2.
     fn without_undershoot(&self, next: f64, sign: f64, time: f64) -> f64 {
@@ -239,7 +239,7 @@ impl Tracker {
             velocity: velocity + time * (acceleration + 0.5 * time * jerk),
             acceleration: acceleration + time * jerk,
         };
-        // What rounding leaves of a velocity of 0 is no motion.
+        // The rounding residue of a velocity of 0 is no motion.
         let least = 1e-9 * self.jerk * time * time;
         if self.state.velocity.abs() <= least && self.state.acceleration.abs() * time <= least {
             self.state = Kinematics::at_rest(self.state.position);
@@ -250,12 +250,13 @@ impl Tracker {
     }
 }
 
-/// What part of an error is made good in a time.
+/// Part of an error that is corrected in a time.
 fn part(bandwidth: f64, time: f64) -> f64 {
     -libm::expm1(-bandwidth * time)
 }
 
-/// The jerk that makes good a part of the errors in a step: it places all three poles of the loop at 1 − `part`.
+/// Jerk that corrects a part of the errors in a step: it places all three poles of the loop at 1 −
+/// `part`.
 fn jerk_for(errors: &Kinematics, part: f64, time: f64) -> f64 {
     let d = part;
     let rate = 1.0 / time;
@@ -266,7 +267,7 @@ fn jerk_for(errors: &Kinematics, part: f64, time: f64) -> f64 {
         + rate * (by_velocity * errors.velocity + rate * by_position * errors.position))
 }
 
-/// Where a motion of constant acceleration is after a time.
+/// State of a motion of constant acceleration after a time.
 pub(super) fn moved(state: &Kinematics, time: f64) -> Kinematics {
     Kinematics {
         position: state.position + time * (state.velocity + 0.5 * time * state.acceleration),

@@ -1,17 +1,17 @@
-//! How sure an estimate is.
+//! Uncertainty of an estimate.
 
 use super::parameters::CheckedEncoder;
 
 /// Standard deviations of the loop in its steady state.
 ///
-/// Of a third-order loop at its Riccati bound: with a bandwidth ω and a noise r the variances are 2ωr of
-/// the position, 3ω³r of the velocity and 2ω²r of both together.
+/// For a third-order loop at its Riccati bound: with a bandwidth ω and a noise r the variances are
+/// 2ωr of the position, 3ω³r of the velocity and 2ω²r of both together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Uncertainty {
     position: f64,
     both: f64,
     velocity: f64,
-    /// Of a position that is anywhere in an increment and trembles.
+    /// Standard deviation of a position anywhere in an increment, with vibration.
     at_rest: f64,
     sampling: f64,
 }
@@ -30,13 +30,14 @@ impl Uncertainty {
         }
     }
 
-    /// Of position, u, and velocity, u/s, of a moving axis some seconds after the last sample.
+    /// Standard deviations of position, u, and velocity, u/s, of a moving axis some seconds after
+    /// the last sample.
     pub(super) fn moving(&self, horizon: f64) -> (f64, f64) {
         let position = self.position + horizon * (2.0 * self.both + horizon * self.velocity);
         (libm::sqrt(position), libm::sqrt(self.velocity))
     }
 
-    /// The same of one that stands since so many seconds.
+    /// Standard deviations of an axis that has been standing for this number of seconds.
     pub(super) fn standing(&self, since: f64) -> (f64, f64) {
         (self.at_rest, self.at_rest / since.max(self.sampling))
     }

@@ -15,7 +15,7 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// As fast as speed, acceleration and jerk allow.
+    /// Creates the fastest walk that speed, acceleration and jerk allow.
     pub(super) fn new(from: f64, to: f64, limits: (f64, f64, f64)) -> Self {
         let (speed, acceleration, jerk) = limits;
         let way = (to - from).abs();
@@ -40,7 +40,7 @@ impl Walk {
         self.passed >= self.duration
     }
 
-    /// Where it is some seconds later.
+    /// State some seconds later.
     pub(super) fn advance(&mut self, time: f64) -> Kinematics {
         self.passed += time;
         let left = self.duration - self.passed;

@@ -1,13 +1,13 @@
-//! The difference that a change of mode leaves, and how it goes.
+//! The difference after a change of mode, and its decrease.
 
 use super::SetValues;
 
-/// A difference of position that fades to nothing in a straight line.
+/// A difference of position that fades to 0 in a straight line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Blend {
-    /// At its beginning, u.
+    /// Initial difference, u.
     difference: f64,
-    /// Its length, s.
+    /// Length, s.
     length: f64,
     /// Seconds left.
     left: f64,
@@ -22,7 +22,7 @@ impl Blend {
         }
     }
 
-    /// A time later, s.
+    /// Advances by a time, s.
     pub(super) fn go_on(&mut self, passed: f64) {
         self.left -= passed;
     }

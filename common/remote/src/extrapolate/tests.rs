@@ -213,7 +213,7 @@ fn any_mode() -> impl Strategy<Value = ExtrapolateMode> {
 }
 
 proptest! {
-    /// Whatever the modes do, a steadily moving axis never jumps.
+    /// With any sequence of modes a steadily moving axis never jumps.
     #[test]
     fn no_change_of_mode_is_a_step(
         modes in prop::collection::vec((any_mode(), 1_usize..100), 1..12),
@@ -241,8 +241,8 @@ proptest! {
 }
 
 proptest! {
-    /// However often the mode changes, and however often its correction is lost: the set values stay between
-    /// those of the modes.
+    /// At any number of changes of the mode and losses of its correction the set values stay
+    /// between those of the modes.
     #[test]
     fn a_blend_stays_between_the_modes_whatever_the_changes(
         parts in prop::collection::vec((any_mode(), 1_usize..20, any::<bool>(), any::<bool>()), 1..300),

@@ -1,9 +1,9 @@
-//! How well an encoder master follows an axis, over seeds that no parameter was tuned on, judged by the
-//! differences of the positions it emits.
+//! Accuracy of an encoder master that follows an axis, over seeds that no parameter was tuned on,
+//! measured by the differences of the positions it emits.
 //!
-//! `cargo run --release -p coaxle-remote --example encoder_table` prints the same figures beside those of
-//! simpler methods. The long test is run with
-//! `cargo test --release -p coaxle-remote --test encoder -- --ignored --nocapture`.
+//! `cargo run --release -p coaxle-remote --example encoder_table` prints these figures and those of
+//! simpler methods. The long test is run with `cargo test --release -p coaxle-remote --test
+//! encoder -- --ignored --nocapture`.
 #![allow(
     missing_docs,
     dead_code,
@@ -50,14 +50,14 @@ fn assert_largest(profile: Profile, speeds: &[f64], wanted: [f64; 4]) {
     }
 }
 
-/// What holds whatever an axis does.
+/// Limits that hold for any motion of an axis.
 fn assert_bounds(profile: Profile, increment: f64, figures: &Figures) {
     let name = format!("{profile:?} {increment}: {figures:#?}");
     assert_eq!(figures.false_directions, 0, "{name}");
     assert_eq!(figures.undershoots, 0, "{name}");
     assert!(figures.jerk <= 1e5 * 1.000_01, "{name}");
     assert!(figures.acceleration <= 5_000.0 * 1.000_01, "{name}");
-    // While nothing is seen of a ramp for a twentieth of a second, no more can be known of it.
+    // A ramp that is unobserved for a twentieth of a second is unknown for that long.
     let unseen = if profile == Profile::BurstLoss {
         30e3
     } else {
@@ -81,7 +81,7 @@ fn a_soft_ramp_is_followed() {
     assert_largest(Profile::SoftRamp, &SPEEDS, [35.0, 110.0, 340.0, 570.0]);
 }
 
-/// At constant speed. In ramps the errors are those of what cannot be known yet.
+/// At constant speed. In ramps the errors are those of the still unknown acceleration.
 #[test]
 fn the_uncertainty_is_that_of_the_errors() {
     for increment in INCREMENTS {
@@ -113,8 +113,8 @@ fn it_stands_where_the_axis_does() {
     }
 }
 
-/// Where a sample is a whole number of increments after the last, or the other way round, all samples
-/// see the same part of an increment, and nothing tells which; hence these speeds. Slower than an increment in a few
+/// If a sample is a whole number of increments after the last, or the other way round, all samples
+/// see the same unknown part of an increment; hence these speeds. Slower than an increment in a few
 /// cycles the edges still beat with the cycles.
 #[test]
 fn off_resonance_the_mean_is_right() {

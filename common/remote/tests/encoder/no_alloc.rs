@@ -1,4 +1,4 @@
-//! No cycle of an encoder master asks for memory.
+//! No cycle of an encoder master allocates.
 
 use assert_no_alloc::assert_no_alloc;
 use coaxle_clock::{Seconds, Span};
