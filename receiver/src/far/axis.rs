@@ -1,4 +1,4 @@
-//! One far axis: its newest values, moved in time by what the clock of its node says.
+//! A far axis: its newest values, moved in time by the clock of its node.
 
 mod shown;
 
@@ -27,61 +27,62 @@ use crate::slaves::Master;
 #[derive(Debug)]
 pub(super) struct Axis {
     block: FarAxis,
-    /// Of an axis whose positions are within the turn.
+    /// Unwrapping of positions within a modulo period.
     turns: Option<Box<Turns>>,
-    /// Of one whose positions are not, and yet wrap.
+    /// Unconfigured wraps of continuous positions.
     wraps: Wraps,
-    /// Of an axis that is only measured.
+    /// Conditioning of an axis that is only measured.
     encoder: Option<Box<Encoder>>,
-    /// Nothing of it, or of its node, came for too long in the newest cycle.
+    /// True if the axis or its node was silent for too long in the newest cycle.
     is_lost: bool,
     continuity: Continuity,
-    /// Of an axis that has limits of its own.
+    /// Limits of its own, if it has any.
     limited: Option<Box<Limited>>,
-    /// The far time that it stands for.
+    /// Course of the far time of its set values.
     course: FarTimeCourse,
-    /// What it was seen to do, and what no mode explains.
+    /// Observed motion, and steps that no mode explains.
     seen: SeenMotion,
     steps: StepWatch,
     blending: Blending,
-    /// The observer led in the newest cycle.
+    /// True if the observer led in the newest cycle.
     leads: bool,
-    /// More of its cycles are missing before the newest than a step of a mode without a clock can be.
+    /// True if more of its cycles are missing before the newest than a step of a mode without a
+    /// clock can be.
     has_gap: bool,
     cycle_time: Span,
-    /// None until it comes.
+    /// Newest sample; none until the first.
     sample: Option<AxisSample>,
-    /// The sender's cycle count that it came with.
+    /// The sender's cycle count of that sample.
     count: u64,
-    /// Own cycles since it was to come and did not.
+    /// Own cycles for which it has been missing from the frames.
     missing_cycles: u32,
     missing: u64,
     error: Option<SyncError>,
 }
 
-/// How the set values of an axis go on in a cycle.
+/// Continuation of an axis's set values in a cycle.
 #[derive(Clone, Copy, Debug)]
 struct Going {
-    /// Own cycles since the one before.
+    /// Own cycles since the previous one.
     elapsed: u32,
-    /// By their positions, u/s.
+    /// Velocity by their positions, u/s.
     velocity: f64,
-    /// Cycles of the sender without news, in a mode that shows what comes.
+    /// Cycles of the sender without new data, in a mode that shows values as received.
     silence: u64,
-    /// Nobody knows where they are.
+    /// True if their position is unknown.
     is_lost: bool,
 }
 
 /// A cycle of an axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AxisScan {
-    /// Own cycles since the one before.
+    /// Own cycles since the previous one.
     pub(super) elapsed: u32,
-    /// Own cycles without news of it.
+    /// Own cycles without new data of it.
     pub(super) age: u32,
-    /// Without news for too long.
+    /// True if without new data for too long.
     pub(super) is_lost: bool,
-    /// The standard deviation of the far time, s, where it is known.
+    /// The standard deviation of the far time, s, if known.
     pub(super) time_sigma: Option<Seconds>,
 }
 
@@ -121,7 +122,7 @@ impl Axis {
         })
     }
 
-    /// Its node's clock was started anew, for cycles of this length.
+    /// Restarts with its node's clock, for cycles of this length.
     pub(super) fn restart(&mut self, data: CycleTime) {
         self.block.restart();
         if let Some(encoder) = &mut self.encoder {
@@ -130,14 +131,15 @@ impl Axis {
         self.rejoin();
     }
 
-    /// What its node's clock says next has nothing to do with what it said: the axis is brought there.
+    /// Notes a jump of its node's clock: the axis is brought to the next set values.
     pub(super) const fn rejoin(&mut self) {
         self.continuity.rejoin();
         self.course.forget();
         self.steps.forget();
     }
 
-    /// Another run of its node: what it was before says nothing of where it is now.
+    /// Restarts for another run of its node: the previous state gives no information on the present
+    /// position.
     pub(super) fn forget(&mut self) {
         self.sample = None;
         self.begin_run();
@@ -145,8 +147,9 @@ impl Axis {
         self.rejoin();
     }
 
-    /// Another node takes over: the axis is brought to where that has it. `encoder` is what has smoothed it of that
-    /// one's increments, and then what has smoothed those of the one before.
+    /// Restarts for another node that takes over: the axis is brought to the position given by that
+    /// node. `encoder` is the smoothing of the new node's increments on entry, and of the old
+    /// node's on return.
     pub(super) fn take_over(&mut self, encoder: &mut Option<Box<Encoder>>) {
         self.sample = None;
         self.begin_run();
@@ -155,7 +158,7 @@ impl Axis {
         self.rejoin();
     }
 
-    /// Whether it has come at all.
+    /// True if it has been received.
     pub(super) const fn has_come(&self) -> bool {
         self.sample.is_some()
     }
@@ -173,26 +176,26 @@ impl Axis {
         }
     }
 
-    /// Its node's clock starts anew by an order; the set values go on from where they are.
+    /// Restarts with its node's clock by a command; the set values continue from their current state.
     pub(super) const fn re_initialise(&mut self) {
         self.block.re_initialise();
         self.course.forget();
     }
 
-    /// The set values go on from where they are, whatever an order changes.
+    /// Continues the set values from their current state after a command.
     pub(super) const fn carry_on(&mut self) {
         self.block.carry_on();
         self.course.forget();
     }
 
-    /// Changes the parameters; the set values go on from where they are.
+    /// Changes the parameters; the set values continue from their current state.
     pub(super) fn set_parameters(&mut self, parameters: &CheckedParameters) {
         self.block.set_parameters(parameters);
         self.blending = blending(parameters.extrapolate(), self.cycle_time);
         self.course.forget();
     }
 
-    /// What the newest frame, with this header, says of it.
+    /// Takes its sample of the newest frame with this header.
     pub(super) fn take(&mut self, sample: Option<AxisSample>, header: &FrameHeader) {
         let count = header.count;
         if let Some(mut sample) = sample {
@@ -220,17 +223,17 @@ impl Axis {
         }
     }
 
-    /// The sender's cycle count that it came with last.
+    /// The sender's cycle count of its last sample.
     pub(super) const fn count(&self) -> u64 {
         self.count
     }
 
-    /// Own cycles since it was to come and did not.
+    /// Own cycles for which it has been missing from the frames.
     pub(super) const fn missing_cycles(&self) -> u32 {
         self.missing_cycles
     }
 
-    /// What the clock says to an axis that was missing in the newest frame.
+    /// Correction for an axis that was missing in the newest frame.
     pub(super) fn catch_up(
         &mut self,
         correction: &FarCorrection,
@@ -247,7 +250,7 @@ impl Axis {
         }
     }
 
-    /// One cycle; none as long as it has not come.
+    /// Runs one cycle; none before the first sample.
     pub(super) fn cycle(
         &mut self,
         header: &FrameHeader,
@@ -275,7 +278,7 @@ impl Axis {
             return None;
         };
         if correction.mode == FilterState::Observer && !self.leads && !self.follows() {
-            // It is brought back anyway, along a curve: a blend would be a straight line on top of that.
+            // The axis is brought back anyway, along a curve: a blend would add a straight line to that.
             self.begin_anew();
             self.rejoin();
         }
@@ -319,8 +322,8 @@ impl Axis {
         })
     }
 
-    /// How far the set values went, u: nowhere in a step that neither their mode nor the master explains, from which the axis is
-    /// brought back.
+    /// Way of the set values, u: 0 in a step that neither their mode nor the master explains, from
+    /// which the axis is brought back.
     fn way_without_step(
         &mut self,
         received: &Kinematics,
@@ -334,7 +337,7 @@ impl Axis {
             return before.map_or(0.0, |before| moved.set.position - before);
         }
         if self.block.is_blending() {
-            // On top of the way back, it would be a straight line.
+            // A blend would add a straight line to the way back.
             self.block.begin_anew();
         }
         self.continuity.rejoin();
@@ -350,17 +353,18 @@ impl Axis {
     ) -> Option<Kinematics> {
         self.continuity
             .show_beats(moved.state == FilterState::Bypass);
-        // Between two beats it stands, and on the whole goes as its master does. On its way back it is braked as soon as it is no
-        // beat: relative to a master that stands and jumps, it came to twice its velocity.
+        // Between two beats it stands, and follows its master on average. On its way back it is
+        // braked once the silence exceeds a beat: relative to a master that stands and jumps, it
+        // reached twice its velocity.
         let is_silent = going.silence > LARGEST_BEAT && !self.follows();
         let set = match is_known && !going.is_lost && !is_silent {
             true => Some(self.continuity.follow(&moved.set, going.elapsed)),
             false => self.continuity.brake(going.elapsed),
         };
-        // One that was never known stands where it was received, unless that is noise.
+        // Without earlier values it stands where it was received, except for noise.
         let mut set = set.or(is_known.then_some(moved.set))?;
         if going.silence > 1 && self.continuity.state() == ContinuityState::Following {
-            // Its positions stand: so do velocity and acceleration.
+            // The positions stand: so do velocity and acceleration.
             set.velocity = going.velocity;
             set.acceleration = 0.0;
         }
@@ -370,7 +374,7 @@ impl Axis {
         })
     }
 
-    /// Whether its set values do what neither their mode nor its master explains.
+    /// True if neither their mode nor the master explains its set values.
     fn is_step(
         &mut self,
         received: &Kinematics,
@@ -392,11 +396,11 @@ impl Axis {
             age: moved.correction_time.map_or(0.0, |Seconds(age)| age),
         };
         let is_step = (self.steps).is_step(&moved.set, &course, &self.blending, &self.seen);
-        // Increments have jumps of their own, and what smooths them leaves none.
+        // Increments have jumps of their own, and their smoothing leaves none.
         advance == Advance::Jump || (is_step && self.encoder.is_none())
     }
 
-    /// What the master was seen to do: increments say it once they are smoothed.
+    /// Largest motion of the master up to now: increments count once they are smoothed.
     fn reach(&self, set: &Kinematics) -> Reach {
         if self.encoder.is_none() {
             return self.seen.reach();
@@ -411,18 +415,19 @@ impl Axis {
         }
     }
 
-    /// How far the set values may be from the master, while it moves as it was seen to: by the time, and by what
-    /// extrapolation does not know yet.
+    /// Standard deviation of the set values from the master, while its motion stays within the
+    /// observed one: from the time, and from the extrapolation.
     fn prediction_sigma(&self, moved: &FarAxisOutput, time: Option<Seconds>) -> Option<f64> {
         let is_by_clock = moved.state == FilterState::Observer && self.follows();
         let Seconds(time) = time.filter(|_| is_by_clock && self.encoder.is_none())?;
         let Seconds(age) = moved.correction_time?;
-        // In the time that it may be off, it is accelerated too.
+        // Within its time error it is accelerated too.
         let velocity = moved.set.velocity.abs() + moved.set.acceleration.abs() * time;
         Some(time * velocity + self.seen.prediction_error(age))
     }
 
-    /// Set values of an axis that is only measured come from its increments, moved by the same correction.
+    /// Replaces the set values of an axis that is only measured by those from its increments, moved
+    /// by its correction.
     fn condition(&mut self, sample: &AxisSample, moved: &mut FarAxisOutput, elapsed: u32) {
         let Some(encoder) = &mut self.encoder else {
             return;
@@ -437,18 +442,18 @@ impl Axis {
         }
     }
 
-    /// Whether its increments say where it is.
+    /// True if the position by its increments is known.
     fn has_settled(&self) -> bool {
         (self.encoder.as_ref()).is_none_or(|encoder| encoder.set().is_some())
     }
 
-    /// Where its increments say that it goes, as long as it goes where they say.
+    /// Direction by its increments, as long as it follows them.
     fn travel(&self) -> Option<TravelDirection> {
         let encoder = self.encoder.as_ref()?;
         encoder.travel().filter(|_| self.follows())
     }
 
-    /// What it does; one that its own limits keep away from where it should be is brought there.
+    /// State of its motion; an axis that its own limits keep from its position is rejoining.
     fn state(&self) -> ContinuityState {
         let is_tracking = (self.limited.as_ref()).is_none_or(|limited| limited.is_tracking());
         match self.continuity.state() {
@@ -461,12 +466,12 @@ impl Axis {
         self.state() == ContinuityState::Following
     }
 
-    /// A change of mode is being blended over.
+    /// True while a change of mode is being blended.
     pub(super) fn is_blending(&self) -> bool {
         self.block.is_blending()
     }
 
-    /// Its error in the newest cycle, its clock's included.
+    /// Error of the newest cycle, including the clock's.
     pub(super) const fn error(&self) -> Option<SyncError> {
         self.error
     }
@@ -479,7 +484,7 @@ fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
     }
 }
 
-/// The whole cycles of the sender since the newest frame.
+/// Whole cycles of the sender since the newest frame.
 fn cycles_of_silence(header: &FrameHeader, cycle_time: Span, age: u32) -> u64 {
     let in_cycle = header.cycle_time.span().as_nanos() / cycle_time.as_nanos().max(1);
     u64::from(age) / in_cycle.max(1) as u64

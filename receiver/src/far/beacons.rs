@@ -1,7 +1,7 @@
-//! Beacons to a node that is followed, and what their answers say: exchanges with stamps near to the wire.
+//! Beacons to a node that is followed, and their responses: exchanges with stamps near the wire.
 //!
-//! When a beacon left is told by the next one, so an exchange is known when the answer after it comes. Where the stamps
-//! are the program's own it is known at once.
+//! The next beacon carries the departure time of a beacon, so an exchange is known when the
+//! response after it arrives. With stamps of the program itself it is known at once.
 
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local, Span};
@@ -10,21 +10,21 @@ use coaxle_node::{BeaconResponse, Stamps};
 
 use crate::signals::FarNodeSignals;
 
-/// Answers that can wait for their cycle.
+/// Number of responses that can wait for their cycle.
 const WAITING: usize = 8;
-/// No answer takes longer.
+/// Longest duration of an exchange.
 const LONGEST: Span = Span::from_secs(1);
 
 /// The beacons to one node.
 #[derive(Debug)]
 pub(super) struct Beacons {
-    /// This run of the own node.
+    /// Run of the own node.
     run: u64,
     interval: Span,
     next_due: Option<Instant<Local>>,
-    /// The number of the next beacon.
+    /// Number of the next beacon.
     number: u32,
-    /// The newest answer that was taken, and whose stamps are not all known as yet.
+    /// Newest response taken, whose stamps are not all known yet.
     answered: Option<u32>,
     before: Option<(Instant<Local>, BeaconResponse)>,
     waiting: [Option<(Instant<Local>, BeaconResponse)>; WAITING],
@@ -54,13 +54,13 @@ impl Beacons {
         }
     }
 
-    /// The number of the beacon to send in the cycle that ideally began at `now`, if one is due.
+    /// Returns the number of the beacon to send in the cycle that ideally began at `now`, if one is due.
     pub(super) fn due(&mut self, now: Instant<Local>) -> Option<u32> {
         let due = *self.next_due.get_or_insert(now);
         if now < due {
             return None;
         }
-        // After a standstill they are not sent in a burst.
+        // After a standstill there is no burst.
         let next = due + self.interval;
         self.next_due = Some(if next > now {
             next
@@ -73,7 +73,7 @@ impl Beacons {
         Some(number)
     }
 
-    /// An answer that arrived at `at`. It waits for the first cycle that ideally begins no earlier.
+    /// Stores a response that arrived at `at`, for the first cycle that ideally begins no earlier.
     pub(super) fn store(&mut self, at: Instant<Local>, response: &BeaconResponse) {
         match self.waiting.iter_mut().find(|place| place.is_none()) {
             Some(place) => *place = Some((at, *response)),
@@ -81,18 +81,19 @@ impl Beacons {
         }
     }
 
-    /// Counts an answer that was refused.
+    /// Counts a response that was refused.
     pub(super) const fn reject(&mut self) {
         self.counters.rejected = self.counters.rejected.saturating_add(1);
     }
 
-    /// The exchanges that are known in the cycle that ideally begins at `now`, each with its arrival.
+    /// Passes on the exchanges that are known in the cycle that ideally begins at `now`, each with
+    /// its arrival.
     pub(super) fn take(
         &mut self,
         now: Instant<Local>,
         mut each: impl FnMut(Instant<Local>, &TimeResponse),
     ) {
-        // In the order of their numbers, whatever the order they came in.
+        // In the order of their numbers, independent of their arrival.
         while let Some((at, response)) = self.next_waiting(now) {
             if !self.is_answer(at, &response) {
                 self.reject();
@@ -116,7 +117,7 @@ impl Beacons {
         }
     }
 
-    /// What signals say of it.
+    /// Writes its signals.
     pub(super) fn show(&self, signals: &mut FarNodeSignals) {
         signals.timing_stamps = self.stamps;
         signals.beacons_sent = self.counters.sent;
@@ -137,7 +138,8 @@ impl Beacons {
         oldest?.take()
     }
 
-    /// Of a beacon of this run that was not answered before, nor was a later one.
+    /// Checks that it responds to a beacon of this run that has no response yet and precedes none
+    /// that has.
     fn is_answer(&self, at: Instant<Local>, response: &BeaconResponse) -> bool {
         let number = response.request.number;
         let is_later = self.answered.is_none_or(|answered| {
@@ -153,7 +155,7 @@ impl Beacons {
     }
 }
 
-/// The exchange of the answer before this one, if both tell when it left.
+/// Exchange of the previous response, if both contain its departure time.
 fn completed(
     (arrived, answer): (Instant<Local>, BeaconResponse),
     next: &BeaconResponse,
@@ -200,7 +202,7 @@ mod tests {
         Instant::EPOCH + Span::from_micros(micros)
     }
 
-    /// Beacon n leaves at 20·n ms as the program sees it, and 3 µs later by its stamp.
+    /// Beacon n leaves at 20·n ms for the program, and 3 µs later by its stamp.
     fn answer(number: u32, stamps: Stamps) -> (Instant<Local>, BeaconResponse) {
         let sent = i64::from(number) * 20_000;
         let left = |number: u32| BeaconBefore {

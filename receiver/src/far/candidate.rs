@@ -1,4 +1,5 @@
-//! A node that the axes can be read from: its messages and its clock are learnt whether it is followed or stands by.
+//! A node as source of the axes: its messages and its clock are evaluated while it is followed or
+//! stands by.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
@@ -17,50 +18,50 @@ use crate::arrivals::Arrivals;
 use crate::config::FarConfig;
 use crate::signals::FarNodeSignals;
 
-/// One of the nodes.
+/// A node that the axes can be read from.
 #[derive(Debug)]
 pub(crate) struct Candidate {
     cycle_time: CycleTime,
-    /// Its number among all nodes that are heard.
+    /// Number of the node among all received ones.
     pub(super) number: usize,
     pub(super) inbox: Inbox,
     pub(super) clock: Clock,
     presence: Presence,
-    /// Its silence that is borne, as configured.
+    /// Configured timeout of its silence.
     configured_patience: Option<Span>,
-    /// The newest frame that was used, by its run and count, and own cycles since.
+    /// Newest frame used, by its run and count, and own cycles since.
     last: Option<(u64, u64)>,
     age_cycles: u32,
-    /// Whether its clock was known in the newest cycle.
+    /// True if its clock was known in the newest cycle.
     pub(super) synced: bool,
-    /// The run of a second node of the same name.
+    /// Run of a second node with its name.
     rival: Option<u64>,
-    /// The smoothing of its axes that are only measured, which goes on while it stands by; none of those that the
-    /// axes themselves have.
+    /// Smoothing of its axes that are only measured, which continues on standby; none for those
+    /// that the axes themselves have.
     encoders: Box<[Option<Box<Encoder>>]>,
-    /// Where it has a timing channel.
+    /// Beacons, if it has a timing channel.
     beacons: Option<Box<Beacons>>,
     news: News,
 }
 
-/// What a cycle brought.
+/// Input of a cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct News {
-    /// The input image; none as long as nothing has come.
+    /// The input image; none before the first frame.
     pub(super) header: Option<FrameHeader>,
-    /// What its clock says to that; none when the cycle times do not fit.
+    /// Correction of its clock for the image; none if the cycle times do not fit.
     pub(super) following: Option<Following>,
-    /// The clock was started, or started anew, for cycles of this length.
+    /// The clock was started, or restarted, for cycles of this length.
     pub(super) started: Option<CycleTime>,
-    /// The image was renewed.
+    /// True if the image was renewed.
     pub(super) is_fresh: bool,
-    /// It is the first of another run than the one before.
+    /// True if it is the first of another run than the previous one.
     pub(super) is_new_run: bool,
 }
 
-/// What is borne without an age limit.
+/// Timeout without an age limit.
 const PATIENCE: Span = Span::from_millis(100);
-/// The least that is: so many of its cycles.
+/// Lower limit of the timeout, in cycles of the node.
 const LEAST_CYCLES: i64 = 4;
 
 impl Candidate {
@@ -90,7 +91,7 @@ impl Candidate {
         })
     }
 
-    /// The same with a timing channel.
+    /// Adds a timing channel.
     pub(super) fn with_beacons(self, beacons: Option<Box<Beacons>>) -> Self {
         Self { beacons, ..self }
     }
@@ -110,12 +111,12 @@ impl Candidate {
         self.clock.response(at, response);
     }
 
-    /// The number of the time request that is due, if one is.
+    /// Returns the number of the time request that is due, if any.
     pub(crate) fn ask(&mut self, tick: &Tick) -> Option<u32> {
         self.clock.request(tick.ideal_start)
     }
 
-    /// Stores the answer to a beacon that arrived at `at`.
+    /// Stores the response to a beacon that arrived at `at`.
     pub(crate) fn store_beacon(&mut self, at: Instant<Local>, response: &BeaconResponse) {
         if let Some(beacons) = &mut self.beacons {
             beacons.store(at, response);
@@ -129,13 +130,13 @@ impl Candidate {
         }
     }
 
-    /// The number of the beacon that is due, if one is: to a node that has been heard.
+    /// Returns the number of the beacon that is due, if any: only to a node that has been received.
     pub(crate) fn due_beacon(&mut self, tick: &Tick) -> Option<u32> {
         self.news.header?;
         self.beacons.as_mut()?.due(tick.ideal_start)
     }
 
-    /// One cycle: its messages, which run, and what its clock shows.
+    /// Runs one cycle: its messages, its run, and the state of its clock.
     pub(super) fn cycle(&mut self, tick: &Tick, mut arrivals: Arrivals<'_>) {
         self.news = News::default();
         self.take_messages(tick, &mut arrivals);
@@ -159,7 +160,7 @@ impl Candidate {
         }
     }
 
-    /// The newest fresh frame; the clock hears of all.
+    /// Takes the newest fresh frame; passes all messages to the clock.
     fn take_messages(&mut self, tick: &Tick, arrivals: &mut Arrivals<'_>) {
         let patience = self.patience();
         let Self {
@@ -177,7 +178,7 @@ impl Candidate {
             if clock.message(at, header) {
                 news.started = Some(header.cycle_time);
             }
-            // One whose cycle times do not fit says nothing.
+            // With cycle times that do not fit it counts as silent.
             if !clock.is_refused() {
                 presence.heard(at, patience);
             }
@@ -197,17 +198,17 @@ impl Candidate {
         news.is_new_run = before.is_some_and(|(run, _)| run != inbox.run_of_image());
     }
 
-    /// What the newest cycle brought.
+    /// Input of the newest cycle.
     pub(super) const fn news(&self) -> &News {
         &self.news
     }
 
-    /// The axes of the frame that the newest cycle brought.
+    /// Axes of the frame that was new in the newest cycle.
     pub(super) fn fresh_axes(&self) -> &[Option<AxisSample>] {
         self.inbox.fresh_axes().unwrap_or_default()
     }
 
-    /// What the decision needs of it. `has_axes`: it has brought all that are needed.
+    /// Standing for the decision. `has_axes`: it has sent all that are needed.
     pub(super) fn standing(&self, has_axes: bool) -> Standing {
         Standing {
             presence: self.presence,
@@ -218,7 +219,7 @@ impl Candidate {
         }
     }
 
-    /// Whether it could take over, as soon as its next frame comes.
+    /// True if it could take over with its next frame.
     pub(super) fn could_take_over(&self, now: Instant<Local>) -> bool {
         self.is_known() && self.presence.is_steady(now, self.patience())
     }
@@ -228,7 +229,7 @@ impl Candidate {
         following.is_none_or(|following| following.correction.error.is_some())
     }
 
-    /// Whether its clock is as well known as its mode can have it.
+    /// True if its clock is known as well as its mode permits.
     fn is_known(&self) -> bool {
         self.news.following.is_some_and(|following| {
             let correction = &following.correction;
@@ -237,14 +238,14 @@ impl Candidate {
         })
     }
 
-    /// How long it may be silent before its data are too old, with some time to spare.
+    /// Longest silence before its data are too old, with a margin.
     fn longest_silence(&self) -> Span {
         let limit = age_limit(self.clock.parameters(), self.cycle_time);
         let longest = limit.map_or(PATIENCE * 5, |limit| limit * 3 / 4);
         longest.max(self.patience())
     }
 
-    /// How long a silence of it is borne.
+    /// Timeout of its silence.
     fn patience(&self) -> Span {
         let limit = age_limit(self.clock.parameters(), self.cycle_time);
         let by_limit = || limit.map_or(PATIENCE, |limit| limit / 2);
@@ -254,7 +255,7 @@ impl Candidate {
         wished.max(least)
     }
 
-    /// A cycle in which it is not followed: what smooths its axes goes on.
+    /// Runs a cycle on standby: the smoothing of its axes continues.
     pub(super) fn stand_by(&mut self, elapsed: u32) {
         let Self {
             encoders,
@@ -285,7 +286,7 @@ impl Candidate {
         }
     }
 
-    /// The smoothing of its axes, to be exchanged for that of another node.
+    /// Smoothing of its axes, to be exchanged for that of another node.
     pub(super) fn encoders_mut(&mut self) -> &mut Box<[Option<Box<Encoder>>]> {
         &mut self.encoders
     }
@@ -295,17 +296,17 @@ impl Candidate {
         self.age_cycles
     }
 
-    /// How long that is.
+    /// Time since its newest frame.
     pub(super) fn silence(&self) -> Span {
         self.cycle_time.span() * i64::from(self.age_cycles)
     }
 
-    /// Whether a second node of its name is heard.
+    /// True if a second node with its name is received.
     pub(super) const fn has_rival(&self) -> bool {
         self.rival.is_some()
     }
 
-    /// What signals say of it.
+    /// Writes its signals.
     pub(super) fn show(&mut self, signals: &mut FarNodeSignals) {
         *signals = FarNodeSignals::default();
         self.synced = false;
@@ -334,7 +335,7 @@ impl Candidate {
     }
 }
 
-/// How old a message may be.
+/// Largest age of a message.
 pub(super) fn age_limit(parameters: &AxisSyncParameters, cycle_time: CycleTime) -> Option<Span> {
     match parameters.time_sync.age_of_data_limit {
         0 => None,

@@ -1,4 +1,4 @@
-//! A far clock, started by the first message: each frame says how long the sender's cycle is.
+//! A far clock, started by the first message: each frame states the length of the sender's cycle.
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::{Asymmetry, TimeResponse};
@@ -11,7 +11,7 @@ use coaxle_remote::{AxisSyncParameters, CheckedParameters, FarCorrection, FarSyn
 
 use crate::config::{DelayConfig, FarConfig, Mode};
 
-/// How a far clock is to be followed.
+/// Settings for following a far clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClockSetup {
     cycle_time: CycleTime,
@@ -28,7 +28,8 @@ pub(super) struct ClockSetup {
 pub(super) struct Clock {
     setup: ClockSetup,
     enabled: bool,
-    /// Of the run that is followed, and of the one before: messages of that one are taken for stragglers.
+    /// Epoch of the run that is followed, and of the previous one: messages of that one are taken
+    /// for stragglers.
     epoch: Option<u64>,
     epoch_before: Option<u64>,
     state: State,
@@ -52,7 +53,8 @@ enum State {
 struct Running {
     data: CycleTime,
     sync: FarSync,
-    /// None until the mode is observer; it goes on in other modes, to be there when it is again.
+    /// Observer; none until observer mode. It continues in other modes, to be ready when the mode
+    /// returns.
     observed: Option<FarClock>,
 }
 
@@ -61,7 +63,7 @@ struct Running {
 pub(super) struct Following {
     pub(super) correction: FarCorrection,
     pub(super) enabled: bool,
-    /// The correction has nothing to do with that of the cycle before.
+    /// True if the correction is unrelated to that of the previous cycle.
     pub(super) is_mapped_anew: bool,
 }
 
@@ -81,7 +83,7 @@ impl ClockSetup {
 }
 
 impl Clock {
-    /// Wrong parameters are refused now, not when the first message comes.
+    /// Creates the clock; wrong parameters are refused now, not at the first message.
     pub(super) fn new(setup: ClockSetup) -> Result<Self, WrongParameter> {
         let own = setup.cycle_time;
         let _ = FarSync::start(own.span(), &setup.sync)?;
@@ -95,8 +97,9 @@ impl Clock {
         })
     }
 
-    /// Another run of the node begins, with this message. What tells its counts from those of the run before is
-    /// the epoch; where that is the same, or that of a run that comes back, nothing that was learnt holds any more.
+    /// Begins another run of the node, with this message. The epoch distinguishes its counts from
+    /// those of the previous run; if it is unchanged, or that of a run that returns, all learned
+    /// values are void.
     pub(super) fn begin_run(&mut self, header: &FrameHeader) {
         let is_known = [self.epoch, self.epoch_before].contains(&Some(header.epoch));
         if let State::Running(running) = &self.state
@@ -108,7 +111,7 @@ impl Clock {
         self.epoch_before = self.epoch.replace(header.epoch);
     }
 
-    /// A message that arrived at `at`. Gives whether the clock was started by it, or started anew.
+    /// Takes a message that arrived at `at`. Returns true if it started or restarted the clock.
     pub(super) fn message(&mut self, at: Instant<Local>, header: &FrameHeader) -> bool {
         let started = self.start_for(header.cycle_time);
         if let Some(observed) = self.observed() {
@@ -117,26 +120,27 @@ impl Clock {
         started
     }
 
-    /// A response that arrived at `at`.
+    /// Takes a response that arrived at `at`.
     pub(super) fn response(&mut self, at: Instant<Local>, response: &TimeResponse) {
         if let Some(observed) = self.observed() {
             observed.response(at, response);
         }
     }
 
-    /// An exchange of the timing channel whose response arrived at `at`.
+    /// Takes an exchange of the timing channel whose response arrived at `at`.
     pub(super) fn timing_exchange(&mut self, at: Instant<Local>, exchange: &TimeResponse) {
         if let Some(observed) = self.observed() {
             observed.timing_exchange(at, exchange);
         }
     }
 
-    /// The number of the time request to send in the cycle that ideally began at `now`, if one is due.
+    /// Returns the number of the time request to send in the cycle that ideally began at `now`, if
+    /// one is due.
     pub(super) fn request(&mut self, now: Instant<Local>) -> Option<u32> {
         self.observed()?.request(now)
     }
 
-    /// What runs and is enabled hears and asks.
+    /// The observer, if it runs and is enabled: only then it receives and sends.
     const fn observed(&mut self) -> Option<&mut FarClock> {
         match &mut self.state {
             State::Running(running) if self.enabled => running.observed.as_mut(),
@@ -144,9 +148,9 @@ impl Clock {
         }
     }
 
-    /// One cycle, with the newest frame in the input image; none when the cycle times do not fit.
+    /// Runs one cycle, with the newest frame in the input image; none if the cycle times do not fit.
     ///
-    /// Every response that is taken in is shown to `used`, with its arrival.
+    /// Passes every accepted response to `used`, with its arrival.
     pub(super) fn cycle(
         &mut self,
         header: &FrameHeader,
@@ -180,7 +184,7 @@ impl Clock {
         })
     }
 
-    /// What its observer said in the newest cycle; none where none runs.
+    /// Output of its observer in the newest cycle; none without one.
     pub(super) fn observation(&self) -> Option<&FarClockOutput> {
         match &self.state {
             State::Running(running) if self.enabled => running.observed.as_ref()?.newest(),
@@ -188,7 +192,7 @@ impl Clock {
         }
     }
 
-    /// The standard deviation of the far time, s; none where no observer says one.
+    /// Standard deviation of the far time, s; none without an observer.
     pub(super) fn time_sigma(&self) -> Option<Seconds> {
         let observed = self.observation()?;
         let delay = observed.delay.sigma.unwrap_or(Seconds::ZERO);
@@ -196,27 +200,27 @@ impl Clock {
         Some(Seconds(libm::hypot(offset.0, delay.0)))
     }
 
-    /// Whether it is enabled.
+    /// True if it is enabled.
     pub(super) const fn is_enabled(&self) -> bool {
         self.enabled
     }
 
-    /// The mode that is in force while it is.
+    /// Mode in force while enabled.
     pub(super) const fn mode(&self) -> Mode {
         self.setup.mode
     }
 
-    /// Whether it will ever synchronise with these.
+    /// True if it can synchronise with these parameters.
     pub(super) const fn synchronises(&self) -> bool {
         self.setup.mode.synchronises(&self.setup.sync)
     }
 
-    /// The parameters in force.
+    /// Parameters in force.
     pub(super) const fn parameters(&self) -> &AxisSyncParameters {
         &self.setup.sync
     }
 
-    /// Where the delay comes from.
+    /// Source of the delay.
     pub(super) const fn delay(&self) -> DelayConfig {
         self.setup.delay
     }
@@ -240,12 +244,12 @@ impl Clock {
         for_data(parameters, *data).checked(task_cycle_time)
     }
 
-    /// From now on the axes pass through as they come.
+    /// Passes the axes through as received from now on.
     pub(super) fn disable(&mut self) {
         self.enabled = false;
     }
 
-    /// Starts anew, enabled.
+    /// Restarts, enabled.
     pub(super) fn re_initialise(&mut self) {
         self.enabled = true;
         if let Some(data) = self.data_cycle_time() {
@@ -253,7 +257,7 @@ impl Clock {
         }
     }
 
-    /// Calculates the set values otherwise. Nothing that is learnt is lost by that.
+    /// Changes the method of calculating the set values. All learned values are kept.
     pub(super) fn set_mode(&mut self, mode: Mode) {
         self.setup.mode = mode;
         let setup = &self.setup;
@@ -265,7 +269,7 @@ impl Clock {
         }
     }
 
-    /// Changes the parameters: these, which are good as `checked`.
+    /// Changes the parameters to these, valid as `checked`.
     pub(super) fn set_parameters(
         &mut self,
         parameters: &AxisSyncParameters,
@@ -274,13 +278,13 @@ impl Clock {
         self.setup.sync = *parameters;
         match &mut self.state {
             State::Running(running) => running.sync.set_parameters(checked),
-            // They may fit now.
+            // The new parameters may fit.
             State::Refused { .. } => self.state = State::Waiting,
             State::Waiting => {}
         }
     }
 
-    /// Takes the delay from elsewhere; what changes by that is slewed.
+    /// Changes the source of the delay; the resulting change is slewed.
     pub(super) fn set_delay(&mut self, delay: DelayConfig) {
         self.setup.delay = delay;
         if let State::Running(Running { observed, .. }) = &mut self.state
@@ -290,12 +294,12 @@ impl Clock {
         }
     }
 
-    /// Whether the sender's cycle time was refused.
+    /// True if the sender's cycle time was refused.
     pub(super) const fn is_refused(&self) -> bool {
         matches!(self.state, State::Refused { .. })
     }
 
-    /// The sender's cycle time, as its frames tell it.
+    /// The sender's cycle time, as in its frames.
     pub(super) const fn data_cycle_time(&self) -> Option<CycleTime> {
         match &self.state {
             State::Waiting => None,
@@ -303,7 +307,7 @@ impl Clock {
         }
     }
 
-    /// Own cycles after which data are too old; none where nothing watches it.
+    /// Own cycles after which data are too old; none if they are not monitored.
     pub(super) fn age_limit(&self) -> Option<u32> {
         match &self.state {
             State::Running(running) if self.enabled => running.sync.age_limit(),
@@ -345,7 +349,7 @@ impl Clock {
 }
 
 impl ClockSetup {
-    /// A phase observer; its parameters were checked at the start.
+    /// Creates a phase observer; its parameters were checked at the start.
     fn observer(&self, data: CycleTime) -> Option<FarClock> {
         let mut clock = FarClock::new(data, self.observer, self.delay.into(), self.run).ok()?;
         clock.state_asymmetry(self.asymmetry);
@@ -353,13 +357,13 @@ impl ClockSetup {
     }
 }
 
-/// Whether they say another cycle time of the sender than its frames.
+/// True if they state another cycle time of the sender than its frames.
 fn contradicts(parameters: &AxisSyncParameters, data: CycleTime) -> bool {
     let configured = parameters.time_sync.data_cycle_time;
     configured != Seconds::ZERO && configured.to_span() != data.span()
 }
 
-/// The parameters with what the frames say.
+/// The parameters with the cycle time of the frames.
 fn for_data(parameters: &AxisSyncParameters, data: CycleTime) -> AxisSyncParameters {
     AxisSyncParameters {
         time_sync: TimeSyncParameters {

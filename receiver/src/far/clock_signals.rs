@@ -1,4 +1,4 @@
-//! What signals say of a far clock.
+//! Signals of a far clock.
 
 use coaxle_clock::far_clock::FarClockOutput;
 use coaxle_clock::time_sync::TimeSyncState;
@@ -9,7 +9,7 @@ use super::micros;
 use crate::signals::FarNodeSignals;
 
 impl Following {
-    /// What signals say of it without an observer.
+    /// Writes its signals without an observer.
     pub(super) fn show(&self, signals: &mut FarNodeSignals) {
         let correction = &self.correction;
         let time_sync = &correction.time_sync;
@@ -29,7 +29,7 @@ impl Following {
     }
 }
 
-/// What signals say of it with one.
+/// Writes its signals with an observer.
 pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeSignals) {
     let FarClockOutput {
         observer,

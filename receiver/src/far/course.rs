@@ -1,31 +1,31 @@
-//! Whether far time goes on as time does.
+//! Checks that far time passes as time does.
 
 use coaxle_clock::{Instant, Remote, Span};
 use coaxle_remote::FilterState;
 
-/// The far time that an axis stands for, from cycle to cycle.
+/// Far time of an axis's set values from cycle to cycle.
 #[derive(Debug, Default)]
 pub(super) struct FarTimeCourse {
     last: Option<(FilterState, Instant<Remote>)>,
 }
 
-/// How far time went on in a cycle.
+/// Advance of the far time in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Advance {
     /// As time does.
     By(Span),
-    /// In no way that anything moves.
+    /// No motion advances so.
     Jump,
     /// The set values stand for no far time, or by another mode than before.
     Unknown,
 }
 
 impl FarTimeCourse {
-    /// The far time of this cycle, and by which mode; none where it stands for none. `passed` is the time since the
-    /// cycle before.
+    /// Compares the far time of this cycle and its mode with the previous cycle's; none if its set
+    /// values stand for none. `passed` is the time since the previous cycle.
     ///
-    /// It jumps where it goes back, or on by more than twice as much as time did: nothing that moves does that. Beats
-    /// do in mode bypass, on purpose, and a change of mode is blended over.
+    /// Far time jumps if it moves back, or forward by more than twice the time passed: no motion
+    /// does that. Beats do in mode bypass, on purpose, and a change of mode is blended.
     pub(super) fn advance(
         &mut self,
         mode: FilterState,
@@ -47,7 +47,7 @@ impl FarTimeCourse {
         }
     }
 
-    /// What comes next has nothing to do with what was.
+    /// Restarts: the next far time is unrelated to the previous one.
     pub(super) const fn forget(&mut self) {
         self.last = None;
     }

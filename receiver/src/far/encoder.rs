@@ -1,4 +1,5 @@
-//! A far axis that is only measured: its increments made a smooth master, in place of the extrapolation.
+//! Conditioning of a far axis that is only measured: a smooth master from its increments, in place
+//! of the extrapolation.
 
 use coaxle_axis::TravelDirection;
 use coaxle_clock::time_sync::WrongParameter;
@@ -15,21 +16,21 @@ use crate::signals::FarAxisSignals;
 pub(super) struct Encoder {
     own: CycleTime,
     parameters: EncoderParameters,
-    /// How often the far node reads its counter; none before its first frame.
+    /// Cycle in which the far node reads its counter; none before its first frame.
     sampled_every: Option<CycleTime>,
     checked: CheckedEncoder,
     master: EncoderMaster,
-    /// What came and was not taken in yet, with its count.
+    /// Received sample that is not processed yet, with its count.
     fresh: Option<(Kinematics, u64)>,
-    /// The count of the newest sample that was.
+    /// The count of the newest processed sample.
     count: Option<u64>,
-    /// Own cycles since that.
+    /// Own cycles since that sample.
     cycles: u32,
     output: EncoderOutput,
 }
 
 impl Encoder {
-    /// `own` is the receiver's cycle time; the far node's is known when its first frame comes.
+    /// Creates it for `own`, the receiver's cycle time; the far node's is known with its first frame.
     pub(super) fn new(
         own: CycleTime,
         parameters: EncoderParameters,
@@ -48,7 +49,8 @@ impl Encoder {
         })
     }
 
-    /// The far node reads its counter in cycles of this length: the next sample is the first.
+    /// Restarts for a far node that reads its counter in cycles of this length: the next sample is
+    /// the first.
     pub(super) fn restart(&mut self, sampled_every: CycleTime) {
         if self.sampled_every.replace(sampled_every) != Some(sampled_every) {
             self.checked = self.for_samples(sampled_every);
@@ -57,7 +59,7 @@ impl Encoder {
         self.forget();
     }
 
-    /// A time of smoothing that is too short for samples that come so seldom gives way to the automatic one.
+    /// A smoothing time that is too short for such infrequent samples is replaced by the automatic one.
     fn for_samples(&self, every: CycleTime) -> CheckedEncoder {
         let sampled = EncoderParameters {
             sampling_time: Seconds(every.as_secs_f64()),
@@ -74,7 +76,7 @@ impl Encoder {
             .unwrap_or(self.checked)
     }
 
-    /// Where the axis was says nothing of where it is next: the next sample is the first.
+    /// Restarts at a position unrelated to the previous one: the next sample is the first.
     pub(super) fn forget(&mut self) {
         self.master.restart();
         self.count = None;
@@ -85,13 +87,13 @@ impl Encoder {
         };
     }
 
-    /// What the newest frame, with this count, says of the axis.
+    /// Takes the axis's values of the newest frame, with this count.
     pub(super) const fn take(&mut self, set: &Kinematics, count: u64) {
         self.fresh = Some((*set, count));
     }
 
-    /// One cycle. `age` is how old the newest sample is in the mode that is in force; none where the axis is to
-    /// be as it came: then a sample is new in the cycle that it came in.
+    /// Runs one cycle. `age` is that of the newest sample in the mode in force; none if the axis is
+    /// to be as received: then a sample is new in the cycle of its arrival.
     pub(super) fn update(&mut self, age: Option<Seconds>, elapsed: u32) {
         self.cycles = self.cycles.saturating_add(elapsed);
         let sample = self.sample();
@@ -116,7 +118,7 @@ impl Encoder {
         self.output.acquired.then_some(self.output.set)
     }
 
-    /// Where the increments say that the axis goes, or went last.
+    /// Current or last direction of the axis by its increments.
     pub(super) const fn travel(&self) -> Option<TravelDirection> {
         self.output.direction
     }

@@ -1,8 +1,8 @@
-//! The axes of frames that wait: a few frames of them, however many messages wait.
+//! The axes of waiting frames: a few frames of them, for any number of waiting messages.
 //!
-//! Only the newest frame that a cycle takes in is needed with its axes, so few are kept. Where more wait,
-//! those go that will not be needed: of all that the next cycle takes in, any but the newest; else those
-//! that came first.
+//! Only the newest frame that a cycle takes in is needed with its axes, so few are kept. If more
+//! wait, those that will not be needed are dropped: of all that the next cycle takes in, any but
+//! the newest; otherwise the first to arrive.
 
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{AxisSample, Frame, FrameHeader};
@@ -11,9 +11,9 @@ use coaxle_node::{AxisSample, Frame, FrameHeader};
 #[derive(Debug)]
 pub(super) struct Frames {
     axes: usize,
-    /// Which frame is in which place.
+    /// Frame in each place.
     kept: Box<[Option<Kept>]>,
-    /// Place after place.
+    /// Samples, place after place.
     samples: Box<[Option<AxisSample>]>,
 }
 
@@ -25,7 +25,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// What decides which of two frames is the newer one.
+    /// Order of two frames, the newer one last.
     fn age(&self, other: &Self) -> std::cmp::Ordering {
         if self.epoch == other.epoch {
             self.count.cmp(&other.count)
@@ -36,7 +36,7 @@ impl Kept {
 }
 
 impl Frames {
-    /// Room for so many frames of so many axes.
+    /// Creates room for this number of frames and axes.
     pub(super) fn new(frames: usize, axes: usize) -> Self {
         Self {
             axes,
@@ -45,8 +45,8 @@ impl Frames {
         }
     }
 
-    /// Keeps the axes of a frame that arrived at `at`, if they can still be needed. The next cycle takes
-    /// in what arrives until `due`, at least.
+    /// Keeps the axes of a frame that arrived at `at`, if they can still be needed. The next cycle
+    /// takes in at least all that arrives until `due`.
     pub(super) fn keep(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         let new = Kept {
             at,
@@ -72,14 +72,14 @@ impl Frames {
         Some(&self.samples[start..start + self.axes])
     }
 
-    /// A cycle is over that took in all that arrived until `cycle_start`.
+    /// Ends a cycle that took in all that arrived until `cycle_start`.
     pub(super) fn forget_until(&mut self, cycle_start: Instant<Local>) {
         for place in &mut self.kept {
             let _ = place.take_if(|kept| kept.at <= cycle_start);
         }
     }
 
-    /// A free place, or that of the frame that is needed least; none if that is the new one.
+    /// A free place, or that of the least needed frame; none if that is the new one.
     fn place_for(&self, new: &Kept, due: Instant<Local>) -> Option<usize> {
         if let Some(free) = self.kept.iter().position(Option::is_none) {
             return Some(free);
@@ -88,7 +88,7 @@ impl Frames {
         let is_due = |kept: &Kept| kept.at <= due;
         let all_due = kept().filter(|(_, kept)| is_due(kept));
         match all_due.min_by(|(_, a), (_, b)| a.age(b)) {
-            // One of the two is not the newest that is due.
+            // Two are due: the older one is not needed.
             Some((oldest, kept)) if is_due(new) => kept.age(new).is_lt().then_some(oldest),
             Some((oldest, _)) if kept().filter(|(_, kept)| is_due(kept)).count() > 1 => {
                 Some(oldest)
@@ -165,7 +165,7 @@ mod tests {
             keep(&mut frames, 500, count, 1_000);
         }
         assert!(counts(&frames).contains(&999));
-        // Those that come later, however many, leave it there.
+        // Later frames in any number leave it there.
         for count in 1_000..1_100 {
             keep(&mut frames, 1_001 + count as i64, count, 1_000);
         }

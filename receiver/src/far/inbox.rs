@@ -16,8 +16,8 @@ use super::sequence::{Place, Sequence};
 use crate::arrivals::INBOX_CAPACITY;
 use crate::signals::FarNodeSignals;
 
-/// What became of the messages. Each that was received is in order, a duplicate or late, was dropped, is foreign, or
-/// waits; of the first three some are stale.
+/// Counters of the messages. Each received message is in order, a duplicate or late, was dropped,
+/// is foreign, or waits; of the first three some are stale.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counters {
     received: u64,
@@ -40,7 +40,7 @@ pub(crate) struct Inbox {
     frames: Frames,
     age_limit: Option<Span>,
     choice: RunChoice,
-    /// How many runs have been followed.
+    /// Number of runs followed up to now.
     runs: u64,
     run_of_image: u64,
     sender: Option<Sender>,
@@ -60,8 +60,8 @@ struct Sender {
 }
 
 impl Inbox {
-    /// An inbox that drops what is older than `age_limit`, if there is one, with room for the axes of
-    /// so many frames.
+    /// Creates an inbox that drops messages older than `age_limit`, if there is one, with room for
+    /// the axes of this number of frames.
     pub(crate) fn new(age_limit: Option<Span>, frames: usize, axes: usize) -> Self {
         Self {
             waiting: VecDeque::with_capacity(INBOX_CAPACITY),
@@ -78,7 +78,7 @@ impl Inbox {
         }
     }
 
-    /// Drops what is older than this from now on.
+    /// Sets the age limit from now on.
     pub(crate) fn set_age_limit(&mut self, limit: Option<Span>) {
         if limit == self.age_limit {
             return;
@@ -94,8 +94,8 @@ impl Inbox {
         self.counters.rejected.count(reason);
     }
 
-    /// Stores a frame. When there are too many, the oldest goes. The next cycle begins at `due`, or
-    /// later.
+    /// Stores a frame. If there are too many, the oldest is dropped. The next cycle begins at
+    /// `due`, or later.
     pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         self.counters.received += 1;
         if self.waiting.len() == INBOX_CAPACITY {
@@ -103,17 +103,17 @@ impl Inbox {
             self.counters.overflow += 1;
         }
         self.waiting.push_back((at, frame.header));
-        // Whatever else comes must not take the place of what is followed.
+        // Frames of other runs must not replace those of the run that is followed.
         if self.choice.can_be_followed(at, &frame.header) {
             self.frames.keep(at, frame, due);
         }
     }
 
-    /// The input image of the cycle that ideally begins at `cycle_start`; none as long as nothing
-    /// has come.
+    /// Returns the input image of the cycle that ideally begins at `cycle_start`; none before the
+    /// first message.
     ///
-    /// Every message that is taken in and young enough is shown to `received`, with its arrival and whether
-    /// another run begins with it.
+    /// Passes every accepted message that is young enough to `received`, with its arrival and true
+    /// if another run begins with it.
     pub(crate) fn image(
         &mut self,
         cycle_start: Instant<Local>,
@@ -148,27 +148,27 @@ impl Inbox {
         self.frames.find(self.image.as_ref()?)
     }
 
-    /// The cycle that ideally began at `cycle_start` is over.
+    /// Ends the cycle that ideally began at `cycle_start`.
     pub(crate) fn end_cycle(&mut self, cycle_start: Instant<Local>) {
         self.frames.forget_until(cycle_start);
     }
 
-    /// The run of a second node of the same name, if one is heard.
+    /// The run of a second node with this name, if one is received.
     pub(crate) fn rival(&self, now: Instant<Local>) -> Option<u64> {
         self.choice.rival(now)
     }
 
-    /// Which of the runs that have been followed the image is of, by its number.
+    /// Number of the image's run among the runs followed.
     pub(crate) const fn run_of_image(&self) -> u64 {
         self.run_of_image
     }
 
-    /// Whether the sender's cycles are so far from those that it states that nobody can follow them.
+    /// True if the sender's cycles are too far from the stated ones to be followed.
     pub(crate) fn is_pace_refused(&self) -> bool {
         (self.sender.as_ref()).is_some_and(|sender| sender.pace.is_refused())
     }
 
-    /// What signals say of the messages.
+    /// Writes the signals of the messages.
     pub(crate) fn show(&self, signals: &mut FarNodeSignals) {
         let counters = self.counters();
         signals.pace_ppm = self.sender.as_ref().and_then(|sender| sender.pace.ppm());
@@ -210,7 +210,7 @@ impl Inbox {
         }
     }
 
-    /// Whether the message is new and young enough.
+    /// True if the message is new and young enough.
     fn take(&mut self, at: Instant<Local>, header: &FrameHeader, now: Instant<Local>) -> bool {
         let count = header.count;
         let Some(sender) = &mut self.sender else {

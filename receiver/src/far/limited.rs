@@ -4,12 +4,12 @@ use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_clock::{CycleTime, Seconds};
 use coaxle_curve::profile::{Kinematics, Limits};
 
-/// Keeps them by the differences of its positions, whatever happens to its node.
+/// Keeps the limits by the differences of its positions, in any state of its node.
 #[derive(Debug)]
 pub(super) struct Limited {
     limits: Limits,
     cycle: Seconds,
-    /// None before its first set values.
+    /// Guard; none before its first set values.
     guard: Option<SetValueGuard>,
     is_tracking: bool,
 }
@@ -24,7 +24,7 @@ impl Limited {
         }
     }
 
-    /// What the limits leave of set values, `elapsed` cycles after the last ones.
+    /// Limits set values, `elapsed` cycles after the last ones.
     pub(super) fn keep(&mut self, set: &Kinematics, elapsed: u32) -> Kinematics {
         let Some(guard) = &mut self.guard else {
             let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -37,8 +37,9 @@ impl Limited {
         left.set
     }
 
-    /// Where an axis begins, within its limits: with an acceleration beyond them it would be led away for as long as the jerk
-    /// limit takes to end that, and at 3 900 mm/s³ from 4 900 mm/s² on those were two metres.
+    /// Initial state of an axis, within its limits: with an acceleration beyond them it would be
+    /// led away until the jerk limit ends that, and at 3 900 mm/s³ from 4 900 mm/s² on those were
+    /// two metres.
     fn within(&self, set: &Kinematics) -> Kinematics {
         let (velocity, push) = (
             self.limits.velocity(),
@@ -52,7 +53,7 @@ impl Limited {
         }
     }
 
-    /// Whether the last set values were left as they were.
+    /// True if the last set values were left unchanged.
     pub(super) const fn is_tracking(&self) -> bool {
         self.is_tracking
     }

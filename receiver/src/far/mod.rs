@@ -1,5 +1,4 @@
-//! A node that is followed, or one of those that stand by for it: whom, which run of it, its clock, and its axes
-//! made local.
+//! A far node and its standbys: choice of the node and its run, its clock, and its axes made local.
 
 mod axis;
 mod beacons;
@@ -42,42 +41,42 @@ use orders::OrderCounters;
 pub(crate) use pace::LARGEST_PPM;
 use take_over::TakeOver;
 
-/// One far node, with those that stand by for it.
+/// A far node with its standbys.
 #[derive(Debug)]
 pub(crate) struct FarNode {
     cycle_time: CycleTime,
-    /// Itself, then its standbys.
+    /// The node itself, then its standbys.
     candidates: Box<[Candidate]>,
     take_over: TakeOver,
     axes: Box<[Axis]>,
     orders: OrderCounters,
 }
 
-/// What one cycle of a far node leaves for others.
+/// Outputs of one cycle of a far node.
 pub(crate) struct FarOutputs<'a> {
-    /// Its axes as masters of slaves, in their order.
+    /// Axes as masters of slaves, in their order.
     pub(crate) masters: &'a mut [Option<Master>],
     /// The signals of its axes, likewise.
     pub(crate) axes: &'a mut [FarAxisSignals],
-    /// Those of all nodes that are heard, by their numbers.
+    /// Signals of all received nodes, by their numbers.
     pub(crate) nodes: &'a mut [FarNodeSignals],
-    /// What the receiver thinks of them.
+    /// Health of these nodes.
     pub(crate) health: &'a mut [Health],
-    /// Their cycle times, as their frames say.
+    /// Cycle times of these nodes, as in their frames.
     pub(crate) data_cycle_times: &'a mut [Option<CycleTime>],
 }
 
-/// A node that says nothing for so long is never reported healthy, whatever the age limit.
+/// Silence after which a node is never reported healthy, at any age limit.
 const SILENCE: Span = Span::from_secs(1);
 
-/// Frames whose axes can wait for their cycle …
+/// Number of frames whose axes can wait for their cycle …
 const FRAMES: usize = 8;
 /// … and where injected faults hold them back.
 const FRAMES_OF_FAULTS: usize = 128;
 
 impl FarNode {
-    /// `run` is this run of the own node; `numbers` are those of the node and of its standbys among all that are
-    /// heard.
+    /// Creates the node for `run`, the run of the own node; `numbers` are those of the node and of
+    /// its standbys among all received nodes.
     pub(crate) fn new(
         config: &FarConfig,
         cycle_time: CycleTime,
@@ -114,12 +113,12 @@ impl FarNode {
         })
     }
 
-    /// One of its nodes: itself is the first.
+    /// Node at a place: itself is the first.
     pub(crate) fn node(&mut self, place: usize) -> &mut Candidate {
         &mut self.candidates[place]
     }
 
-    /// One cycle: whom it follows, which run, what its clock shows, and where its axes are.
+    /// Runs one cycle: selects the node and its run, evaluates its clock, and calculates its axes.
     pub(crate) fn scan(&mut self, tick: &Tick, arrivals: &mut ArrivalLog, out: FarOutputs<'_>) {
         for node in &mut self.candidates {
             node.cycle(tick, arrivals.of(node.number));
@@ -147,12 +146,12 @@ impl FarNode {
         out.nodes[number].health = health.name();
     }
 
-    /// The one that is followed.
+    /// The node that is followed.
     fn followed(&self) -> &Candidate {
         &self.candidates[self.take_over.followed()]
     }
 
-    /// Whether another node is followed from this cycle on, whose frame is there.
+    /// Changes to another node from this cycle on, if its frame is there.
     fn take_over(&mut self, tick: &Tick) {
         let Self {
             candidates,
@@ -177,13 +176,13 @@ impl FarNode {
         for (axis, encoder) in axes.iter_mut().zip(candidates[next].encoders_mut()) {
             axis.take_over(encoder);
         }
-        // Those of the one before stand by with it.
+        // The smoothing of the old node goes to standby with it.
         let encoders = std::mem::take(candidates[next].encoders_mut());
         let none = std::mem::replace(candidates[before].encoders_mut(), encoders);
         *candidates[next].encoders_mut() = none;
     }
 
-    /// What the newest cycle brought of the axes.
+    /// Takes the axes of the newest cycle.
     fn take_axes(&mut self, tick: &Tick) {
         let followed = self.take_over.followed();
         for (place, node) in self.candidates.iter_mut().enumerate() {
@@ -210,7 +209,7 @@ impl FarNode {
         }
     }
 
-    /// Every axis, moved in time by the same clock. Gives the first error.
+    /// Moves every axis in time by the common clock. Returns the first error.
     fn correct_axes(
         &mut self,
         tick: &Tick,
@@ -257,7 +256,7 @@ impl FarNode {
         first
     }
 
-    /// That of the far node: of whom it follows, and whether somebody stands by.
+    /// Health of the far node: that of the followed node, and of the standbys.
     fn health(&self, of: &[Health], now: Instant<Local>) -> Health {
         let followed = self.take_over.followed();
         let own = of[self.candidates[followed].number];
@@ -275,7 +274,7 @@ impl FarNode {
     }
 }
 
-/// What the receiver thinks of a node by itself.
+/// Health of a single node.
 fn health_of(node: &Candidate, error_of_axis: Option<SyncError>) -> Health {
     let Some(following) = &node.news().following else {
         return if node.clock.is_refused() {
@@ -306,7 +305,7 @@ fn health_of(node: &Candidate, error_of_axis: Option<SyncError>) -> Health {
     Health::Ok
 }
 
-/// How many frames can wait.
+/// Number of frames that can wait.
 fn frames(config: &FarConfig) -> usize {
     if config.faults == LinkConfig::default() {
         FRAMES

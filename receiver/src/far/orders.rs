@@ -1,6 +1,6 @@
-//! Orders to a far node: the inputs of `FB_AxisSync` while the node runs. Plan, then apply.
+//! Commands to a far node: the inputs of `FB_AxisSync` while the node runs. Plan, then apply.
 //!
-//! After an order the set values go on from where they are: whatever it changes is blended over
+//! After a command the set values continue from their current state: all changes are blended over
 //! `blending-time-s`, and a delay is slewed.
 
 use coaxle_node::command::{
@@ -23,10 +23,10 @@ use crate::signals::FarNodeSignals;
     reason = "it never leaves the cycle's stack, and boxing it would allocate there"
 )]
 pub(super) enum FarChange {
-    /// It is so already.
+    /// The state is the commanded one already.
     Nothing,
     Disable,
-    /// Enabled or not: starts anew.
+    /// Enables if necessary, and restarts.
     Start,
     Mode(Mode),
     Parameters {
@@ -36,7 +36,7 @@ pub(super) enum FarChange {
     Delay(DelayConfig),
 }
 
-/// What orders have done.
+/// Effects of the commands.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct OrderCounters {
     re_initialisations: u32,
@@ -51,7 +51,7 @@ impl OrderCounters {
 }
 
 impl FarNode {
-    /// An order of somebody in the network. A dry run is a plan that is not applied.
+    /// Executes a command from the network. A dry run is a plan that is not applied.
     pub(crate) fn execute(&mut self, order: &FarOrder) -> CommandOutcome {
         match self.plan(&order.command) {
             Err(refusal) => CommandOutcome::FarRefused {
@@ -67,7 +67,7 @@ impl FarNode {
         }
     }
 
-    /// What would come of a command.
+    /// Plans the effect of a command.
     pub(super) fn plan(&self, command: &FarCommand) -> Result<FarChange, FarRefusal> {
         let enabled = self.followed().clock.is_enabled();
         match command {
@@ -85,7 +85,7 @@ impl FarNode {
         }
     }
 
-    /// Does what was planned, with the clocks of all nodes that it may be read from.
+    /// Applies a plan to the clocks of all nodes that it may be read from.
     pub(super) fn apply(&mut self, change: &FarChange) {
         let clocks = self.candidates.iter_mut().map(|node| &mut node.clock);
         match change {
@@ -139,7 +139,7 @@ impl FarNode {
         })
     }
 
-    /// As the answer to an order shows it.
+    /// The state for the response to a command.
     fn view(&self) -> FarView {
         FarView {
             enabled: self.followed().clock.is_enabled(),

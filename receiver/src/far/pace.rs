@@ -1,13 +1,14 @@
-//! The pace of a sender: how long its cycles last by the own clock, beside what its frames say.
+//! The pace of a sender: length of its cycles by the own clock, compared with its frames.
 
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 
-/// The largest difference that is followed, ppm either way: beyond that of any two quartzes, and of clocks that are
-/// slewed (500 ppm by NTP, 2 000 in the scenario faults/drift). Such a sender does not have the cycle time it states.
+/// The largest difference that is followed, ppm in both directions: beyond that of any two
+/// quartzes, and of clocks that are slewed (500 ppm by NTP, 2 000 in the scenario faults/drift).
+/// Such a sender does not have its stated cycle time.
 pub(crate) const LARGEST_PPM: f64 = 2_500.0;
 /// The least delayed frames of one such span and of the next give the pace: 5 ms of other delay are 5 000 ppm, …
 const BLOCK: Span = Span::from_secs(1);
-/// … and so it is believed when this number of blocks in a row agree.
+/// … which is accepted once this number of consecutive blocks agree.
 const BLOCKS: u32 = 4;
 
 /// Measures the pace of one run of a sender.
@@ -18,12 +19,12 @@ pub(super) struct Pace {
     least_delayed: Mark,
     before: Option<Mark>,
     ppm: Option<f64>,
-    /// Blocks in a row that were too slow (negative) or too fast.
+    /// Consecutive blocks that were too slow (negative) or too fast.
     beyond: i32,
     is_refused: bool,
 }
 
-/// A frame, by when the count 0 would have come with its delay.
+/// A frame, by the arrival of count 0 with its delay.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     at: Instant<Local>,
@@ -31,7 +32,7 @@ struct Mark {
 }
 
 impl Pace {
-    /// Of a run whose first frame has this count and arrived at `at`.
+    /// Starts with a run whose first frame has this count and arrived at `at`.
     pub(super) fn starting(at: Instant<Local>, count: u64, cycle_time: CycleTime) -> Self {
         Self {
             cycle_time,
@@ -44,7 +45,7 @@ impl Pace {
         }
     }
 
-    /// A frame.
+    /// Takes a frame.
     pub(super) fn take(&mut self, at: Instant<Local>, count: u64) {
         let mark = Mark::of(at, count, self.cycle_time);
         if at - self.start >= BLOCK {
@@ -56,12 +57,13 @@ impl Pace {
         }
     }
 
-    /// The sender's cycles per own time, off what it states; positive: it is fast. None in its first seconds.
+    /// Deviation of the sender's cycles per own time from its stated ones; positive: it is fast.
+    /// None in its first seconds.
     pub(super) const fn ppm(&self) -> Option<f64> {
         self.ppm
     }
 
-    /// Whether nobody can follow that.
+    /// True if the pace is too far off to be followed.
     pub(super) const fn is_refused(&self) -> bool {
         self.is_refused
     }
@@ -138,7 +140,7 @@ mod tests {
     fn neither_jitter_nor_a_backlog_is_a_pace() {
         let jitter = |count: i64| (count * 7_919 % 20_011) * 1_000;
         assert!(!run(1_000_000, jitter).is_refused());
-        // Nothing is taken in for three seconds, then all of it.
+        // Reception pauses for three seconds, then catches up.
         let backlog = |count: i64| match count {
             4_000..7_000 => (7_000 - count) * 1_000_000,
             _ => 0,

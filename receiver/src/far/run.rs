@@ -1,50 +1,51 @@
-//! Which run of a far node is followed: one decision, which inbox, clock and axes obey.
+//! The choice of a far node's run: one decision that inbox, clock and axes follow.
 //!
-//! A run is a start of the far node, told by its epoch, with one cycle time and a count that keeps pace with
-//! the own clock. The first one is followed at once, and kept as long as it is heard. Another one takes over only
-//! when it has come regularly and the one before is silent. A run that has ended comes back only when nothing
-//! else was heard for long: it may have been taken over from while it was silent itself. Nor does one with the
-//! epoch of the run that is followed, but another count or cycle time, take over sooner: within a run neither
-//! changes. Late frames of the run that is followed are its backlog as long as they catch up with the time, or any
-//! other comes in time. So a stray frame, one that is repeated for ever, a second node of the same name, a receiver
-//! that stood still, or a frame that was on its way for long, moves nothing.
+//! A run is a start of the far node, identified by its epoch, with one cycle time and a count that
+//! keeps pace with the own clock. The first one is followed at once, and kept as long as it is
+//! received. Another one takes over only when it has arrived regularly and the previous one is
+//! silent. A run that has ended returns only when no other was received for long: it may have been
+//! taken over from while it was silent itself. Nor does one with the epoch of the run that is
+//! followed, but another count or cycle time, take over sooner: within a run neither changes. Late
+//! frames of the run that is followed are its backlog as long as they catch up with the time, or
+//! any other arrives in time. So a stray frame, one repeated endlessly, a second node with this
+//! name, a receiver that stood still, or a frame with a long delay has no effect.
 
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::FrameHeader;
 
-/// Its count may be ahead of what came with the least delay by so much: a delay may shrink, and a clock be stepped …
+/// Largest lead of a count over the least delayed frame, s: a delay may shrink, and a clock be stepped …
 const AHEAD: f64 = 0.1;
-/// … and by such a share of the time since then: no delay stays the least for ever.
+/// … and its growth per time since that frame: no delay stays the least permanently.
 const LEAK: f64 = 0.005;
-/// It may be behind the newest frame by so much, s: a delay may grow, for a while.
+/// Largest lag of a count behind the newest frame, s: a delay may grow, for a while.
 const BEHIND: f64 = 1.0;
-/// Another run must have come with so many frames, each with a later count, …
+/// Number of frames, each with a later count, after which another run is regular, …
 const REGULAR: u32 = 5;
-/// … and the one that is followed be silent for so many of its cycles, and for so long, …
+/// … number of cycles and time for which the one that is followed must be silent then, …
 const SILENT_CYCLES: i64 = 4;
 const SILENT: Span = Span::from_millis(10);
-/// … or for so long, if both were heard at the same time: then it may be but a bad link.
+/// … and that time if both were received simultaneously: the link may only be bad.
 const SILENT_RIVAL: Span = Span::from_secs(1);
-/// A run that has ended, or another count in the epoch of the one that is followed, must have come for so long to be
-/// more than what was left of it on its way, or was recorded of it.
+/// Time for which a run that has ended, or another count in the epoch of the one that is followed,
+/// must be received to be more than delayed or recorded frames of it.
 const BACK: Span = Span::from_secs(1);
 /// Late frames that gain this much on the time, s, are a backlog being drained: they are no regular run until they have
 /// kept pace for [`BACK`]. Twice the jitter of a link that still counts as regular, a fortieth of the shortest backlog
 /// that is beyond [`BEHIND`].
 const CATCHES_UP: f64 = 0.025;
-/// One that has not been heard for so long is no rival any more.
+/// Time without frames after which a run is no duplicate any more.
 const FORGOTTEN: Span = Span::from_secs(1);
-/// So many ended runs are remembered.
+/// Number of ended runs that are remembered.
 const ENDED: usize = 8;
 
-/// What a frame is to its receiver.
+/// Class of a frame for its receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Admission {
-    /// One of the run that is followed.
+    /// A frame of the run that is followed.
     Followed,
     /// The first of a run that is followed from now on.
     Begins,
-    /// One of another run.
+    /// A frame of another run.
     Foreign,
 }
 
@@ -66,10 +67,10 @@ type Mark = (u64, Instant<Local>);
 struct Run {
     epoch: u64,
     cycle_time: CycleTime,
-    /// The newest.
+    /// Newest count.
     count: u64,
     at: Instant<Local>,
-    /// The one that came with the least delay of late.
+    /// The frame with the least recent delay.
     least_delayed: Mark,
 }
 
@@ -80,7 +81,7 @@ struct Other {
     /// The frame since which it has kept pace.
     since: Mark,
     frames: u32,
-    /// The run that is followed was heard since.
+    /// True if the run that is followed was received since.
     is_rival: bool,
 }
 
@@ -95,29 +96,29 @@ impl Run {
         }
     }
 
-    /// Whether a frame can be one of it: not ahead of its time. One that is late may be on its way for long.
+    /// True if a frame can belong to it: not ahead of its time. A late one may have had a long delay.
     fn has(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
         let same = self.epoch == header.epoch && self.cycle_time == header.cycle_time;
         same && self.ahead_of(self.least_delayed, at, header) <= AHEAD + self.leak(at)
     }
 
-    /// Whether it also keeps pace.
+    /// True if it also keeps pace.
     fn goes_on_with(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
         self.has(at, header) && self.ahead_of((self.count, self.at), at, header) >= -BEHIND
     }
 
-    /// By how much the count is ahead of the time that has passed since a frame, s.
+    /// Lead of the count over the time that has passed since a frame, s.
     fn ahead_of(&self, before: Mark, at: Instant<Local>, header: &FrameHeader) -> f64 {
         self.gained((before, (header.count, at)))
     }
 
-    /// By how much the counts of two frames went on faster than time did between them, s.
+    /// Gain of the counts of two frames over the time between them, s.
     fn gained(&self, ((before, since), (count, at)): (Mark, Mark)) -> f64 {
         let counted = count as f64 - before as f64;
         counted * self.cycle_time.as_secs_f64() - (at - since).as_secs_f64()
     }
 
-    /// How much more than the least delay of late counts as that now, s.
+    /// Delay beyond the least recent one that still counts as the least now, s.
     fn leak(&self, at: Instant<Local>) -> f64 {
         LEAK * (at - self.least_delayed.1).as_secs_f64().max(0.0)
     }
@@ -132,7 +133,7 @@ impl Run {
 }
 
 impl Other {
-    /// A run of which nothing but this frame is known.
+    /// Creates a run of which only this frame is known.
     fn of(at: Instant<Local>, header: &FrameHeader) -> Self {
         Self {
             run: Run::of(at, header),
@@ -151,7 +152,8 @@ impl Other {
         }
     }
 
-    /// Whether it is a backlog of the run that is followed: of one start, with one cycle time, and only later.
+    /// True if it is a backlog of the run that is followed: of one start, with one cycle time, and
+    /// only later.
     fn is_backlog_of(&self, followed: &Run) -> bool {
         let (own, other) = (&self.run, followed);
         let same = (own.epoch, own.cycle_time) == (other.epoch, other.cycle_time);
@@ -159,14 +161,14 @@ impl Other {
         same && own.gained(newest) <= 0.0
     }
 
-    /// Whether it has come for so long that it is no left-over of a run that ended.
+    /// True if it has been received too long for a remainder of a run that ended.
     fn is_back(&self) -> bool {
         self.run.at - self.since.1 >= BACK
     }
 }
 
 impl RunChoice {
-    /// What a frame is that arrived at `at`.
+    /// Classifies a frame that arrived at `at`.
     pub(super) fn judge(&mut self, at: Instant<Local>, header: &FrameHeader) -> Admission {
         let Some(followed) = &mut self.followed else {
             self.followed = Some(Run::of(at, header));
@@ -186,25 +188,26 @@ impl RunChoice {
             return Admission::Begins;
         }
         if is_late {
-            // A backlog of it, which whoever judges ages counts.
+            // A backlog of it, which the age gate counts.
             return Admission::Followed;
         }
         self.foreign = self.foreign.saturating_add(1);
         Admission::Foreign
     }
 
-    /// Whether a frame that arrives at `at` can be one of the run that is followed now.
+    /// True if a frame that arrives at `at` can belong to the run that is followed now.
     pub(super) fn can_be_followed(&self, at: Instant<Local>, header: &FrameHeader) -> bool {
         self.followed
             .is_none_or(|followed| followed.has(at, header))
     }
 
-    /// Frames of other runs so far that were not followed.
+    /// Number of frames of other runs up to now that were not followed.
     pub(super) const fn foreign(&self) -> u64 {
         self.foreign
     }
 
-    /// Another run that is heard besides the one that is followed: a second node of the same name.
+    /// Another run that is received simultaneously with the one that is followed: a second node
+    /// with this name.
     pub(super) fn rival(&self, now: Instant<Local>) -> Option<u64> {
         let (followed, other) = (self.followed?, self.other?);
         let is_heard = other.frames >= REGULAR && now - other.run.at <= FORGOTTEN;
@@ -214,7 +217,7 @@ impl RunChoice {
         (is_heard && is_other && !is_left_over).then_some(other.run.epoch)
     }
 
-    /// Notes a frame of another run; whether that is the one to follow now.
+    /// Notes a frame of another run; true if that run is to be followed now.
     fn takes_over(&mut self, at: Instant<Local>, header: &FrameHeader) -> bool {
         let Some(followed) = self.followed else {
             return false;
@@ -233,19 +236,19 @@ impl RunChoice {
         regular && at - followed.at >= longest && (!is_old || other.is_back())
     }
 
-    /// The run that it is one of; none if another one is noted.
+    /// The run of the frame; none if another run is noted.
     fn note(&mut self, at: Instant<Local>, header: &FrameHeader) -> Option<Other> {
         let has_ended = self.has_ended(header.epoch);
         let other = match self.other {
-            // One that was not heard for so long has not kept pace since then.
+            // After too long a silence it has not kept pace.
             Some(mut other)
                 if other.run.goes_on_with(at, header) && at - other.run.at <= FORGOTTEN =>
             {
                 other.take(at, header);
                 other
             }
-            // One that is heard is not given up for a stray frame of a third, but for a new run what is left of
-            // an ended one is.
+            // A run that is received is not replaced for a stray frame of a third, but remainders
+            // of an ended one are for a new run.
             Some(other)
                 if at - other.run.at < other.run.cycle_time.span() * SILENT_CYCLES
                     && (has_ended || !self.has_ended(other.run.epoch)) =>

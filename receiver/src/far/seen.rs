@@ -1,50 +1,52 @@
-//! What a master was seen to do: all that is known of its limits where none are given.
+//! Observed motion of a master: the only information on its limits if none are configured.
 
 use coaxle_curve::profile::Kinematics;
 use coaxle_remote::{LASTING, Reach};
 
-/// Acceleration and jerk may be exceeded by a third: those seen are means over a cycle of the sender.
+/// Acceleration and jerk may be exceeded by a third: the observed ones are means over a cycle of
+/// the sender.
 const RESERVE: f64 = 4.0 / 3.0;
-/// Frames are neighbours up to this number of cycles of the sender apart: some are always lost. Over more the master may have done
-/// anything.
+/// Frames are neighbours up to this number of cycles of the sender apart: some are always lost.
+/// Over more the motion of the master is unknown.
 const NEXT: u64 = 4;
-/// The cycles of the sender by which a mode that shows what comes may step at once: those of a beat, and of the
-/// silence that is borne by default (`age-of-data-limit`).
+/// Cycles of the sender by which a mode that shows values as received may step at once: those of a
+/// beat, and of the silence that is tolerated by default (`age-of-data-limit`).
 pub(super) const LARGEST_BEAT: u64 = 8;
 /// The mean of two velocities is off by at most this multiple of acceleration × time² (the trapezoidal rule).
 const TRAPEZOID: f64 = 0.25;
-/// Positions beside the velocities may be off to both sides.
+/// Positions may deviate from the velocities in both directions.
 const BOTH_SIDES: f64 = 2.0;
-/// What no motion explains is remembered for this time, s, and at most twice as long.
+/// Time for which deviations that no motion explains are remembered, s, at most twice as long.
 const MEMORY: f64 = 1.0;
 
-/// What a far axis was seen to do: the limits that it is taken to have, unless it is given some.
+/// Observed motion of a far axis: the limits that it is assumed to have without configured ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SeenMotion {
     /// The greatest velocity, u/s, and the greatest acceleration, u/s², stated or by differences of the velocity.
     reach: Reach,
     /// The greatest jerk by differences of the stated acceleration, u/s³.
     jerk: f64,
-    /// The rate of the velocity between the newest frames, u/s², where they were neighbours.
+    /// The rate of the velocity between the newest frames, u/s², if they were neighbours.
     rate: Option<f64>,
     noise: Noise,
     /// The ways from frame to frame, u, over no more than a beat.
     received_ways: Recent,
 }
 
-/// What of the frames no motion explains: of increments, of beats that were handed on, of positions that were set.
+/// Deviations of the frames that no motion explains: from increments, beats that were passed on,
+/// positions that were set.
 #[derive(Clone, Copy, Debug, Default)]
 struct Noise {
-    /// Of positions beside what velocities say, u.
+    /// Deviation of positions from the velocities, u.
     position: Recent,
-    /// Of velocities from frame to frame, u/s.
+    /// Deviation of velocities from frame to frame, u/s.
     velocity: Recent,
-    /// Of accelerations from frame to frame, u/s².
+    /// Deviation of accelerations from frame to frame, u/s².
     acceleration: Recent,
 }
 
 impl SeenMotion {
-    /// Set values, and those that came before: how many seconds, and how many cycles of the sender, earlier.
+    /// Takes set values, and the previous ones with the seconds and cycles of the sender between them.
     pub(super) fn take(&mut self, set: &Kinematics, before: Option<(&Kinematics, f64, u64)>) {
         let reach = &mut self.reach;
         reach.velocity = reach.velocity.max(set.velocity.abs());
@@ -88,18 +90,18 @@ impl SeenMotion {
         }
     }
 
-    /// The most that it did.
+    /// Largest observed motion.
     pub(super) const fn reach(&self) -> Reach {
         self.reach
     }
 
-    /// The longest way of late from one frame to the next that came, u.
+    /// Longest recent way from one received frame to the next, u.
     pub(super) fn received_way(&self) -> f64 {
         self.received_ways.largest()
     }
 
-    /// How far the axis may be from where set values of this age are moved on to, u: half of the jerk × age³, or the
-    /// change of the acceleration, from one end to the other, × age² / 2.
+    /// Largest distance of the axis from set values of this age moved on, u: half of the jerk ×
+    /// age³, or the change of the acceleration, from one end to the other, × age² / 2.
     pub(super) fn prediction_error(&self, age: f64) -> f64 {
         let age = age.abs();
         let by_jerk = 0.5 * self.jerk * age * age * age;
@@ -107,19 +109,19 @@ impl SeenMotion {
         by_jerk.min(by_acceleration)
     }
 
-    /// How much more than it moved the axis may move in a cycle, u, with set values of this age.
+    /// Largest additional way of the axis in a cycle, u, with set values of this age.
     pub(super) fn explained(&self, age: f64, passed: f64) -> f64 {
         let by_acceleration = self.reach.acceleration * passed * passed;
         let by_jerk = 0.5 * self.jerk * age * age * passed;
         RESERVE * (by_acceleration + by_jerk)
     }
 
-    /// The greatest velocity that set values have which are moved on by up to `age` seconds, u/s.
+    /// Greatest velocity of set values that are moved on by up to `age` seconds, u/s.
     pub(super) fn greatest_velocity(&self, age: f64) -> f64 {
         self.reach.velocity + self.reach.acceleration * age.min(LASTING)
     }
 
-    /// What of its frames no motion explains, moved on by up to `age` seconds, u.
+    /// Deviation of its frames that no motion explains, moved on by up to `age` seconds, u.
     pub(super) fn unexplained(&self, age: f64) -> f64 {
         let Noise {
             position,

@@ -1,27 +1,27 @@
-//! Which messages of a run have come, by their counts.
+//! Received messages of a run, by their counts.
 
-/// Which counts of a run have come, exactly, for all that are at most 64 behind the newest.
+/// Received counts of a run, exact for all that are at most 64 behind the newest.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sequence {
     first: u64,
     newest: u64,
-    /// Bit n: count `newest − n` has come.
+    /// Bit n: count `newest − n` was received.
     seen: u64,
     distinct: u64,
 }
 
-/// What a count is among those that have come before.
+/// Place of a count among those received before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     Newest,
     Overtaken,
     Repeated,
-    /// Nobody knows any more whether it has come before.
+    /// Too far behind the newest: an earlier reception is unknown.
     Outdated,
 }
 
 impl Sequence {
-    /// Of a run whose first message has this count.
+    /// Starts with a run whose first message has this count.
     pub(super) const fn starting_at(count: u64) -> Self {
         Self {
             first: count,
@@ -53,12 +53,12 @@ impl Sequence {
         Place::Overtaken
     }
 
-    /// From the first to the newest.
+    /// Number of counts from the first to the newest.
     pub(super) const fn expected(&self) -> u64 {
         (self.newest - self.first).saturating_add(1)
     }
 
-    /// How many of those have not come.
+    /// Number of those not received.
     pub(super) const fn missing(&self) -> u64 {
         self.expected() - self.distinct
     }

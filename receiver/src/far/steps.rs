@@ -1,9 +1,9 @@
 //! Steps of the set values that no mode explains.
 //!
-//! The blocks announce what they know of: a change of mode, a blend, data that stay away. Whatever else makes the set
-//! values jump is found here, from what leaves the blocks: an extrapolation over a silence that the master did not
-//! keep to, a position that was set, a clock that was wrong. It closes the loop: what is found is brought back along a
-//! curve.
+//! The blocks report the causes that they know: a change of mode, a blend, missing data. All other
+//! jumps of the set values are found here, in the output of the blocks: an extrapolation over a
+//! silence from which the master deviated, a position that was set, a clock that was wrong. The
+//! loop is closed: a step found is brought back along a curve.
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
@@ -11,35 +11,35 @@ use coaxle_remote::FilterState;
 
 use super::seen::{Recent, SeenMotion};
 
-/// A share of the way per cycle that is never taken for a step: far more than a clock that is followed is slewed by,
-/// far less than the 2 % of a ripple that a drive shows.
+/// A share of the way per cycle that is never taken for a step: far more than the slewing of a
+/// clock that is followed, far less than the 2 % of a drive's ripple.
 const EVENNESS: f64 = 1e-3;
-/// A step is more than this multiple of what is usual, …
+/// A step is more than this multiple of the usual departure, …
 const UNUSUAL: f64 = 4.0;
-/// … which is the largest of late, forgotten within some 10 000 cycles, …
+/// … which is the largest recent one, forgotten within some 10 000 cycles, …
 const FORGETTING: f64 = 1e-4;
 /// … and at most doubled by a cycle: a single jump is not usual.
 const DOUBLING: f64 = 2.0;
 /// Far time passes at most twice as fast as time in TS5066's blocks ([`super::course`]), …
 const PACE_OF_BLOCKS: f64 = 1.0;
-/// … and an axis may be a tenth faster than its master was by now.
+/// … and an axis may be a tenth faster than its master was up to now.
 const FASTER: f64 = 0.1;
-/// Cycles of the receiver by which set values of two modes may be apart beside what corrects them.
+/// Cycles of the receiver by which set values of two modes may be apart in addition to their corrections.
 const APART: f64 = 3.0;
-/// Cycles that a blend may take longer than its time: it begins and ends within one.
+/// Cycles that a blend may take longer than its time: its beginning and its end lie within one.
 const ENDS: f64 = 2.0;
-/// Time constants that a filter is behind by at the most, …
+/// Largest lag of a filter, in time constants, …
 const FILTERED: f64 = 2.0;
-/// … and the ways that come at once: the newest, and one that is filtered still.
+/// … and the number of ways that may be added at once: the newest, and one still in the filter.
 const AT_ONCE: f64 = 2.0;
 /// Rounding of the position, and of a far time in nanoseconds.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 const CLOCK_ROUNDING: f64 = 2e-9;
 
-/// The parameters of an axis that say how far it may go in a cycle.
+/// Parameters of an axis that bound its way in a cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Blending {
-    /// Over which a change of mode is blended, s.
+    /// Time over which a change of mode is blended, s.
     pub(super) time: f64,
     /// Time constant of the PT1 filter, s.
     pub(super) filter_time: f64,
@@ -49,34 +49,34 @@ pub(super) struct Blending {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StepWatch {
     last: Option<Kinematics>,
-    /// The largest departure of late, u.
+    /// Largest recent departure, u.
     usual: f64,
-    /// How old set values were, s.
+    /// Ages of the set values, s.
     ages: Recent,
-    /// For how long no mode has shown what comes, s.
+    /// Time since the last mode that shows values as received, s.
     shown_ago: f64,
 }
 
-/// A cycle, as the clock has it.
+/// A cycle, as given by the clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
-    /// What made the set values.
+    /// Mode that calculated the set values.
     pub(super) mode: FilterState,
-    /// A change of mode is being blended over.
+    /// True while a change of mode is being blended.
     pub(super) is_blending: bool,
-    /// The far time that passed; none where the set values stand for none.
+    /// Far time that passed; none if the set values stand for none.
     pub(super) far: Option<Span>,
-    /// What was received, u.
+    /// Received position, u.
     pub(super) received: f64,
-    /// The own time that passed, s, and the cycle time.
+    /// Own time that passed, s, and the cycle time.
     pub(super) passed: f64,
     pub(super) cycle_time: f64,
-    /// Of the set values, s.
+    /// Age of the set values, s.
     pub(super) age: f64,
 }
 
 impl StepWatch {
-    /// The set values of a cycle; whether they are a step.
+    /// Takes the set values of a cycle; returns true if they are a step.
     pub(super) fn is_step(
         &mut self,
         set: &Kinematics,
@@ -106,8 +106,8 @@ impl StepWatch {
         is_too_far || is_unusual
     }
 
-    /// Whether set values depart from what those of the cycle before had them do, by more than the master was seen to do and by
-    /// more than is usual.
+    /// True if set values depart from a continuation of the previous cycle's by more than the
+    /// observed motion of the master and more than is usual.
     fn is_unusual(
         &mut self,
         set: &Kinematics,
@@ -129,8 +129,9 @@ impl StepWatch {
         is_unusual
     }
 
-    /// How far the axis goes in a cycle at the most, u, whatever is usual: as its master was seen to go, in the pace of the far time,
-    /// with what a blend adds, and at once what a mode shows that shows what comes.
+    /// Largest way of the axis in a cycle, u, regardless of the usual departure: by the observed
+    /// motion of its master, at the pace of the far time, with the addition of a blend, and with
+    /// the ways shown at once by a mode that shows values as received.
     fn most(&self, course: &Course, blending: &Blending, seen: &SeenMotion) -> f64 {
         let Course { mode, passed, .. } = *course;
         let age = self.ages.largest();
@@ -148,8 +149,8 @@ impl StepWatch {
         velocity * (1.0 + pace + FASTER + blended) * passed + seen.unexplained(age) + at_once
     }
 
-    /// How far from what was received the axis is at the most, u: by the correction, by what a filter is behind, and by what came of
-    /// late. A blend that begins farther away is one over a silence.
+    /// Largest distance of the axis from the received position, u: by the correction, the lag of a
+    /// filter, and the recent ways. A blend that begins farther away is one over a silence.
     fn farthest(&self, course: &Course, blending: &Blending, seen: &SeenMotion) -> f64 {
         let age = self.ages.largest();
         let time = age + FILTERED * blending.filter_time + APART * course.cycle_time;
@@ -161,13 +162,13 @@ impl StepWatch {
         self.last.map(|last| last.position)
     }
 
-    /// What comes next has nothing to do with what was.
+    /// Restarts: the next set values are unrelated to the previous ones.
     pub(super) const fn forget(&mut self) {
         self.last = None;
     }
 }
 
-/// Whether a mode shows what comes when it comes, beats and all.
+/// True if a mode shows values as received, including beats.
 pub(super) const fn shows_what_comes(mode: FilterState) -> bool {
     matches!(mode, FilterState::Bypass | FilterState::Pt1)
 }
@@ -203,7 +204,7 @@ mod tests {
         }
     }
 
-    /// A master that was seen to go 500 u/s.
+    /// A master with an observed velocity of 500 u/s.
     fn seen() -> SeenMotion {
         let mut seen = SeenMotion::default();
         seen.take(&steady(0.0), None);
@@ -268,7 +269,7 @@ mod tests {
         assert!(is_step(184.0, 0.6));
     }
 
-    /// A master that is between 100 and 800 u/s and is heard every 150 ms.
+    /// A master between 100 and 800 u/s that is received every 150 ms.
     #[test]
     fn a_wrong_extrapolation_is_a_step_however_usual_it_is() {
         let (mut seen, mut watch) = (SeenMotion::default(), StepWatch::default());

@@ -1,25 +1,26 @@
-//! Which of several nodes with the same axes is followed: one decision, as that on the run of each.
+//! The choice of one of several nodes with the same axes: one decision, as for the run of each.
 //!
-//! The one that is followed stays so as long as it is heard. When it has been silent for its patience, the first of
-//! the list takes over that is heard without such a gap and whose clock is known, and stays so likewise: one that
-//! comes back is a standby. Before its data are too old, one that is heard at all is better than none. So nothing goes to and fro between two that are heard, and a receiver that heard nobody goes on
-//! with whom it had.
+//! The node that is followed is kept as long as it is received. When it has been silent for its
+//! timeout, the first of the list that is received without such a gap and has a known clock takes
+//! over, and is kept likewise: one that returns is a standby. Before its data are too old, any
+//! received one is better than none. So there is no alternation between two that are received, and
+//! a receiver that received none continues with its previous node.
 
 use coaxle_clock::{Instant, Local, Span};
 
-/// One that was never heard is waited for so long: all may be starting.
+/// Waiting time for a node that was never received: all may be starting.
 const NEVER_HEARD: Span = Span::from_secs(1);
 
-/// When a node was heard.
+/// Times at which a node was received.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Presence {
     newest: Option<Instant<Local>>,
-    /// Since when without a gap.
+    /// Time since when there was no gap.
     since: Option<Instant<Local>>,
 }
 
 impl Presence {
-    /// A message of it arrived at `at`. What is longer than `patience` is a gap.
+    /// Notes a message that arrived at `at`. A time longer than `patience` is a gap.
     pub(super) fn heard(&mut self, at: Instant<Local>, patience: Span) {
         let is_gap = self.newest.is_none_or(|newest| at - newest > patience);
         if is_gap {
@@ -28,12 +29,12 @@ impl Presence {
         self.newest = self.newest.max(Some(at));
     }
 
-    /// For how long nothing has come of it; none if nothing ever has.
+    /// Time since its last message; none before the first.
     pub(super) fn silence(&self, now: Instant<Local>) -> Option<Span> {
         Some(now - self.newest?)
     }
 
-    /// Whether it is heard, and has been for at least `patience`.
+    /// True if it is received, and has been for at least `patience`.
     pub(super) fn is_steady(&self, now: Instant<Local>, patience: Span) -> bool {
         let is_heard = self.silence(now).is_some_and(|silence| silence <= patience);
         is_heard && self.since.is_some_and(|since| now - since >= patience)
@@ -44,18 +45,18 @@ impl Presence {
     }
 }
 
-/// What the decision needs of a node.
+/// Properties of a node for the decision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Standing {
     pub(super) presence: Presence,
-    /// So long a silence of it is borne.
+    /// Timeout of its silence.
     pub(super) patience: Span,
-    /// After so long a silence of it the clock of who takes over need not be known: soon slaves would lose their
-    /// master.
+    /// Length of its silence after which a node with an unknown clock may take over: soon slaves
+    /// would lose their master.
     pub(super) longest: Span,
-    /// Its axes are there in this very cycle.
+    /// True if its axes are there in this very cycle.
     pub(super) has_axes: bool,
-    /// Its clock is known.
+    /// True if its clock is known.
     pub(super) is_known: bool,
 }
 
@@ -67,18 +68,18 @@ pub(super) struct TakeOver {
 }
 
 impl TakeOver {
-    /// The one that is followed.
+    /// Place of the node that is followed.
     pub(super) const fn followed(&self) -> usize {
         self.followed
     }
 
-    /// How often another one took over.
+    /// Number of take-overs.
     pub(super) const fn count(&self) -> u64 {
         self.count
     }
 
-    /// A cycle that ideally began at `now`, with all of them, in the order of the list. Gives the one that was
-    /// followed until now, if another one is from now on.
+    /// Decides in a cycle that ideally began at `now`, with all of them, in the order of the list.
+    /// Returns the previously followed one, if it is another from now on.
     pub(super) fn decide(
         &mut self,
         now: Instant<Local>,
@@ -91,7 +92,7 @@ impl TakeOver {
         }
         let is_there = |node: &Standing| {
             let is_steady = node.presence.is_steady(now, node.patience);
-            // One that was never heard may just be starting.
+            // A node that was never received may just be starting.
             let is_waited = silence.is_some() || node.presence.is_steady_for(now, NEVER_HEARD);
             node.has_axes && is_steady && is_waited
         };
@@ -110,7 +111,7 @@ mod tests {
 
     const PATIENCE: Span = Span::from_millis(10);
 
-    /// Nodes that are heard every millisecond, or not.
+    /// Nodes that are received every millisecond, or are not.
     struct Nodes {
         now: i64,
         decision: TakeOver,
@@ -133,7 +134,8 @@ mod tests {
             }
         }
 
-        /// So many milliseconds in which these are heard; when who took over.
+        /// Runs for this number of milliseconds in which these are received; returns the take-overs
+        /// and their times.
         fn run(&mut self, millis: i64, heard: &[usize]) -> Vec<(i64, usize)> {
             let mut taken = Vec::new();
             for _ in 0..millis {
@@ -167,7 +169,7 @@ mod tests {
         let mut nodes = Nodes::new(4);
         nodes.standings[1].is_known = false;
         nodes.run(1_000, &[0, 1, 2, 3]);
-        // The third one stays away for a while.
+        // The third one is missing for a while.
         nodes.run(20, &[0, 1, 3]);
         nodes.run(3, &[0, 1, 2, 3]);
         assert_eq!(nodes.run(50, &[1, 2, 3]), [(1_034, 2)], "heard for 10 ms");
@@ -181,7 +183,7 @@ mod tests {
         let mut nodes = Nodes::new(2);
         nodes.run(1_000, &[0, 1]);
         assert_eq!(nodes.run(500, &[]), []);
-        // The other one comes back first, but not by much.
+        // The other one returns first, but only slightly.
         assert_eq!(nodes.run(5, &[1]), []);
         assert_eq!(nodes.run(1_000, &[0, 1]), []);
         assert_eq!(nodes.run(500, &[]), []);

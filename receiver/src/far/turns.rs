@@ -1,11 +1,11 @@
-//! Positions within the turn, made continuous, and wraps where nobody expects any.
+//! Positions within a modulo period, made continuous, and unexpected wraps.
 
 use coaxle_axis::Modulo;
 use coaxle_curve::profile::Kinematics;
 
-/// Makes positions that begin again with every turn continuous: of all turns, that which is nearest to where the axis
-/// goes by its velocity. It is right as long as that is less than half a turn wrong, so whole silences are bridged at
-/// a steady velocity.
+/// Makes positions within a modulo period continuous: selects the period nearest to the position
+/// that the velocity predicts. The result is right while that error is below half a period, so
+/// whole silences are bridged at a steady velocity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turns {
     length: f64,
@@ -20,7 +20,7 @@ impl Turns {
         }
     }
 
-    /// Set values, made continuous, and how many seconds after those before they came.
+    /// Makes set values continuous; `passed` are the seconds since the previous ones.
     pub(super) fn unwrapped(&mut self, set: &Kinematics, passed: f64) -> Kinematics {
         let position = match &self.newest {
             None => set.position,
@@ -35,7 +35,7 @@ impl Turns {
         set
     }
 
-    /// Another run, or another node: the axis is in the turn that is nearest to where it was.
+    /// Begins another run, or another node: the axis is in the period nearest to its previous position.
     pub(super) fn begin_run(&mut self) {
         if let Some(newest) = &mut self.newest {
             *newest = Kinematics::at_rest(newest.position);
@@ -47,18 +47,18 @@ impl Turns {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Wraps {
     pub(super) count: u32,
-    /// By how much the position jumped at the newest, u.
+    /// Size of the newest jump of the position, u.
     pub(super) length: Option<f64>,
 }
 
 /// A wrap is a jump of at least this number of ways of a cycle, …
 const FAR: f64 = 8.0;
-/// … against the velocity, from one end of a turn to the other: one end is 0, or the two are each other's opposite, to
-/// within this number of ways.
+/// … against the velocity, from one end of a period to the other: one end is 0, or the two are each
+/// other's opposite, to within this number of ways.
 const NEAR: f64 = 2.0;
 
 impl Wraps {
-    /// Set values, and how many seconds, and few cycles, after those before they came.
+    /// Takes set values, a few cycles and `passed` seconds after the previous ones.
     pub(super) fn take(&mut self, last: &Kinematics, set: &Kinematics, passed: f64) {
         let way = mean_velocity(last, set) * passed;
         let jump = set.position - last.position - way;
@@ -147,7 +147,7 @@ mod tests {
             assert!((wraps.length.unwrap() - 360.0).abs() < 1e-6);
         }
         let mut wraps = Wraps::default();
-        // A position set anew, a rest, a reversal.
+        // A preset position, a rest, a reversal.
         wraps.take(&at(500.0, 100.0), &at(80.0, 100.0), T);
         wraps.take(&at(80.0, 0.0), &at(80.0, 0.0), T);
         wraps.take(&at(0.0, 1.0), &at(-0.002, -1.0), T);

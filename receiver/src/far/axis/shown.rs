@@ -1,4 +1,4 @@
-//! What is shown of an axis.
+//! Signals of an axis.
 
 use coaxle_clock::{Instant, Remote};
 use coaxle_node::{AxisSample, FrameHeader};
@@ -9,7 +9,7 @@ use super::Axis;
 use crate::signals::FarAxisSignals;
 
 impl Axis {
-    /// Its signals of a cycle.
+    /// Returns its signals of a cycle.
     pub(super) fn show(
         &self,
         sample: &AxisSample,
@@ -43,7 +43,7 @@ impl Axis {
     }
 }
 
-/// The sender's ideal time that corrected set values stand for, received with this count.
+/// Ideal time of the sender that corrected set values stand for, received with this count.
 pub(super) fn far_time(
     header: &FrameHeader,
     count: u64,

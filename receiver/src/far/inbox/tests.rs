@@ -36,7 +36,7 @@ fn image(inbox: &mut Inbox, cycle_start: Instant<Local>) -> Option<FrameHeader> 
     image
 }
 
-/// A message of a run that comes as a cycle begins, and what that sees.
+/// Delivers a message of a run at the beginning of a cycle; returns the cycle's image.
 fn cycle_with(inbox: &mut Inbox, now: i64, epoch: u64, count: u64) -> Option<FrameHeader> {
     store(inbox, at(now), epoch, count);
     image(inbox, at(now))
@@ -78,7 +78,7 @@ fn repeated_overtaken_and_lost_messages_are_told_apart() {
     assert_eq!(counters.received, 6);
 }
 
-/// What of the messages is accounted for: of those received, and of those expected.
+/// Messages that are not accounted for: of those received, and of those expected.
 fn balance(inbox: &Inbox) -> [i64; 2] {
     let counters = inbox.counters();
     let (waiting, foreign) = (inbox.waiting.len() as u64, inbox.choice.foreign());
@@ -149,7 +149,7 @@ fn a_new_run_of_the_sender_is_followed_when_the_one_before_is_silent() {
     }
     let counters = inbox.counters();
     assert_eq!((counters.restarts, counters.lost), (1, 2));
-    // What is left of the run before moves nothing, and does not take it back.
+    // Stragglers of the previous run have no effect, and do not bring it back.
     store(&mut inbox, at(22_000), 1, 70_004);
     assert_eq!(count_of(image(&mut inbox, at(22_000))), Some(19));
     assert_eq!(inbox.counters().restarts, 1);
@@ -192,13 +192,13 @@ fn a_backlog_never_reaches_the_image() {
     for count in 0..100 {
         cycle_with(&mut inbox, 1_000 * count, 1, count as u64);
     }
-    // The receiver stood still for a second; half of the backlog comes, all of it old.
+    // The receiver stood still for a second; half of the backlog arrives, all of it old.
     for count in 100..600 {
         store(&mut inbox, at(1_100_000), 1, count);
     }
     assert_eq!(count_of(image(&mut inbox, at(1_100_000))), Some(99));
     assert_eq!(inbox.counters().stale, 500);
-    // Then they come in time: part of the backlog, for all that is known, until they keep pace.
+    // Then they are in time: possibly part of the backlog, until they keep pace.
     for count in 1_101..1_105 {
         assert_eq!(
             count_of(cycle_with(&mut inbox, 1_000 * count, 1, count as u64)),

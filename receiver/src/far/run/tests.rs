@@ -21,7 +21,7 @@ fn at(millis: i64) -> Instant<Local> {
     Instant::EPOCH + Span::from_millis(millis)
 }
 
-/// A run from its count 0 at `start` on, a frame per millisecond; what its frames were.
+/// Judges a run from its count 0 at `start` on, a frame per millisecond.
 fn run(choice: &mut RunChoice, epoch: u64, start: i64, from: i64, to: i64) -> Vec<Admission> {
     let judged = (from..to).map(|now| {
         let header = header(epoch, (now - start) as u64);
@@ -46,7 +46,7 @@ fn a_new_run_takes_over_when_the_one_before_is_silent() {
     let begins = judged.iter().position(|one| *one == Begins);
     assert_eq!(begins, Some(9), "silent for 10 ms");
     assert!(judged[10..].iter().all(|one| *one == Followed));
-    // What is left of the first one on its way.
+    // A delayed frame of the first run.
     assert_eq!(choice.judge(at(200), &header(1, 99)), Foreign);
     assert_eq!(choice.rival(at(200)), None);
 }
@@ -63,7 +63,7 @@ fn a_second_node_is_named_and_not_followed_until_the_first_is_silent() {
     let judged = run(&mut choice, 7, -50, 3_000, 5_000);
     let begins = judged.iter().position(|one| *one == Begins);
     assert_eq!(begins, Some(999), "after a second");
-    // The first one is back: as a rival, but an ended one.
+    // The first one returns: as a duplicate, but an ended one.
     assert_eq!(choice.judge(at(5_000), &header(1, 5_000)), Foreign);
     assert_eq!(choice.judge(at(5_000), &header(7, 5_050)), Followed);
 }
@@ -72,7 +72,7 @@ fn a_second_node_is_named_and_not_followed_until_the_first_is_silent() {
 fn a_run_that_was_taken_over_from_is_followed_again_when_nothing_else_is_heard() {
     let mut choice = RunChoice::default();
     run(&mut choice, 1, 0, 0, 100);
-    // It is silent for a while, and a second node takes over, beside which it goes on.
+    // The first run is silent for a while, and a second node takes over, while it continues.
     assert!(run(&mut choice, 7, 100, 200, 300).contains(&Begins));
     for now in 300..2_000 {
         assert_eq!(
@@ -86,7 +86,7 @@ fn a_run_that_was_taken_over_from_is_followed_again_when_nothing_else_is_heard()
     let begins = judged.iter().position(|one| *one == Begins);
     assert_eq!(begins, Some(999), "after a second");
     assert!(judged[1_000..].iter().all(|one| *one == Followed));
-    // It is taken over from again as any other.
+    // The first run is taken over from again as any other.
     assert!(run(&mut choice, 8, 4_000, 4_010, 4_100).contains(&Begins));
 }
 
@@ -131,7 +131,7 @@ fn stray_frames_move_nothing() {
         assert_eq!(choice.judge(at(100), &stray), Foreign);
     }
     assert_eq!(choice.judge(at(100), &header(1, 100)), Followed);
-    // One while the node is silent for a while.
+    // A single one while the node is silent for a while.
     assert_eq!(choice.judge(at(900), &header(3, 6)), Foreign);
     assert_eq!(choice.judge(at(901), &header(1, 901)), Followed);
 }
@@ -260,8 +260,8 @@ fn of_two_others_the_one_that_is_heard_takes_over() {
     assert!(!choice.can_be_followed(now, &header(5, 200)));
 }
 
-/// A receiver that stands still again and again: each time it finds a backlog, a piece of it per cycle, stamped as it
-/// is taken out.
+/// A receiver that stands still repeatedly: each time it finds a backlog, of which it takes a piece
+/// per cycle, stamped on removal.
 #[test]
 fn a_backlog_that_comes_in_pieces_is_never_another_run() {
     for piece in [1, 3, 20, 200, 1_000] {
