@@ -196,7 +196,7 @@ impl Pipeline {
     pub(crate) fn set_circle(&mut self, CircleChange { channel, id, state }: CircleChange) {
         match channel {
             Channel::Slaves => self.slaves.set_circle(id, state),
-            // Their ids are their places, from 1.
+            // The axes' ids are their places, from 1.
             Channel::FarAxes => {
                 let place = (id as usize).wrapping_sub(1);
                 if let Some(is_in_circle) = self.far_axes_in_circles.get_mut(place) {

@@ -267,7 +267,7 @@ impl From<AxisList> for Vec<Value> {
                     encoder,
                     limits,
                 };
-                // All its fields exist in TOML.
+                // Every field of an axis exists in TOML.
                 Value::try_from(described).unwrap_or(Value::Integer(id.into()))
             }
         };

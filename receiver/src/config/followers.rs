@@ -106,7 +106,7 @@ mod tests {
     fn two_nodes_that_follow_each_other_are_a_circle_where_the_axes_are() {
         let found = circles_of([node("a", "b", 1), node("b", "a", 1)]);
         assert_eq!(found, ["a/slaves/1 follows b/slaves/1 follows a/slaves/1"]);
-        // Each slave follows an axis of the other node that a virtual axis leads.
+        // Every slave follows an axis of the other node that a virtual axis leads.
         assert_eq!(circles_of([node("a", "b", 2), node("b", "a", 2)]), [""; 0]);
         assert_eq!(circles_of([node("a", "b", 1), node("b", "a", 2)]), [""; 0]);
     }

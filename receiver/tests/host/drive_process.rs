@@ -235,7 +235,7 @@ fn the_python_of_the_page_is_a_drive_process() {
     let scratch = tempfile::tempdir().expect("a folder");
     let file = |name: &str| scratch.path().join(name);
     let shown = File::create(file("shown")).expect("a file");
-    // Its output is read while it runs.
+    // The process's output is read while it runs.
     python
         .args(["-u", "-c", program])
         .arg(node.memory())
@@ -250,7 +250,7 @@ fn the_python_of_the_page_is_a_drive_process() {
             line.contains("enable 1") && position.is_some_and(|position: f64| position > 50.0)
         })
     });
-    // It ends by itself, with the node.
+    // The process ends by itself, with the node.
     python.may_end();
     let rows = node.end();
     assert!(

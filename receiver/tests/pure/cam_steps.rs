@@ -262,7 +262,7 @@ fn orders_may_take_its_plates_and_it_loses_none() {
     };
     for top in [30.0, 20.0, 10.0] {
         bench.accepted(r#"{"halt":{}}"#);
-        // Its program deletes the current plate; an order in between loads a plate of its own.
+        // The program deletes the current plate; an order in between loads a plate of its own.
         bench.until("it has left the plate", |slave| slave.cam_table.is_none());
         bench.accepted(&own(top));
         bench.accepted(r#"{"cam-table-delete":{"table":3}}"#);

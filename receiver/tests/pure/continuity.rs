@@ -148,7 +148,7 @@ fn it_is_braked_then_at_rest_then_brought_back_and_synchronised() {
     run_pair(&mut far, &mut near, 7 * SECOND + 100 * MILLISECOND);
     assert_eq!(at(&near).continuity, Rejoining);
     assert!(!at(&near).synced, "its set values are not its master's");
-    // It falls silent again on the way, and returns again.
+    // The node falls silent again on the way, and returns again.
     run(None, from_mut(&mut near), 7_200 * MILLISECOND);
     assert_eq!(at(&near).continuity, Braking);
     goes_on(&mut far, &mut near, 7_200 * MILLISECOND);

@@ -130,7 +130,7 @@ fn an_axis_that_is_missing_goes_on_until_the_age_limit_and_the_others_do_not_not
     assert_eq!(row.axes[1].error, SyncError::MaxDataAgeExceeded.code());
     assert!(row.axes[1].missing > 190 && row.axes[1].age_cycles > 190);
     assert_eq!((row.axes[0].missing, row.axes[0].age_cycles), (0, 0));
-    // It is received again, and returned with at most the acceleration of braking.
+    // The axis is received again, and returned with at most the acceleration of braking.
     far[0].axes[1] = Some(200.0);
     run(&mut receiver, &mut far, 5_600 * MILLISECOND, |_, _| {});
     assert!(receiver.snapshot().signals.axes[1].synced);

@@ -120,7 +120,7 @@ fn frozen(piece: usize, room: usize) -> Near {
         near.sleep_until(now + stopped * MILLISECOND);
         now += (stopped + 4_000) * MILLISECOND;
     }
-    // It has recovered after 30 s from any distance.
+    // The axis has recovered after 30 s from any distance.
     run_pair(&mut far, &mut near, now + 31 * SECOND);
     near
 }

@@ -56,7 +56,7 @@ fn a_master_that_stops_is_an_error_that_stays() {
         (6..=8).contains(&ok_for),
         "the age limit is 7 cycles: {ok_for}"
     );
-    // It returns, but the receiver is not permitted to resume by itself.
+    // The node returns, but the receiver is not permitted to resume by itself.
     let mut again = Far::new(1000, 1000, 6 * SECOND, 2);
     run_pair(&mut again, &mut near, 12 * SECOND);
     assert_eq!(near.last().health, error);

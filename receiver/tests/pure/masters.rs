@@ -145,7 +145,7 @@ fn any_master_that_falls_silent_stops_it_within_its_limits_for_good() {
         assert_eq!((slave.error, slave.velocity), (0x42a0, Some(0.0)));
         let health = receiver.snapshot().health;
         assert_eq!(health, Health::SlaveFailed { slave: 0 });
-        // It returns, and the slave stays at its position until it is commanded.
+        // The master returns, and the slave stays at its position until it is commanded.
         far[silent].silent = false;
         far[silent].epoch = 2;
         run(&mut receiver, &mut far, 9_000 * MILLISECOND, |row, _| {

@@ -330,7 +330,7 @@ fn a_lost_master_stops_the_slave_within_its_limits_for_good() {
         let [a, b] = [0, 1].map(|k| slave(&pair[k], 0).set.expect("an axis").velocity);
         assert!((b - a).abs() <= 5.0 * (1.0 + 1e-6), "{a} {b}");
     }
-    // It returns, and the slave stays at its position.
+    // The node returns, and the slave stays at its position.
     let mut again = Far::new(1000, 100, 2 * SECOND, 2);
     run_pair(&mut again, &mut near, 4 * SECOND);
     assert_eq!(near.last().health, Health::SlaveFailed { slave: 0 });

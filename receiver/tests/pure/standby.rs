@@ -295,7 +295,7 @@ fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
         let n = random.below(2) as usize;
         let is_alone = lines[1 - n].silent;
         match random.below(4) {
-            // It restarts, at once or after a silence.
+            // A node restarts, at once or after a silence.
             0 => {
                 lines[n].epoch += 100;
                 lines[n].silent = random.below(2) == 0 && !is_alone;

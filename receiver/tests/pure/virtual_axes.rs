@@ -108,7 +108,7 @@ fn a_follower_of_it_is_where_the_gear_puts_it_from_the_first_cycle_on() {
     });
     assert_eq!(fastest, 300.0);
     let row = &receiver.snapshot().signals;
-    // Its program has ended: it stands at the end position.
+    // The axis's program has ended: it stands at the end position.
     assert_eq!((shaft(row).velocity, shaft(row).error), (0.0, 0));
     assert_eq!(shaft(row).activity, Activity::Halted);
     assert_eq!(shaft(row).position, shaft(row).true_position);
@@ -124,7 +124,7 @@ fn its_time_is_the_clock_of_the_receiver_skipped_cycles_included() {
     let (mut steady, _) = line();
     run(&mut steady, &mut [], 3_000 * MILLISECOND, |_, _| {});
     run(&mut receiver, &mut [], 2_500 * MILLISECOND, |_, _| {});
-    // It sleeps for 499 cycles.
+    // The receiver sleeps for 499 cycles.
     let now = coaxle_clock::Instant::from_nanos(2_999 * MILLISECOND + MILLISECOND / 2);
     let _ = receiver.cycle(now);
     let (late, steady) = (receiver.snapshot(), steady.snapshot());
@@ -271,7 +271,7 @@ fn an_axis_in_error_stops_its_slaves_within_their_limits_until_they_are_reset() 
     let slave = receiver.snapshot().signals.slaves[0];
     assert_eq!((slave.state, slave.error), (AxisStatus::ErrorStop, 0x42a0));
     assert_eq!(receiver.snapshot().health, Health::SlaveFailed { slave: 0 });
-    // Its values are plausible again, and the slave stays at its position until it is commanded.
+    // The master's values are plausible again, and the slave stays at its position until it is commanded.
     run(&mut receiver, &mut [], 2_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
         assert_eq!(row.slaves[0].state, AxisStatus::ErrorStop);

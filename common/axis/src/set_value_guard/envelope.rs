@@ -278,7 +278,7 @@ impl Envelope {
         let slower = acceleration_to_gain(self.velocity + w);
         let faster = acceleration_to_gain(self.velocity - w);
         let range = range.within(-slower, faster);
-        // It can stop before a wall by now; it shall do so without reversing.
+        // The axis can stop before a wall by now; it shall do so without reversing.
         let range = self.before_walls(range, position, w, most, |w, b| stop_way(w, b, most, most));
         range.within(b - self.spare_jerk, b + self.spare_jerk)
     }

@@ -270,7 +270,7 @@ impl SetValueGuard {
 
     fn depart(&mut self, wanted: f64, elapsed: u32) -> GuardState {
         let course = self.history.target.course(&self.envelope);
-        // It may be a single bad target: the axis waits a cycle for the next, and is far less disturbed.
+        // A single bad target is possible: the axis waits a cycle for the next, and is far less disturbed.
         let waits = self.history.passed >= LANDED;
         self.history.passed = 0;
         self.go_on(wanted, &course, elapsed, waits);
