@@ -1,13 +1,22 @@
-//! Unmet parts of a step's condition.
+//! Conditions of a step. Each stands once, in the table at the end of this file: its field in configs, its
+//! value, the test of it, and the cause that can still meet it.
+
+use std::fmt;
 
 use coaxle_axis::{AxisStatus, Job, StateWord};
 use coaxle_cam::TableId;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
+use coaxle_node::config::{AtLeastZero, Finite};
 use coaxle_slave::{CouplingPhase, Outlook};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use super::config::When;
 use super::outcome::Outcome;
+use super::prospect::{
+    Prospect, by_master, by_master_position, by_motion, by_plate, by_result, by_standstill,
+    by_start, by_state,
+};
 
 /// Inputs of a condition: slave and master after the last cycle.
 #[derive(Clone, Copy, Debug)]
@@ -57,97 +66,221 @@ pub(super) struct Passed {
     pub(super) timed_out: bool,
 }
 
-/// A part of a condition, with its required value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
-    Time,
-    After,
-    AtMark,
-    MarkSeen(bool),
-    InSync(bool),
-    Standstill(bool),
-    MasterReady(bool),
-    MasterAbove,
-    MasterBelow,
-    PositionAbove,
-    PositionBelow,
-    State(AxisStatus),
-    ErrorStop(bool),
-    CamTable(TableId),
-    CamTableQueued(bool),
-    CamDataQueued(bool),
-    Outcome(Outcome, bool),
-    TimedOut(bool),
+/// All inputs of a condition.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inputs<'a> {
+    pub(super) slave: &'a Situation,
+    pub(super) passed: &'a Passed,
+    /// True if a command of the program is under way.
+    pub(super) is_busy: bool,
+}
+
+/// Defines the conditions: the fields of [`When`], their names in [`WaitsFor`], and their tests.
+///
+/// A condition that is not met yet has a [`Prospect`]. With `handles`, a step that requires it handles a trouble by
+/// itself.
+macro_rules! conditions {
+    ($(
+        $(#[$meta:meta])*
+        $field:ident $name:ident: $value:ty {
+            holds: $holds:expr,
+            prospect: $prospect:expr,
+            $(handles: $handles:expr,)?
+        }
+    )*) => {
+        /// A condition; everything that is given has to hold.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+        pub struct When {
+            $(
+                $(#[$meta])*
+                #[serde(skip_serializing_if = "Option::is_none")]
+                pub $field: Option<$value>,
+            )*
+        }
+
+        /// Condition that a program waits for: a field of its step, as written in a config.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum WaitsFor {
+            /// A mark to be used.
+            AtMark,
+            $(
+                $(#[$meta])*
+                $name,
+            )*
+        }
+
+        impl WaitsFor {
+            const fn field(self) -> &'static str {
+                match self {
+                    Self::AtMark => "at_mark",
+                    $(Self::$name => stringify!($field),)*
+                }
+            }
+        }
+
+        impl When {
+            /// Returns the unmet conditions, in the order of the table, with their prospects.
+            pub(super) fn unmet(
+                &self,
+                inputs: Inputs<'_>,
+            ) -> impl Iterator<Item = (WaitsFor, Prospect)> + use<> {
+                [$(
+                    self.$field.and_then(|wanted| {
+                        let holds: fn($value, &Inputs<'_>) -> bool = $holds;
+                        let prospect: fn($value, &Inputs<'_>) -> Prospect = $prospect;
+                        (!holds(wanted, &inputs))
+                            .then(|| (WaitsFor::$name, prospect(wanted, &inputs)))
+                    }),
+                )*]
+                .into_iter()
+                .flatten()
+            }
+
+            /// True if it requires a trouble, which the step then handles itself.
+            pub(super) fn handles_trouble(&self) -> bool {
+                false $($(|| {
+                    let handles: fn($value) -> bool = $handles;
+                    self.$field.is_some_and(handles)
+                })?)*
+            }
+        }
+    };
 }
 
 impl When {
-    /// The unmet parts, in the order of the fields.
-    pub(super) fn unmet(
-        &self,
-        now: &Situation,
-        passed: &Passed,
-    ) -> impl Iterator<Item = Part> + use<> {
-        let in_sync = now.phase == Some(CouplingPhase::InSync);
-        let error_stop = now.status == AxisStatus::ErrorStop;
-        let master = now.master.unwrap_or(f64::NAN);
-        let position = now.set.position;
-        // Comparisons with a non-finite number are unmet.
-        let lacks = |holds: bool, part: Part| (!holds).then_some(part);
-        let differs = |asked: Option<bool>, is: bool| asked.filter(|asked| *asked != is);
-        let outcome = |asked: Option<bool>, outcome| {
-            let part = |asked| Part::Outcome(outcome, asked);
-            differs(asked, passed.outcome == Some(outcome)).map(part)
-        };
-        [
-            self.time_s
-                .and_then(|time| lacks(passed.since_start.0 >= time.get(), Part::Time)),
-            self.after_s
-                .and_then(|time| lacks(passed.since_step.0 >= time.get(), Part::After)),
-            differs(self.mark_seen, passed.mark_seen).map(Part::MarkSeen),
-            differs(self.in_sync, in_sync).map(Part::InSync),
-            differs(self.standstill, now.stands).map(Part::Standstill),
-            differs(self.master_ready, now.master_ready).map(Part::MasterReady),
-            self.master_above
-                .and_then(|limit| lacks(master > limit.get(), Part::MasterAbove)),
-            self.master_below
-                .and_then(|limit| lacks(master < limit.get(), Part::MasterBelow)),
-            self.position_above
-                .and_then(|limit| lacks(position > limit.get(), Part::PositionAbove)),
-            self.position_below
-                .and_then(|limit| lacks(position < limit.get(), Part::PositionBelow)),
-            self.state
-                .and_then(|state| lacks(now.status == state, Part::State(state))),
-            differs(self.error_stop, error_stop).map(Part::ErrorStop),
-            self.cam_table
-                .and_then(|table| lacks(now.cam_table == table, Part::CamTable(table))),
-            differs(
-                self.cam_table_queued,
-                now.queues(StateWord::CAM_TABLE_QUEUED),
-            )
-            .map(Part::CamTableQueued),
-            differs(self.cam_data_queued, now.queues(StateWord::CAM_DATA_QUEUED))
-                .map(Part::CamDataQueued),
-            outcome(self.done, Outcome::Done),
-            outcome(self.aborted, Outcome::Aborted),
-            outcome(self.failed, Outcome::Failed),
-            outcome(self.refused, Outcome::Refused),
-            outcome(self.rolled_back, Outcome::RolledBack),
-            differs(self.timed_out, passed.timed_out).map(Part::TimedOut),
-        ]
-        .into_iter()
-        .flatten()
+    pub(super) fn is_empty(&self) -> bool {
+        *self == Self::default()
     }
+}
 
-    /// True if it requires a trouble, which the step then handles itself.
-    pub(super) fn asks_for_trouble(&self) -> bool {
-        [
-            self.error_stop,
-            self.aborted,
-            self.failed,
-            self.refused,
-            self.rolled_back,
-            self.timed_out,
-        ]
-        .contains(&Some(true))
+impl fmt::Display for WaitsFor {
+    /// Writes the field as configs have it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (n, word) in self.field().split('_').enumerate() {
+            f.write_str(if n > 0 { "-" } else { "" })?;
+            f.write_str(word)?;
+        }
+        Ok(())
+    }
+}
+
+// Comparisons with a position that is not finite are unmet.
+conditions! {
+    /// Least time since the program began, s of the node's own clock.
+    time_s TimeS: AtLeastZero {
+        holds: |least, at| at.passed.since_start.0 >= least.get(),
+        prospect: |_, _| Prospect::ByItself,
+    }
+    /// Least time since the step before, s.
+    after_s AfterS: AtLeastZero {
+        holds: |least, at| at.passed.since_step.0 >= least.get(),
+        prospect: |_, _| Prospect::ByItself,
+    }
+    /// A detected mark that is neither used nor past the slave's position 0, or none.
+    mark_seen MarkSeen: bool {
+        holds: |wanted, at| at.passed.mark_seen == wanted,
+        prospect: |wanted, at| if wanted { by_master(at) } else { Prospect::ByItself },
+    }
+    /// The slave moves with its master, or does not.
+    in_sync InSync: bool {
+        holds: |wanted, at| (at.slave.phase == Some(CouplingPhase::InSync)) == wanted,
+        prospect: |wanted, at| match at.slave.phase {
+            None if wanted => by_start(at),
+            _ => Prospect::ByItself,
+        },
+    }
+    /// The slave has stood for a cycle, or has not.
+    standstill Standstill: bool {
+        holds: |wanted, at| at.slave.stands == wanted,
+        prospect: |wanted, at| if wanted { by_standstill(at) } else { by_motion(at, |_| true) },
+    }
+    /// The master is there, without error and in a mode that synchronises in sync, or is not.
+    master_ready MasterReady: bool {
+        holds: |wanted, at| at.slave.master_ready == wanted,
+        prospect: |wanted, _| if wanted { Prospect::ByMaster } else { Prospect::ByItself },
+    }
+    /// The master's position is above this, in its units.
+    master_above MasterAbove: Finite {
+        holds: |limit, at| at.slave.master.is_some_and(|master| master > limit.get()),
+        prospect: |_, at| by_master_position(at),
+    }
+    /// The master's position is below this, in its units.
+    master_below MasterBelow: Finite {
+        holds: |limit, at| at.slave.master.is_some_and(|master| master < limit.get()),
+        prospect: |_, at| by_master_position(at),
+    }
+    /// The slave's set position is above this, u.
+    position_above PositionAbove: Finite {
+        holds: |limit, at| at.slave.set.position > limit.get(),
+        prospect: |_, at| by_motion(at, |velocity| velocity > 0.0),
+    }
+    /// The slave's set position is below this, u.
+    position_below PositionBelow: Finite {
+        holds: |limit, at| at.slave.set.position < limit.get(),
+        prospect: |_, at| by_motion(at, |velocity| velocity < 0.0),
+    }
+    /// The slave is in this state of the PLCopen diagram.
+    state State: AxisStatus {
+        holds: |wanted, at| at.slave.status == wanted,
+        prospect: by_state,
+    }
+    /// The slave is in error stop, or is not.
+    error_stop ErrorStop: bool {
+        holds: |wanted, at| (at.slave.status == AxisStatus::ErrorStop) == wanted,
+        prospect: |wanted, _| if wanted { Prospect::ByItself } else { Prospect::ByOrder },
+        handles: |wanted| wanted,
+    }
+    /// Number of the cam plate that couples the slave (the first of several); 0: none.
+    cam_table CamTable: TableId {
+        holds: |wanted, at| at.slave.cam_table == wanted,
+        prospect: by_plate,
+    }
+    /// A plate waits for its moment to couple the slave, or none does.
+    cam_table_queued CamTableQueued: bool {
+        holds: |wanted, at| at.slave.queues(StateWord::CAM_TABLE_QUEUED) == wanted,
+        prospect: |wanted, at| if wanted { Prospect::ByOrder } else { by_master(at) },
+    }
+    /// Points of the plate that couples the slave wait for their moment, or none do.
+    cam_data_queued CamDataQueued: bool {
+        holds: |wanted, at| at.slave.queues(StateWord::CAM_DATA_QUEUED) == wanted,
+        prospect: |wanted, at| if wanted { Prospect::ByOrder } else { by_master(at) },
+    }
+    /// The program's last command has come to its end, or has not.
+    done Done: bool {
+        holds: |wanted, at| (at.passed.outcome == Some(Outcome::Done)) == wanted,
+        prospect: |_, at| by_result(at),
+    }
+    /// The program's last command was aborted, or was not.
+    aborted Aborted: bool {
+        holds: |wanted, at| (at.passed.outcome == Some(Outcome::Aborted)) == wanted,
+        prospect: |_, at| by_result(at),
+        handles: |wanted| wanted,
+    }
+    /// Error stop of the slave since the program's last command, or none.
+    failed Failed: bool {
+        holds: |wanted, at| (at.passed.outcome == Some(Outcome::Failed)) == wanted,
+        prospect: |wanted, at| if wanted { Prospect::ByItself } else { by_result(at) },
+        handles: |wanted| wanted,
+    }
+    /// The program's last command was refused, or was not.
+    refused Refused: bool {
+        holds: |wanted, at| (at.passed.outcome == Some(Outcome::Refused)) == wanted,
+        prospect: |_, at| by_result(at),
+        handles: |wanted| wanted,
+    }
+    /// The program's last command was a flying saw whose master ran back past the coupling
+    /// position, or was not.
+    rolled_back RolledBack: bool {
+        holds: |wanted, at| (at.passed.outcome == Some(Outcome::RolledBack)) == wanted,
+        prospect: |_, at| by_result(at),
+        handles: |wanted| wanted,
+    }
+    /// A step has waited for its `timeout-s` since the program's last command, or none has.
+    timed_out TimedOut: bool {
+        holds: |wanted, at| at.passed.timed_out == wanted,
+        prospect: |_, _| Prospect::Never,
+        handles: |wanted| wanted,
     }
 }

@@ -1,13 +1,13 @@
 //! `[[slave.step]]`
 
-use coaxle_axis::AxisStatus;
 use coaxle_cam::{ReservedPlate, TableId};
-use coaxle_node::config::{AtLeastZero, Finite, Positive, did_you_mean};
+use coaxle_node::config::{Positive, did_you_mean};
 use coaxle_slave::Command;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::branches::Branches;
+use super::condition::When;
 use super::due::Due;
 use super::step_command::{PlateCommand, StepCommand};
 use super::{Step, at_mark};
@@ -116,82 +116,6 @@ pub struct Otherwise {
 }
 
 impl Otherwise {
-    fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-/// A condition; everything that is given has to hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
-pub struct When {
-    /// Least time since the program began, s of the node's own clock.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time_s: Option<AtLeastZero>,
-    /// Least time since the step before, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub after_s: Option<AtLeastZero>,
-    /// The slave moves with its master, or does not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub in_sync: Option<bool>,
-    /// The slave has stood for a cycle, or has not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub standstill: Option<bool>,
-    /// The master is there, without error and in a mode that synchronises in sync, or is not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub master_ready: Option<bool>,
-    /// A detected mark that is neither used nor past the slave's position 0, or none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mark_seen: Option<bool>,
-    /// The master's position is above this, in its units.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub master_above: Option<Finite>,
-    /// The master's position is below this, in its units.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub master_below: Option<Finite>,
-    /// The slave's set position is above this, u.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub position_above: Option<Finite>,
-    /// The slave's set position is below this, u.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub position_below: Option<Finite>,
-    /// The slave is in this state of the PLCopen diagram.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub state: Option<AxisStatus>,
-    /// The slave is in error stop, or is not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_stop: Option<bool>,
-    /// Number of the cam plate that couples the slave (the first of several); 0: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cam_table: Option<TableId>,
-    /// A plate waits for its moment to couple the slave, or none does.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cam_table_queued: Option<bool>,
-    /// Points of the plate that couples the slave wait for their moment, or none do.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cam_data_queued: Option<bool>,
-    /// The program's last command has come to its end, or has not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub done: Option<bool>,
-    /// The program's last command was aborted, or was not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub aborted: Option<bool>,
-    /// Error stop of the slave since the program's last command, or none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failed: Option<bool>,
-    /// The program's last command was refused, or was not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub refused: Option<bool>,
-    /// The program's last command was a flying saw whose master ran back past the coupling
-    /// position, or was not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rolled_back: Option<bool>,
-    /// A step has waited for its `timeout-s` since the program's last command, or none has.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub timed_out: Option<bool>,
-}
-
-impl When {
     fn is_empty(&self) -> bool {
         *self == Self::default()
     }

@@ -26,15 +26,15 @@ use coaxle_slave::Refusal;
 use crate::marks::MarksConfig;
 use branches::Branches;
 use commanded::Commanded;
-use condition::{Part, Passed};
+use condition::{Inputs, Passed};
 use prospect::Prospect;
 use sensor::{Mark, Sensor};
 
 pub(crate) use condition::Situation;
-pub use config::{Otherwise, StepConfig, When, WrongStep};
+pub use condition::{WaitsFor, When};
+pub use config::{Otherwise, StepConfig, WrongStep};
 pub(crate) use due::Due;
 pub use outcome::{Outcome, Trouble};
-pub use prospect::WaitsFor;
 pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
 pub use step_command::{PlateCommand, StepCommand};
 
@@ -47,7 +47,7 @@ pub(crate) struct Program {
     /// The step that is waited for.
     at: usize,
     state: ProgramState,
-    /// The unmet part of the condition that it waits for.
+    /// The unmet condition that it waits for.
     waits_for: Option<WaitsFor>,
     commanded: Commanded,
     /// True if a step waited for too long, and no command was given since.
@@ -78,10 +78,11 @@ struct Step {
 }
 
 impl Step {
-    /// Unmet parts of the condition.
-    fn unmet(&self, now: &Situation, passed: &Passed) -> impl Iterator<Item = Part> + use<> {
-        let mark = (self.at_mark && !passed.mark_seen).then_some(Part::AtMark);
-        self.when.unmet(now, passed).chain(mark)
+    /// Unmet conditions, with their prospects.
+    fn unmet(&self, inputs: Inputs<'_>) -> impl Iterator<Item = (WaitsFor, Prospect)> + use<> {
+        let needs_mark = self.at_mark && !inputs.passed.mark_seen;
+        let mark = needs_mark.then(|| (WaitsFor::AtMark, prospect::by_master(&inputs)));
+        self.when.unmet(inputs).chain(mark)
     }
 
     /// The command, with its positions at the mark if required.
@@ -152,11 +153,15 @@ impl Program {
         let step = self.steps.get(self.at)?;
         let mark = self.sensor.as_ref().and_then(Sensor::mark);
         let passed = self.passed(mark.as_ref());
-        let hardest = prospect::hardest(step.unmet(now, &passed), now, self.commanded.is_busy());
-        let Some((part, prospect)) = hardest else {
+        let unmet = step.unmet(Inputs {
+            slave: now,
+            passed: &passed,
+            is_busy: self.commanded.is_busy(),
+        });
+        let Some((waits_for, prospect)) = prospect::hardest(unmet) else {
             return Some(step.placed(mark.as_ref(), master_scaling));
         };
-        self.wait(part, prospect);
+        self.wait(waits_for, prospect);
         None
     }
 
@@ -191,8 +196,8 @@ impl Program {
     }
 
     /// The step cannot be taken yet.
-    fn wait(&mut self, part: Part, prospect: Prospect) {
-        self.waits_for = Some(part.name());
+    fn wait(&mut self, waits_for: WaitsFor, prospect: Prospect) {
+        self.waits_for = Some(waits_for);
         let has_trouble = self.commanded.trouble().is_some();
         self.state = match prospect {
             Prospect::ByItself => ProgramState::Running,
@@ -242,7 +247,7 @@ impl Program {
             self.commanded.accepted(command, job);
         }
         self.timed_out &= step.command.is_none();
-        if step.when.asks_for_trouble() {
+        if step.when.handles_trouble() {
             self.commanded.handled();
         }
         match step.expected {

@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::condition::WaitsFor;
 use super::outcome::{Outcome, Trouble};
-use super::prospect::WaitsFor;
 
 /// Progress of a program.
 #[derive(Clone, Copy, Debug, PartialEq)]

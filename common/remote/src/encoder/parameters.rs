@@ -26,8 +26,8 @@ pub struct EncoderParameters {
     /// Speed that the axis never exceeds, u/s; above 0. A jump of the counter beyond 1.5 times this
     /// speed is refused.
     pub max_speed: f64,
-    /// Standard deviation of the shaft's vibration, u; at least 0. A reversal counts as one from 1
-    /// + ⌈10 · vibration / increment⌉ counts on, at least from 2. From a quarter of an increment on
+    /// Standard deviation of the shaft's vibration, u; at least 0. A reversal counts as one from
+    /// 1 + ⌈10 · vibration / increment⌉ counts on, at least from 2. From a quarter of an increment on
     /// the counts are averaged instead of waiting for edges.
     pub vibration: f64,
     /// Standard deviation of the instants at which the counter is read, s; at least 0.
