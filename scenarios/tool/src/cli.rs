@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 use coaxle_host::NodeArgs;
 use coaxle_host::cli::{LogArgs, exit_code};
@@ -252,7 +252,8 @@ fn demonstration() -> RunArgs {
 /// Runs the tool.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = overview::parse();
+    let matches = overview::in_groups(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let logging = cli.log.init();
     exit_code(carry_out(cli.command), logging)
 }
@@ -260,9 +261,7 @@ pub fn main() -> ExitCode {
 fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
         // Cargo names itself to the programs that it runs.
-        None if std::env::var_os("CARGO").is_none() => {
-            (say(&overview::help()).map(|()| true)?, Exit::Failed)
-        }
+        None if std::env::var_os("CARGO").is_none() => (show_help()?, Exit::Failed),
         None | Some(Command::Demo) => return run_scenario(&demonstration()),
         Some(Command::Run(args)) => return run_scenario(&args),
         Some(Command::Sweep(args)) => return crate::sweep::run(&args),
@@ -311,6 +310,11 @@ fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
         Some(Command::Gateway { node, page }) => return gateway::run(&node, page.beside()),
     };
     Ok(otherwise.unless(good))
+}
+
+fn show_help() -> anyhow::Result<bool> {
+    let help = overview::in_groups(Cli::command()).render_help();
+    say(&help.to_string()).map(|()| true)
 }
 
 fn say(text: &str) -> anyhow::Result<()> {

@@ -1,8 +1,8 @@
 //! Overview of the commands, in groups: the help of the tool.
 
-use clap::{Command, CommandFactory, FromArgMatches};
+use std::fmt::Write as _;
 
-use crate::cli::Cli;
+use clap::Command;
 
 /// Groups of commands, with the most common ones first.
 const GROUPS: [(&str, &[&str]); 6] = [
@@ -40,19 +40,8 @@ const GROUPS: [(&str, &[&str]); 6] = [
 /// Width of the column of names.
 const NAMES: usize = 17;
 
-/// Reads the command line.
-pub(crate) fn parse() -> Cli {
-    let matches = command().get_matches();
-    Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
-}
-
-/// Returns the text that the tool shows without arguments.
-pub(crate) fn help() -> String {
-    command().render_help().to_string()
-}
-
-fn command() -> Command {
-    let command = Cli::command();
+/// Adds the groups of its commands to the help of the tool.
+pub(crate) fn in_groups(command: Command) -> Command {
     let groups = groups(&command);
     let template = format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
@@ -68,7 +57,7 @@ fn groups(command: &Command) -> String {
         for name in names {
             let about = command.find_subcommand(name).and_then(Command::get_about);
             let about = about.map(ToString::to_string).unwrap_or_default();
-            text += &format!("  {name:NAMES$}{}\n", in_short(&about));
+            let _ = writeln!(text, "  {name:NAMES$}{}", in_short(&about));
         }
         text.push('\n');
     }
@@ -85,7 +74,10 @@ fn in_short(about: &str) -> &str {
 mod tests {
     use std::collections::BTreeSet;
 
+    use clap::CommandFactory;
+
     use super::*;
+    use crate::cli::Cli;
 
     #[test]
     fn every_command_is_in_one_group() {
@@ -105,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_overview_has_each_command_with_its_description() {
-        let text = help();
+        let text = in_groups(Cli::command()).render_help().to_string();
         for line in [
             "Run:", "Look:", "Command:", "Files:", "Measure:", "Install:", "Options:",
         ] {

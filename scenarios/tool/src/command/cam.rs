@@ -1,18 +1,26 @@
 //! Orders about cam plates on the command line, and their responses in words.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use coaxle_node::cam_file::CamFile;
-use coaxle_node::command::{CamFigures, PlateOrder};
+use coaxle_node::command::{CamCommand, CamFigures, PlateOrder};
 use coaxle_report::inspect::shown;
 use serde_json::{Map, Value, json};
 
-use super::cam_blocks::cam_blocks;
+use super::blocks::{Block, blocks_of};
 use super::options::{fields_of, subcommand};
 
 const SELECT: &str = "cam-table-select";
+
+/// Every command about a plate but `cam-table-select`, whose plate comes from a file.
+static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| {
+    let mut blocks = blocks_of::<CamCommand>();
+    blocks.retain(|block| block.name != SELECT);
+    blocks
+});
 
 /// Every cam order with its options.
 pub(super) fn subcommands() -> impl Iterator<Item = Command> {
@@ -37,13 +45,11 @@ pub(super) fn subcommands() -> impl Iterator<Item = Command> {
                 .action(ArgAction::SetTrue)
                 .help("It may take the place of a plate of that id"),
         );
-    [select]
-        .into_iter()
-        .chain(cam_blocks().into_iter().map(subcommand))
+    [select].into_iter().chain(BLOCKS.iter().map(subcommand))
 }
 
 pub(super) fn has(name: &str) -> bool {
-    name == SELECT || cam_blocks().iter().any(|block| block.name == name)
+    CamCommand::NAMES.contains(&name)
 }
 
 /// The fields that the options set.
@@ -51,8 +57,8 @@ pub(super) fn fields(name: &str, options: &ArgMatches) -> Result<Value, clap::Er
     if name == SELECT {
         return select(options);
     }
-    let block = cam_blocks().into_iter().find(|block| block.name == name);
-    Ok(block.map_or(Value::Null, |block| fields_of(&block, options)))
+    let block = BLOCKS.iter().find(|block| block.name == name);
+    Ok(block.map_or(Value::Null, |block| fields_of(block, options)))
 }
 
 fn select(options: &ArgMatches) -> Result<Value, clap::Error> {

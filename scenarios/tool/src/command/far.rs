@@ -1,31 +1,28 @@
 //! Commands about a far node, as the command line spells them.
 
+use std::sync::LazyLock;
+
 use clap::{Arg, ArgMatches, Command};
 use coaxle_node::command::FarCommand;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::blocks::{Block, inner};
+use super::blocks::{Block, blocks_of};
 use super::options::{fields_of, subcommand, value};
 
 const FILTER_MODE: &str = "filter-mode";
 const SET_DELAY: &str = "set-delay";
-const SET_PARAMETERS: &str = "set-parameters";
+const VALUE: &str = "value";
 
-/// Commands without options.
-const PLAIN: [(&str, &str); 3] = [
-    (
-        "enable",
-        "With --far: bEnable = TRUE, what was disabled starts anew",
-    ),
-    (
-        "disable",
-        "With --far: bEnable = FALSE, the axes pass through as they come",
-    ),
-    (
-        "re-initialise",
-        "With --far: forget what was learnt, and the error, and start anew",
-    ),
-];
+/// Commands about a far node that have their value as an argument of its own.
+const POSITIONAL: [&str; 2] = [FILTER_MODE, SET_DELAY];
+
+static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| {
+    let mut blocks = blocks_of::<FarCommand>();
+    for block in &mut blocks {
+        block.about = format!("With --far: {}", block.about);
+    }
+    blocks
+});
 
 /// True if the name is a command about a far node.
 pub(super) fn has(name: &str) -> bool {
@@ -34,122 +31,39 @@ pub(super) fn has(name: &str) -> bool {
 
 /// Every command about a far node.
 pub(super) fn subcommands() -> Vec<Command> {
-    let mode = Command::new(FILTER_MODE)
-        .about("With --far: eFilterMode, how the set values are calculated")
-        .arg(
-            Arg::new("mode")
-                .required(true)
-                .value_parser(["sync", "bypass", "pt1", "time", "observer"]),
-        );
-    let delay = Command::new(SET_DELAY)
-        .about("With --far: where the constant part of the delay comes from, in observer mode")
-        .arg(
-            Arg::new("delay")
-                .required(true)
-                .help("measured, off, or that many µs")
-                .allow_negative_numbers(true),
-        );
-    let plain = PLAIN.map(|(name, about)| Command::new(name).about(about));
-    let parameters = subcommand(parameters());
-    plain.into_iter().chain([mode, delay, parameters]).collect()
+    let value = |name| match name {
+        FILTER_MODE => Arg::new(VALUE)
+            .value_name("MODE")
+            .value_parser(["sync", "bypass", "pt1", "time", "observer"]),
+        _ => Arg::new(VALUE)
+            .value_name("DELAY")
+            .help("measured, off, or a number of µs")
+            .allow_negative_numbers(true),
+    };
+    let command = |block: &'static Block| {
+        let command = subcommand(block);
+        if POSITIONAL.contains(&block.name.as_str()) {
+            command.arg(value(&block.name).required(true))
+        } else {
+            command
+        }
+    };
+    BLOCKS.iter().map(command).collect()
 }
 
 /// The command as the network has it.
 pub(super) fn fields(name: &str, options: &ArgMatches) -> Value {
-    let word = |argument| options.get_one::<String>(argument).map(String::as_str);
+    let word = || options.get_one::<String>(VALUE).map(String::as_str);
     match name {
-        FILTER_MODE => json!(word("mode")),
-        SET_DELAY => match word("delay") {
+        FILTER_MODE => json!(word()),
+        SET_DELAY => match word() {
             Some(word @ ("measured" | "off")) => json!(word),
             other => json!({ "fixed-us": value(other.unwrap_or_default()) }),
         },
-        SET_PARAMETERS => fields_of(&parameters(), options),
-        _ => Value::Object(Map::new()),
-    }
-}
-
-fn parameters() -> Block {
-    Block {
-        name: SET_PARAMETERS,
-        about: "With --far: stAxisSyncParameters, those that are given",
-        options: vec![
-            inner("start-up-mode", "start-up-mode", "bypass, pt1 or time"),
-            inner("fall-back-mode", "fall-back-mode", "bypass or pt1"),
-            inner(
-                "max-position-diff",
-                "extrapolate.max-position-diff",
-                "Largest difference of the set positions, u; 0: not watched",
-            ),
-            inner(
-                "use-acc-for-extrapolation",
-                "extrapolate.use-acc-for-extrapolation",
-                "true or false",
-            ),
-            inner("t1-factor-pos", "extrapolate.t1-factor-pos", "Cycles"),
-            inner("t1-factor-velo", "extrapolate.t1-factor-velo", "Cycles"),
-            inner("blending-time-s", "extrapolate.blending-time-s", "s"),
-            inner(
-                "threshold-for-sync",
-                "time-sync.threshold-for-sync",
-                "Receiver cycles",
-            ),
-            inner(
-                "max-cycle-index-difference",
-                "time-sync.max-cycle-index-difference",
-                "0: not watched",
-            ),
-            inner(
-                "age-of-data-limit",
-                "time-sync.age-of-data-limit",
-                "Receiver cycles; 0: not watched",
-            ),
-            inner(
-                "no-of-periods-for-mean-drift",
-                "time-sync.no-of-periods-for-mean-drift",
-                "1 to 64",
-            ),
-            inner(
-                "delay-time-offset-s",
-                "time-sync.delay-time-offset-s",
-                "Added to the correction time, s",
-            ),
-            inner("slope1-numerator", "time-sync.slope1-numerator", "0 to 1"),
-            inner(
-                "slope1-denominator",
-                "time-sync.slope1-denominator",
-                "Above 0, below 1",
-            ),
-            inner(
-                "end-of-transition-limit",
-                "time-sync.end-of-transition-limit",
-                "Receiver cycles",
-            ),
-            inner(
-                "new-drift-bending-cycles",
-                "time-sync.new-drift-bending-cycles",
-                "Receiver cycles",
-            ),
-            inner(
-                "time-mode-blending-cycles",
-                "time-sync.time-mode-blending-cycles",
-                "Receiver cycles",
-            ),
-            inner(
-                "data-cycle-time-s",
-                "time-sync.data-cycle-time-s",
-                "What the node's frames say, s; 0: whatever they say",
-            ),
-            inner(
-                "force-time-mode",
-                "time-sync.force-time-mode",
-                "true or false",
-            ),
-            inner(
-                "automatic-re-init",
-                "time-sync.automatic-re-init",
-                "true or false",
-            ),
-        ],
+        _ => {
+            let block = BLOCKS.iter().find(|block| block.name == name);
+            block.map_or(Value::Null, |block| fields_of(block, options))
+        }
     }
 }
 
@@ -209,8 +123,10 @@ mod tests {
 
     #[test]
     fn every_parameter_has_an_option_but_for_the_reserved_ones() {
-        for field in parameters().options {
-            let value = match field.name {
+        let is_it = |block: &&Block| block.name == "set-parameters";
+        let parameters = BLOCKS.iter().find(is_it).expect("the parameters");
+        for field in &parameters.options {
+            let value = match field.name.as_str() {
                 "start-up-mode" | "fall-back-mode" => "pt1",
                 "use-acc-for-extrapolation" | "force-time-mode" | "automatic-re-init" => "true",
                 _ => "1",
@@ -220,7 +136,7 @@ mod tests {
             let text = serde_json::to_string(&command).expect("JSON");
             assert!(text.contains(&format!("\"{}\":", field.name)), "{text}");
         }
-        assert_eq!(parameters().options.len(), 2 + 5 + 13);
+        assert_eq!(parameters.options.len(), 2 + 5 + 13);
     }
 
     #[test]

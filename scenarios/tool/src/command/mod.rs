@@ -2,7 +2,6 @@
 
 mod blocks;
 mod cam;
-mod cam_blocks;
 mod far;
 mod options;
 mod saw;

@@ -5,26 +5,35 @@ use serde_json::{Map, Value, json};
 
 use super::blocks::{Block, Field};
 
+/// Former names of options, by their present ones.
+const FORMER: [(&str, &str); 2] = [
+    ("master-sync-position", "master-sync"),
+    ("slave-sync-position", "slave-sync"),
+];
+
 /// The command with its options.
-pub(super) fn subcommand(block: Block) -> Command {
-    let argument = |field: Field| {
-        Arg::new(field.name)
-            .long(field.name)
-            .help(field.help)
-            .required(field.required)
-            .allow_negative_numbers(true)
-    };
-    Command::new(block.name)
-        .about(block.about)
-        .args(block.options.into_iter().map(argument))
+pub(super) fn subcommand(block: &'static Block) -> Command {
+    Command::new(block.name.as_str())
+        .about(block.about.as_str())
+        .args(block.options.iter().map(argument))
+}
+
+fn argument(field: &'static Field) -> Arg {
+    let former = FORMER.iter().find(|(name, _)| *name == field.name);
+    Arg::new(field.name.as_str())
+        .long(field.name.as_str())
+        .aliases(former.map(|(_, former)| *former))
+        .help(field.help.as_str())
+        .required(field.required)
+        .allow_negative_numbers(true)
 }
 
 /// The fields of a command that the options set.
 pub(super) fn fields_of(block: &Block, options: &ArgMatches) -> Value {
     let mut fields = Map::new();
     for field in &block.options {
-        if let Some(text) = options.get_one::<String>(field.name) {
-            set(&mut fields, field.path, value(text));
+        if let Some(text) = options.get_one::<String>(field.name.as_str()) {
+            set(&mut fields, &field.path, value(text));
         }
     }
     Value::Object(fields)

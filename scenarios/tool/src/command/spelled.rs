@@ -1,20 +1,22 @@
 //! A command as it is spelled out on the command line.
 
+use std::sync::LazyLock;
+
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
 use coaxle_node::command::{CamCommand, FarCommand};
 use coaxle_slave as slave;
 use serde_json::{Value, json};
 
-use super::blocks::blocks;
+use super::blocks::{Block, blocks_of};
 use super::cam;
 use super::far;
 use super::options::{fields_of, subcommand};
 
 /// A command to a slave, or about a far node, with its options.
 ///
-/// Built from the table of [`blocks()`] and read by the very rules of the network, so that nothing
-/// about a command is written down twice.
+/// Built from the schema of the commands and read by the rules of the network, so that nothing about a
+/// command is written down twice.
 #[derive(Clone, Debug)]
 pub(super) enum Spelled {
     Slave(slave::Command),
@@ -24,6 +26,13 @@ pub(super) enum Spelled {
 
 const POWER: &str = "power";
 
+/// Every command to a slave but `power`, which has a state instead of options.
+static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| {
+    let mut blocks = blocks_of::<slave::Command>();
+    blocks.retain(|block| block.name != POWER);
+    blocks
+});
+
 impl Subcommand for Spelled {
     fn augment_subcommands(command: Command) -> Command {
         let power = Command::new(POWER)
@@ -31,7 +40,7 @@ impl Subcommand for Spelled {
             .arg(Arg::new("state").required(true).value_parser(["on", "off"]));
         command
             .subcommand(power)
-            .subcommands(blocks().into_iter().map(subcommand))
+            .subcommands(BLOCKS.iter().map(subcommand))
             .subcommands(cam::subcommands())
             .subcommands(far::subcommands())
     }
@@ -44,7 +53,7 @@ impl Subcommand for Spelled {
         name == POWER
             || far::has(name)
             || cam::has(name)
-            || blocks().iter().any(|block| block.name == name)
+            || BLOCKS.iter().any(|block| block.name == name)
     }
 }
 
@@ -78,8 +87,8 @@ fn fields(name: &str, options: &ArgMatches) -> Value {
         let state = options.get_one::<String>("state");
         return json!(state.is_some_and(|state| state == "on"));
     }
-    let block = blocks().into_iter().find(|block| block.name == name);
-    block.map_or(Value::Null, |block| fields_of(&block, options))
+    let block = BLOCKS.iter().find(|block| block.name == name);
+    block.map_or(Value::Null, |block| fields_of(block, options))
 }
 
 #[cfg(test)]
@@ -110,7 +119,7 @@ mod tests {
 
     #[test]
     fn every_command_can_be_spelled_out() {
-        let spelled = blocks().into_iter().map(|block| block.name.to_owned());
+        let spelled = BLOCKS.iter().map(|block| block.name.clone());
         let spelled: BTreeSet<_> = spelled.chain([POWER.to_owned()]).collect();
         assert_eq!(spelled, known());
     }
@@ -120,13 +129,13 @@ mod tests {
 
     #[test]
     fn every_option_is_a_field_of_its_command() {
-        for block in blocks() {
+        for block in BLOCKS.iter() {
             for field in &block.options {
                 // A value of the wrong type: the error must name its field.
-                let mut line = vec![block.name.to_owned()];
+                let mut line = vec![block.name.clone()];
                 for other in &block.options {
                     if other.required || other.name == field.name {
-                        let value = match other.name {
+                        let value = match other.name.as_str() {
                             name if name == field.name => "{\"no\":[]}",
                             "points" => POINTS,
                             "ratios" => "[1]",

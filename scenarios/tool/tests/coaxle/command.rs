@@ -369,20 +369,17 @@ fn a_scenario_commands_in_both_worlds() {
     for world in ["--virtual", "--processes"] {
         let (summary, code) = run(SCENARIO, world);
         let verdicts = &summary["expectations"];
-        let all_met = verdicts
-            .as_array()
-            .expect("a list")
-            .iter()
-            .all(|one| one["met"] == true);
-        assert!(all_met, "{world}: {verdicts}");
-        // As processes on a busy machine, a figure may fail where the node skipped cycles.
-        let saw = &summary["receivers"]["saw"];
-        let skipped = saw["overruns"].as_u64() > Some(0) || saw["lost"].as_u64() > Some(0);
+        let mut commands = verdicts.as_array().expect("a list").iter().take(5);
+        assert_eq!(commands.len(), 5, "{verdicts}");
         assert!(
-            code == Some(0) || (code == Some(3) && world == "--processes" && skipped),
-            "{summary:#}"
+            commands.all(|one| one["met"] == true),
+            "{world}: {verdicts}"
         );
-        assert_eq!(verdicts.as_array().map(Vec::len), Some(5), "{verdicts}");
+        // As processes on a busy machine, an invariant may fail where the nodes skipped cycles or lost messages.
+        let saw = &summary["receivers"]["saw"];
+        let busy = saw["overruns"].as_u64() > Some(0) || saw["lost"].as_u64() > Some(0);
+        let ended_well = code == Some(0) || (world == "--processes" && busy && code == Some(3));
+        assert!(ended_well, "{world}, {code:?}: {summary:#}");
         let told = &verdicts[3];
         assert_eq!(told["field"], "belt.filter-mode at 4 s", "{verdicts}");
         let carriage = &summary["receivers"]["saw"]["slaves"]["carriage"];
