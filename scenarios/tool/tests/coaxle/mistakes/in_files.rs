@@ -78,7 +78,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "s.toml",
         ", jerk = 10",
         "",
-        "s.toml:13:10: axis \"belt\".program.limits.jerk: missing, expected a number above 0, at most 1e15: highest jerk, u/s³",
+        "s.toml:13:10: axis \"belt\".program.limits.jerk: missing, expected a number above 0, at most 1e15: greatest jerk, u/s³",
     ),
     (
         "s.toml",
@@ -138,7 +138,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "s.toml",
         "repeat = false",
         "steps = [{ enable = true }, { move-absolute = { velocity = 5 } }]",
-        "s.toml:12:47: axis \"belt\".program.steps[1].move-absolute.position: missing, expected a number from -1000000000000 to 1000000000000: where to, u",
+        "s.toml:12:47: axis \"belt\".program.steps[1].move-absolute.position: missing, expected a number from -1000000000000 to 1000000000000: target position, u",
     ),
     (
         "s.toml",
