@@ -3,8 +3,8 @@
 use coaxle_axis::{AxisStatus, Job};
 use coaxle_slave::Command;
 
-use super::condition::Situation;
 use super::outcome::{Outcome, Trouble};
+use super::situation::Situation;
 
 /// The commands of a program whose results are still needed.
 #[derive(Clone, Copy, Debug, Default)]

@@ -14,6 +14,7 @@ mod due;
 mod outcome;
 mod prospect;
 mod sensor;
+mod situation;
 mod state;
 mod step_command;
 
@@ -26,15 +27,15 @@ use coaxle_slave::Refusal;
 use crate::marks::MarksConfig;
 use branches::Branches;
 use commanded::Commanded;
-use condition::{Inputs, Passed};
 use prospect::Prospect;
 use sensor::{Mark, Sensor};
+use situation::{Inputs, Passed};
 
-pub(crate) use condition::Situation;
 pub use condition::{WaitsFor, When};
 pub use config::{Otherwise, StepConfig, WrongStep};
 pub(crate) use due::Due;
 pub use outcome::{Outcome, Trouble};
+pub(crate) use situation::Situation;
 pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
 pub use step_command::{PlateCommand, StepCommand};
 
@@ -158,7 +159,7 @@ impl Program {
             passed: &passed,
             is_busy: self.commanded.is_busy(),
         });
-        let Some((waits_for, prospect)) = prospect::hardest(unmet) else {
+        let Some((waits_for, prospect)) = condition::hardest(unmet) else {
             return Some(step.placed(mark.as_ref(), master_scaling));
         };
         self.wait(waits_for, prospect);

@@ -4,7 +4,7 @@ use coaxle_axis::{AxisStatus, StateWord};
 use coaxle_cam::TableId;
 use coaxle_slave::{CouplingPhase, Outlook};
 
-use super::condition::{Inputs, WaitsFor};
+use super::situation::Inputs;
 
 /// Cause that can still meet a condition; the greater, the more it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,13 +17,6 @@ pub(super) enum Prospect {
     ByOrder,
     /// No cause.
     Never,
-}
-
-/// The unmet condition that is hardest to meet; the first of equals.
-pub(super) fn hardest(
-    unmet: impl Iterator<Item = (WaitsFor, Prospect)>,
-) -> Option<(WaitsFor, Prospect)> {
-    unmet.reduce(|a, b| if b.1 > a.1 { b } else { a })
 }
 
 /// Prospect that requires the master's motion, or material on it.

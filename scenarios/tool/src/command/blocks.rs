@@ -97,7 +97,7 @@ fn help(root: &Value, field: &Value) -> String {
     let takes_names = inner.get("enum").is_some()
         || alternatives(inner).is_some_and(|all| all.iter().any(|one| one.get("const").is_some()));
     if takes_names {
-        format!("{meaning}: {}", kind(root, inner))
+        format!("{meaning}: {}", kind(root, inner).replace('"', ""))
     } else {
         meaning
     }
