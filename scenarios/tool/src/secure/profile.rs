@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use coaxle_node::command::MAX_ORDER_BYTES;
+use coaxle_node::command::MAX_PLATE_ORDER_BYTES;
 use coaxle_node::frame::{MAX_AXES, frame_capacity};
 use coaxle_node::keys::NodeName;
 use serde_json::json;
@@ -12,10 +12,10 @@ use super::rights::Right;
 
 /// The longest frame that passes: one with all axes that it may have, and some room.
 pub const MAX_FRAME_BYTES: usize = frame_capacity(MAX_AXES).next_multiple_of(4096);
-/// The longest message that is put together at all: the status of a node with many axes is the longest one.
-pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
-/// The longest response to an order.
-const MAX_ANSWER_BYTES: usize = 1 << 16;
+/// Longest message that is reassembled: an order with a cam plate, and its envelope.
+pub const MAX_MESSAGE_BYTES: usize = MAX_PLATE_ORDER_BYTES + (1 << 12);
+/// Longest response to an order: 4096 points of a plate, of some 150 bytes each.
+const MAX_ANSWER_BYTES: usize = MAX_PLATE_ORDER_BYTES;
 
 /// Orders per second and operator. An order that follows another one sooner is dropped.
 const ORDERS_PER_S: f64 = 100.0;
@@ -79,7 +79,8 @@ fn limits() -> Vec<String> {
     ];
     vec![
         limit("frames", &["put"], &frames, MAX_FRAME_BYTES),
-        limit("orders", &["query"], &["coaxle/**"], 2 * MAX_ORDER_BYTES),
+        // A node itself bounds orders without a plate.
+        limit("orders", &["query"], &["coaxle/**"], MAX_PLATE_ORDER_BYTES),
         limit("answers", &["reply"], &["coaxle/**"], MAX_ANSWER_BYTES),
     ]
 }

@@ -96,6 +96,26 @@ fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
     });
 }
 
+/// Loads a plate of 3000 points, some 100 KiB as an order, and reads as many back.
+fn a_long_plate_passes(folder: &Path) {
+    let point = |n: u32| {
+        let (master, slave) = (f64::from(n) * 0.12, f64::from(n % 7) * 0.01);
+        format!("[[point]]\nmaster = {master}\nslave = {slave}\nlaw = 'polynom5'\n")
+    };
+    let points: String = (0..3_000).map(point).collect();
+    std::fs::write(folder.join("long.toml"), points).expect("a cam file");
+    let command = "command --secure net/anna saw carriage";
+    let select = format!("{command} cam-table-select long.toml --table 2");
+    let (text, good) = said(folder, &select);
+    assert!(good && text.contains("accepted"), "{text}");
+    let (text, good) = said(folder, &format!("{command} read-motion-function --table 2"));
+    assert!(
+        good && text.contains("3000 of 3000 points"),
+        "{}",
+        text.lines().next().unwrap_or_default()
+    );
+}
+
 /// Takes one right of a profile away.
 fn take_rights(profile: &Path, message: &str, key: &str) {
     let text = std::fs::read_to_string(profile).expect("a profile");
@@ -186,6 +206,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     }
     let orders = saw_node.log().matches("order of ").count();
     assert_eq!(orders, 1, "{}", saw_node.log());
+    a_long_plate_passes(folder);
 
     for (node, why) in &refused {
         until(why, || node.logged(why) && node.logged("refused"));
