@@ -12,7 +12,7 @@ use coaxle_host::{Commander, SeenNode, Watcher};
 use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_node::keys::NodeName;
-use coaxle_test_process::{PATIENCE, Process};
+use coaxle_test_process::{Process, WAIT_TIMEOUT};
 use serde_json::Value;
 
 /// Config of a node with a slave `loop` that can follow that of the other node.
@@ -94,7 +94,7 @@ fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
                     .iter()
                     .all(|node| status(node).as_ref().is_some_and(is_so))
         };
-        let seen = watcher.wait_for(Span::from_secs(PATIENCE.as_secs() as i64), both);
+        let seen = watcher.wait_for(Span::from_secs(WAIT_TIMEOUT.as_secs() as i64), both);
         coaxle_test_process::assert_alive(what);
         assert!(both(&seen), "{what}: {seen:#?}");
     };

@@ -16,7 +16,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use coaxle_test_process::{PATIENCE, Process, assert_alive, output, until};
+use coaxle_test_process::{Process, WAIT_TIMEOUT, assert_alive, output, until};
 
 const CONFIG: &str = "
 name = 'saw'
@@ -128,7 +128,7 @@ fn drive_until(memory: &Path, reached: impl Fn(&str) -> bool) {
     drive_reader::run(memory, &stop, |line| {
         assert_alive(&line);
         assert!(
-            begin.elapsed() < PATIENCE,
+            begin.elapsed() < WAIT_TIMEOUT,
             "still waiting, told last: {line}"
         );
         if reached(&line) {

@@ -20,13 +20,13 @@ use coaxle_sender::signals::{AxisSignals, SenderSignals};
 use coaxle_sim::{Oracle, TruthSample};
 use coaxle_source::config::SourceConfig;
 
-use crate::event::{Action, Event, Happening};
+use crate::event::{Action, Event, EventKind};
 use crate::invariants::InvariantViolation;
 use crate::row::{Reference, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, World};
 use crate::topology::{Root, Topology};
-use judge::{Clocks, Judge, Source};
+use judge::{Clocks, MotionSource, ReceiverJudge};
 use watch::ReceiverWatch;
 
 /// True state of a sender's axis at the ideal start of a cycle, by its signals.
@@ -51,9 +51,9 @@ const MEMORY: Span = Span::from_secs(5);
 pub struct Evaluation {
     senders: usize,
     start: Instant<Reference>,
-    masters: Vec<Master>,
+    masters: Vec<TrackedMaster>,
     /// A judge for each far or virtual axis of each receiver.
-    judges: Vec<Judge>,
+    judges: Vec<ReceiverJudge>,
     /// Indices of each receiver's judges.
     of_receiver: Vec<std::ops::Range<usize>>,
     /// The ids of the virtual axes of each receiver.
@@ -74,17 +74,22 @@ pub struct Evaluated {
 /// A sender's axis that is followed, a receiver's virtual axis, or a receiver that is followed: of a receiver only its
 /// clock counts, as its motion is its sender's.
 #[derive(Debug)]
-struct Master {
+struct TrackedMaster {
     node: usize,
     axis: u32,
     oracle: Oracle<Reference>,
 }
 
 /// The number of a master, among those known so far.
-fn master_of(masters: &mut Vec<Master>, node: usize, axis: u32, cycle_time: CycleTime) -> usize {
-    let known = |master: &Master| master.node == node && master.axis == axis;
+fn master_of(
+    masters: &mut Vec<TrackedMaster>,
+    node: usize,
+    axis: u32,
+    cycle_time: CycleTime,
+) -> usize {
+    let known = |master: &TrackedMaster| master.node == node && master.axis == axis;
     masters.iter().position(known).unwrap_or_else(|| {
-        masters.push(Master {
+        masters.push(TrackedMaster {
             node,
             axis,
             oracle: Oracle::new(cycle_time, MEMORY),
@@ -124,7 +129,7 @@ impl Evaluation {
                     let cycle_time = cycle_time(root.source);
                     master_of(&mut masters, root.source, CLOCK_ONLY, cycle_time)
                 };
-                Source {
+                MotionSource {
                     motion,
                     clock,
                     gear: root.gear,
@@ -141,7 +146,7 @@ impl Evaluation {
                 jumps: &clock_jumps,
                 resolution_us: steady_resolution(scenario, config),
             });
-            judges.push(Judge::new(config, sources, view, clocks));
+            judges.push(ReceiverJudge::new(config, sources, view, clocks));
         }
         let virtual_axes = |receiver: &ReceiverConfig| {
             let axes = receiver.virtual_axes.iter();
@@ -166,12 +171,12 @@ impl Evaluation {
     }
 
     /// Takes a cycle of a sender: the true state of one of its axes.
-    pub fn master_was(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
+    pub fn push_master(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
         push(&mut self.masters, sender, axis, sample);
     }
 
     /// Takes a cycle of a receiver.
-    pub fn receiver_did(
+    pub fn push_receiver(
         &mut self,
         receiver: usize,
         at_ns: i64,
@@ -179,7 +184,7 @@ impl Evaluation {
         signals: &SignalRow,
         sink: &mut impl RowSink,
     ) {
-        self.clock_was(receiver, at_ns, signals);
+        self.push_clock(receiver, at_ns, signals);
         let since = Instant::from_nanos(at_ns) - self.start;
         self.watches[receiver].push(since.as_secs_f64(), signals);
         for view in self.of_receiver[receiver].clone() {
@@ -202,7 +207,7 @@ impl Evaluation {
     }
 
     /// Takes a receiver as the clock of its followers, which moves its virtual axes.
-    fn clock_was(&mut self, receiver: usize, at_ns: i64, signals: &SignalRow) {
+    fn push_clock(&mut self, receiver: usize, at_ns: i64, signals: &SignalRow) {
         let sample = |axis| TruthSample {
             at: Instant::from_nanos(at_ns),
             epoch: signals.node.run,
@@ -231,7 +236,7 @@ impl Evaluation {
         self.watches.iter_mut().for_each(ReceiverWatch::end);
         let watches = &self.watches;
         let mut violations: Vec<_> = watches.iter().flat_map(ReceiverWatch::violations).collect();
-        violations.extend(self.judges.iter().flat_map(Judge::violations));
+        violations.extend(self.judges.iter().flat_map(ReceiverJudge::violations));
         let judged = self.judges.into_iter();
         Evaluated {
             receivers: judged.map(|judge| judge.finish(watches)).collect(),
@@ -289,18 +294,18 @@ fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
         |event: &&Event| (scenario.receivers.iter()).any(|one| one.name == event.node);
     let of_receivers = scenario.events.iter().filter(is_receiver);
     let restarts = of_receivers.filter_map(|event| match event.what {
-        Happening::Away {
+        EventKind::Away {
             action: Action::Restart,
             for_s,
         } => Some([event.at_s.into(), f64::from(event.at_s) + f64::from(for_s)]),
-        Happening::Away { .. } | Happening::Command(_) => None,
+        EventKind::Away { .. } | EventKind::Command(_) => None,
     });
     jumps.chain(restarts.flatten()).collect()
 }
 
 /// Takes the next cycle of a master, if it is followed.
-fn push(masters: &mut [Master], node: usize, axis: u32, sample: TruthSample<Reference>) {
-    let is_it = |master: &&mut Master| master.node == node && master.axis == axis;
+fn push(masters: &mut [TrackedMaster], node: usize, axis: u32, sample: TruthSample<Reference>) {
+    let is_it = |master: &&mut TrackedMaster| master.node == node && master.axis == axis;
     if let Some(master) = masters.iter_mut().find(is_it) {
         master.oracle.push(sample);
     }

@@ -22,11 +22,11 @@ use crate::verdict::Verdict;
 #[serde(try_from = "EventInFile", into = "EventInFile")]
 pub struct Event {
     /// Time, s after the start.
-    pub at_s: Moment,
+    pub at_s: ScenarioTime,
     /// Addressee: a node, or in virtual time a router.
     pub node: NodeName,
     /// Kind of the event.
-    pub what: Happening,
+    pub what: EventKind,
 }
 
 /// Kind of an event at a node.
@@ -35,16 +35,16 @@ pub struct Event {
     clippy::large_enum_variant,
     reason = "a scenario has a handful, and plain values are simpler"
 )]
-pub enum Happening {
+pub enum EventKind {
     /// Absence of the node, or presence of a duplicate.
     Away {
         /// Kind of absence.
         action: Action,
         /// Duration, s.
-        for_s: Moment,
+        for_s: ScenarioTime,
     },
     /// A command about one of its slaves or a node that it follows.
-    Command(Commanded),
+    Command(EventCommand),
 }
 
 /// Kind of a node's absence.
@@ -63,14 +63,14 @@ pub enum Action {
 
 /// A command to a slave, or about a far node. It comes at once in virtual time, and through the network to a process.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Commanded {
+pub struct EventCommand {
     /// Order to send.
     pub order: CommandOrder,
     /// Expected code of a refusal; absent if the command is expected to be accepted.
     pub expect_refusal: Option<u32>,
 }
 
-impl Commanded {
+impl EventCommand {
     /// Compares the response with the expected one; none if none came. A scenario fails unless they match.
     pub fn judge(&self, event: &Event, answer: Option<&CommandAnswer>) -> Verdict {
         let expected = match self.expect_refusal {
@@ -111,7 +111,7 @@ impl Commanded {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct EventInFile {
     /// Time, s after the start.
-    at_s: Moment,
+    at_s: ScenarioTime,
     /// The node concerned.
     node: NodeName,
     /// Kind of the node's absence; with `for-s`.
@@ -119,7 +119,7 @@ struct EventInFile {
     action: Option<Action>,
     /// Duration of the absence, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    for_s: Option<Moment>,
+    for_s: Option<ScenarioTime>,
     /// The slave that is commanded; with `command`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     slave: Option<SlaveName>,
@@ -169,7 +169,7 @@ impl<'de> Visitor<'de> for ByName {
         let key: Option<String> = rest.next_key()?;
         let is_one_of = |names: &[&str]| key.as_deref().is_some_and(|name| names.contains(&name));
         let (is_far, is_cam) = (is_one_of(&FarCommand::NAMES), is_one_of(&CamCommand::NAMES));
-        let again = MapAccessDeserializer::new(Again { key, rest });
+        let again = MapAccessDeserializer::new(PeekedMap { key, rest });
         if is_far {
             FarCommand::deserialize(again).map(CommandInFile::Far)
         } else if is_cam {
@@ -181,12 +181,12 @@ impl<'de> Visitor<'de> for ByName {
 }
 
 /// A map whose first key was read.
-struct Again<A> {
+struct PeekedMap<A> {
     key: Option<String>,
     rest: A,
 }
 
-impl<'de, A: MapAccess<'de>> MapAccess<'de> for Again<A> {
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for PeekedMap<A> {
     type Error = A::Error;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
@@ -221,7 +221,7 @@ impl TryFrom<EventInFile> for Event {
                 dry_run: false,
                 command: None,
                 ..
-            } => Happening::Away { action, for_s },
+            } => EventKind::Away { action, for_s },
             EventInFile {
                 action: None,
                 for_s: None,
@@ -231,7 +231,7 @@ impl TryFrom<EventInFile> for Event {
                 dry_run,
                 command: Some(command),
                 ..
-            } => Happening::Command(Commanded {
+            } => EventKind::Command(EventCommand {
                 order: match (slave, far, command) {
                     (Some(slave), None, CommandInFile::Slave(command)) => SlaveOrder {
                         slave,
@@ -283,11 +283,11 @@ impl From<Event> for EventInFile {
             command: None,
         };
         match event.what {
-            Happening::Away { action, for_s } => {
+            EventKind::Away { action, for_s } => {
                 file.action = Some(action);
                 file.for_s = Some(for_s);
             }
-            Happening::Command(Commanded {
+            EventKind::Command(EventCommand {
                 order,
                 expect_refusal,
             }) => {
@@ -319,11 +319,11 @@ impl From<Event> for EventInFile {
 )]
 #[serde(try_from = "f64", into = "f64")]
 #[schemars(inline, extend("minimum" = 0, "maximum" = 1e9))]
-pub struct Moment {
+pub struct ScenarioTime {
     millis: u64,
 }
 
-impl Moment {
+impl ScenarioTime {
     /// The time since the start.
     #[must_use]
     pub const fn span(self) -> Span {
@@ -331,7 +331,7 @@ impl Moment {
     }
 }
 
-impl TryFrom<f64> for Moment {
+impl TryFrom<f64> for ScenarioTime {
     type Error = String;
     fn try_from(seconds: f64) -> Result<Self, String> {
         if seconds.is_finite() && (0.0..=1e9).contains(&seconds) {
@@ -346,8 +346,8 @@ impl TryFrom<f64> for Moment {
     }
 }
 
-impl From<Moment> for f64 {
-    fn from(moment: Moment) -> Self {
+impl From<ScenarioTime> for f64 {
+    fn from(moment: ScenarioTime) -> Self {
         // Dividing gives the closest number: 2.3, not 2.3000000000000003.
         moment.millis as Self / 1e3
     }

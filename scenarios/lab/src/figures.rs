@@ -14,7 +14,7 @@ use crate::units;
 
 /// A figure of a receiver, or of a slave.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Figure {
+pub(crate) struct SummaryFigure {
     /// Name, for a slave's figure with `slave.` in front.
     pub(crate) name: String,
     /// Name in the summary.
@@ -24,7 +24,7 @@ pub(crate) struct Figure {
     /// Unit, in which `u` stands for another one; empty if it has none.
     unit: &'static str,
     /// Meaning of `u` in the unit.
-    u: U,
+    u: UnitMeaning,
     /// Kind of its values.
     pub(crate) kind: Kind,
     /// True if larger values are better. Otherwise values farther from zero are worse.
@@ -33,7 +33,7 @@ pub(crate) struct Figure {
 
 /// Meaning of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum U {
+enum UnitMeaning {
     /// The unit of the receiver's master axis.
     Receiver,
     /// The unit of the slave.
@@ -70,7 +70,7 @@ impl Units {
     }
 }
 
-impl Figure {
+impl SummaryFigure {
     /// Every figure: those of receivers, then those of slaves.
     pub(crate) fn all() -> Vec<Self> {
         let signals = |signals: &'static [Signal]| signals.iter().filter(|s| s.is_summarized);
@@ -104,7 +104,11 @@ impl Figure {
     }
 
     fn of(signal: &Signal, is_of_slave: bool) -> Self {
-        let u = if is_of_slave { U::Slave } else { U::Receiver };
+        let u = if is_of_slave {
+            UnitMeaning::Slave
+        } else {
+            UnitMeaning::Receiver
+        };
         let declared = Declared(signal.name, signal.unit, u, signal.kind);
         Self::declared(&declared, is_of_slave)
     }
@@ -112,9 +116,9 @@ impl Figure {
     /// Unit among such rows.
     pub(crate) fn unit(&self, units: &Units) -> String {
         let of = match self.u {
-            U::Receiver => &units.receiver,
-            U::Slave => &units.slave,
-            U::Master => &units.master,
+            UnitMeaning::Receiver => &units.receiver,
+            UnitMeaning::Slave => &units.slave,
+            UnitMeaning::Master => &units.master,
         };
         of.in_place_of_u(self.unit)
     }
@@ -132,7 +136,11 @@ impl Figure {
     }
 
     /// Value among the fields of a receiver's summary or a slave's; none where it is missing.
-    pub(crate) fn value(&self, receiver: &Fields, slave: Option<&Fields>) -> Option<Value> {
+    pub(crate) fn value(
+        &self,
+        receiver: &SummaryFields,
+        slave: Option<&SummaryFields>,
+    ) -> Option<Value> {
         let fields = if self.is_of_slave { slave? } else { receiver };
         let value = fields.0.get(self.field)?;
         match self.kind {
@@ -157,9 +165,9 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
 }
 
 /// The fields of a summary.
-pub(crate) struct Fields(Map<String, Json>);
+pub(crate) struct SummaryFields(Map<String, Json>);
 
-impl Fields {
+impl SummaryFields {
     pub(crate) fn of_receiver(summary: &ReceiverSummary) -> Self {
         Self(fields_of(summary))
     }
@@ -177,22 +185,22 @@ fn full_name(field: &str, is_of_slave: bool) -> String {
 }
 
 /// Name, unit, meaning of `u`, kind.
-struct Declared(&'static str, &'static str, U, Kind);
+struct Declared(&'static str, &'static str, UnitMeaning, Kind);
 
-const fn number_of(name: &'static str, unit: &'static str, u: U) -> Declared {
+const fn number_of(name: &'static str, unit: &'static str, u: UnitMeaning) -> Declared {
     Declared(name, unit, u, Kind::Number)
 }
 
 const fn count(name: &'static str) -> Declared {
-    Declared(name, "", U::Receiver, Kind::Count)
+    Declared(name, "", UnitMeaning::Receiver, Kind::Count)
 }
 
 const fn flag(name: &'static str) -> Declared {
-    Declared(name, "", U::Receiver, Kind::Flag)
+    Declared(name, "", UnitMeaning::Receiver, Kind::Flag)
 }
 
 const fn text(name: &'static str) -> Declared {
-    Declared(name, "", U::Receiver, Kind::Text)
+    Declared(name, "", UnitMeaning::Receiver, Kind::Text)
 }
 
 const RECEIVER: &[Declared] = &[
@@ -202,68 +210,80 @@ const RECEIVER: &[Declared] = &[
     count("errors"),
     text("last_error"),
     count("warnings"),
-    number_of("time_to_sync_s", "s", U::Receiver),
+    number_of("time_to_sync_s", "s", UnitMeaning::Receiver),
     count("beats_at_sync"),
     count("synced_times"),
     flag("synced_at_end"),
-    number_of("drift_ppm_true", "ppm", U::Receiver),
-    number_of("delay_error_us", "µs", U::Receiver),
-    number_of("delay_covered_share", "", U::Receiver),
-    number_of("evaluated_from_s", "s", U::Receiver),
+    number_of("drift_ppm_true", "ppm", UnitMeaning::Receiver),
+    number_of("delay_error_us", "µs", UnitMeaning::Receiver),
+    number_of("delay_covered_share", "", UnitMeaning::Receiver),
+    number_of("evaluated_from_s", "s", UnitMeaning::Receiver),
     count("evaluated_cycles"),
-    number_of("velocity_ripple_rms", "u/s", U::Receiver),
-    number_of("velocity_ripple_max", "u/s", U::Receiver),
-    number_of("velocity_ripple_ratio", "", U::Receiver),
-    number_of("velocity_ripple_settled_rms", "u/s", U::Receiver),
-    number_of("velocity_ripple_settled_max", "u/s", U::Receiver),
-    number_of("velocity_ripple_settled_ratio", "", U::Receiver),
-    number_of("velocity_ripple_lock_in_max", "u/s", U::Receiver),
-    number_of("corrected_time_error_rms_us", "µs", U::Receiver),
-    number_of("corrected_time_error_max_us", "µs", U::Receiver),
-    number_of("corrected_time_error_settled_rms_us", "µs", U::Receiver),
-    number_of("corrected_time_error_settled_max_us", "µs", U::Receiver),
-    number_of("corrected_time_error_lock_in_max_us", "µs", U::Receiver),
-    number_of("lag_us", "µs", U::Receiver),
-    number_of("far_position_error_max", "u", U::Receiver),
-    number_of("far_position_error_rms", "u", U::Receiver),
-    number_of("lag_error_max", "u", U::Receiver),
-    number_of("lag_error_max_us", "µs", U::Receiver),
-    number_of("lag_error_rms_us", "µs", U::Receiver),
-    number_of("drive_position_error_max", "u", U::Slave),
-    number_of("following_error_max", "u", U::Slave),
+    number_of("velocity_ripple_rms", "u/s", UnitMeaning::Receiver),
+    number_of("velocity_ripple_max", "u/s", UnitMeaning::Receiver),
+    number_of("velocity_ripple_ratio", "", UnitMeaning::Receiver),
+    number_of("velocity_ripple_settled_rms", "u/s", UnitMeaning::Receiver),
+    number_of("velocity_ripple_settled_max", "u/s", UnitMeaning::Receiver),
+    number_of("velocity_ripple_settled_ratio", "", UnitMeaning::Receiver),
+    number_of("velocity_ripple_lock_in_max", "u/s", UnitMeaning::Receiver),
+    number_of("corrected_time_error_rms_us", "µs", UnitMeaning::Receiver),
+    number_of("corrected_time_error_max_us", "µs", UnitMeaning::Receiver),
+    number_of(
+        "corrected_time_error_settled_rms_us",
+        "µs",
+        UnitMeaning::Receiver,
+    ),
+    number_of(
+        "corrected_time_error_settled_max_us",
+        "µs",
+        UnitMeaning::Receiver,
+    ),
+    number_of(
+        "corrected_time_error_lock_in_max_us",
+        "µs",
+        UnitMeaning::Receiver,
+    ),
+    number_of("lag_us", "µs", UnitMeaning::Receiver),
+    number_of("far_position_error_max", "u", UnitMeaning::Receiver),
+    number_of("far_position_error_rms", "u", UnitMeaning::Receiver),
+    number_of("lag_error_max", "u", UnitMeaning::Receiver),
+    number_of("lag_error_max_us", "µs", UnitMeaning::Receiver),
+    number_of("lag_error_rms_us", "µs", UnitMeaning::Receiver),
+    number_of("drive_position_error_max", "u", UnitMeaning::Slave),
+    number_of("following_error_max", "u", UnitMeaning::Slave),
     flag("drive_tripped"),
-    number_of("wake_up_max_us", "µs", U::Receiver),
+    number_of("wake_up_max_us", "µs", UnitMeaning::Receiver),
 ];
 
 const SLAVE: &[Declared] = &[
     count("errors"),
     text("last_error"),
     text("last_refusal"),
-    number_of("in_sync_share", "", U::Slave),
-    number_of("position_jump_max", "u", U::Slave),
-    number_of("velocity_max", "u/s", U::Slave),
-    number_of("acceleration_max", "u/s²", U::Slave),
-    number_of("velocity_share_max", "", U::Slave),
-    number_of("acceleration_share_max", "", U::Slave),
-    number_of("jerk_share_max", "", U::Slave),
-    number_of("following_error_max", "u", U::Slave),
+    number_of("in_sync_share", "", UnitMeaning::Slave),
+    number_of("position_jump_max", "u", UnitMeaning::Slave),
+    number_of("velocity_max", "u/s", UnitMeaning::Slave),
+    number_of("acceleration_max", "u/s²", UnitMeaning::Slave),
+    number_of("velocity_share_max", "", UnitMeaning::Slave),
+    number_of("acceleration_share_max", "", UnitMeaning::Slave),
+    number_of("jerk_share_max", "", UnitMeaning::Slave),
+    number_of("following_error_max", "u", UnitMeaning::Slave),
     count("synchronisations"),
-    number_of("sync_duration_s", "s", U::Slave),
-    number_of("sync_master_way", "u", U::Master),
-    number_of("sync_slave_way", "u", U::Slave),
-    number_of("sync_master_position", "u", U::Master),
-    number_of("sync_slave_position", "u", U::Slave),
-    number_of("sync_position_min", "u", U::Slave),
-    number_of("sync_position_max", "u", U::Slave),
-    number_of("release_master_way", "u", U::Master),
-    number_of("release_slave_way", "u", U::Slave),
-    number_of("release_master_position", "u", U::Master),
-    number_of("release_slave_position", "u", U::Slave),
+    number_of("sync_duration_s", "s", UnitMeaning::Slave),
+    number_of("sync_master_way", "u", UnitMeaning::Master),
+    number_of("sync_slave_way", "u", UnitMeaning::Slave),
+    number_of("sync_master_position", "u", UnitMeaning::Master),
+    number_of("sync_slave_position", "u", UnitMeaning::Slave),
+    number_of("sync_position_min", "u", UnitMeaning::Slave),
+    number_of("sync_position_max", "u", UnitMeaning::Slave),
+    number_of("release_master_way", "u", UnitMeaning::Master),
+    number_of("release_slave_way", "u", UnitMeaning::Slave),
+    number_of("release_master_position", "u", UnitMeaning::Master),
+    number_of("release_slave_position", "u", UnitMeaning::Slave),
     count("cuts"),
-    number_of("cut_position_error_max", "u", U::Master),
-    number_of("cut_position_error_rms", "u", U::Master),
-    number_of("cut_length_error_max", "u", U::Master),
-    number_of("cut_length_error_rms", "u", U::Master),
+    number_of("cut_position_error_max", "u", UnitMeaning::Master),
+    number_of("cut_position_error_rms", "u", UnitMeaning::Master),
+    number_of("cut_length_error_max", "u", UnitMeaning::Master),
+    number_of("cut_length_error_rms", "u", UnitMeaning::Master),
 ];
 
 /// Figures whose least value is the worst.
@@ -284,7 +304,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     /// Names of the figures of a summary, without units, lists and slaves.
-    fn names_of(fields: &Fields) -> BTreeSet<&str> {
+    fn names_of(fields: &SummaryFields) -> BTreeSet<&str> {
         const NO_FIGURES: [&str; 3] = ["unit", "cut_unit", "slaves"];
         let names = fields.0.keys().map(String::as_str);
         names.filter(|name| !NO_FIGURES.contains(name)).collect()
@@ -292,14 +312,14 @@ mod tests {
 
     #[test]
     fn every_field_of_a_summary_is_a_figure() {
-        let figures = Figure::all();
+        let figures = SummaryFigure::all();
         let declared = |is_of_slave| -> BTreeSet<&str> {
             let figures = figures.iter().filter(|f| f.is_of_slave == is_of_slave);
             figures.map(|figure| figure.field).collect()
         };
-        let receiver = Fields::of_receiver(&ReceiverSummary::default());
+        let receiver = SummaryFields::of_receiver(&ReceiverSummary::default());
         assert_eq!(declared(false), names_of(&receiver));
-        let slave = Fields::of_slave(&SlaveSummary::default());
+        let slave = SummaryFields::of_slave(&SlaveSummary::default());
         assert_eq!(declared(true), names_of(&slave));
         let names: BTreeSet<_> = figures.iter().map(|figure| &figure.name).collect();
         assert_eq!(names.len(), figures.len());
@@ -307,9 +327,9 @@ mod tests {
 
     #[test]
     fn what_a_summary_has_is_of_the_kind_that_is_declared() {
-        let receiver = Fields::of_receiver(&ReceiverSummary::default());
-        let slave = Fields::of_slave(&SlaveSummary::default());
-        for figure in Figure::all() {
+        let receiver = SummaryFields::of_receiver(&ReceiverSummary::default());
+        let slave = SummaryFields::of_slave(&SlaveSummary::default());
+        for figure in SummaryFigure::all() {
             let fields = if figure.is_of_slave {
                 &slave
             } else {
@@ -334,7 +354,7 @@ mod tests {
         assert_eq!(Units::common(same.into_iter()), degrees);
         let common = Units::common([(&degrees, true), (&turns, true)].into_iter());
         let heading = |name: &str| {
-            let all = Figure::all();
+            let all = SummaryFigure::all();
             let figure = all.iter().find(|figure| figure.name == name).unwrap();
             figure.heading(&common)
         };

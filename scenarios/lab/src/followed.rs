@@ -3,10 +3,10 @@
 use coaxle_node::config::Unit;
 use coaxle_receiver::ReceiverConfig;
 
-use crate::topology::{View, Viewed};
+use crate::topology::{ReceiverAxis, View};
 
 /// Properties of the axis, from the config.
-pub(crate) struct Followed {
+pub(crate) struct JudgedAxis {
     /// Mode of calculating its set values: `virtual` for a virtual axis.
     pub(crate) mode: &'static str,
     /// True if that mode synchronises.
@@ -17,11 +17,11 @@ pub(crate) struct Followed {
     pub(crate) unit: Unit,
 }
 
-impl Followed {
+impl JudgedAxis {
     /// The axis of a view of the receiver with this config.
     pub(crate) fn of(config: &ReceiverConfig, view: &View) -> Self {
         match view.of {
-            Viewed::Far { far, axis } => {
+            ReceiverAxis::Far { far, axis } => {
                 let far = &config.far[far];
                 let key = far.node.channel_key(far.channel.into());
                 let is_it = config.far_axes().nth(axis);
@@ -33,7 +33,7 @@ impl Followed {
                     unit: config.far_axis_unit(axis),
                 }
             }
-            Viewed::Virtual(axis) => Self {
+            ReceiverAxis::Virtual(axis) => Self {
                 mode: VIRTUAL,
                 synchronises: false,
                 name: format!("{}/{}", config.name, config.virtual_axes[axis].name),

@@ -89,11 +89,11 @@ struct Head {
 
 /// Origins of those list elements of a scenario that its file has in a group.
 #[derive(Debug, Default)]
-pub(crate) struct Origins(BTreeMap<&'static str, Origin>);
+pub(crate) struct Origins(BTreeMap<&'static str, GroupOrigin>);
 
 /// The elements of one list from `first` on, each by its group and its number there.
 #[derive(Debug)]
-struct Origin {
+struct GroupOrigin {
     first: usize,
     from: Vec<(usize, usize)>,
 }
@@ -273,7 +273,7 @@ fn append(
         let (Value::Array(added), Value::Array(all)) = (added, all) else {
             return Err((list, "expected a list of tables".to_owned()));
         };
-        let origin = origins.0.entry(list).or_insert_with(|| Origin {
+        let origin = origins.0.entry(list).or_insert_with(|| GroupOrigin {
             first: all.len(),
             from: Vec::new(),
         });

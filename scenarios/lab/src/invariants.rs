@@ -101,7 +101,7 @@ impl Invariant {
 
 /// A slave, a far axis or a far node of a receiver, or the receiver itself, by their names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Watched {
+pub struct WatchedPart {
     /// The receiver.
     pub receiver: String,
     /// The slave, the far axis or the far node; none: the receiver itself.
@@ -112,7 +112,7 @@ pub struct Watched {
 #[derive(Clone, Debug, PartialEq)]
 pub struct InvariantViolation {
     /// The part concerned.
-    pub of: Watched,
+    pub of: WatchedPart,
     /// The violated invariant.
     pub invariant: Invariant,
     /// The first cycle in violation.
@@ -202,7 +202,7 @@ pub struct Exception {
 
 impl Exception {
     fn covers(&self, violation: &InvariantViolation, invariant: Invariant) -> bool {
-        let Watched { receiver, part } = &violation.of;
+        let WatchedPart { receiver, part } = &violation.of;
         let is_it = self.receiver == *receiver && Some(&self.of) == part.as_ref();
         is_it && violation.invariant == invariant
     }
@@ -258,7 +258,7 @@ mod tests {
             value,
         };
         InvariantViolation {
-            of: Watched {
+            of: WatchedPart {
                 receiver: "bypass".to_owned(),
                 part: Some("saw".to_owned()),
             },

@@ -8,16 +8,16 @@ use coaxle_os::exit::lines_of;
 
 /// A judged case.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Case {
+pub struct JunitCase {
     /// Name of the case.
     pub name: String,
     /// Failure, if the case failed.
-    pub failure: Option<Failure>,
+    pub failure: Option<JunitFailure>,
 }
 
 /// Reason of a failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
+pub struct JunitFailure {
     /// In a line.
     pub message: String,
     /// In full.
@@ -32,7 +32,7 @@ pub fn write(
     path: &Path,
     suite: &str,
     took_s: f64,
-    cases: impl IntoIterator<Item = Case>,
+    cases: impl IntoIterator<Item = JunitCase>,
 ) -> anyhow::Result<()> {
     let text = report(suite, took_s, cases);
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
@@ -42,7 +42,11 @@ pub fn write(
 ///
 /// # Errors
 /// The error of the suite.
-pub fn told_of<T>(path: Option<&Path>, suite: &str, run: anyhow::Result<T>) -> anyhow::Result<T> {
+pub fn report_error<T>(
+    path: Option<&Path>,
+    suite: &str,
+    run: anyhow::Result<T>,
+) -> anyhow::Result<T> {
     if let (Some(path), Err(error)) = (path, &run) {
         // That error says more than a missing report.
         let _ = std::fs::write(path, not_run(suite, &lines_of(error)));
@@ -62,17 +66,17 @@ fn not_run(suite: &str, lines: &[String]) -> String {
     )
 }
 
-fn report(suite: &str, took_s: f64, cases: impl IntoIterator<Item = Case>) -> String {
+fn report(suite: &str, took_s: f64, cases: impl IntoIterator<Item = JunitCase>) -> String {
     let (mut all, mut failed, mut lines) = (0, 0, String::new());
     let class = escaped(&suite.replace(' ', "."));
-    for Case { name, failure } in cases {
+    for JunitCase { name, failure } in cases {
         all += 1;
         let name = escaped(&name);
         // Writing to a string cannot fail.
         let _ = write!(lines, "<testcase classname=\"{class}\" name=\"{name}\"");
         match failure {
             None => lines += "/>\n",
-            Some(Failure { message, text }) => {
+            Some(JunitFailure { message, text }) => {
                 failed += 1;
                 let (message, text) = (escaped(&message), escaped(&text));
                 let failure = format!("<failure message=\"{message}\">{text}</failure>");
@@ -112,7 +116,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("junit.xml");
         let run: anyhow::Result<()> = Err(anyhow::anyhow!("x.toml: is <no> scenario"));
-        told_of(Some(&path), "run x", run).unwrap_err();
+        report_error(Some(&path), "run x", run).unwrap_err();
         let text = std::fs::read_to_string(path).unwrap();
         assert!(
             text.contains("tests=\"1\" failures=\"0\" errors=\"1\""),
@@ -126,12 +130,12 @@ mod tests {
 
     #[test]
     fn every_case_is_there_and_what_failed_says_why() {
-        let failure = Failure {
+        let failure = JunitFailure {
             message: "out/seed-4.toml".to_owned(),
             text: "a.b is \"x\" < 3 & more".to_owned(),
         };
         let cases = [("seed 3", None), ("seed 4", Some(failure))];
-        let cases = cases.map(|(name, failure)| Case {
+        let cases = cases.map(|(name, failure)| JunitCase {
             name: name.to_owned(),
             failure,
         });

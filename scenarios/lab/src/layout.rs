@@ -12,14 +12,14 @@ const MOST_ROUTERS: usize = 128;
 
 /// Router of each node, and connections between routers.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(crate) struct Layout {
+pub(crate) struct ScenarioLayout {
     /// The router of each node, by their numbers; none at all without routers.
     pub(crate) behind: Vec<usize>,
     /// The routers that are connected, each pair with the declaring one first.
     pub(crate) connected: Vec<[usize; 2]>,
 }
 
-impl Layout {
+impl ScenarioLayout {
     /// The layout, with every node behind one router, if there are any.
     ///
     /// # Errors
@@ -162,7 +162,7 @@ mod tests {
     fn every_node_is_behind_one_router() {
         let scenario = read(PLANT).unwrap();
         let topology = Topology::of(&scenario).unwrap();
-        let layout = Layout::of(&scenario, &topology).unwrap();
+        let layout = ScenarioLayout::of(&scenario, &topology).unwrap();
         // Senders first; the router in the middle has no node of its own.
         assert_eq!(layout.behind, [1, 2, 1, 2]);
         assert_eq!(layout.connected, [[1, 0], [2, 0]]);

@@ -13,14 +13,14 @@ use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
 use coaxle_sender::config::ShownAxes;
 use serde_json::{Map, Value};
 
-use crate::event::{Action, Event, Happening};
+use crate::event::{Action, Event, EventKind};
 use crate::expect::{Expectation, receiver_of};
 use crate::group;
 use crate::invariants::Exception;
-use crate::layout::Layout;
+use crate::layout::ScenarioLayout;
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, RouterSummary, SlaveSummary};
-use crate::topology::{Root, Topology, Viewed};
+use crate::topology::{ReceiverAxis, Root, Topology};
 
 /// Reads and checks a scenario. `file` is its name in errors.
 ///
@@ -51,7 +51,7 @@ fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> 
         links.for_each(|link| link.relative_to(folder));
     }
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
-    Layout::of(&scenario, &topology).map_err(|wrong| wrong.in_file(file))?;
+    ScenarioLayout::of(&scenario, &topology).map_err(|wrong| wrong.in_file(file))?;
     tell_units(&mut scenario, &topology);
     show_followed_axes(&mut scenario, &topology, file)?;
     check_events(&scenario, &topology, file)?;
@@ -66,7 +66,7 @@ fn tell_units(scenario: &mut Scenario, topology: &Topology) {
     // A receiver may follow one that comes later in the file: each pass resolves one step more.
     for _ in 0..scenario.receivers.len() {
         for view in topology.views() {
-            let Viewed::Far { axis, .. } = view.of else {
+            let ReceiverAxis::Far { axis, .. } = view.of else {
                 continue;
             };
             let unit = unit_of_source(scenario, view.receiver, axis, &view.root);
@@ -143,12 +143,12 @@ fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<
 fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
     let (field, received) = match &event.what {
         _ if scenario.router(&event.node).is_none() => return Ok(()),
-        Happening::Away {
+        EventKind::Away {
             action: Action::Restart | Action::Freeze,
             ..
         } => return Ok(()),
-        Happening::Away { .. } => ("action", "twin"),
-        Happening::Command(_) => ("command", "a command"),
+        EventKind::Away { .. } => ("action", "twin"),
+        EventKind::Command(_) => ("command", "a command"),
     };
     let reason = format!("received {received} for a router, expected action restart or freeze");
     Err((field, reason))
@@ -156,7 +156,7 @@ fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'st
 
 /// Checks that the addressee of a command exists.
 fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
-    let Happening::Command(commanded) = &event.what else {
+    let EventKind::Command(commanded) = &event.what else {
         return Ok(());
     };
     let receivers = scenario.receivers.iter();

@@ -7,13 +7,13 @@ use coaxle_receiver::signals::{
 };
 use serde::Serialize;
 
-use crate::topology::{View, Viewed, followed_of};
+use crate::topology::{ReceiverAxis, View, followed_of};
 
 /// Signals of a receiver in a cycle, with those of one of the axes that lead its slaves. Instants are
 /// nanoseconds of the world's reference clock: true time in the simulation, the machine's monotonic
 /// clock in the real world.
 #[derive(Debug, Default, PartialEq, Serialize)]
-pub struct Record {
+pub struct ReceiverCycle {
     /// Ideal start of the cycle, ns.
     pub at_ns: i64,
     /// Actual beginning of the scan, ns.
@@ -31,7 +31,7 @@ pub struct Record {
     pub slaves: Vec<SlaveSignals>,
 }
 
-impl Clone for Record {
+impl Clone for ReceiverCycle {
     fn clone(&self) -> Self {
         Self {
             slaves: self.slaves.clone(),
@@ -64,14 +64,14 @@ fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
     }
 }
 
-impl Record {
+impl ReceiverCycle {
     /// Replaces the record by a cycle.
     pub fn fill(&mut self, at_ns: i64, woke_ns: i64, signals: &SignalRow, view: &View) {
         self.at_ns = at_ns;
         self.woke_ns = woke_ns;
         self.node = signals.node;
         (self.far, self.axis) = match view.of {
-            Viewed::Far { far, axis } => {
+            ReceiverAxis::Far { far, axis } => {
                 self.place = followed_of(&view.nodes, signals);
                 let far = FarNodeSignals {
                     health: signals.far[far].health,
@@ -79,7 +79,7 @@ impl Record {
                 };
                 (far, signals.axes[axis])
             }
-            Viewed::Virtual(axis) => {
+            ReceiverAxis::Virtual(axis) => {
                 let axis = as_far_axis(&signals.virtual_axes[axis]);
                 (FarNodeSignals::default(), axis)
             }

@@ -5,7 +5,7 @@ use coaxle_clock::{Domain, Instant};
 use coaxle_node::Arrival;
 use coaxle_sim::True;
 
-use crate::record::Record;
+use crate::record::ReceiverCycle;
 
 /// The clock both worlds are judged by: true time, or the machine's monotonic clock.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub struct Row {
     /// Ideal start of the cycle, s after the start of the run.
     pub t_s: f64,
     /// Signals of the receiver; in a box, as it waits, is judged, shown and reused.
-    pub record: Box<Record>,
+    pub record: Box<ReceiverCycle>,
     /// True position and velocity of its master, in units of the axis it receives.
     pub truth: Option<(f64, f64)>,
     /// Difference quotient of the set position given to the drive, slave units/s.

@@ -11,7 +11,7 @@ use coaxle_sender::config::SenderConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::event::{Action, Event, Happening};
+use crate::event::{Action, Event, EventKind};
 use crate::expect::{Expectation, receiver_of};
 use crate::group::Group;
 use crate::invariants::Exception;
@@ -118,7 +118,7 @@ impl Scenario {
         for event in &self.events {
             let is_twin = matches!(
                 event.what,
-                Happening::Away {
+                EventKind::Away {
                     action: Action::Twin,
                     ..
                 }

@@ -23,7 +23,7 @@ use crate::catalog::Source;
 use crate::expect::receiver_of;
 use crate::finished::{Finished, Progress};
 use crate::invariants::Invariant;
-use crate::junit::{self, Case};
+use crate::junit::{self, JunitCase};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Options, TraceFormat};
 use crate::scenario::Scenario;
@@ -53,7 +53,7 @@ pub type Leave = dyn Fn(&Source, &Options, &str) -> anyhow::Result<()> + Sync;
 
 /// Result of a soak.
 #[derive(Clone, Debug)]
-pub struct Soaked {
+pub struct SoakResult {
     /// Number of schedules that were run, to their end.
     pub schedules: u64,
     /// Number of all schedules; more than those that were run if the soak was interrupted.
@@ -63,12 +63,12 @@ pub struct Soaked {
     /// Elapsed time, s.
     pub took_s: f64,
     /// Failures, by seed.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<SoakFailure>,
 }
 
 /// A schedule that failed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Failure {
+pub struct SoakFailure {
     /// Seed of the schedule.
     pub seed: u64,
     /// Faults found, a line each.
@@ -94,7 +94,7 @@ impl Soak<'_> {
         &self,
         goes_on: &(dyn Fn() -> bool + Sync),
         progress: &(dyn Fn(u64, usize) + Sync),
-    ) -> anyhow::Result<Soaked> {
+    ) -> anyhow::Result<SoakResult> {
         let begin = machine::now();
         let _held = ResultsFolder::hold(&self.out)?;
         let next = AtomicU64::new(self.seeds.start);
@@ -130,7 +130,7 @@ impl Soak<'_> {
         let (done, mut failures) = results.into_inner().expect("no worker panics");
         failures.sort();
         let schedules = done.len() as u64;
-        let soaked = Soaked {
+        let soaked = SoakResult {
             schedules,
             of: self.seeds.end - self.seeds.start,
             simulated_s: schedules as f64 * schedule::DURATION_S,
@@ -155,7 +155,7 @@ impl Soak<'_> {
         &self,
         seed: u64,
         goes_on: &dyn Fn() -> bool,
-    ) -> anyhow::Result<Option<Option<Failure>>> {
+    ) -> anyhow::Result<Option<Option<SoakFailure>>> {
         let text = match self.wide {
             true => schedule::wide(seed),
             false => schedule::of(seed),
@@ -182,7 +182,7 @@ impl Soak<'_> {
         if self.stage.world() == World::Virtual {
             self.leave_rows(&file, text)?;
         }
-        Ok(Some(Some(Failure { seed, wrong, file })))
+        Ok(Some(Some(SoakFailure { seed, wrong, file })))
     }
 
     /// Leaves the rows of a failure, and its report, beside its file.
@@ -201,12 +201,12 @@ impl Soak<'_> {
 }
 
 /// A case of the report for each schedule that was run.
-fn cases(done: &BTreeSet<u64>, soaked: &Soaked) -> impl Iterator<Item = Case> {
+fn cases(done: &BTreeSet<u64>, soaked: &SoakResult) -> impl Iterator<Item = JunitCase> {
     done.iter().map(|seed| {
         let failed = soaked.failures.iter().find(|failure| failure.seed == *seed);
-        Case {
+        JunitCase {
             name: format!("seed {seed}"),
-            failure: failed.map(|failure| junit::Failure {
+            failure: failed.map(|failure| junit::JunitFailure {
                 message: failure.file.display().to_string(),
                 text: failure.wrong.join("\n"),
             }),
@@ -229,14 +229,14 @@ fn source(text: String) -> Source {
 /// Faults of a scenario in virtual time, a line each: a violated invariant, a receiver that is not in sync at the end, or
 /// the error that prevents the run.
 #[must_use]
-pub fn wrong_with(text: &str) -> Vec<String> {
+pub fn faults_of(text: &str) -> Vec<String> {
     wrong_while(text, &|| true).unwrap_or_default()
 }
 
 /// Ends a run once the condition is false.
-struct While<'a>(&'a dyn Fn() -> bool);
+struct RunWhile<'a>(&'a dyn Fn() -> bool);
 
-impl Progress for While<'_> {
+impl Progress for RunWhile<'_> {
     fn at(&mut self, _share: f64) -> bool {
         (self.0)()
     }
@@ -246,7 +246,7 @@ impl Progress for While<'_> {
 fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
-        let finished = virtual_time::run(&scenario, &mut (), &mut While(goes_on))?;
+        let finished = virtual_time::run(&scenario, &mut (), &mut RunWhile(goes_on))?;
         if finished.interrupted_at_s.is_some() {
             return Ok(None);
         }
@@ -274,7 +274,7 @@ fn wrong_on(
 ) -> Option<Vec<String>> {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
-        let finished = stage.play(&scenario, out, &mut (), &mut While(goes_on))?;
+        let finished = stage.play(&scenario, out, &mut (), &mut RunWhile(goes_on))?;
         let is_whole = finished.interrupted_at_s.is_none();
         let deaths = finished.deaths.iter().map(ToString::to_string);
         anyhow::Ok(is_whole.then(|| deaths.chain(violations(&finished)).collect()))
@@ -292,7 +292,7 @@ fn violations(finished: &Finished) -> impl Iterator<Item = String> {
 
 /// Least tolerance of a block, in cycles of silence or of difference, for a quiet network of these schedules: with less it
 /// may never get in sync.
-const BORNE: f64 = 20.0;
+const LEAST_TOLERANCE: f64 = 20.0;
 
 /// True if a receiver has to be in sync once the network is quiet: its blocks tolerate the remaining faults, and its master
 /// is published.
@@ -311,7 +311,7 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
             master.is_none_or(|master| is_to_be_in_sync(scenario, master.name.as_str()));
         let has_beats = far.mode == Mode::Observer
             || receiver.is_some_and(|receiver| has_beats(scenario, receiver, far));
-        bears_the_network(far) && has_beats && is_published && !may_wait
+        tolerates_the_network(far) && has_beats && is_published && !may_wait
     })
 }
 
@@ -338,10 +338,10 @@ fn has_beats(scenario: &Scenario, receiver: &ReceiverConfig, far: &FarConfig) ->
     cycle.min(own) >= SHORTEST_CYCLE && cycle.max(own) <= BETWEEN_BEATS * drift
 }
 
-fn bears_the_network(far: &FarConfig) -> bool {
+fn tolerates_the_network(far: &FarConfig) -> bool {
     let parameters = &far.sync.time_sync;
     let least = f64::from(parameters.age_of_data_limit).min(parameters.max_cycle_index_difference);
-    far.mode == Mode::Observer || least >= BORNE
+    far.mode == Mode::Observer || least >= LEAST_TOLERANCE
 }
 
 fn has_limits(receiver: &ReceiverConfig) -> bool {

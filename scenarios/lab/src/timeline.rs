@@ -2,24 +2,24 @@
 
 use coaxle_clock::Span;
 
-use crate::event::{Action, Happening};
+use crate::event::{Action, EventKind};
 use crate::scenario::Scenario;
 use crate::topology::Topology;
 
 /// A change of a node or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Change {
+pub struct NodeChange {
     /// Time since the start.
     pub at: Span,
     /// The node or router concerned.
-    pub whom: Whom,
+    pub target: ChangeTarget,
     /// Kind of the change.
-    pub what: What,
+    pub what: ChangeKind,
 }
 
 /// The node or router that a change concerns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Whom {
+pub enum ChangeTarget {
     /// A node, by its index; duplicates come after all others.
     Node(usize),
     /// A router, by its index among routers; real processes have none.
@@ -28,7 +28,7 @@ pub enum Whom {
 
 /// Kind of change of a node, or a router.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum ChangeKind {
     /// Dies at once.
     Kill,
     /// Starts, or restarts.
@@ -44,30 +44,30 @@ pub enum What {
 }
 
 /// Changes of all events of the scenario. A node that goes away comes back, and a duplicate goes away.
-pub fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<Change> {
+pub fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<NodeChange> {
     let mut changes = Vec::new();
     for (number, event) in scenario.events.iter().enumerate() {
-        let node = topology.node(&event.node).map(Whom::Node);
-        let router = || scenario.router(&event.node).map(Whom::Router);
-        let Some(whom) = node.or_else(router) else {
+        let node = topology.node(&event.node).map(ChangeTarget::Node);
+        let router = || scenario.router(&event.node).map(ChangeTarget::Router);
+        let Some(target) = node.or_else(router) else {
             continue;
         };
         let from = event.at_s.span();
-        let mut add = |at, whom, what| changes.push(Change { at, whom, what });
+        let mut add = |at, target, what| changes.push(NodeChange { at, target, what });
         match event.what {
-            Happening::Command(_) => add(from, whom, What::Command(number)),
-            Happening::Away { action, for_s } => {
-                let (whom, first, then) = match action {
-                    Action::Restart => (whom, What::Kill, What::Start),
-                    Action::Freeze => (whom, What::Stop, What::Resume),
-                    Action::Stop => (whom, What::Stop, What::ResumeInPieces),
+            EventKind::Command(_) => add(from, target, ChangeKind::Command(number)),
+            EventKind::Away { action, for_s } => {
+                let (target, first, then) = match action {
+                    Action::Restart => (target, ChangeKind::Kill, ChangeKind::Start),
+                    Action::Freeze => (target, ChangeKind::Stop, ChangeKind::Resume),
+                    Action::Stop => (target, ChangeKind::Stop, ChangeKind::ResumeInPieces),
                     Action::Twin => {
-                        let twin = scenario.twin_of(&event.node).map(Whom::Node);
-                        (twin.unwrap_or(whom), What::Start, What::Kill)
+                        let twin = scenario.twin_of(&event.node).map(ChangeTarget::Node);
+                        (twin.unwrap_or(target), ChangeKind::Start, ChangeKind::Kill)
                     }
                 };
-                add(from, whom, first);
-                add(from + for_s.span(), whom, then);
+                add(from, target, first);
+                add(from + for_s.span(), target, then);
             }
         }
     }

@@ -25,7 +25,7 @@ pub struct View {
     /// The receiver, counted among the receivers.
     pub receiver: usize,
     /// Axis of the receiver.
-    pub of: Viewed,
+    pub of: ReceiverAxis,
     /// The receiver's slaves that follow it in the end.
     pub slaves: Vec<usize>,
     /// The axis that truly leads it.
@@ -44,7 +44,7 @@ pub fn followed_of(nodes: &[usize], signals: &SignalRow) -> usize {
 
 /// An axis of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Viewed {
+pub enum ReceiverAxis {
     /// A far axis.
     Far {
         /// Index of the far node.
@@ -134,14 +134,14 @@ impl Topology {
         let view = |(name, of)| {
             let (mut standbys, mut nodes) = (Vec::new(), Vec::new());
             let root = match of {
-                Viewed::Far { far, axis } => {
+                ReceiverAxis::Far { far, axis } => {
                     nodes = config.numbers_of(far);
                     for node in &config.far[far].standby {
                         standbys.push(self.resolve(scenario, receiver, axis, node)?);
                     }
                     self.resolve(scenario, receiver, axis, &config.far[far].node)?
                 }
-                Viewed::Virtual(axis) => {
+                ReceiverAxis::Virtual(axis) => {
                     let own = scenario.senders.len() + receiver;
                     virtual_root(config, axis, own, own, &[])
                 }
@@ -266,10 +266,10 @@ impl Topology {
 
 /// The axes of a receiver, the far ones first, with their names: the receiver's, where there is
 /// only one.
-fn named(config: &ReceiverConfig) -> Vec<(String, Viewed)> {
+fn named(config: &ReceiverConfig) -> Vec<(String, ReceiverAxis)> {
     let far_axes = config.far_axes().enumerate();
-    let far = far_axes.map(|(axis, (far, _, _))| Viewed::Far { far, axis });
-    let virtual_axes = (0..config.virtual_axes.len()).map(Viewed::Virtual);
+    let far = far_axes.map(|(axis, (far, _, _))| ReceiverAxis::Far { far, axis });
+    let virtual_axes = (0..config.virtual_axes.len()).map(ReceiverAxis::Virtual);
     let names = config.far_axis_names().into_iter();
     let names = names.chain(config.virtual_axis_names());
     let mut axes: Vec<_> = names.zip(far.chain(virtual_axes)).collect();
@@ -285,10 +285,10 @@ fn named(config: &ReceiverConfig) -> Vec<(String, Viewed)> {
 }
 
 /// Indices of the slaves that follow an axis in the end.
-fn slaves_of(config: &ReceiverConfig, of: Viewed) -> Vec<usize> {
+fn slaves_of(config: &ReceiverConfig, of: ReceiverAxis) -> Vec<usize> {
     let root = match of {
-        Viewed::Far { axis, .. } => MasterRef::Far(axis),
-        Viewed::Virtual(axis) => MasterRef::Virtual(axis),
+        ReceiverAxis::Far { axis, .. } => MasterRef::Far(axis),
+        ReceiverAxis::Virtual(axis) => MasterRef::Virtual(axis),
     };
     let slaves = 0..config.slaves.len();
     slaves
@@ -379,7 +379,7 @@ impl View {
         Self {
             name: "r".to_owned(),
             receiver: 0,
-            of: Viewed::Far { far: 0, axis: 0 },
+            of: ReceiverAxis::Far { far: 0, axis: 0 },
             slaves: (0..slaves).collect(),
             root: Root {
                 source: 0,

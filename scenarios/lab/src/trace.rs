@@ -13,7 +13,7 @@ use crate::topology::View;
 
 /// A line of the trace, in front of the receiver's signals.
 #[derive(Serialize)]
-struct Line<'a> {
+struct TraceLine<'a> {
     receiver: &'a str,
     t_s: f64,
     true_position: Option<f64>,
@@ -58,7 +58,7 @@ impl<W: Write> TraceWriter<W> {
             self.wrote_header = true;
             self.csv.write_record(&self.columns)?;
         }
-        let line = Line {
+        let line = TraceLine {
             receiver: &self.names[view],
             t_s: row.t_s,
             true_position: row.truth.map(|(position, _)| position),
@@ -120,14 +120,14 @@ fn columns(receivers: &[ReceiverConfig], views: &[View]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Record;
+    use crate::record::ReceiverCycle;
     use coaxle_receiver::SignalRow;
 
     fn lines_of(rest: &str) -> Vec<String> {
         let text = format!("name = 'r'\ncycle-time-us = 1000\nmaster = {{ node = 'm' }}\n{rest}");
         let config: ReceiverConfig = coaxle_node::config::parse("test", &text).unwrap();
         let view = View::of_first_axis(config.slaves.len());
-        let mut record = Box::<Record>::default();
+        let mut record = Box::<ReceiverCycle>::default();
         record.fill(0, 0, &SignalRow::new(&config), &view);
         let mut trace = TraceWriter::new(&[config], &[view], Vec::new());
         let row = Row {

@@ -10,11 +10,11 @@ use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
 use coaxle_recording::{EncodedRow, Facts, RowEncoder, RowError, Table, Writer};
 
-use crate::record::Record;
+use crate::record::ReceiverCycle;
 use crate::row::{Row, RowSink};
 use crate::scenario::Scenario;
 use crate::summary::World;
-use crate::topology::{View, Viewed};
+use crate::topology::{ReceiverAxis, View};
 use truth::TruthSignals;
 
 mod truth {
@@ -107,9 +107,9 @@ impl TraceRecording {
 fn encode(
     encoder: &mut RowEncoder,
     truth: TruthSignals,
-    record: &Record,
+    record: &ReceiverCycle,
 ) -> Result<EncodedRow, RowError> {
-    let Record {
+    let ReceiverCycle {
         node,
         far,
         axis,
@@ -144,8 +144,8 @@ fn facts(name: &str, scenario: &Scenario, world: World) -> Facts {
 /// An axis of a receiver, with the node it is read from and the slaves that follow it in the end.
 fn table(receiver: &ReceiverConfig, view: &View) -> Table {
     let unit = match view.of {
-        Viewed::Far { axis, .. } => receiver.far_axis_unit(axis),
-        Viewed::Virtual(axis) => receiver.virtual_axes[axis].unit.clone(),
+        ReceiverAxis::Far { axis, .. } => receiver.far_axis_unit(axis),
+        ReceiverAxis::Virtual(axis) => receiver.virtual_axes[axis].unit.clone(),
     };
     let mut instances = vec![
         Instance::of::<TruthSignals>("truth").in_unit(unit.clone()),
@@ -176,7 +176,7 @@ mod tests {
                     [[slave]]\nname = 'a'";
         let config: ReceiverConfig = coaxle_node::config::parse("test", text).unwrap();
         let view = View::of_first_axis(1);
-        let mut record = Box::<Record>::default();
+        let mut record = Box::<ReceiverCycle>::default();
         record.fill(3_000_000, 3_000_500, &SignalRow::new(&config), &view);
         let table = table(&config, &view);
         let mut encoder = RowEncoder::of(&table);

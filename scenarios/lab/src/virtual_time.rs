@@ -17,13 +17,13 @@ use coaxle_sender::config::SenderConfig;
 use coaxle_sim::{CycleSeen, LinkSetup, NodeSetup, Observer, RouterSetup, True, World};
 
 use crate::evaluate::{Evaluation, truth_of};
-use crate::event::{Event, Happening};
+use crate::event::{Event, EventKind};
 use crate::finished::{Finished, Progress};
-use crate::layout::Layout;
+use crate::layout::ScenarioLayout;
 use crate::row::RowSink;
 use crate::scenario::Scenario;
 use crate::summary;
-use crate::timeline::{What, Whom, changes_of};
+use crate::timeline::{ChangeKind, ChangeTarget, changes_of};
 use crate::topology::Topology;
 use crate::verdict::Verdict;
 
@@ -38,7 +38,7 @@ pub fn run(
 ) -> anyhow::Result<Finished> {
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
     let mut world = populate(scenario, &topology)?;
-    let mut watcher = Watcher {
+    let mut watcher = RunObserver {
         senders: scenario.senders.len(),
         receivers: scenario.receivers.len(),
         evaluation: Evaluation::new(scenario, &topology, summary::World::Virtual, Instant::EPOCH),
@@ -53,16 +53,16 @@ pub fn run(
         if !is_whole {
             break;
         }
-        match change.whom {
-            Whom::Node(node) => happen(&mut world, scenario, node, change.what),
-            Whom::Router(router) => happen_to_router(&mut world, router, change.what),
+        match change.target {
+            ChangeTarget::Node(node) => happen(&mut world, scenario, node, change.what),
+            ChangeTarget::Router(router) => happen_to_router(&mut world, router, change.what),
         }
     }
     let is_whole = is_whole && run_in_steps(&mut world, end, &mut watcher, progress, end)?;
     let interrupted_at = (!is_whole).then(|| world.now().since_epoch().as_secs_f64());
     let commands = judge_commands(scenario, &watcher.outcomes);
     let routers = world.router_traffic();
-    let Watcher {
+    let RunObserver {
         evaluation, sink, ..
     } = watcher;
     let finished = Finished::new(evaluation.finish(sink)).with_commands(commands);
@@ -70,35 +70,35 @@ pub fn run(
     Ok(finished.interrupted_at(interrupted_at))
 }
 
-fn happen(world: &mut World<AnyNode>, scenario: &Scenario, node: usize, what: What) {
+fn happen(world: &mut World<AnyNode>, scenario: &Scenario, node: usize, what: ChangeKind) {
     match what {
-        What::Kill => world.kill(node),
-        What::Start => world.start(node),
-        What::Stop => world.stop(node),
-        What::Resume => world.resume(node),
-        What::ResumeInPieces => world.resume_in_pieces(node),
-        What::Command(event) => {
-            if let Happening::Command(commanded) = &scenario.events[event].what {
+        ChangeKind::Kill => world.kill(node),
+        ChangeKind::Start => world.start(node),
+        ChangeKind::Stop => world.stop(node),
+        ChangeKind::Resume => world.resume(node),
+        ChangeKind::ResumeInPieces => world.resume_in_pieces(node),
+        ChangeKind::Command(event) => {
+            if let EventKind::Command(commanded) = &scenario.events[event].what {
                 world.order(node, event, commanded.order.clone());
             }
         }
     }
 }
 
-fn happen_to_router(world: &mut World<AnyNode>, router: usize, what: What) {
+fn happen_to_router(world: &mut World<AnyNode>, router: usize, what: ChangeKind) {
     match what {
-        What::Kill => world.kill_router(router),
-        What::Start => world.start_router(router),
-        What::Stop => world.stop_router(router),
-        What::Resume | What::ResumeInPieces => world.resume_router(router),
+        ChangeKind::Kill => world.kill_router(router),
+        ChangeKind::Start => world.start_router(router),
+        ChangeKind::Stop => world.stop_router(router),
+        ChangeKind::Resume | ChangeKind::ResumeInPieces => world.resume_router(router),
         // The scenario was refused.
-        What::Command(_) => {}
+        ChangeKind::Command(_) => {}
     }
 }
 
 fn judge_commands(scenario: &Scenario, outcomes: &[Option<CommandOutcome>]) -> Vec<Verdict> {
     let judge = |(event, outcome): (&Event, &Option<CommandOutcome>)| {
-        let Happening::Command(commanded) = &event.what else {
+        let EventKind::Command(commanded) = &event.what else {
             return None;
         };
         let answer = outcome.map(|outcome| CommandAnswer::new(&commanded.order, &outcome));
@@ -137,7 +137,8 @@ fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<An
         // Until its event.
         world.kill(twin);
     }
-    let layout = Layout::of(scenario, topology).map_err(|wrong| wrong.in_file("scenario"))?;
+    let layout =
+        ScenarioLayout::of(scenario, topology).map_err(|wrong| wrong.in_file("scenario"))?;
     place_routers(&mut world, scenario, topology, &layout)?;
     connect(&mut world, scenario)?;
     Ok(world)
@@ -148,7 +149,7 @@ fn place_routers(
     world: &mut World<AnyNode>,
     scenario: &Scenario,
     topology: &Topology,
-    layout: &Layout,
+    layout: &ScenarioLayout,
 ) -> anyhow::Result<()> {
     let routers = &scenario.routers;
     for config in routers {
@@ -285,7 +286,7 @@ fn content_faults(network: &LinkConfig) -> LinkConfig {
 fn run_in_steps<S: RowSink>(
     world: &mut World<AnyNode>,
     until: Instant<True>,
-    watcher: &mut Watcher<'_, S>,
+    watcher: &mut RunObserver<'_, S>,
     progress: &mut dyn Progress,
     end: Instant<True>,
 ) -> anyhow::Result<bool> {
@@ -303,7 +304,7 @@ fn run_in_steps<S: RowSink>(
 /// Virtual time between two updates of the progress.
 const PROGRESS_STEP: Span = Span::from_secs(1);
 
-struct Watcher<'a, S> {
+struct RunObserver<'a, S> {
     senders: usize,
     receivers: usize,
     evaluation: Evaluation,
@@ -312,14 +313,14 @@ struct Watcher<'a, S> {
     outcomes: Vec<Option<CommandOutcome>>,
 }
 
-impl<S> Watcher<'_, S> {
+impl<S> RunObserver<'_, S> {
     /// True for a duplicate node, which is not observed.
     const fn is_twin(&self, index: usize) -> bool {
         index >= self.senders + self.receivers
     }
 }
 
-impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
+impl<S: RowSink> Observer<AnyNode> for RunObserver<'_, S> {
     fn cycle_seen(&mut self, seen: &CycleSeen<'_, AnyNode>) {
         if self.is_twin(seen.index) {
             return;
@@ -330,14 +331,14 @@ impl<S: RowSink> Observer<AnyNode> for Watcher<'_, S> {
                 let snapshot = sender.snapshot();
                 for (id, axis) in snapshot.axes() {
                     let sample = truth_of(at_ns, &snapshot.signals.node, axis);
-                    self.evaluation.master_was(seen.index, id, sample);
+                    self.evaluation.push_master(seen.index, id, sample);
                 }
             }
             AnyNode::Receiver(receiver) => {
                 let (number, woke_ns) = (seen.index - self.senders, seen.woke.as_nanos());
                 let signals = &receiver.snapshot().signals;
                 self.evaluation
-                    .receiver_did(number, at_ns, woke_ns, signals, self.sink);
+                    .push_receiver(number, at_ns, woke_ns, signals, self.sink);
             }
         }
     }

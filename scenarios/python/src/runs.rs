@@ -110,7 +110,7 @@ pub(crate) fn sweep(
     let command = format!("coaxle.sweep({scenario:?})");
     let outcome = py.detach(|| {
         let source = catalog::find(scenario)?;
-        let goes_on = |_: &grid::SoFar| Python::attach(|py| py.check_signals()).is_ok();
+        let goes_on = |_: &grid::SweepProgress| Python::attach(|py| py.check_signals()).is_ok();
         reported_sweep::run(
             &grid::prepare(&source, &setup)?,
             &options,

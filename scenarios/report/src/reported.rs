@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use coaxle_lab::catalog::Source;
 use coaxle_lab::finished::Progress;
-use coaxle_lab::run::{self, Options, Ran};
+use coaxle_lab::run::{self, Options, RunResult};
 use coaxle_lab::scenario::Scenario;
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_lab::summary::Summary;
@@ -43,7 +43,7 @@ pub fn run(
     stage: &dyn Stage,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<Outcome> {
-    let Ran {
+    let RunResult {
         summary,
         curves,
         folder,

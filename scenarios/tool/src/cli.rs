@@ -9,7 +9,7 @@ use clap_complete::Shell;
 use coaxle_host::NodeArgs;
 use coaxle_host::cli::{LogArgs, exit_code};
 use coaxle_lab::catalog;
-use coaxle_lab::junit::{self, Case};
+use coaxle_lab::junit::{self, JunitCase};
 use coaxle_lab::run::{self, Options, TraceFormat};
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_lab::summary::World;
@@ -28,19 +28,19 @@ use coaxle_trials::processes::Processes;
 use coaxle_trials::recording;
 use coaxle_trials::scale::{self, ScaleArgs};
 
-use crate::cam::{self, CamCommand};
+use crate::cam::{self, CamSubcommand};
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::gateway;
-use crate::gear::{self, GearCommand};
+use crate::gear::{self, GearSubcommand};
 use crate::overview;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::ros2::{self, Ros2Args};
-use crate::saw::{self, SawCommand};
+use crate::saw::{self, SawSubcommand};
 use crate::schema::{self, SchemaArgs};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
-use crate::secure::cli::SecureCommand;
+use crate::secure::cli::SecureSubcommand;
 use crate::soak::SoakArgs;
 use crate::status::{self, NodesArgs, StatusArgs, WaitArgs};
 use crate::sweep::SweepArgs;
@@ -53,13 +53,13 @@ use crate::sweep::SweepArgs;
 #[command(name = "coaxle", version, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<CoaxleCommand>,
     #[command(flatten)]
     log: LogArgs,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum CoaxleCommand {
     /// Cut pieces to length with real processes on this machine, in about a minute: a flying saw whose conveyor is on
     /// another PC with another clock, without correction and with it
     Demo,
@@ -95,13 +95,13 @@ enum Command {
     },
     /// Look into a cam file, judge it, make one of a point table: docs/CAMS.md
     #[command(subcommand)]
-    Cam(CamCommand),
+    Cam(CamSubcommand),
     /// Plan, draw and move the synchronisation of a flying saw: docs/SAWS.md
     #[command(subcommand)]
-    Saw(SawCommand),
+    Saw(SawSubcommand),
     /// Plan and draw a flying gear: docs/GEARS.md
     #[command(subcommand)]
-    Gear(GearCommand),
+    Gear(GearSubcommand),
     /// Send a command to a slave of a running node
     #[command(name = "command")]
     Order(Box<CommandArgs>),
@@ -115,7 +115,7 @@ enum Command {
     Conform(ConformArgs),
     /// Make a network secure: certificates, and the rights of each node; docs/SECURE.md
     #[command(subcommand)]
-    Secure(SecureCommand),
+    Secure(SecureSubcommand),
     /// Examine this PC's fitness for cycles; or what the configs of nodes leave open to others, and how to close it
     Doctor(DoctorArgs),
     /// Measure the real path on this machine: lateness of cycles, travel time of samples between two nodes, and their
@@ -124,7 +124,7 @@ enum Command {
     /// Write the formats of files as JSON Schema, for editors: docs/REFERENCE.md
     Schema(SchemaArgs),
     /// Record how messages between real nodes arrive, to judge estimators of a far clock by
-    RecordArrivals(recording::RecordArgs),
+    RecordArrivals(recording::RecordArrivalsArgs),
     /// Serve a page with the plots, clocks and slaves of running nodes; docs/SCOPE.md
     Scope(ScopeArgs),
     /// Run a ROS 2 node that publishes the axes of running nodes as joint states, and takes trajectories; over Zenoh, as
@@ -258,80 +258,88 @@ pub fn main() -> ExitCode {
     exit_code(carry_out(cli.command), logging)
 }
 
-fn carry_out(command: Option<Command>) -> anyhow::Result<Exit> {
+fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
         // Cargo names itself to the programs that it runs.
         None if std::env::var_os("CARGO").is_none() => (show_help()?, Exit::Failed),
-        None | Some(Command::Demo) => return run_scenario(&demonstration()),
-        Some(Command::Run(args)) => return run_scenario(&args),
-        Some(Command::Sweep(args)) => return crate::sweep::run(&args),
-        Some(Command::Soak(args)) => return crate::soak::run(&args),
-        Some(Command::Scale(args)) => return scale::scale(&args),
-        Some(Command::List) => (list()?, Exit::Failed),
-        Some(Command::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
-        Some(Command::Show { scenario }) => (show(&scenario)?, Exit::Failed),
-        Some(Command::Example { name }) => (examples::print(name.as_deref())?, Exit::Failed),
-        Some(Command::Signals { config }) => (crate::signals::signals(&config)?, Exit::Failed),
-        Some(Command::Cam(command)) => (cam::print(&command)?, Exit::Failed),
-        Some(Command::Saw(command)) => (saw::print(&command)?, Exit::Refused),
-        Some(Command::Gear(command)) => (gear::print(&command)?, Exit::Refused),
-        Some(Command::Order(args)) => (command::print(&args)?, Exit::Refused),
-        Some(Command::Nodes(args)) => return status::nodes(&args),
-        Some(Command::Status(args)) => return status::status(&args),
-        Some(Command::WaitSync(args)) => return status::wait(&args),
-        Some(Command::Conform(args)) => return conform::conform(&args),
-        Some(Command::Secure(command)) => (crate::secure::cli::print(&command)?, Exit::Failed),
-        Some(Command::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
-        Some(Command::Bench(args)) => return bench::bench(&args),
-        Some(Command::BenchPeer(args)) => return bench::run_peer(&args),
-        Some(Command::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),
-        Some(Command::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
-        Some(Command::Scope(args)) => return scope::scope(&args),
-        Some(Command::Ros2(args)) => return ros2::ros2(&args),
-        Some(Command::Record(args)) => return recorded::record(&args),
-        Some(Command::Replay(args)) => return recorded::replay(&args),
-        Some(Command::Recover(args)) => (
-            say(&recorded::recover(&args)?).map(|()| true)?,
+        None | Some(CoaxleCommand::Demo) => return run_scenario(&demonstration()),
+        Some(CoaxleCommand::Run(args)) => return run_scenario(&args),
+        Some(CoaxleCommand::Sweep(args)) => return crate::sweep::run(&args),
+        Some(CoaxleCommand::Soak(args)) => return crate::soak::run(&args),
+        Some(CoaxleCommand::Scale(args)) => return scale::scale(&args),
+        Some(CoaxleCommand::List) => (list()?, Exit::Failed),
+        Some(CoaxleCommand::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
+        Some(CoaxleCommand::Show { scenario }) => (show(&scenario)?, Exit::Failed),
+        Some(CoaxleCommand::Example { name }) => (examples::print(name.as_deref())?, Exit::Failed),
+        Some(CoaxleCommand::Signals { config }) => {
+            (crate::signals::signals(&config)?, Exit::Failed)
+        }
+        Some(CoaxleCommand::Cam(command)) => (cam::print(&command)?, Exit::Failed),
+        Some(CoaxleCommand::Saw(command)) => (saw::print(&command)?, Exit::Refused),
+        Some(CoaxleCommand::Gear(command)) => (gear::print(&command)?, Exit::Refused),
+        Some(CoaxleCommand::Order(args)) => (command::print(&args)?, Exit::Refused),
+        Some(CoaxleCommand::Nodes(args)) => return status::nodes(&args),
+        Some(CoaxleCommand::Status(args)) => return status::status(&args),
+        Some(CoaxleCommand::WaitSync(args)) => return status::wait(&args),
+        Some(CoaxleCommand::Conform(args)) => return conform::conform(&args),
+        Some(CoaxleCommand::Secure(command)) => {
+            (crate::secure::cli::print(&command)?, Exit::Failed)
+        }
+        Some(CoaxleCommand::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
+        Some(CoaxleCommand::Bench(args)) => return bench::bench(&args),
+        Some(CoaxleCommand::BenchPeer(args)) => return bench::run_peer(&args),
+        Some(CoaxleCommand::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),
+        Some(CoaxleCommand::RecordArrivals(args)) => (record_arrivals(&args)?, Exit::Failed),
+        Some(CoaxleCommand::Scope(args)) => return scope::scope(&args),
+        Some(CoaxleCommand::Ros2(args)) => return ros2::ros2(&args),
+        Some(CoaxleCommand::Record(args)) => return recorded::record(&args),
+        Some(CoaxleCommand::Replay(args)) => return recorded::replay(&args),
+        Some(CoaxleCommand::Recover(args)) => (
+            print_text(&recorded::recover(&args)?).map(|()| true)?,
             Exit::Failed,
         ),
-        Some(Command::Export(args)) => {
-            (say(&recorded::export(&args)?).map(|()| true)?, Exit::Failed)
-        }
-        Some(Command::Info(args)) => (say(&recorded::info(&args)?).map(|()| true)?, Exit::Failed),
-        Some(Command::Completions { shell }) => (completions(shell)?, Exit::Failed),
-        Some(Command::Man { out }) => (man(&out)?, Exit::Failed),
-        Some(Command::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
-        Some(Command::Sender { node, page }) => {
+        Some(CoaxleCommand::Export(args)) => (
+            print_text(&recorded::export(&args)?).map(|()| true)?,
+            Exit::Failed,
+        ),
+        Some(CoaxleCommand::Info(args)) => (
+            print_text(&recorded::info(&args)?).map(|()| true)?,
+            Exit::Failed,
+        ),
+        Some(CoaxleCommand::Completions { shell }) => (completions(shell)?, Exit::Failed),
+        Some(CoaxleCommand::Man { out }) => (man(&out)?, Exit::Failed),
+        Some(CoaxleCommand::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
+        Some(CoaxleCommand::Sender { node, page }) => {
             return coaxle_sender::run::run_beside(&node, page.beside());
         }
-        Some(Command::Receiver { node, page }) => {
+        Some(CoaxleCommand::Receiver { node, page }) => {
             return coaxle_receiver::run::run_beside(&node, page.beside());
         }
-        Some(Command::Gateway { node, page }) => return gateway::run(&node, page.beside()),
+        Some(CoaxleCommand::Gateway { node, page }) => return gateway::run(&node, page.beside()),
     };
     Ok(otherwise.unless(good))
 }
 
 fn show_help() -> anyhow::Result<bool> {
     let help = overview::in_groups(Cli::command()).render_help();
-    say(&help.to_string()).map(|()| true)
+    print_text(&help.to_string()).map(|()| true)
 }
 
-fn say(text: &str) -> anyhow::Result<()> {
+fn print_text(text: &str) -> anyhow::Result<()> {
     inspect::print_text(text)
 }
 
 fn list() -> anyhow::Result<bool> {
     for (name, _) in catalog::all() {
         let scenario = catalog::find(name)?.read(&[])?;
-        say(&format!("{name:28} {}", scenario.title))?;
+        print_text(&format!("{name:28} {}", scenario.title))?;
     }
-    say("\nRun one with: coaxle run <name>")?;
+    print_text("\nRun one with: coaxle run <name>")?;
     Ok(true)
 }
 
 fn show(name: &str) -> anyhow::Result<bool> {
-    say(catalog::find(name)?.text.trim_end())?;
+    print_text(catalog::find(name)?.text.trim_end())?;
     Ok(true)
 }
 
@@ -346,14 +354,16 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
             catalog::find(&name).and_then(|source| sweep::prepare(&source, &Setup::default()));
         match prepared {
             Ok(prepared) => {
-                say(&format!("{name}: ok"))?;
+                print_text(&format!("{name}: ok"))?;
                 for note in prepared.notes() {
-                    say(&format!("{name}: note: {note}"))?;
+                    print_text(&format!("{name}: note: {note}"))?;
                 }
             }
             Err(error) => {
                 good = false;
-                lines_of(&error).iter().try_for_each(|line| say(line))?;
+                lines_of(&error)
+                    .iter()
+                    .try_for_each(|line| print_text(line))?;
             }
         }
     }
@@ -362,7 +372,7 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
 
 fn run_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     let suite = format!("run {}", args.scenario);
-    junit::told_of(args.junit.as_deref(), &suite, try_scenario(args))
+    junit::report_error(args.junit.as_deref(), &suite, try_scenario(args))
 }
 
 fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
@@ -387,14 +397,14 @@ fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     };
     let scenario = run::prepare(&source, &options)?;
     if !args.json {
-        say(&format!("{}: {}", source.name, scenario.title))?;
-        say(&announcement(
+        print_text(&format!("{}: {}", source.name, scenario.title))?;
+        print_text(&announcement(
             world,
             scenario.duration_s.get(),
             scenario.senders.len() + scenario.receivers.len(),
         ))?;
         let warning = (options.trace).and_then(|format| run::trace_warning(&scenario, format));
-        warning.map_or(Ok(()), |warning| say(&warning))?;
+        warning.map_or(Ok(()), |warning| print_text(&warning))?;
     }
     let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()))?;
     let begin = machine::now();
@@ -416,9 +426,9 @@ fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
     if args.json {
         let text = serde_json::to_string_pretty(&outcome.summary)
             .context("cannot write the summary as JSON")?;
-        say(&text)?;
+        print_text(&text)?;
     } else {
-        tell(&outcome)?;
+        print_results(&outcome)?;
     }
     if let Some(at) = outcome.summary.interrupted_at_s {
         tracing::warn!("interrupted after {at:.1} s: the results are of the time before");
@@ -428,18 +438,18 @@ fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
 }
 
 /// An expectation, for the report.
-fn case(verdict: &Verdict) -> Case {
-    let failure = (!verdict.met).then(|| junit::Failure {
+fn case(verdict: &Verdict) -> JunitCase {
+    let failure = (!verdict.met).then(|| junit::JunitFailure {
         message: verdict.to_string(),
         text: String::new(),
     });
-    Case {
+    JunitCase {
         name: format!("{} {}", verdict.place(), verdict.expected),
         failure,
     }
 }
 
-fn record_arrivals(args: &recording::RecordArgs) -> anyhow::Result<bool> {
+fn record_arrivals(args: &recording::RecordArrivalsArgs) -> anyhow::Result<bool> {
     let said = match args.seconds() {
         Some(seconds) => {
             let mut bar = Bar::new(format!("of {seconds} s"))?;
@@ -449,14 +459,14 @@ fn record_arrivals(args: &recording::RecordArgs) -> anyhow::Result<bool> {
         }
         None => recording::run(args, &mut ())?,
     };
-    say(&said)?;
+    print_text(&said)?;
     Ok(true)
 }
 
 fn completions(shell: Shell) -> anyhow::Result<bool> {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "coaxle", &mut text);
-    say(String::from_utf8_lossy(&text).trim_end())?;
+    print_text(String::from_utf8_lossy(&text).trim_end())?;
     Ok(true)
 }
 
@@ -464,7 +474,7 @@ fn man(out: &Path) -> anyhow::Result<bool> {
     let cannot = || format!("cannot write the man pages to {}", out.display());
     std::fs::create_dir_all(out).with_context(cannot)?;
     clap_mangen::generate_to(Cli::command(), out).with_context(cannot)?;
-    say(&format!("man pages: {}", out.display()))?;
+    print_text(&format!("man pages: {}", out.display()))?;
     Ok(true)
 }
 
@@ -477,19 +487,19 @@ fn announcement(world: World, seconds: f64, nodes: usize) -> String {
     }
 }
 
-fn tell(outcome: &Outcome) -> anyhow::Result<()> {
+fn print_results(outcome: &Outcome) -> anyhow::Result<()> {
     let summary = &outcome.summary;
-    say(&format!("\n{}", table::results(summary)))?;
+    print_text(&format!("\n{}", table::results(summary)))?;
     if let Some(conclusion) = table::conclusion(summary) {
-        say(&format!("\n{conclusion}"))?;
+        print_text(&format!("\n{conclusion}"))?;
     }
     if !summary.routers.is_empty() {
-        say(&format!("\n{}", table::routers(summary)))?;
+        print_text(&format!("\n{}", table::routers(summary)))?;
     }
     if !summary.expectations.is_empty() {
-        say(&format!("\n{}", table::verdicts(summary)))?;
+        print_text(&format!("\n{}", table::verdicts(summary)))?;
     }
-    say(&format!("\nreport: {}", outcome.report.display()))
+    print_text(&format!("\nreport: {}", outcome.report.display()))
 }
 
 /// The command that repeats a run, but for the folder.

@@ -66,13 +66,13 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
     let circles = circles::among(&configs);
     inspect::print(|out| {
         for (file, findings) in &examined {
-            tell(file, findings, out)?;
+            write_findings(file, findings, out)?;
         }
         for circle in &circles {
             writeln!(out, "circle: 0x816f: {circle}\n    {BREAK}")?;
         }
         let all = examined.iter().flat_map(|(_, findings)| findings);
-        Ok(circles.is_empty() && !all.into_iter().any(Opening::is_bad))
+        Ok(circles.is_empty() && !all.into_iter().any(ConfigFinding::is_bad))
     })
 }
 
@@ -81,7 +81,7 @@ fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
     let found = fitness::examine();
     inspect::print(|out| {
         for finding in &found {
-            tell_finding(finding, out)?;
+            write_finding(finding, out)?;
         }
         out.flush()?;
         let priority = (args.priority > 0).then_some(args.priority);
@@ -95,13 +95,13 @@ fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
             late.count, args.cycle, late.median, late.nearly_all, late.most, late.missed
         )?;
         let verdict = late.verdict(args.cycle);
-        tell_finding(&verdict, out)?;
+        write_finding(&verdict, out)?;
         let mut all = found.iter().chain([&verdict]);
         Ok(!all.any(|finding| finding.weight == Weight::Against))
     })
 }
 
-fn tell_finding(finding: &Finding, out: &mut dyn Write) -> anyhow::Result<()> {
+fn write_finding(finding: &Finding, out: &mut dyn Write) -> anyhow::Result<()> {
     let mark = match finding.weight {
         Weight::Good => "good",
         Weight::Note => "note",
@@ -115,15 +115,15 @@ fn tell_finding(finding: &Finding, out: &mut dyn Write) -> anyhow::Result<()> {
 
 /// A finding about a config, for the operator of the node.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Opening {
-    way: Way,
+struct ConfigFinding {
+    kind: FindingKind,
     text: String,
     remedy: &'static str,
 }
 
 /// Kind of an opening.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum FindingKind {
     /// Lets others in, or keeps the node itself out.
     Open,
     /// Keeps out those that are to come in.
@@ -132,36 +132,40 @@ enum Way {
     Noted,
 }
 
-impl Opening {
+impl ConfigFinding {
     fn is_bad(&self) -> bool {
-        self.way != Way::Noted
+        self.kind != FindingKind::Noted
     }
 }
 
-fn open(text: String, remedy: &'static str) -> Opening {
-    let way = Way::Open;
-    Opening { way, text, remedy }
+fn open(text: String, remedy: &'static str) -> ConfigFinding {
+    let kind = FindingKind::Open;
+    ConfigFinding { kind, text, remedy }
 }
 
-fn shut(text: String, remedy: &'static str) -> Opening {
-    let way = Way::Shut;
-    Opening { way, text, remedy }
+fn shut(text: String, remedy: &'static str) -> ConfigFinding {
+    let kind = FindingKind::Shut;
+    ConfigFinding { kind, text, remedy }
 }
 
-fn note(text: &str, remedy: &'static str) -> Opening {
-    let (way, text) = (Way::Noted, text.to_owned());
-    Opening { way, text, remedy }
+fn note(text: &str, remedy: &'static str) -> ConfigFinding {
+    let (kind, text) = (FindingKind::Noted, text.to_owned());
+    ConfigFinding { kind, text, remedy }
 }
 
-fn tell(file: &str, findings: &[Opening], out: &mut dyn Write) -> anyhow::Result<()> {
-    if !findings.iter().any(Opening::is_bad) {
+fn write_findings(
+    file: &str,
+    findings: &[ConfigFinding],
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
+    if !findings.iter().any(ConfigFinding::is_bad) {
         writeln!(out, "{file}: nothing is open")?;
     }
-    for Opening { way, text, remedy } in findings {
-        let what = match way {
-            Way::Open => "open",
-            Way::Shut => "shut",
-            Way::Noted => "note",
+    for ConfigFinding { kind, text, remedy } in findings {
+        let what = match kind {
+            FindingKind::Open => "open",
+            FindingKind::Shut => "shut",
+            FindingKind::Noted => "note",
         };
         writeln!(out, "{file}: {what}: {text}\n    {remedy}")?;
     }
@@ -173,7 +177,7 @@ fn examine(
     config: &NodeConfig,
     now: SystemTime,
     firewall: &Result<Firewall, String>,
-) -> anyhow::Result<Vec<Opening>> {
+) -> anyhow::Result<Vec<ConfigFinding>> {
     let mut transport = config.transport().clone();
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
     let mut findings = Vec::new();
@@ -189,7 +193,7 @@ fn examine(
             findings.extend(of_ports(&listens, firewall));
         }
         // The fault of the folder is among the findings already.
-        Err(_) if findings.iter().any(Opening::is_bad) => {}
+        Err(_) if findings.iter().any(ConfigFinding::is_bad) => {}
         Err(error) => return Err(error.context(file.display().to_string())),
     }
     Ok(findings)
@@ -199,7 +203,7 @@ const BREAK: &str = "let one of them follow a sender's axis or a virtual axis";
 const MAKE_SECURE: &str =
     "make the network secure with `coaxle secure init`, or stay on 127.0.0.1; docs/SECURE.md";
 
-fn of_transport(exposure: &Exposure) -> Vec<Opening> {
+fn of_transport(exposure: &Exposure) -> Vec<ConfigFinding> {
     let mut findings = Vec::new();
     let is_local = exposure.listens.is_empty() && exposure.connects.is_empty();
     let listens = exposure.without_mutual_tls(&exposure.listens);
@@ -249,7 +253,7 @@ fn of_transport(exposure: &Exposure) -> Vec<Opening> {
 const COPY_ANEW: &str = "copy the whole folder anew from where `coaxle secure` wrote it";
 const RENEW: &str = "`coaxle secure renew`, then copy the folder anew and start the node again";
 
-fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Opening> {
+fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<ConfigFinding> {
     let mut findings = Vec::new();
     match Credentials::open(folder) {
         Ok(credentials) => findings.extend(of_credentials(node, &credentials, now)),
@@ -281,7 +285,11 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<Opening> {
     findings
 }
 
-fn of_credentials(node: &NodeName, credentials: &Credentials, now: SystemTime) -> Option<Opening> {
+fn of_credentials(
+    node: &NodeName,
+    credentials: &Credentials,
+    now: SystemTime,
+) -> Option<ConfigFinding> {
     if credentials.name() != node {
         let text = format!(
             "the certificate is of {:?}, and the node is {:?}",
@@ -318,7 +326,7 @@ mod tests {
         let firewall = Ok(Firewall::default());
         let config = NodeConfig::load(&file).unwrap();
         let open = examine(&file, &config, now, &firewall).unwrap().into_iter();
-        let open = open.filter(Opening::is_bad);
+        let open = open.filter(ConfigFinding::is_bad);
         open.map(|finding| finding.text).collect()
     }
 

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use clap::Args;
 use coaxle_lab::junit;
 use coaxle_lab::soak::schedule::DURATION_S;
-use coaxle_lab::soak::{Soak, Soaked, seeds_of_hours};
+use coaxle_lab::soak::{Soak, SoakResult, seeds_of_hours};
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_os::exit::Exit;
 use coaxle_os::{Interrupt, machine};
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     };
     let all = soak.seeds.end - soak.seeds.start;
     let (seeds, name) = (&soak.seeds, stage.world().name());
-    say(&format!(
+    print_progress(&format!(
         "{all} random schedules of {DURATION_S} s, seeds {} to {}, {name}",
         seeds.start,
         seeds.end - 1
@@ -78,13 +78,13 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
             let took = (machine::now() - begin).as_secs_f64();
             let rate = done as f64 * DURATION_S / took;
             let left = took / done as f64 * (all - done) as f64;
-            say(&format!(
+            print_progress(&format!(
                 "{done:7} of {all}, {failed} failed, {rate:.0} times as fast as time, {left:.0} s to go"
             ));
         }
     });
-    let soaked = junit::told_of(args.junit.as_deref(), &soak.suite(), soaked)?;
-    tell(&soaked)?;
+    let soaked = junit::report_error(args.junit.as_deref(), &soak.suite(), soaked)?;
+    print_summary(&soaked)?;
     if soaked.schedules < soaked.of {
         tracing::warn!(
             "interrupted: {} of {} schedules were run",
@@ -97,11 +97,11 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
 }
 
 /// Prints a line of progress. A failure to write it is ignored.
-fn say(line: &str) {
+fn print_progress(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-fn tell(soaked: &Soaked) -> anyhow::Result<()> {
+fn print_summary(soaked: &SoakResult) -> anyhow::Result<()> {
     let mut lines = vec![format!(
         "{} schedules, {:.2} h, in {:.0} s: {} failed",
         soaked.schedules,

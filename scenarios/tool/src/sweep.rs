@@ -9,8 +9,8 @@ use clap::Args;
 use coaxle_clock::Instant;
 use coaxle_lab::catalog;
 use coaxle_lab::finished::Progress;
-use coaxle_lab::junit::{self, Case};
-use coaxle_lab::sweep::{Axis, MOST_RUNS, Options, Prepared, Setup, SoFar, prepare};
+use coaxle_lab::junit::{self, JunitCase};
+use coaxle_lab::sweep::{MOST_RUNS, Options, Prepared, Setup, SweepAxis, SweepProgress, prepare};
 use coaxle_os::exit::Exit;
 use coaxle_os::machine::{self, Machine};
 use coaxle_report::inspect::print_text;
@@ -24,7 +24,7 @@ pub(crate) struct SweepArgs {
     scenario: String,
     /// A field and its values: path.to.field=a,b,c. Several span a grid [default: the scenario's own]
     #[arg(long = "over", value_name = "PATH=VALUES")]
-    over: Vec<Axis>,
+    over: Vec<SweepAxis>,
     /// With how many seeds to run each point: the scenario's and those that follow it. Tables have median, 5 % and 95 % quantile
     /// and the worst
     #[arg(long, value_name = "N", default_value = "1", value_parser = seeds)]
@@ -62,7 +62,7 @@ fn seeds(text: &str) -> Result<NonZeroUsize, String> {
 /// Those of [`prepare`] and [`Prepared::run`], and a report that cannot be written.
 pub(crate) fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     let suite = format!("sweep {}", args.scenario);
-    junit::told_of(args.junit.as_deref(), &suite, sweep(args))
+    junit::report_error(args.junit.as_deref(), &suite, sweep(args))
 }
 
 fn sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
@@ -81,7 +81,7 @@ fn sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
         let took = machine::now() - begin;
         junit::write(path, &suite, took.as_secs_f64(), cases(&outcome))?;
     }
-    print_text(&told(&outcome, args.seeds))?;
+    print_text(&results_text(&outcome, args.seeds))?;
     if !outcome.is_whole() {
         let (over, all) = outcome.runs;
         tracing::warn!(
@@ -124,14 +124,14 @@ impl SweepArgs {
 }
 
 /// A case of the report for each point that was run.
-fn cases(outcome: &Outcome) -> impl Iterator<Item = Case> {
+fn cases(outcome: &Outcome) -> impl Iterator<Item = JunitCase> {
     outcome.points.iter().map(|point| {
         let lines: Vec<_> = (point.failures.iter())
             .map(|(seed, line)| format!("seed {seed}: {line}"))
             .collect();
-        Case {
+        JunitCase {
             name: point.name.clone(),
-            failure: lines.first().map(|first| junit::Failure {
+            failure: lines.first().map(|first| junit::JunitFailure {
                 message: first.clone(),
                 text: lines.join("\n"),
             }),
@@ -143,7 +143,7 @@ fn cases(outcome: &Outcome) -> impl Iterator<Item = Case> {
 const MOST_LINES: usize = 20;
 
 /// The results for a person.
-fn told(outcome: &Outcome, seeds: NonZeroUsize) -> String {
+fn results_text(outcome: &Outcome, seeds: NonZeroUsize) -> String {
     let mut text = outcome.table.clone();
     if seeds.get() > 1 {
         text += &format!("\n\nmedians of {seeds} seeds");
@@ -190,7 +190,7 @@ fn run_with_progress(
 ) -> anyhow::Result<Outcome> {
     let bar = Mutex::new(Bar::new("of the grid".to_owned())?);
     let is_terminal = std::io::stderr().is_terminal();
-    let lines = Mutex::new(Lines::new());
+    let lines = Mutex::new(ProgressLines::new());
     let outcome = sweep::run(prepared, options, command, &|so_far| {
         if !is_terminal {
             let line = (lines.lock().unwrap_or_else(PoisonError::into_inner)).of(so_far);
@@ -206,13 +206,13 @@ fn run_with_progress(
 }
 
 /// Lines of progress, where there is no terminal.
-struct Lines {
+struct ProgressLines {
     begin: Instant<Machine>,
     /// Last part printed, in twentieths of the runs.
     part: Option<usize>,
 }
 
-impl Lines {
+impl ProgressLines {
     fn new() -> Self {
         Self {
             begin: machine::now(),
@@ -221,8 +221,8 @@ impl Lines {
     }
 
     /// A line for every twentieth part.
-    fn of(&mut self, so_far: &SoFar) -> Option<String> {
-        let SoFar {
+    fn of(&mut self, so_far: &SweepProgress) -> Option<String> {
+        let SweepProgress {
             runs,
             kept,
             done,

@@ -21,14 +21,14 @@ use coaxle_lab::run::NODES_FOLDER;
 use coaxle_lab::scenario::Scenario;
 use coaxle_lab::stage::Stage;
 use coaxle_lab::summary::World;
-use coaxle_lab::timeline::{What, Whom, changes_of};
+use coaxle_lab::timeline::{ChangeKind, ChangeTarget, changes_of};
 use coaxle_lab::topology::Topology;
 use coaxle_os::{Machine, machine};
 
 pub(crate) use child::{Child, NodeOutput};
 pub(crate) use death::Death;
-pub(crate) use nodes::{Nodes, Protocol};
-use orders::Orders;
+pub(crate) use nodes::{NodeProcesses, Protocol};
+use orders::OrderSender;
 
 /// Real processes of this machine, in real time.
 #[derive(Clone, Copy, Debug)]
@@ -65,17 +65,17 @@ pub fn run(
 ) -> anyhow::Result<Finished> {
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
     let folder = out.join(NODES_FOLDER);
-    let Nodes {
+    let NodeProcesses {
         mut children,
         endpoints,
-    } = Nodes::prepare(
+    } = NodeProcesses::prepare(
         scenario,
         &topology,
         &folder,
         Protocol::Tcp,
         NodeOutput::Trace,
     )?;
-    let mut orders = Orders::prepare(&scenario.events, |node| {
+    let mut orders = OrderSender::prepare(&scenario.events, |node| {
         topology.node(node).map(|node| endpoints[node].clone())
     })?;
     let played = play(scenario, &topology, &mut children, &mut orders, progress)?;
@@ -87,7 +87,7 @@ pub fn run(
 }
 
 /// Record of the run of the nodes.
-struct Played {
+struct ProcessesRun {
     begin: Instant<Machine>,
     /// Time at which it was interrupted, s.
     interrupted_at_s: Option<f64>,
@@ -99,9 +99,9 @@ fn play(
     scenario: &Scenario,
     topology: &Topology,
     children: &mut [Child],
-    orders: &mut Orders,
+    orders: &mut OrderSender,
     progress: &mut dyn Progress,
-) -> anyhow::Result<Played> {
+) -> anyhow::Result<ProcessesRun> {
     for child in children.iter_mut().take(topology.names().len()) {
         child.start()?;
     }
@@ -117,16 +117,16 @@ fn play(
             break;
         }
         while let Some(change) = changes.next_if(|change| change.at <= passed) {
-            let Whom::Node(node) = change.whom else {
+            let ChangeTarget::Node(node) = change.target else {
                 continue;
             };
             let child = &mut children[node];
             match change.what {
-                What::Kill => deaths.extend(child.kill()?),
-                What::Start => child.start()?,
-                What::Stop => child.freeze()?,
-                What::Resume | What::ResumeInPieces => child.resume()?,
-                What::Command(event) => orders.send(&scenario.events[event])?,
+                ChangeKind::Kill => deaths.extend(child.kill()?),
+                ChangeKind::Start => child.start()?,
+                ChangeKind::Stop => child.freeze()?,
+                ChangeKind::Resume | ChangeKind::ResumeInPieces => child.resume()?,
+                ChangeKind::Command(event) => orders.send(&scenario.events[event])?,
             }
         }
         for child in children.iter_mut() {
@@ -143,7 +143,7 @@ fn play(
     for child in children.iter_mut() {
         deaths.extend(child.wait_for_end()?);
     }
-    Ok(Played {
+    Ok(ProcessesRun {
         begin,
         interrupted_at_s,
         deaths,

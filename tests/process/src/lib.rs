@@ -28,14 +28,14 @@ pub use output::output;
 pub use process::{Process, assert_alive};
 
 /// Timeout of a wait: the machine may be very busy.
-pub const PATIENCE: Duration = Duration::from_secs(120);
+pub const WAIT_TIMEOUT: Duration = Duration::from_secs(120);
 /// Interval between two checks of the condition: far below the second within which a death is to be reported.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Waits until a condition holds.
 ///
 /// # Panics
-/// The condition does not hold within [`PATIENCE`], or a process that this thread has started is gone.
+/// The condition does not hold within [`WAIT_TIMEOUT`], or a process that this thread has started is gone.
 #[expect(
     clippy::disallowed_methods,
     reason = "a wait for processes, by which nothing is measured"
@@ -50,10 +50,10 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
         }
         deaths.report(what);
         assert!(
-            begin.elapsed() < PATIENCE,
-            "waited {PATIENCE:?} in vain: {what}\n{}",
+            begin.elapsed() < WAIT_TIMEOUT,
+            "waited {WAIT_TIMEOUT:?} in vain: {what}\n{}",
             process::logs().join("\n")
         );
-        std::thread::park_timeout(LOOK);
+        std::thread::park_timeout(POLL_INTERVAL);
     }
 }

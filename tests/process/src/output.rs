@@ -4,7 +4,7 @@ use std::io::Read;
 use std::process::{Command, Output, Stdio};
 use std::thread::JoinHandle;
 
-use crate::{LOOK, Process, assert_alive};
+use crate::{POLL_INTERVAL, Process, assert_alive};
 
 /// Runs a tool to its end and returns its output, as [`Command::output`] does.
 ///
@@ -26,7 +26,7 @@ pub fn output(command: &mut Command) -> Output {
     let stderr = read_to_end(tool.take_stderr());
     while !tool.has_ended() {
         assert_alive(&what);
-        std::thread::park_timeout(LOOK);
+        std::thread::park_timeout(POLL_INTERVAL);
     }
     Output {
         status: tool.wait(),

@@ -175,7 +175,7 @@ impl Process {
     /// Waits until it ends by itself or by a signal that the test has sent.
     ///
     /// # Panics
-    /// It does not end within [`PATIENCE`](crate::PATIENCE), or another process that this thread has started is gone.
+    /// It does not end within [`WAIT_TIMEOUT`](crate::WAIT_TIMEOUT), or another process that this thread has started is gone.
     #[must_use]
     pub fn wait(&self) -> ExitStatus {
         self.0.state().may_end = true;

@@ -28,10 +28,10 @@ const CYCLES: usize = 10;
 
 /// A sender's config.
 pub(super) fn sender_config(data: &[u8]) -> Outcome {
-    let mut config: SenderConfig = parse("sender.toml", text(data)?).map_err(told)?;
+    let mut config: SenderConfig = parse("sender.toml", text(data)?).map_err(error_text)?;
     config.relative_to(&root().join("sender/configs"));
-    config.check_files().map_err(told)?;
-    let mut sender = Sender::new(&config, Instant::EPOCH, 1).map_err(told)?;
+    config.check_files().map_err(error_text)?;
+    let mut sender = Sender::new(&config, Instant::EPOCH, 1).map_err(error_text)?;
     let _ = config.columns();
     scan(&mut sender, &config.name, CYCLES);
     Ok(())
@@ -39,9 +39,9 @@ pub(super) fn sender_config(data: &[u8]) -> Outcome {
 
 /// A receiver's config.
 pub(super) fn receiver_config(data: &[u8]) -> Outcome {
-    let mut config: ReceiverConfig = parse("receiver.toml", text(data)?).map_err(told)?;
+    let mut config: ReceiverConfig = parse("receiver.toml", text(data)?).map_err(error_text)?;
     config.relative_to(&root().join("receiver/configs"));
-    config.check_files().map_err(told)?;
+    config.check_files().map_err(error_text)?;
     let notes = config.notes();
     assert!(
         notes.iter().all(|note| note.lines().count() == 1),
@@ -78,7 +78,7 @@ pub(super) fn scenario(data: &[u8]) -> Outcome {
 /// A cam file, and everything that the tool prints about it.
 pub(super) fn cam_file(data: &[u8]) -> Outcome {
     let path = root().join("scenarios/cams/t.toml");
-    examine_cam(CamFile::parse(&path, text(data)?).map_err(told)?)
+    examine_cam(CamFile::parse(&path, text(data)?).map_err(error_text)?)
 }
 
 /// The CSV file of a cam file.
@@ -94,14 +94,14 @@ pub(super) fn cam_table(data: &[u8]) -> Outcome {
         let cam = format!(
             "course = '{course}'\n[table]\ninterpolation = '{interpolation}'\ncsv = '{path}'"
         );
-        let cam = CamFile::parse(Path::new("t.toml"), &cam).map_err(told)?;
+        let cam = CamFile::parse(Path::new("t.toml"), &cam).map_err(error_text)?;
         outcome = examine_cam(cam);
     }
     outcome
 }
 
 fn examine_cam(cam: CamFile) -> Outcome {
-    let plate = cam.plate().map_err(told)?;
+    let plate = cam.plate().map_err(error_text)?;
     let (start, end) = plate.master_range();
     for master in [start, end, end.next_down(), 0.0, -1e300, 1e300, f64::NAN] {
         let _ = plate.at(master);
@@ -120,13 +120,13 @@ fn examine_cam(cam: CamFile) -> Outcome {
 
 /// A point table as CSV, written again where it makes a plate.
 pub(super) fn point_table(data: &[u8]) -> Outcome {
-    examine_points(PointTable::from_csv("t.csv", text(data)?).map_err(told)?)
+    examine_points(PointTable::from_csv("t.csv", text(data)?).map_err(error_text)?)
 }
 
 /// An array in structured text.
 pub(super) fn plc_array(data: &[u8]) -> Outcome {
     let table = PointTable::from_structured_text("t.st", text(data)?, None);
-    examine_points(table.map_err(told)?)
+    examine_points(table.map_err(error_text)?)
 }
 
 fn examine_points(table: PointTable) -> Outcome {
@@ -144,19 +144,19 @@ fn examine_points(table: PointTable) -> Outcome {
         course: Course::Cyclic,
         rows: SourceRows::Points(points),
     };
-    source.check_size().map_err(told)?;
+    source.check_size().map_err(error_text)?;
     let question = LawQuestion {
         master_velocity: 1.0,
         limits: LawLimits::default(),
         least: Demand::Torque,
     };
     let _ = source.law_advice(1, &question);
-    source.plate().map(drop).map_err(told)
+    source.plate().map(drop).map_err(error_text)
 }
 
 /// A saw file, planned, with remedies where it is refused.
 pub(super) fn saw_file(data: &[u8]) -> Outcome {
-    let saw = SawFile::parse("saw.toml", text(data)?).map_err(told)?;
+    let saw = SawFile::parse("saw.toml", text(data)?).map_err(error_text)?;
     match saw.plan() {
         Ok(plan) => {
             let _ = plan.characteristics(saw.table_id);
@@ -172,8 +172,8 @@ pub(super) fn saw_file(data: &[u8]) -> Outcome {
 
 /// A gear file, planned and driven through.
 pub(super) fn gear_file(data: &[u8]) -> Outcome {
-    let file = GearFile::parse("gear.toml", text(data)?).map_err(told)?;
-    let mut gear = file.gear().map_err(told)?;
+    let file = GearFile::parse("gear.toml", text(data)?).map_err(error_text)?;
+    let mut gear = file.gear().map_err(error_text)?;
     let _ = gear.fastest(&file.limits, file.cycle.0);
     let at = |position: f64| {
         let mut master = file.master;
@@ -198,7 +198,7 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
             repeat,
             interpolation: Default::default(),
         };
-        let mut replay = Replay::open(&config).map_err(told)?;
+        let mut replay = Replay::open(&config).map_err(error_text)?;
         for nanos in [0, 1, 1_000_000, 1_500_000_000, i64::MAX] {
             let _ = replay.sample(Span::from_nanos(nanos));
         }
@@ -208,7 +208,7 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
 
 /// The transport section of a config, as far as Zenoh takes it without a network.
 pub(super) fn transport(data: &[u8]) -> Outcome {
-    let config: TransportConfig = parse("node.toml", text(data)?).map_err(told)?;
+    let config: TransportConfig = parse("node.toml", text(data)?).map_err(error_text)?;
     let config = coaxle_host::zenoh_config(&config);
     config
         .map(drop)
@@ -219,7 +219,7 @@ fn text(data: &[u8]) -> Result<&str, String> {
     std::str::from_utf8(data).map_err(|_| "no UTF-8 text".to_owned())
 }
 
-fn told(error: impl std::error::Error) -> String {
+fn error_text(error: impl std::error::Error) -> String {
     error.to_string()
 }
 

@@ -33,13 +33,13 @@ const RECORDED: &str = "scenarios/tool/src/gateway/ads/recorded.txt";
 
 /// Samples that came, one for each cycle of the PLC.
 #[derive(Default)]
-struct Came {
+struct ReceivedSamples {
     samples: VecDeque<PlcSample>,
     /// Time at which the newest was taken.
     taken: Option<Instant<Local>>,
 }
 
-impl Came {
+impl ReceivedSamples {
     fn push(&mut self, index: CycleIndex, axis: NcToPlcAxis) {
         self.samples.push_back(PlcSample {
             at: Instant::EPOCH,
@@ -83,7 +83,7 @@ impl Came {
     }
 }
 
-impl Port for Came {
+impl Port for ReceivedSamples {
     fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         if self.taken.is_some_and(|taken| now < taken + CYCLE) {
             return false;
@@ -110,7 +110,7 @@ impl Port for Came {
 
 /// Input of a PLC over an ADS connection, as its gateway takes it: responses with an index or an image, and notifications.
 pub(super) fn ads(data: &[u8]) -> Outcome {
-    let (mut rest, mut came, mut index) = (data, Came::default(), CycleIndex(0));
+    let (mut rest, mut came, mut index) = (data, ReceivedSamples::default(), CycleIndex(0));
     let mut assembly = Assembly::of(&[INDEX_LEN, IMAGE_LEN]);
     let mut ended = Ok(());
     loop {
@@ -156,7 +156,7 @@ pub(super) fn ads(data: &[u8]) -> Outcome {
 }
 
 /// A value of two bytes is the index, and one as long as an image is the axis of it.
-fn take_value(value: &[u8], index: &mut CycleIndex, came: &mut Came) {
+fn take_value(value: &[u8], index: &mut CycleIndex, came: &mut ReceivedSamples) {
     if let [low, high] = value {
         *index = CycleIndex(u16::from_le_bytes([*low, *high]));
     } else if let Ok(axis) = NcToPlcAxis::from_image_slice(ImageLayout::AxisRef, value) {
@@ -179,7 +179,7 @@ pub(super) fn recorded() -> Vec<(String, Vec<u8>)> {
 pub(super) fn datagrams(data: &[u8]) -> Outcome {
     let mut outcome = Ok(());
     for layout in [ImageLayout::TwinCat2, ImageLayout::AxisRef] {
-        let (mut rest, mut came) = (data, Came::default());
+        let (mut rest, mut came) = (data, ReceivedSamples::default());
         while let [low, high, more @ ..] = rest {
             let length = usize::from(u16::from_le_bytes([*low, *high]));
             let (datagram, after) = more.split_at(more.len().min(length));
@@ -216,7 +216,7 @@ pub(super) fn good_datagrams() -> Vec<(String, Vec<u8>)> {
 /// Lines of a pipe, each a record; the first may name the columns.
 pub(super) fn lines(data: &[u8]) -> Outcome {
     let text = std::str::from_utf8(data).map_err(|error| error.to_string())?;
-    let (mut came, mut outcome) = (Came::default(), Ok(()));
+    let (mut came, mut outcome) = (ReceivedSamples::default(), Ok(()));
     let head = head_line(["belt"].into_iter());
     for line in text.lines().filter(|line| *line != head) {
         let mut axes = [NcToPlcAxis::default()];

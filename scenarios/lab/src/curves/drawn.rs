@@ -1,7 +1,7 @@
 //! The curves of all receivers of a run.
 
 use super::Curves;
-use crate::followed::Followed;
+use crate::followed::JudgedAxis;
 use crate::row::{Row, RowSink};
 use crate::scenario::Scenario;
 use crate::topology::{Topology, View};
@@ -15,7 +15,7 @@ impl Drawn {
     pub(crate) fn new(scenario: &Scenario, topology: &Topology) -> Self {
         let curves = |view: &View| {
             let config = &scenario.receivers[view.receiver];
-            let followed = Followed::of(config, view);
+            let followed = JudgedAxis::of(config, view);
             let slaves = view.slaves.iter();
             let slaves = slaves.map(|n| (config.slaves[*n].name.as_str(), config.slave_unit(*n)));
             let cycle_s = config.cycle_time_us.0.as_secs_f64();

@@ -7,13 +7,13 @@ mod windows;
 use coaxle_node::config::Unit;
 use coaxle_receiver::StateName;
 
-use crate::record::Record;
+use crate::record::ReceiverCycle;
 use crate::row::Row;
 pub(crate) use drawn::Drawn;
 pub use series::joined;
 pub use series::{Series, Stretch};
-use windows::Watch;
-pub use windows::{Happened, Window};
+use windows::EventWatch;
+pub use windows::{CurveWindow, WindowEvent};
 
 /// The curves of one receiver.
 #[derive(Clone, Debug)]
@@ -41,10 +41,10 @@ pub struct Curves {
     /// Every cycle around one beat.
     pub around_beat: Vec<Row>,
     /// Events that every receiver's cycles are kept around.
-    pub windows: Vec<Window>,
+    pub windows: Vec<CurveWindow>,
     /// Own cycle time, s.
     cycle_s: f64,
-    watch: Watch,
+    watch: EventWatch,
     recent: std::collections::VecDeque<Row>,
     beats: u32,
     capturing: bool,
@@ -96,7 +96,7 @@ impl Curves {
             around_beat: Vec::new(),
             windows: Vec::new(),
             cycle_s,
-            watch: Watch::default(),
+            watch: EventWatch::default(),
             recent: std::collections::VecDeque::with_capacity(BEFORE),
             beats: 0,
             capturing: false,
@@ -112,7 +112,7 @@ impl Curves {
     /// Takes the next cycle. The first beat that counts for the figures is shown in full. Returns a window around an event,
     /// to [`keep`](Self::keep) every cycle of it, of all receivers.
     #[must_use]
-    pub fn push(&mut self, row: &Row) -> Option<Window> {
+    pub fn push(&mut self, row: &Row) -> Option<CurveWindow> {
         let t = row.t_s;
         let record = &row.record;
         self.set_velocity.push(t, row.set_velocity);
@@ -147,7 +147,7 @@ impl Curves {
         }
     }
 
-    fn push_state(&mut self, t: f64, record: &Record) {
+    fn push_state(&mut self, t: f64, record: &ReceiverCycle) {
         let changed = self
             .states
             .last()

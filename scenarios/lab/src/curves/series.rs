@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 /// The smallest and the largest value of each stretch of time, so that no spike is ever lost; and every cycle within some
-/// [windows](super::Window).
+/// [windows](super::CurveWindow).
 #[derive(Clone, Debug, Default)]
 pub struct Series {
     /// The stretches, in order.

@@ -2,11 +2,11 @@
 
 use coaxle_axis::AxisStatus;
 
-use crate::record::Record;
+use crate::record::ReceiverCycle;
 
 /// Event that is worth a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Happened {
+pub enum WindowEvent {
     /// The first message.
     Start,
     /// The clock is known.
@@ -29,7 +29,7 @@ pub enum Happened {
     SlaveState,
 }
 
-impl Happened {
+impl WindowEvent {
     /// In a few words.
     #[must_use]
     pub const fn words(self) -> &'static str {
@@ -59,18 +59,18 @@ impl Happened {
 
 /// A part of a run that is kept cycle by cycle, of every receiver.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Window {
+pub struct CurveWindow {
     /// Beginning, s.
     pub from_s: f64,
     /// End, s.
     pub to_s: f64,
     /// Event that opened it.
-    pub what: Happened,
+    pub what: WindowEvent,
 }
 
 /// Signals of one receiver by which events are detected.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Watch {
+pub(super) struct EventWatch {
     had_data: bool,
     synced: bool,
     beats: u32,
@@ -81,58 +81,66 @@ pub(super) struct Watch {
     error: u16,
     slaves: Vec<AxisStatus>,
     /// Number of windows for each kind of event.
-    told: Vec<(Happened, u32)>,
+    opened: Vec<(WindowEvent, u32)>,
 }
 
 /// Most windows for each kind of event of a receiver: the first ones show it as well as all.
 const MOST_OF_A_KIND: u32 = 5;
 
-impl Watch {
+impl EventWatch {
     /// Opens a window if an event happened in this cycle.
-    pub(super) fn look(&mut self, t_s: f64, cycle_s: f64, record: &Record) -> Option<Window> {
-        let what = self.happened(record);
+    pub(super) fn look(
+        &mut self,
+        t_s: f64,
+        cycle_s: f64,
+        record: &ReceiverCycle,
+    ) -> Option<CurveWindow> {
+        let what = self.event_of(record);
         self.remember(record);
         let what = what?;
-        let known = self.told.iter_mut().find(|(known, _)| *known == what);
+        let known = self.opened.iter_mut().find(|(known, _)| *known == what);
         match known {
             Some((_, times)) if *times >= MOST_OF_A_KIND => return None,
             Some((_, times)) => *times += 1,
-            None => self.told.push((what, 1)),
+            None => self.opened.push((what, 1)),
         }
         let (before, after) = what.cycles();
-        Some(Window {
+        Some(CurveWindow {
             from_s: t_s - before * cycle_s,
             to_s: t_s + after * cycle_s,
             what,
         })
     }
 
-    fn happened(&self, record: &Record) -> Option<Happened> {
+    fn event_of(&self, record: &ReceiverCycle) -> Option<WindowEvent> {
         let (far, axis) = (&record.far, &record.axis);
         let slaves = record.slaves.iter().map(|slave| slave.state);
         let all = [
-            (!self.had_data && far.count.is_some(), Happened::Start),
-            (far.take_overs > self.take_overs, Happened::TakeOver),
+            (!self.had_data && far.count.is_some(), WindowEvent::Start),
+            (far.take_overs > self.take_overs, WindowEvent::TakeOver),
             (
                 self.epoch.is_some() && far.epoch.is_some() && far.epoch != self.epoch,
-                Happened::Restart,
+                WindowEvent::Restart,
             ),
-            (axis.error != 0 && axis.error != self.error, Happened::Error),
-            (axis.synced && !self.synced, Happened::Sync),
-            (!axis.synced && self.synced, Happened::SyncLost),
-            (far.relocks > self.relocks, Happened::Relock),
-            (far.shifts > self.shifts, Happened::Shift),
-            (far.beats > self.beats, Happened::Beat),
+            (
+                axis.error != 0 && axis.error != self.error,
+                WindowEvent::Error,
+            ),
+            (axis.synced && !self.synced, WindowEvent::Sync),
+            (!axis.synced && self.synced, WindowEvent::SyncLost),
+            (far.relocks > self.relocks, WindowEvent::Relock),
+            (far.shifts > self.shifts, WindowEvent::Shift),
+            (far.beats > self.beats, WindowEvent::Beat),
             (
                 self.had_data && !slaves.eq(self.slaves.iter().copied()),
-                Happened::SlaveState,
+                WindowEvent::SlaveState,
             ),
         ];
         let mut all = all.into_iter();
         all.find_map(|(is_so, what)| is_so.then_some(what))
     }
 
-    fn remember(&mut self, record: &Record) {
+    fn remember(&mut self, record: &ReceiverCycle) {
         let (far, axis) = (&record.far, &record.axis);
         self.had_data |= far.count.is_some();
         self.synced = axis.synced;
@@ -154,8 +162,8 @@ mod tests {
 
     #[test]
     fn the_first_of_each_kind_have_windows() {
-        let mut watch = Watch::default();
-        let mut record = Record::default();
+        let mut watch = EventWatch::default();
+        let mut record = ReceiverCycle::default();
         let mut windows = Vec::new();
         for cycle in 0..2_000_u32 {
             record.far.count = (cycle >= 10).then(|| u64::from(cycle));
@@ -165,13 +173,13 @@ mod tests {
         }
         let whats: Vec<_> = windows.iter().map(|window| window.what).collect();
         let expected = [
-            Happened::Start,
-            Happened::Beat,
-            Happened::Beat,
-            Happened::Sync,
-            Happened::Beat,
-            Happened::Beat,
-            Happened::Beat,
+            WindowEvent::Start,
+            WindowEvent::Beat,
+            WindowEvent::Beat,
+            WindowEvent::Sync,
+            WindowEvent::Beat,
+            WindowEvent::Beat,
+            WindowEvent::Beat,
         ];
         assert_eq!(whats, expected);
         let beat = &windows[1];

@@ -10,15 +10,15 @@ use crate::summary::CouplingSummary;
 /// Follows the phases of a slave's coupling.
 #[derive(Debug, Default)]
 pub(super) struct CouplingJudge {
-    before: Option<Moment>,
+    before: Option<CouplingCycle>,
     /// The synchronisation, or the release, under way.
-    under_way: Option<Way>,
+    under_way: Option<CouplingPath>,
     summary: CouplingSummary,
 }
 
 /// A slave and its master in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Moment {
+struct CouplingCycle {
     at_ns: i64,
     has_power: bool,
     phase: Option<CouplingPhase>,
@@ -28,14 +28,14 @@ struct Moment {
 
 /// The way of a slave since a moment.
 #[derive(Clone, Copy, Debug)]
-struct Way {
-    from: Moment,
+struct CouplingPath {
+    from: CouplingCycle,
     lowest: f64,
     highest: f64,
 }
 
-impl Way {
-    fn between(from: &Moment, to: &Moment) -> Self {
+impl CouplingPath {
+    fn between(from: &CouplingCycle, to: &CouplingCycle) -> Self {
         let way = Self {
             from: *from,
             lowest: from.slave,
@@ -44,7 +44,7 @@ impl Way {
         way.and_to(to)
     }
 
-    fn and_to(self, to: &Moment) -> Self {
+    fn and_to(self, to: &CouplingCycle) -> Self {
         Self {
             lowest: self.lowest.min(to.slave),
             highest: self.highest.max(to.slave),
@@ -73,7 +73,7 @@ impl CouplingJudge {
             return;
         };
         let before = self.before.and_then(|before| before.phase);
-        let now = Moment {
+        let now = CouplingCycle {
             at_ns,
             has_power: slave.state != AxisStatus::Disabled,
             phase: slave.phase.map(|phase| as_it_counts(phase, before)),
@@ -85,13 +85,13 @@ impl CouplingJudge {
         }
     }
 
-    fn went_on(&mut self, before: &Moment, now: &Moment) {
+    fn went_on(&mut self, before: &CouplingCycle, now: &CouplingCycle) {
         let way = self.under_way.take().map(|way| way.and_to(now));
         if before.phase == now.phase {
             self.under_way = way;
             return;
         }
-        let last_step = Way::between(before, now);
+        let last_step = CouplingPath::between(before, now);
         match (before.phase, now.phase) {
             // Its master turned round before it was released.
             (Some(CouplingPhase::Releasing), Some(CouplingPhase::InSync)) => {}
@@ -109,7 +109,7 @@ impl CouplingJudge {
         }
     }
 
-    fn came_in_sync(&mut self, way: &Way, now: &Moment) {
+    fn came_in_sync(&mut self, way: &CouplingPath, now: &CouplingCycle) {
         let (from, summary) = (&way.from, &mut self.summary);
         summary.synchronisations += 1;
         summary.sync_duration_s = Some(Span::from_nanos(now.at_ns - from.at_ns).as_secs_f64());
@@ -121,7 +121,7 @@ impl CouplingJudge {
         summary.sync_position_max = Some(way.highest);
     }
 
-    fn was_released(&mut self, way: &Way, now: &Moment) {
+    fn was_released(&mut self, way: &CouplingPath, now: &CouplingCycle) {
         let (from, summary) = (&way.from, &mut self.summary);
         summary.release_master_way = Some(now.master - from.master);
         summary.release_slave_way = Some(now.slave - from.slave);

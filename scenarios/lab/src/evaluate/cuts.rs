@@ -15,7 +15,7 @@ use crate::summary::{Cut, CutsSummary};
 pub(super) struct CutsJudge {
     tool: ToolConfig,
     marks: Option<MarksConfig>,
-    before: Option<Moment>,
+    before: Option<SlaveCycle>,
     position_errors: Moments,
     length_errors: Moments,
     summary: CutsSummary,
@@ -23,7 +23,7 @@ pub(super) struct CutsJudge {
 
 /// A slave in one cycle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Moment {
+pub(super) struct SlaveCycle {
     pub(super) at: Instant<Reference>,
     /// Number of cuts so far in this run of the receiver.
     cuts: u64,
@@ -33,7 +33,7 @@ pub(super) struct Moment {
     local_master: Option<f64>,
 }
 
-impl Moment {
+impl SlaveCycle {
     pub(super) fn new(slave: &SlaveSignals, at_ns: i64, local_master: Option<f64>) -> Self {
         Self {
             at: Instant::from_nanos(at_ns),
@@ -46,7 +46,7 @@ impl Moment {
 
 /// Meeting of a tool with the material, at or beyond the slave's position 0.
 #[derive(Clone, Copy, Debug)]
-struct Meeting {
+struct ToolContact {
     /// Time, from the cycle before (0) to this one (1).
     share: f64,
     /// Distance beyond the slave's position 0 along the material, u of the master.
@@ -54,7 +54,7 @@ struct Meeting {
 }
 
 /// Truth as far as known.
-pub(super) trait Truth {
+pub(super) trait TrueMotion {
     /// True position of the far axis, u.
     fn far_position(&self, at: Instant<Reference>) -> Option<f64>;
     /// Time after the start of the run, s.
@@ -78,7 +78,7 @@ impl CutsJudge {
     }
 
     /// Takes the next cycle. `follows_far`: the slave's master is the far axis.
-    pub(super) fn push(&mut self, now: Moment, follows_far: bool, truth: &impl Truth) {
+    pub(super) fn push(&mut self, now: SlaveCycle, follows_far: bool, truth: &impl TrueMotion) {
         let before = self.before.replace(now).unwrap_or(now);
         // A restarted receiver counts from 0 again.
         let cuts = now.cuts.checked_sub(before.cuts).unwrap_or(now.cuts);
@@ -106,10 +106,10 @@ impl CutsJudge {
 
     /// Time of the cut. A tool that cuts by itself does so between two cycles, in which its drive moves
     /// in a straight line from one set position to the next.
-    fn meeting(&self, before: &Moment, now: &Moment) -> Option<Meeting> {
+    fn meeting(&self, before: &SlaveCycle, now: &SlaveCycle) -> Option<ToolContact> {
         let to = now.slave?;
         let Some(every) = self.tool.cuts_every else {
-            return Some(Meeting {
+            return Some(ToolContact {
                 share: 1.0,
                 along: to / self.tool.ratio,
             });
@@ -119,7 +119,7 @@ impl CutsJudge {
         let share = (passed - from) / (to - from);
         (0.0..=1.0)
             .contains(&share)
-            .then_some(Meeting { share, along: 0.0 })
+            .then_some(ToolContact { share, along: 0.0 })
     }
 
     fn note(&mut self, t_s: f64, position: Option<f64>) {
@@ -172,7 +172,7 @@ mod tests {
     /// A far axis at a constant velocity, u/s.
     struct Uniform(f64);
 
-    impl Truth for Uniform {
+    impl TrueMotion for Uniform {
         fn far_position(&self, at: Instant<Reference>) -> Option<f64> {
             Some(self.0 * self.time(at))
         }
@@ -184,7 +184,7 @@ mod tests {
 
     struct Unknown;
 
-    impl Truth for Unknown {
+    impl TrueMotion for Unknown {
         fn far_position(&self, _at: Instant<Reference>) -> Option<f64> {
             None
         }
@@ -202,8 +202,8 @@ mod tests {
                          sensor-distance = 700 }";
     const MILLISECOND: i64 = 1_000_000;
 
-    fn moment(at_ns: i64, cuts: u64, slave: f64) -> Moment {
-        Moment {
+    fn moment(at_ns: i64, cuts: u64, slave: f64) -> SlaveCycle {
+        SlaveCycle {
             at: Instant::from_nanos(at_ns),
             cuts,
             slave: Some(slave),
@@ -282,7 +282,7 @@ mod tests {
     fn of_a_local_master_its_own_set_position_is_the_truth() {
         let mut judge = CutsJudge::new(&slave(KNIFE), Unit::default());
         for (n, position, master, cuts) in [(0, 359.0, 599.0, 0), (1, 361.0, 603.0, 1)] {
-            let now = Moment {
+            let now = SlaveCycle {
                 local_master: Some(master),
                 ..moment(n * MILLISECOND, cuts, position)
             };

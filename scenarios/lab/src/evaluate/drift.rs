@@ -11,13 +11,13 @@ const STRETCH: Span = Span::from_secs(5);
 /// The true drift: the sender's time against the receiver's own cycles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DriftTruth {
-    older: Option<Mark>,
-    newer: Option<Mark>,
-    last: Option<Mark>,
+    older: Option<DriftMark>,
+    newer: Option<DriftMark>,
+    last: Option<DriftMark>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Mark {
+struct DriftMark {
     at: Instant<Reference>,
     epoch: u64,
     truth: Truth,
@@ -26,7 +26,7 @@ struct Mark {
 
 impl DriftTruth {
     pub(super) fn push(&mut self, at: Instant<Reference>, truth: &Truth, own: f64) {
-        let mark = Mark {
+        let mark = DriftMark {
             at,
             epoch: truth.epoch,
             truth: *truth,

@@ -7,27 +7,27 @@ use coaxle_receiver::config::{GearConfig, MasterRef};
 use coaxle_receiver::{ContinuityName, DriveStateName, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
-use super::Master;
-use super::cuts::{self, Truth as _};
+use super::TrackedMaster;
+use super::cuts::{self, TrueMotion as _};
 use super::drift::DriftTruth;
-use super::lag::Lag;
+use super::lag::MasterLag;
 use super::moments::Moments;
-use super::settling::{Settled, Settling};
+use super::settling::{SettledFigure, Settling};
 use super::slave::SlaveJudge;
 use super::watch::{FarErrorWatch, FarPositionWatch, ReceiverWatch};
-use crate::followed::Followed;
+use crate::followed::JudgedAxis;
 use crate::invariants::InvariantViolation;
-use crate::record::Record;
+use crate::record::ReceiverCycle;
 use crate::row::{Reference, Row};
 use crate::summary::{LastSignals, ReceiverSummary};
-use crate::topology::{View, Viewed};
+use crate::topology::{ReceiverAxis, View};
 
 /// Cycles after the first data from which a receiver that never synchronises is judged.
 const SETTLING: u64 = 100;
 
 /// Source of an axis's motion, as indices of masters.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Source {
+pub(super) struct MotionSource {
     /// The master of the motion.
     pub(super) motion: usize,
     /// The master of the clock.
@@ -51,9 +51,9 @@ pub(super) struct Clocks<'a> {
 
 /// Judges one receiver.
 #[derive(Debug)]
-pub(super) struct Judge {
+pub(super) struct ReceiverJudge {
     /// Sources of its motion: the far node, then its standbys.
-    sources: Vec<Source>,
+    sources: Vec<MotionSource>,
     view: View,
     /// Gear from the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
@@ -61,24 +61,24 @@ pub(super) struct Judge {
     cycle_time: CycleTime,
     synchronises: bool,
     /// Cycles whose truth is not known yet.
-    pub(super) waiting: VecDeque<Box<Record>>,
+    pub(super) waiting: VecDeque<Box<ReceiverCycle>>,
     /// Records to be used again.
     #[expect(
         clippy::vec_box,
         reason = "records go round in their boxes: only these move"
     )]
-    spare: Vec<Box<Record>>,
+    spare: Vec<Box<ReceiverCycle>>,
     /// The record that was judged last.
-    last: Option<Box<Record>>,
+    last: Option<Box<ReceiverCycle>>,
     previous: Option<Previous>,
     first_data: Option<(i64, u64)>,
     evaluating: bool,
     settling: Settling,
-    ripple: Settled,
-    time_error: Settled,
+    ripple: SettledFigure,
+    time_error: SettledFigure,
     far_error: Option<FarErrorWatch>,
     far_position: Option<FarPositionWatch>,
-    lag: Lag,
+    lag: MasterLag,
     fastest_master: f64,
     drift: DriftTruth,
     was_synced: bool,
@@ -102,15 +102,15 @@ struct Previous {
 /// Times of events that are kept.
 const MOST_TIMES: usize = 1_000;
 
-impl Judge {
+impl ReceiverJudge {
     /// The judge of a receiver by one of its axes. Its stated error is judged if there are `clock_jumps`.
     pub(super) fn new(
         config: &ReceiverConfig,
-        sources: Vec<Source>,
+        sources: Vec<MotionSource>,
         view: &View,
         clock_jumps: Option<Clocks<'_>>,
     ) -> Self {
-        let followed = Followed::of(config, view);
+        let followed = JudgedAxis::of(config, view);
         // Relayed or incremental positions are wrong by the error that the relay or the encoder adds.
         let is_shown = sources
             .iter()
@@ -128,15 +128,15 @@ impl Judge {
             first_data: None,
             evaluating: false,
             settling: Settling::default(),
-            ripple: Settled::default(),
-            time_error: Settled::default(),
+            ripple: SettledFigure::default(),
+            time_error: SettledFigure::default(),
             far_error: clock_jumps.and_then(|clocks| {
                 FarErrorWatch::new(config, view, clocks.jumps, clocks.resolution_us)
             }),
             far_position: is_shown
                 .then(|| FarPositionWatch::new(config, view))
                 .flatten(),
-            lag: Lag::default(),
+            lag: MasterLag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
             was_synced: false,
@@ -160,22 +160,22 @@ impl Judge {
     }
 
     const fn is_virtual(&self) -> bool {
-        matches!(self.view.of, Viewed::Virtual(_))
+        matches!(self.view.of, ReceiverAxis::Virtual(_))
     }
 
     /// Takes back the record that was judged last: the one before is not needed any more.
-    pub(super) fn take_back(&mut self, record: Box<Record>) {
+    pub(super) fn take_back(&mut self, record: Box<ReceiverCycle>) {
         self.spare.extend(self.last.replace(record));
     }
 
     /// True if the truth of the source at this place is known up to `at`.
     pub(super) fn is_known(
         &self,
-        masters: &[Master],
+        masters: &[TrackedMaster],
         place: usize,
         at: Instant<Reference>,
     ) -> bool {
-        let Source { motion, clock, .. } = self.sources[place];
+        let MotionSource { motion, clock, .. } = self.sources[place];
         [motion, clock]
             .iter()
             .filter_map(|n| masters[*n].oracle.known_until())
@@ -184,13 +184,13 @@ impl Judge {
 
     pub(super) fn judge(
         &mut self,
-        record: Box<Record>,
-        masters: &[Master],
+        record: Box<ReceiverCycle>,
+        masters: &[TrackedMaster],
         start: Instant<Reference>,
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
         let source = self.sources[record.place];
-        let far = FarAxis {
+        let far = FollowedMotion {
             oracle: &masters[source.motion].oracle,
             gear: source.gear,
             start,
@@ -269,7 +269,7 @@ impl Judge {
     /// The rate of a position since the previous cycle.
     fn difference(
         &self,
-        record: &Record,
+        record: &ReceiverCycle,
         before: impl Fn(&Previous) -> Option<f64>,
         now: Option<f64>,
     ) -> Option<f64> {
@@ -304,7 +304,7 @@ impl Judge {
         }
     }
 
-    fn count(&mut self, record: &Record) {
+    fn count(&mut self, record: &ReceiverCycle) {
         let summary = &mut self.summary;
         summary.cycles += 1;
         summary.synced_at_end = record.axis.synced;
@@ -390,7 +390,7 @@ impl Judge {
     pub(super) fn finish(mut self, watches: &[ReceiverWatch]) -> (String, ReceiverSummary) {
         let summary = &mut self.summary;
         if let Some(last) = &self.last {
-            let Record {
+            let ReceiverCycle {
                 node, far, axis, ..
             } = **last;
             summary.last = LastSignals { node, far, axis };
@@ -430,13 +430,13 @@ impl Judge {
 }
 
 /// True motion of the followed axis.
-struct FarAxis<'a> {
+struct FollowedMotion<'a> {
     oracle: &'a Oracle<Reference>,
     gear: Option<GearConfig>,
     start: Instant<Reference>,
 }
 
-impl FarAxis<'_> {
+impl FollowedMotion<'_> {
     /// Position and velocity of the followed axis, from those of the axis at the root.
     fn moves(&self, root: &Truth) -> Option<(f64, f64)> {
         let GearConfig { ratio, offset } = self.gear?;
@@ -444,7 +444,7 @@ impl FarAxis<'_> {
     }
 }
 
-impl cuts::Truth for FarAxis<'_> {
+impl cuts::TrueMotion for FollowedMotion<'_> {
     fn far_position(&self, at: Instant<Reference>) -> Option<f64> {
         let (position, _) = self.moves(&self.oracle.at(at)?)?;
         Some(position)
@@ -469,7 +469,7 @@ fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
                 config.slave_unit(master),
             ),
             Ok(MasterRef::Far(_) | MasterRef::Virtual(_)) | Err(_) => {
-                (None, Followed::of(config, view).unit)
+                (None, JudgedAxis::of(config, view).unit)
             }
         };
         SlaveJudge::new(&config.slaves[*n], master, [config.slave_unit(*n), unit])
@@ -480,7 +480,7 @@ fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {
 /// Corrected minus true far time. Where a filter smears it, the position shows it, if it moves; but not while the axis is
 /// braked or brought back: then it stands for no far time, and is far off.
 fn time_error_us(
-    record: &Record,
+    record: &ReceiverCycle,
     clock: Option<&Truth>,
     master: Option<(f64, f64)>,
 ) -> Option<f64> {

@@ -4,7 +4,7 @@ use coaxle_clock::delay::DelayState;
 use coaxle_receiver::config::GearConfig;
 
 use super::moments::Moments;
-use crate::record::Record;
+use crate::record::ReceiverCycle;
 use crate::row::Row;
 use crate::summary::ReceiverSummary;
 
@@ -13,7 +13,7 @@ const SLOW: f64 = 0.1;
 
 /// The lag of one receiver, nothing removed.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Lag {
+pub(super) struct MasterLag {
     distance: Moments,
     far_position: Moments,
     travel_us: Moments,
@@ -23,7 +23,7 @@ pub(super) struct Lag {
     covered: u64,
 }
 
-impl Lag {
+impl MasterLag {
     /// Takes a cycle of a settled receiver. `gear` makes the slave's position from the master's,
     /// if there is one; `fastest` is the master's highest velocity so far.
     pub(super) fn push(&mut self, row: &Row, gear: Option<GearConfig>, fastest: f64) {
@@ -47,7 +47,7 @@ impl Lag {
         }
     }
 
-    fn judge_uncertainty(&mut self, record: &Record, error: f64) {
+    fn judge_uncertainty(&mut self, record: &ReceiverCycle, error: f64) {
         if let (Some(DelayState::Measured | DelayState::Stale), Some(uncertainty)) =
             (record.far.delay_state, record.far.delay_uncertainty_us)
         {

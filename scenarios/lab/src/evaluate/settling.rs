@@ -27,13 +27,13 @@ impl Settling {
 
 /// A figure over the whole evaluation, and apart once settled and before.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Settled {
+pub(super) struct SettledFigure {
     pub(super) all: Moments,
     pub(super) settled: Moments,
     pub(super) lock_in: Moments,
 }
 
-impl Settled {
+impl SettledFigure {
     pub(super) fn push(&mut self, x: f64, is_settled: bool) {
         self.all.push(x);
         if is_settled {
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn each_part_has_its_own_figures() {
-        let mut figure = Settled::default();
+        let mut figure = SettledFigure::default();
         assert_eq!(figure.once_settled(Moments::largest_magnitude), None);
         assert_eq!(figure.locking_in(0.0), None);
         for (x, is_settled) in [(-9.0, false), (4.0, false), (1.0, true), (3.0, true)] {

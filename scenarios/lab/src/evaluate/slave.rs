@@ -9,8 +9,8 @@ use coaxle_sim::Shares;
 use coaxle_slave::CouplingPhase;
 
 use super::coupling::CouplingJudge;
-use super::cuts::{CutsJudge, Moment, Truth};
-use crate::record::Record;
+use super::cuts::{CutsJudge, SlaveCycle, TrueMotion};
+use crate::record::ReceiverCycle;
 use crate::summary::SlaveSummary;
 
 /// Judges one slave by its signals.
@@ -55,7 +55,12 @@ impl SlaveJudge {
     }
 
     /// Takes the next cycle of its receiver, and the slave's part of it.
-    pub(super) fn push(&mut self, record: &Record, slave: &SlaveSignals, truth: &impl Truth) {
+    pub(super) fn push(
+        &mut self,
+        record: &ReceiverCycle,
+        slave: &SlaveSignals,
+        truth: &impl TrueMotion,
+    ) {
         let at_ns = record.at_ns;
         let before = self.previous.replace((at_ns, *slave));
         self.cycles += 1;
@@ -67,7 +72,7 @@ impl SlaveJudge {
         }
         let master = self.master_in(record);
         self.coupling.push(at_ns, master, slave);
-        let moment = Moment::new(slave, at_ns, master);
+        let moment = SlaveCycle::new(slave, at_ns, master);
         self.cuts.push(moment, self.master.is_none(), truth);
         let summary = &mut self.summary;
         let following_error = slave.following_error.abs();
@@ -75,7 +80,7 @@ impl SlaveJudge {
     }
 
     /// Position of the master for this slave.
-    fn master_in(&self, record: &Record) -> Option<f64> {
+    fn master_in(&self, record: &ReceiverCycle) -> Option<f64> {
         match self.master {
             None => record.axis.corrected_position,
             Some(n) => record.slaves.get(n)?.position,

@@ -14,7 +14,7 @@ use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig};
 use coaxle_sim::Shares;
 
 use crate::event::Event;
-use crate::invariants::{InvariantViolation, Watched};
+use crate::invariants::{InvariantViolation, WatchedPart};
 use crate::summary::World;
 use axis::AxisWatch;
 pub(super) use far_error::FarErrorWatch;
@@ -87,7 +87,7 @@ impl ReceiverWatch {
         let slaves = (self.slaves.iter()).map(|slave| (Some(&slave.name), &slave.found));
         let all = node.chain(far).chain(slaves).chain(axes);
         all.flat_map(|(part, found)| {
-            found.violations(Watched {
+            found.violations(WatchedPart {
                 receiver: self.receiver.clone(),
                 part: part.cloned(),
             })

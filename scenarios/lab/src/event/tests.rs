@@ -32,8 +32,8 @@ fn an_event_is_written_as_it_is_read() {
 #[test]
 fn times_are_written_as_people_write_them() {
     for millis in 0..20_000 {
-        let seconds = f64::from(Moment { millis });
-        assert_eq!(Moment::try_from(seconds), Ok(Moment { millis }));
+        let seconds = f64::from(ScenarioTime { millis });
+        assert_eq!(ScenarioTime::try_from(seconds), Ok(ScenarioTime { millis }));
         let decimals = seconds
             .to_string()
             .split_once('.')
@@ -120,7 +120,7 @@ fn a_command_meets_what_is_expected_of_it() {
         ),
     ] {
         let event = event(&text).unwrap();
-        let Happening::Command(commanded) = &event.what else {
+        let EventKind::Command(commanded) = &event.what else {
             panic!("no command");
         };
         let met = outcomes.map(|outcome| {
@@ -130,7 +130,7 @@ fn a_command_meets_what_is_expected_of_it() {
         assert_eq!(met, expected, "{text}");
     }
     let event = event(HALT).unwrap();
-    let Happening::Command(commanded) = &event.what else {
+    let EventKind::Command(commanded) = &event.what else {
         panic!("no command");
     };
     let verdict = commanded.judge(&event, None);

@@ -9,7 +9,7 @@ use crate::summary::{Cut, Summary};
 
 /// A line.
 #[derive(Serialize)]
-struct Line<'a> {
+struct CutLine<'a> {
     receiver: &'a str,
     slave: &'a str,
     number: u64,
@@ -36,7 +36,7 @@ pub(super) fn write(path: &Path, summary: &Summary) -> anyhow::Result<()> {
     written().with_context(|| format!("cannot write {}", path.display()))
 }
 
-fn lines(summary: &Summary) -> impl Iterator<Item = Line<'_>> {
+fn lines(summary: &Summary) -> impl Iterator<Item = CutLine<'_>> {
     summary.receivers.iter().flat_map(|(receiver, figures)| {
         figures.slaves.iter().flat_map(move |(slave, figures)| {
             let cuts = figures.cuts.cut_list.iter();
@@ -45,7 +45,7 @@ fn lines(summary: &Summary) -> impl Iterator<Item = Line<'_>> {
     })
 }
 
-fn line<'a>(receiver: &'a str, slave: &'a str, cut: &Cut) -> Line<'a> {
+fn line<'a>(receiver: &'a str, slave: &'a str, cut: &Cut) -> CutLine<'a> {
     let Cut {
         number,
         t_s,
@@ -54,7 +54,7 @@ fn line<'a>(receiver: &'a str, slave: &'a str, cut: &Cut) -> Line<'a> {
         position_error,
         length_error,
     } = *cut;
-    Line {
+    CutLine {
         receiver,
         slave,
         number,

@@ -21,18 +21,18 @@ use crate::trace_recording::TraceRecording;
 use super::{NODES_FOLDER, TraceFormat};
 
 /// The files, open.
-pub(super) struct Files {
-    trace: Trace,
+pub(super) struct RunFiles {
+    trace: TraceFile,
     /// Arrivals of each receiver; none for processes, which write them themselves.
     arrivals: Vec<ArrivalsTrace>,
 }
 
-enum Trace {
+enum TraceFile {
     Csv(Box<TraceWriter<BufWriter<File>>>),
     Recording(Box<TraceRecording>),
 }
 
-impl Files {
+impl RunFiles {
     /// Creates the files in the folder `out`.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ impl Files {
                 let path = out.join("trace.mcap");
                 let views = topology.views();
                 let recording = TraceRecording::create(&path, name, scenario, world, views)?;
-                Trace::Recording(Box::new(recording))
+                TraceFile::Recording(Box::new(recording))
             }
             TraceFormat::Csv => {
                 let path = out.join("trace.csv");
@@ -62,7 +62,7 @@ impl Files {
                     .with_context(|| format!("cannot write {}", path.display()))?;
                 let (receivers, views) = (&scenario.receivers, topology.views());
                 let trace = TraceWriter::new(receivers, views, BufWriter::new(file));
-                Trace::Csv(Box::new(trace))
+                TraceFile::Csv(Box::new(trace))
             }
         };
         Ok(Self { trace, arrivals })
@@ -74,8 +74,8 @@ impl Files {
     /// Names the file that is incomplete.
     pub(super) fn finish(self) -> anyhow::Result<()> {
         match self.trace {
-            Trace::Csv(trace) => trace.finish(),
-            Trace::Recording(trace) => trace.finish(),
+            TraceFile::Csv(trace) => trace.finish(),
+            TraceFile::Recording(trace) => trace.finish(),
         }?;
         for mut arrivals in self.arrivals {
             arrivals.finish()?;
@@ -84,11 +84,11 @@ impl Files {
     }
 }
 
-impl RowSink for Files {
+impl RowSink for RunFiles {
     fn row(&mut self, view: usize, row: &Row) {
         match &mut self.trace {
-            Trace::Csv(trace) => trace.row(view, row),
-            Trace::Recording(trace) => trace.row(view, row),
+            TraceFile::Csv(trace) => trace.row(view, row),
+            TraceFile::Recording(trace) => trace.row(view, row),
         }
     }
 

@@ -19,7 +19,7 @@ use crate::scenario::Scenario;
 use crate::stage::Stage;
 use crate::summary::{ReceiverSummary, RouterSummary, Summary, World};
 use crate::topology::Topology;
-use files::Files;
+use files::RunFiles;
 
 pub use size::warning as trace_warning;
 
@@ -54,7 +54,7 @@ pub enum TraceFormat {
 
 /// Result of a run.
 #[derive(Debug)]
-pub struct Ran {
+pub struct RunResult {
     /// The figures.
     pub summary: Summary,
     /// Curves for a report.
@@ -74,7 +74,7 @@ pub fn run(
     options: &Options,
     stage: &dyn Stage,
     progress: &mut dyn Progress,
-) -> anyhow::Result<Ran> {
+) -> anyhow::Result<RunResult> {
     let out = &options.out;
     let folder = ResultsFolder::hold(out)?;
     let files = create_files(name, scenario, options, stage.world())?;
@@ -89,7 +89,7 @@ pub fn run(
     let summary = judged(name, scenario, stage.world(), finished);
     write_summary(&folder.file("summary.json"), &summary)?;
     cuts::write(&folder.file("cuts.csv"), &summary)?;
-    Ok(Ran {
+    Ok(RunResult {
         summary,
         curves,
         folder,
@@ -171,9 +171,9 @@ fn create_files(
     scenario: &Scenario,
     options: &Options,
     world: World,
-) -> anyhow::Result<Option<Files>> {
+) -> anyhow::Result<Option<RunFiles>> {
     let Some(format) = options.trace else {
         return Ok(None);
     };
-    Files::create(name, scenario, world, format, &options.out).map(Some)
+    RunFiles::create(name, scenario, world, format, &options.out).map(Some)
 }

@@ -1,14 +1,14 @@
 //! A schedule: nodes, faults of their clocks and links, events and commands,
 //! all from one seed, as the text of a scenario. For some seconds any fault may occur; the rest is quiet.
 
-mod apart;
+mod extra_draws;
 mod wide;
 
 use std::fmt::Write as _;
 
 use coaxle_node::faults::Random;
 
-use apart::Apart;
+use extra_draws::ExtraDraws;
 use wide::Wide;
 
 /// End of the last fault, s.
@@ -44,9 +44,9 @@ pub fn wide(seed: u64) -> String {
 }
 
 fn written(seed: u64, wide: Wide) -> String {
-    let mut schedule = Schedule {
+    let mut schedule = SoakSchedule {
         random: Random::new(seed),
-        apart: Apart::new(seed),
+        extra_draws: ExtraDraws::new(seed),
         wide,
         text: String::new(),
         events: String::new(),
@@ -55,16 +55,16 @@ fn written(seed: u64, wide: Wide) -> String {
     schedule.text + &schedule.events
 }
 
-struct Schedule {
+struct SoakSchedule {
     random: Random,
-    apart: Apart,
+    extra_draws: ExtraDraws,
     wide: Wide,
     text: String,
     /// Tables of their own, behind those of the nodes.
     events: String,
 }
 
-impl Schedule {
+impl SoakSchedule {
     fn write(&mut self, seed: u64) {
         let _ = write!(
             self.text,
@@ -149,11 +149,11 @@ impl Schedule {
                 "{{ at-s = {at}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}"
             ));
         }
-        steps.extend(self.apart.step_back());
+        steps.extend(self.extra_draws.step_back());
         if !steps.is_empty() {
             let _ = write!(clock, ", steps = [{}]", steps.join(", "));
         }
-        if let Some(terms) = self.apart.drift_terms() {
+        if let Some(terms) = self.extra_draws.drift_terms() {
             let _ = write!(clock, ", {terms}");
         }
         clock + " }\n"
@@ -352,7 +352,7 @@ impl Schedule {
         }
         self.losses_and_delays(&mut faults);
         self.forgeries(&mut faults);
-        faults.extend(self.apart.delay_terms());
+        faults.extend(self.extra_draws.delay_terms());
         format!(
             "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
             faults.join(", ")

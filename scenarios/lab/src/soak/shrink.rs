@@ -23,7 +23,7 @@ pub(super) fn shrunk(
             break;
         }
         let text = smaller.to_string();
-        let wrong = super::wrong_with(&text);
+        let wrong = super::faults_of(&text);
         if fails_alike(&smallest.1, &wrong) {
             (table, smallest) = (smaller, (text, wrong));
         } else {
@@ -54,17 +54,17 @@ fn without(table: &Table, place: usize) -> Option<Table> {
         ("event", &[][..], &[][..]),
     ] {
         for (number, value) in list_of(table, list).iter().enumerate() {
-            places.push(vec![Step::Key(list), Step::At(number)]);
+            places.push(vec![ShrinkStep::Key(list), ShrinkStep::At(number)]);
             let Some(one) = value.as_table() else {
                 continue;
             };
             for name in inner {
                 for at in 0..list_of(one, name).len() {
                     let path = [
-                        Step::Key(list),
-                        Step::At(number),
-                        Step::Key(name),
-                        Step::At(at),
+                        ShrinkStep::Key(list),
+                        ShrinkStep::At(number),
+                        ShrinkStep::Key(name),
+                        ShrinkStep::At(at),
                     ];
                     places.push(path.to_vec());
                 }
@@ -73,9 +73,13 @@ fn without(table: &Table, place: usize) -> Option<Table> {
                 let keys = one.get(*name).and_then(Value::as_table).into_iter();
                 // Without a drift there are no beats, and TS5066 has nothing to synchronise by.
                 for (key, _) in keys.flatten().filter(|(key, _)| *key != "drift-ppm") {
-                    let path = [Step::Key(list), Step::At(number), Step::Key(name)];
+                    let path = [
+                        ShrinkStep::Key(list),
+                        ShrinkStep::At(number),
+                        ShrinkStep::Key(name),
+                    ];
                     let mut path = path.to_vec();
-                    path.push(Step::Owned(key.clone()));
+                    path.push(ShrinkStep::Owned(key.clone()));
                     places.push(path);
                 }
             }
@@ -91,7 +95,7 @@ fn without(table: &Table, place: usize) -> Option<Table> {
 }
 
 #[derive(Clone, Debug)]
-enum Step {
+enum ShrinkStep {
     Key(&'static str),
     Owned(String),
     At(usize),
@@ -102,14 +106,14 @@ fn list_of<'a>(table: &'a Table, name: &str) -> &'a [Value] {
     list.map_or(&[], Vec::as_slice)
 }
 
-fn remove(value: &mut Value, path: &[Step]) {
+fn remove(value: &mut Value, path: &[ShrinkStep]) {
     let Some((first, rest)) = path.split_first() else {
         return;
     };
     let key = match first {
-        Step::Key(key) => key,
-        Step::Owned(key) => key.as_str(),
-        Step::At(number) => {
+        ShrinkStep::Key(key) => key,
+        ShrinkStep::Owned(key) => key.as_str(),
+        ShrinkStep::At(number) => {
             let Some(list) = value.as_array_mut() else {
                 return;
             };

@@ -6,14 +6,14 @@ use crate::scenario::GridAxis;
 
 /// A field and its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Axis {
+pub struct SweepAxis {
     /// The path of the field, as `--set` takes it.
     pub field: String,
     /// The values, in the order they are run.
     pub values: Vec<String>,
 }
 
-impl Axis {
+impl SweepAxis {
     /// Values as numbers, if all of them are finite ones.
     pub(super) fn numbers(&self) -> Option<Vec<f64>> {
         let numbers = self.values.iter().map(|value| number(value));
@@ -27,7 +27,7 @@ pub(super) fn number(value: &str) -> Option<f64> {
     number.filter(|number| number.is_finite())
 }
 
-impl std::str::FromStr for Axis {
+impl std::str::FromStr for SweepAxis {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -44,7 +44,7 @@ impl std::str::FromStr for Axis {
     }
 }
 
-impl From<&GridAxis> for Axis {
+impl From<&GridAxis> for SweepAxis {
     fn from(axis: &GridAxis) -> Self {
         Self {
             field: axis.field.clone(),
@@ -82,7 +82,7 @@ pub const MOST_RUNS: usize = 10_000;
 ///
 /// # Errors
 /// Too many runs, a duplicate value or axis, or several seeds where they are an axis already.
-pub(super) fn points(axes: &[Axis], seeds: usize) -> anyhow::Result<Vec<Vec<String>>> {
+pub(super) fn points(axes: &[SweepAxis], seeds: usize) -> anyhow::Result<Vec<Vec<String>>> {
     let runs = axes.iter().try_fold(seeds, |runs, axis| {
         let runs = runs.checked_mul(axis.values.len());
         runs.filter(|runs| *runs <= MOST_RUNS)
@@ -92,7 +92,7 @@ pub(super) fn points(axes: &[Axis], seeds: usize) -> anyhow::Result<Vec<Vec<Stri
             "sweep: received a grid of more than {MOST_RUNS} points, expected fewer values"
         ));
     }
-    for (n, Axis { field, values }) in axes.iter().enumerate() {
+    for (n, SweepAxis { field, values }) in axes.iter().enumerate() {
         if axes[..n].iter().any(|before| before.field == *field) {
             return wrong_argument(format!(
                 "sweep: received the field {field} twice, expected each once"
@@ -134,13 +134,13 @@ pub(super) const SEED: &str = "seed";
 mod tests {
     use super::*;
 
-    fn axes(texts: &[&str]) -> Vec<Axis> {
+    fn axes(texts: &[&str]) -> Vec<SweepAxis> {
         texts.iter().map(|text| text.parse().unwrap()).collect()
     }
 
     #[test]
     fn values_may_be_tables() {
-        let axis: Axis = "network.jitter={ normal-us = 5 },{ exponential-us = [1, 2] },3"
+        let axis: SweepAxis = "network.jitter={ normal-us = 5 },{ exponential-us = [1, 2] },3"
             .parse()
             .unwrap();
         assert_eq!(
@@ -148,13 +148,13 @@ mod tests {
             ["{ normal-us = 5 }", "{ exponential-us = [1, 2] }", "3"]
         );
         assert_eq!(axis.numbers(), None);
-        assert!("seed".parse::<Axis>().is_err());
-        assert!("seed=1,,2".parse::<Axis>().is_err());
+        assert!("seed".parse::<SweepAxis>().is_err());
+        assert!("seed=1,,2".parse::<SweepAxis>().is_err());
     }
 
     #[test]
     fn numbers_are_told_from_words() {
-        let numbers = |text: &str| text.parse::<Axis>().unwrap().numbers();
+        let numbers = |text: &str| text.parse::<SweepAxis>().unwrap().numbers();
         assert_eq!(numbers("a=-1,2.5,1_000"), Some(vec![-1.0, 2.5, 1000.0]));
         assert_eq!(numbers("a=1,inf"), None);
         assert_eq!(numbers("a=pt1,sync"), None);

@@ -4,7 +4,7 @@ use super::record::{FigureRow, RunRecord};
 use crate::figures::Units;
 
 /// The rows of one receiver, or of one slave, at one point with all seeds.
-pub(super) struct Group<'a> {
+pub(super) struct PointGroup<'a> {
     pub(super) receiver: &'a str,
     pub(super) slave: Option<&'a str>,
     pub(super) is_first: bool,
@@ -14,13 +14,13 @@ pub(super) struct Group<'a> {
 }
 
 /// Groups of a point, from its runs with their seeds.
-pub(super) fn groups(records: &[(u64, RunRecord)]) -> impl Iterator<Item = Group<'_>> {
+pub(super) fn groups(records: &[(u64, RunRecord)]) -> impl Iterator<Item = PointGroup<'_>> {
     // Runs that differ only in the seed have matching rows.
     let first = records
         .first()
         .into_iter()
         .flat_map(|(_, record)| &record.rows);
-    first.enumerate().map(|(n, row)| Group {
+    first.enumerate().map(|(n, row)| PointGroup {
         receiver: &row.receiver,
         slave: row.slave.as_deref(),
         is_first: row.is_first,

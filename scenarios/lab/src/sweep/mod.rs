@@ -22,21 +22,21 @@ use anyhow::Context;
 use coaxle_node::config::parse_table;
 use coaxle_os::exit::{Mistake, wrong_file};
 
-pub use self::grid::{Axis, MOST_RUNS};
-pub use self::outcome::{PointOutcome, Swept};
-pub use self::work::SoFar;
+pub use self::grid::{MOST_RUNS, SweepAxis};
+pub use self::outcome::{PointOutcome, SweepResult};
+pub use self::work::SweepProgress;
 use crate::catalog::Source;
-use crate::figures::Figure;
+use crate::figures::SummaryFigure;
 use crate::results_folder::ResultsFolder;
 use crate::scenario::Scenario;
-use store::{Identity, Store};
-use work::Run;
+use store::{Store, SweepIdentity};
+use work::SweepRun;
 
 /// Settings of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// The axes of the grid; the scenario's own if there are none.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<SweepAxis>,
     /// Fields to set at all points, each `path.to.field=value`.
     pub overrides: Vec<String>,
     /// Only these receivers, and those they follow; all if empty.
@@ -73,22 +73,22 @@ const MOST_BYTES: usize = 16 << 20;
 /// A scenario at every point of a grid, checked and ready to run.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    identity: Identity,
+    identity: SweepIdentity,
     title: String,
-    axes: Vec<Axis>,
+    axes: Vec<SweepAxis>,
     seeds: NonZeroUsize,
-    points: Vec<Point>,
+    points: Vec<SweepPoint>,
 }
 
 /// A point of the grid.
 #[derive(Clone, Debug)]
-struct Point {
+struct SweepPoint {
     /// A value for each axis.
     values: Vec<String>,
     scenario: Scenario,
 }
 
-impl Point {
+impl SweepPoint {
     /// The scenario with the n-th of its seeds.
     fn with_seed(&self, n: usize) -> anyhow::Result<Scenario> {
         let mut scenario = self.scenario.clone();
@@ -111,10 +111,10 @@ impl Point {
 /// # Errors
 /// A field or value that the scenario does not take.
 pub fn prepare(source: &Source, setup: &Setup) -> anyhow::Result<Prepared> {
-    let axes: Vec<Axis> = match setup.axes.as_slice() {
+    let axes: Vec<SweepAxis> = match setup.axes.as_slice() {
         [] => {
             let scenario = scenario_at(source, &[], &[], setup)?;
-            scenario.grid.iter().map(Axis::from).collect()
+            scenario.grid.iter().map(SweepAxis::from).collect()
         }
         axes => axes.to_vec(),
     };
@@ -122,9 +122,9 @@ pub fn prepare(source: &Source, setup: &Setup) -> anyhow::Result<Prepared> {
     check_bytes(source, grid.len())?;
     let points = grid.into_iter().map(|values| {
         let scenario = scenario_at(source, &axes, &values, setup)?;
-        Ok(Point { values, scenario })
+        Ok(SweepPoint { values, scenario })
     });
-    let points: Vec<Point> = points.collect::<anyhow::Result<_>>()?;
+    let points: Vec<SweepPoint> = points.collect::<anyhow::Result<_>>()?;
     let title = points.first().map(|point| point.scenario.title.clone());
     Ok(Prepared {
         identity: identity(source, &axes, setup)?,
@@ -135,10 +135,10 @@ pub fn prepare(source: &Source, setup: &Setup) -> anyhow::Result<Prepared> {
     })
 }
 
-fn identity(source: &Source, axes: &[Axis], setup: &Setup) -> anyhow::Result<Identity> {
+fn identity(source: &Source, axes: &[SweepAxis], setup: &Setup) -> anyhow::Result<SweepIdentity> {
     let mut table = parse_table(&source.file, &source.text)?;
     table.remove("sweep");
-    Ok(Identity {
+    Ok(SweepIdentity {
         scenario: source.name.clone(),
         fields: axes.iter().map(|axis| axis.field.clone()).collect(),
         set: setup.overrides.clone(),
@@ -162,7 +162,7 @@ fn check_bytes(source: &Source, points: usize) -> anyhow::Result<()> {
 
 fn scenario_at(
     source: &Source,
-    axes: &[Axis],
+    axes: &[SweepAxis],
     point: &[String],
     setup: &Setup,
 ) -> anyhow::Result<Scenario> {
@@ -195,7 +195,7 @@ impl Prepared {
 
     /// The axes of the grid.
     #[must_use]
-    pub fn axes(&self) -> &[Axis] {
+    pub fn axes(&self) -> &[SweepAxis] {
         &self.axes
     }
 
@@ -225,7 +225,7 @@ impl Prepared {
         notes.collect()
     }
 
-    /// Runs the points that the folder does not have yet, and leaves the results of all there. `hear` receives the progress, from
+    /// Runs the points that the folder does not have yet, and leaves the results of all there. `on_progress` receives the progress, from
     /// any of its threads, and returns whether to continue: if not, the results are those up to then.
     ///
     /// # Errors
@@ -234,23 +234,29 @@ impl Prepared {
     pub fn run(
         &self,
         options: &Options,
-        hear: &(dyn Fn(&SoFar) -> bool + Sync),
-    ) -> anyhow::Result<Swept> {
-        let figures = Figure::all();
+        on_progress: &(dyn Fn(&SweepProgress) -> bool + Sync),
+    ) -> anyhow::Result<SweepResult> {
+        let figures = SummaryFigure::all();
         plot::check_figure(options.figure.as_deref(), &figures)?;
         let folder = ResultsFolder::hold(&options.out)?;
         let store = Store::open(&folder, &self.identity, options.is_fresh)?;
         let runs = self.runs(&store)?;
-        work::run_missing(&self.identity.scenario, &self.points, &runs, &figures, hear)?;
+        work::run_missing(
+            &self.identity.scenario,
+            &self.points,
+            &runs,
+            &figures,
+            on_progress,
+        )?;
         results::write(self, &runs, &figures, folder, options)
     }
 
     /// Every point with each seed, in their order.
-    fn runs(&self, store: &Store) -> anyhow::Result<Vec<Run>> {
+    fn runs(&self, store: &Store) -> anyhow::Result<Vec<SweepRun>> {
         let runs = self.points.iter().enumerate().flat_map(|(n, point)| {
             (0..self.seeds.get()).map(move |nth_seed| {
                 let scenario = point.with_seed(nth_seed)?;
-                Ok(Run {
+                Ok(SweepRun {
                     point: n,
                     nth_seed,
                     seed: scenario.seed,

@@ -8,7 +8,7 @@ use crate::sweep::shown::ShownRows;
 
 /// Result of a sweep.
 #[derive(Debug)]
-pub struct Swept {
+pub struct SweepResult {
     /// Numbers of finished runs, and of all.
     pub runs: (usize, usize),
     /// The points that were run, in their order, with the expectations not met there.

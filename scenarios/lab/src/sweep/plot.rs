@@ -6,11 +6,11 @@
 use coaxle_node::signal::Kind;
 use coaxle_os::exit::wrong_argument;
 
-use super::grid::Axis;
-use super::group::Group;
+use super::grid::SweepAxis;
+use super::group::PointGroup;
 use super::shown::COLUMNS;
 use super::statistics::Statistics;
-use crate::figures::{Figure, Units};
+use crate::figures::{SummaryFigure, Units};
 
 /// First choice for a scenario with cuts.
 const CUTTING: &str = "slave.cut_length_error_max";
@@ -61,8 +61,8 @@ const MOST_PANELS: usize = 12;
 ///
 /// # Errors
 /// Names the figure that was not found, and those that contain its name.
-pub(super) fn check_figure(name: Option<&str>, figures: &[Figure]) -> anyhow::Result<()> {
-    let plotted = |figure: &&Figure| figure.kind != Kind::Text;
+pub(super) fn check_figure(name: Option<&str>, figures: &[SummaryFigure]) -> anyhow::Result<()> {
+    let plotted = |figure: &&SummaryFigure| figure.kind != Kind::Text;
     let Some(name) = name else {
         return Ok(());
     };
@@ -86,7 +86,7 @@ pub(super) fn check_figure(name: Option<&str>, figures: &[Figure]) -> anyhow::Re
 }
 
 /// A point: each field with its value.
-pub(super) fn point_name(axes: &[Axis], values: &[String]) -> String {
+pub(super) fn point_name(axes: &[SweepAxis], values: &[String]) -> String {
     let pairs = axes.iter().zip(values);
     let pairs: Vec<_> = pairs
         .map(|(axis, value)| format!("{}={value}", axis.field))
@@ -99,29 +99,33 @@ pub(super) fn point_name(axes: &[Axis], values: &[String]) -> String {
 
 /// Collects the plotted figures, point by point.
 pub(super) struct Plots<'a> {
-    axes: &'a [Axis],
+    axes: &'a [SweepAxis],
     points: usize,
-    drawn: Vec<Drawn<'a>>,
+    drawn: Vec<PlottedFigure<'a>>,
 }
 
 /// A figure, and its statistics for each receiver or slave at each point.
-struct Drawn<'a> {
-    figure: &'a Figure,
+struct PlottedFigure<'a> {
+    figure: &'a SummaryFigure,
     series: Vec<(String, Vec<Option<Statistics>>)>,
 }
 
 impl<'a> Plots<'a> {
     /// Plots of the named figure and the usual ones.
-    pub(super) fn new(axes: &'a [Axis], figures: &'a [Figure], wanted: Option<&str>) -> Self {
+    pub(super) fn new(
+        axes: &'a [SweepAxis],
+        figures: &'a [SummaryFigure],
+        wanted: Option<&str>,
+    ) -> Self {
         let usual = [CUTTING, TIME_ERROR].into_iter();
         let usual = usual.chain(COLUMNS.map(|(_, name)| name));
-        let mut drawn: Vec<Drawn<'_>> = Vec::new();
+        let mut drawn: Vec<PlottedFigure<'_>> = Vec::new();
         for name in wanted.into_iter().chain(usual) {
             let is_new = drawn.iter().all(|drawn| drawn.figure.name != name);
             let figure = figures.iter().find(|figure| figure.name == name);
             if let (Some(figure), true) = (figure, is_new) {
                 let series = Vec::new();
-                drawn.push(Drawn { figure, series });
+                drawn.push(PlottedFigure { figure, series });
             }
         }
         let points = axes.iter().map(|axis| axis.values.len()).product();
@@ -133,8 +137,8 @@ impl<'a> Plots<'a> {
     }
 
     /// Takes the figures of a receiver or slave at the n-th point.
-    pub(super) fn add(&mut self, point: usize, group: &Group<'_>) {
-        for Drawn { figure, series } in &mut self.drawn {
+    pub(super) fn add(&mut self, point: usize, group: &PointGroup<'_>) {
+        for PlottedFigure { figure, series } in &mut self.drawn {
             let name = match (figure.is_of_slave, group.slave) {
                 (true, Some(slave)) => format!("{}.{slave}", group.receiver),
                 (false, _) if group.is_first => group.receiver.to_owned(),
@@ -164,7 +168,7 @@ impl<'a> Plots<'a> {
 }
 
 fn plot(
-    axes: &[Axis],
+    axes: &[SweepAxis],
     heading: String,
     series: Vec<(String, Vec<Option<Statistics>>)>,
 ) -> Option<Plot> {
@@ -209,7 +213,7 @@ fn plot(
 }
 
 /// Every combination of these axes: the axes' indices with a value's index each.
-fn combinations(axes: &[(usize, &Axis)]) -> Vec<Vec<(usize, usize)>> {
+fn combinations(axes: &[(usize, &SweepAxis)]) -> Vec<Vec<(usize, usize)>> {
     let mut all = vec![Vec::new()];
     for (n, axis) in axes {
         let longer = all.iter().flat_map(|begun: &Vec<(usize, usize)>| {
@@ -225,7 +229,7 @@ fn combinations(axes: &[(usize, &Axis)]) -> Vec<Vec<(usize, usize)>> {
 }
 
 /// Index of a point: the last axis runs fastest.
-fn index(axes: &[Axis], point: &[usize]) -> usize {
+fn index(axes: &[SweepAxis], point: &[usize]) -> usize {
     let places = axes.iter().zip(point);
     places.fold(0, |index, (axis, place)| index * axis.values.len() + place)
 }
@@ -233,7 +237,7 @@ fn index(axes: &[Axis], point: &[usize]) -> usize {
 impl Along {
     /// The field of an axis of the grid.
     #[must_use]
-    pub fn of(axis: &Axis) -> Self {
+    pub fn of(axis: &SweepAxis) -> Self {
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
         let numbers = axis.numbers();
         if let Some(numbers) = &numbers {
@@ -282,7 +286,7 @@ pub fn is_logarithmic(values: impl Iterator<Item = f64>) -> bool {
 mod tests {
     use super::*;
 
-    fn axes(texts: &[&str]) -> Vec<Axis> {
+    fn axes(texts: &[&str]) -> Vec<SweepAxis> {
         texts.iter().map(|text| text.parse().unwrap()).collect()
     }
 
@@ -338,7 +342,7 @@ mod tests {
 
     #[test]
     fn a_figure_that_there_is_not_is_named_with_those_like_it() {
-        let figures = Figure::all();
+        let figures = SummaryFigure::all();
         assert!(check_figure(Some("lag_us"), &figures).is_ok());
         for (name, part) in [
             ("ripple_settled", "velocity_ripple_settled_rms, "),

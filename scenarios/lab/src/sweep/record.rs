@@ -6,7 +6,7 @@ use coaxle_node::signal::Kind;
 use coaxle_recording::Value;
 use serde::{Deserialize, Serialize};
 
-use crate::figures::{Fields, Figure, Units};
+use crate::figures::{SummaryFields, SummaryFigure, Units};
 use crate::summary::{ReceiverSummary, Summary};
 use crate::verdict::Verdict;
 
@@ -39,7 +39,7 @@ pub(super) struct FigureRow {
 }
 
 impl RunRecord {
-    pub(super) fn of(summary: &Summary, figures: &[Figure]) -> Self {
+    pub(super) fn of(summary: &Summary, figures: &[SummaryFigure]) -> Self {
         let failed = summary.failed().map(Verdict::to_string);
         let rows = summary
             .receivers
@@ -53,14 +53,14 @@ impl RunRecord {
     }
 }
 
-fn rows_of(name: &str, receiver: &ReceiverSummary, figures: &[Figure]) -> Vec<FigureRow> {
-    let fields = Fields::of_receiver(receiver);
+fn rows_of(name: &str, receiver: &ReceiverSummary, figures: &[SummaryFigure]) -> Vec<FigureRow> {
+    let fields = SummaryFields::of_receiver(receiver);
     let slaves = receiver.slaves.iter().map(Some);
     // A receiver without slaves has a row, too.
     let none = receiver.slaves.is_empty().then_some(None);
     let slaves = slaves.chain(none).enumerate();
     let row = |(n, slave): (usize, Option<(&String, &_)>)| {
-        let of_slave = slave.map(|(_, slave)| Fields::of_slave(slave));
+        let of_slave = slave.map(|(_, slave)| SummaryFields::of_slave(slave));
         let known = figures.iter().filter_map(|figure| {
             let value = figure.value(&fields, of_slave.as_ref())?;
             Some((figure.name.clone(), stored(value)?))
@@ -89,7 +89,7 @@ fn stored(value: Value) -> Option<toml::Value> {
 
 impl FigureRow {
     /// Value of a figure; none where it is missing.
-    pub(super) fn value(&self, figure: &Figure) -> Option<Value> {
+    pub(super) fn value(&self, figure: &SummaryFigure) -> Option<Value> {
         let value = self.figures.get(&figure.name)?;
         match figure.kind {
             Kind::Number => value.as_float().map(Value::Number),
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn every_receiver_and_slave_has_a_row_which_toml_keeps_to_the_bit() {
-        let figures = Figure::all();
+        let figures = SummaryFigure::all();
         let record = RunRecord::of(&summary(), &figures);
         let names: Vec<_> = (record.rows.iter())
             .map(|row| (row.receiver.as_str(), row.slave.as_deref(), row.is_first))

@@ -1,14 +1,14 @@
 //! Results of a sweep in its folder, of the runs finished so far.
 
 use super::group::groups;
-use super::outcome::{PointOutcome, Swept};
+use super::outcome::{PointOutcome, SweepResult};
 use super::plot::{self, Plots};
 use super::record::RunRecord;
-use super::shown::Shown;
-use super::tables::Tables;
-use super::work::Run;
-use super::{Options, Point, Prepared, store};
-use crate::figures::{Figure, Units};
+use super::shown::ShownFigures;
+use super::tables::SweepTables;
+use super::work::SweepRun;
+use super::{Options, Prepared, SweepPoint, store};
+use crate::figures::{SummaryFigure, Units};
 use crate::results_folder::ResultsFolder;
 
 /// Writes the tables of the finished runs, and gathers the rows and plots to show. One point at a time is in memory.
@@ -17,19 +17,19 @@ use crate::results_folder::ResultsFolder;
 /// Names the file that cannot be written.
 pub(super) fn write(
     sweep: &Prepared,
-    runs: &[Run],
-    figures: &[Figure],
+    runs: &[SweepRun],
+    figures: &[SummaryFigure],
     folder: ResultsFolder,
     options: &Options,
-) -> anyhow::Result<Swept> {
+) -> anyhow::Result<SweepResult> {
     let (axes, name) = (sweep.axes.as_slice(), sweep.identity.scenario.as_str());
     let units = common_units(runs);
     let facts = [
         ("scenario", name.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
     ];
-    let mut tables = Tables::create(&folder, axes, figures, &units, facts)?;
-    let mut shown = Shown::new(axes, figures);
+    let mut tables = SweepTables::create(&folder, axes, figures, &units, facts)?;
+    let mut shown = ShownFigures::new(axes, figures);
     let mut plots = Plots::new(axes, figures, options.figure.as_deref());
     let (mut points, mut over) = (Vec::new(), 0);
     let of_points = runs.chunks(sweep.seeds.get());
@@ -49,7 +49,7 @@ pub(super) fn write(
         points.extend(outcome_of(sweep, point, &records));
     }
     tables.finish()?;
-    Ok(Swept {
+    Ok(SweepResult {
         runs: (over, runs.len()),
         points,
         tables: ["points.csv", "points.parquet", "summary.csv"]
@@ -62,13 +62,13 @@ pub(super) fn write(
 }
 
 /// Records of the finished ones of these runs, with their seeds.
-fn records_of(runs: &[Run]) -> Vec<(u64, RunRecord)> {
+fn records_of(runs: &[SweepRun]) -> Vec<(u64, RunRecord)> {
     let records = (runs.iter()).filter_map(|run| Some((run.seed, store::load(&run.place)?)));
     records.collect()
 }
 
 /// The units that all rows have.
-fn common_units(runs: &[Run]) -> Units {
+fn common_units(runs: &[SweepRun]) -> Units {
     let mut seen: Vec<(Units, bool)> = Vec::new();
     for record in runs.iter().filter_map(|run| store::load(&run.place)) {
         for row in record.rows {
@@ -84,7 +84,7 @@ fn common_units(runs: &[Run]) -> Units {
 /// Outcome of a point; none where no run is finished.
 fn outcome_of(
     sweep: &Prepared,
-    point: &Point,
+    point: &SweepPoint,
     records: &[(u64, RunRecord)],
 ) -> Option<PointOutcome> {
     let failures = records.iter().flat_map(|(seed, record)| {

@@ -1,9 +1,9 @@
 //! The figures of most interest, as people read them.
 
-use super::grid::Axis;
-use super::group::Group;
+use super::grid::SweepAxis;
+use super::group::PointGroup;
 use super::statistics::Statistics;
-use crate::figures::Figure;
+use crate::figures::SummaryFigure;
 use crate::number::significant;
 
 /// Heading of each column, and its figure.
@@ -19,8 +19,8 @@ pub(super) const COLUMNS: [(&str, &str); 8] = [
 ];
 
 /// A row for each point and receiver.
-pub(super) struct Shown<'a> {
-    figures: Vec<&'a Figure>,
+pub(super) struct ShownFigures<'a> {
+    figures: Vec<&'a SummaryFigure>,
     shown: ShownRows,
 }
 
@@ -35,8 +35,8 @@ pub struct ShownRows {
     pub rows: Vec<Vec<String>>,
 }
 
-impl<'a> Shown<'a> {
-    pub(super) fn new(axes: &[Axis], figures: &'a [Figure]) -> Self {
+impl<'a> ShownFigures<'a> {
+    pub(super) fn new(axes: &[SweepAxis], figures: &'a [SummaryFigure]) -> Self {
         let fields = axes.iter().map(|axis| axis.field.as_str());
         let headings = COLUMNS.map(|(heading, _)| heading);
         let header = fields.chain(["receiver"]).chain(headings);
@@ -54,7 +54,7 @@ impl<'a> Shown<'a> {
     }
 
     /// Appends a receiver at a point: of several seeds the medians.
-    pub(super) fn add(&mut self, point: &[String], group: &Group<'_>) {
+    pub(super) fn add(&mut self, point: &[String], group: &PointGroup<'_>) {
         if !group.is_first {
             return;
         }

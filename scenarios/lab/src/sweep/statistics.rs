@@ -1,7 +1,7 @@
 //! A figure over several seeds.
 
 use super::record::FigureRow;
-use crate::figures::{Figure, number};
+use crate::figures::{SummaryFigure, number};
 use crate::number::quantile;
 
 /// Statistics of a point's figure over its seeds.
@@ -21,7 +21,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// Statistics of corresponding rows with several seeds. None where no run has the figure, or it is a text.
-    pub(super) fn of(figure: &Figure, rows: &[&FigureRow]) -> Option<Self> {
+    pub(super) fn of(figure: &SummaryFigure, rows: &[&FigureRow]) -> Option<Self> {
         let values = rows.iter().filter_map(|row| row.value(figure));
         let mut values: Vec<f64> = values.filter_map(|value| number(&value)).collect();
         values.sort_by(f64::total_cmp);

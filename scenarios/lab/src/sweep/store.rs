@@ -19,7 +19,7 @@ use crate::scenario::Scenario;
 
 /// Identity of a sweep, whose points share one folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Identity {
+pub(super) struct SweepIdentity {
     /// The scenario's name.
     pub(super) scenario: String,
     /// The fields of the axes.
@@ -48,7 +48,7 @@ impl Store {
     /// The folder of another sweep, and files that cannot be read or written.
     pub(super) fn open(
         folder: &ResultsFolder,
-        identity: &Identity,
+        identity: &SweepIdentity,
         is_fresh: bool,
     ) -> anyhow::Result<Self> {
         let (all, path) = (folder.file(RUNS), folder.file(IDENTITY));
@@ -103,7 +103,7 @@ pub(super) fn keep(place: &Path, record: &RunRecord) -> anyhow::Result<()> {
     fs::rename(&unfinished, place).with_context(cannot)
 }
 
-impl Identity {
+impl SweepIdentity {
     /// Compares two identities. The error names the difference.
     fn check_same(&self, other: &Self) -> Result<(), String> {
         let list = |items: &[String]| match items {
@@ -130,7 +130,7 @@ impl Identity {
     }
 }
 
-fn read(path: &Path) -> anyhow::Result<Option<Identity>> {
+fn read(path: &Path) -> anyhow::Result<Option<SweepIdentity>> {
     let text = match fs::read_to_string(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         text => text.with_context(|| format!("cannot read {}", path.display()))?,
@@ -186,8 +186,8 @@ mod tests {
     use super::*;
     use crate::catalog;
 
-    fn identity() -> Identity {
-        Identity {
+    fn identity() -> SweepIdentity {
+        SweepIdentity {
             scenario: "beat".to_owned(),
             fields: vec!["network.loss".to_owned()],
             set: Vec::new(),
@@ -250,7 +250,7 @@ mod tests {
         let scratch = tempfile::tempdir().unwrap();
         let folder = ResultsFolder::hold(scratch.path()).unwrap();
         Store::open(&folder, &identity(), false).unwrap();
-        let other = |change: fn(&mut Identity)| {
+        let other = |change: fn(&mut SweepIdentity)| {
             let mut other = identity();
             change(&mut other);
             other

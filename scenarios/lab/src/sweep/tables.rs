@@ -8,32 +8,32 @@ use coaxle_node::signal::Kind;
 use coaxle_recording::Value;
 use coaxle_recording::export::{ParquetTable, TypedColumn};
 
-use super::grid::{self, Axis, SEED};
-use super::group::Group;
+use super::grid::{self, SEED, SweepAxis};
+use super::group::PointGroup;
 use super::record::FigureRow;
 use super::statistics::Statistics;
-use crate::figures::{Figure, Units};
+use crate::figures::{SummaryFigure, Units};
 use crate::results_folder::ResultsFolder;
 
 /// The tables, open.
-pub(super) struct Tables<'a> {
-    axes: &'a [Axis],
-    figures: &'a [Figure],
+pub(super) struct SweepTables<'a> {
+    axes: &'a [SweepAxis],
+    figures: &'a [SummaryFigure],
     has_seed: bool,
     points: csv::Writer<File>,
     parquet: ParquetTable<File>,
     summary: csv::Writer<File>,
 }
 
-impl<'a> Tables<'a> {
+impl<'a> SweepTables<'a> {
     /// Creates the files. `units` are those of all rows together.
     ///
     /// # Errors
     /// Names the file that cannot be written.
     pub(super) fn create(
         folder: &ResultsFolder,
-        axes: &'a [Axis],
-        figures: &'a [Figure],
+        axes: &'a [SweepAxis],
+        figures: &'a [SummaryFigure],
         units: &Units,
         facts: [(&str, String); 2],
     ) -> anyhow::Result<Self> {
@@ -85,7 +85,11 @@ impl<'a> Tables<'a> {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub(super) fn summary(&mut self, point: &[String], group: &Group<'_>) -> anyhow::Result<()> {
+    pub(super) fn summary(
+        &mut self,
+        point: &[String],
+        group: &PointGroup<'_>,
+    ) -> anyhow::Result<()> {
         let places: Vec<_> = self.places(point).collect();
         for figure in self.figures {
             // A receiver's figures are written once.
@@ -140,7 +144,7 @@ const SUMMARY: [&str; 10] = [
     "receiver", "slave", "figure", "unit", "runs", "known", "median", "q05", "q95", "worst",
 ];
 
-fn columns(axes: &[Axis], figures: &[Figure], units: &Units) -> Vec<TypedColumn> {
+fn columns(axes: &[SweepAxis], figures: &[SummaryFigure], units: &Units) -> Vec<TypedColumn> {
     let column = |name: &str, kind, is_optional| TypedColumn {
         name: name.to_owned(),
         unit: String::new(),
@@ -173,12 +177,12 @@ fn columns(axes: &[Axis], figures: &[Figure], units: &Units) -> Vec<TypedColumn>
 }
 
 /// True if the seed has a column: not where it is an axis.
-fn has_seed(axes: &[Axis]) -> bool {
+fn has_seed(axes: &[SweepAxis]) -> bool {
     axes.iter().all(|axis| axis.field != SEED)
 }
 
 /// A value of an axis: a number where all of them are.
-fn place(axis: &Axis, value: &str) -> Value {
+fn place(axis: &SweepAxis, value: &str) -> Value {
     let number = grid::number(value).filter(|_| axis.numbers().is_some());
     number.map_or_else(|| Value::Text(value.to_owned()), Value::Number)
 }

@@ -6,8 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use anyhow::Context;
 
 use super::record::RunRecord;
-use super::{Point, store};
-use crate::figures::Figure;
+use super::{SweepPoint, store};
+use crate::figures::SummaryFigure;
 use crate::finished::Progress;
 use crate::run::judged;
 use crate::scenario::Scenario;
@@ -16,7 +16,7 @@ use crate::virtual_time;
 
 /// A point with a seed.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
+pub(super) struct SweepRun {
     /// Index of the point.
     pub(super) point: usize,
     /// Index of the seed, and the seed.
@@ -28,7 +28,7 @@ pub(super) struct Run {
 
 /// Progress of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SoFar {
+pub struct SweepProgress {
     /// Number of all runs of the sweep: points times seeds.
     pub runs: usize,
     /// Number of these that the folder had already.
@@ -42,9 +42,9 @@ pub struct SoFar {
 }
 
 /// State that the cores share.
-struct Shared<'a> {
-    waiting: std::vec::IntoIter<&'a Run>,
-    so_far: SoFar,
+struct SweepState<'a> {
+    waiting: std::vec::IntoIter<&'a SweepRun>,
+    so_far: SweepProgress,
     /// Progress of each core in its run.
     under_way: Vec<f64>,
     /// True to continue.
@@ -53,28 +53,28 @@ struct Shared<'a> {
 }
 
 /// Lets each core take the next run that is not begun, and write its record. The first error ends them all, and so does
-/// `hear` with false: runs under way are then left out.
+/// `on_progress` with false: runs under way are then left out.
 pub(super) fn run_missing(
     name: &str,
-    points: &[Point],
-    runs: &[Run],
-    figures: &[Figure],
-    hear: &(dyn Fn(&SoFar) -> bool + Sync),
+    points: &[SweepPoint],
+    runs: &[SweepRun],
+    figures: &[SummaryFigure],
+    on_progress: &(dyn Fn(&SweepProgress) -> bool + Sync),
 ) -> anyhow::Result<()> {
-    let missing: Vec<&Run> = (runs.iter())
+    let missing: Vec<&SweepRun> = (runs.iter())
         .filter(|run| store::load(&run.place).is_none())
         .collect();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let cores = cores.min(missing.len());
-    let so_far = SoFar {
+    let so_far = SweepProgress {
         runs: runs.len(),
         kept: runs.len() - missing.len(),
         done: 0,
         failed: 0,
         share: if missing.is_empty() { 1.0 } else { 0.0 },
     };
-    let shared = Mutex::new(Shared {
-        goes_on: hear(&so_far),
+    let shared = Mutex::new(SweepState {
+        goes_on: on_progress(&so_far),
         so_far,
         under_way: vec![0.0; cores],
         waiting: missing.into_iter(),
@@ -87,7 +87,7 @@ pub(super) fn run_missing(
                 Core {
                     number,
                     shared: &shared,
-                    hear,
+                    on_progress,
                 },
             );
             scope.spawn(move || {
@@ -106,12 +106,17 @@ pub(super) fn run_missing(
 /// A core, which also observes the progress of its run.
 struct Core<'s, 'a> {
     number: usize,
-    shared: &'s Mutex<Shared<'a>>,
-    hear: &'s (dyn Fn(&SoFar) -> bool + Sync),
+    shared: &'s Mutex<SweepState<'a>>,
+    on_progress: &'s (dyn Fn(&SweepProgress) -> bool + Sync),
 }
 
 impl<'a> Core<'_, 'a> {
-    fn work(mut self, name: &str, points: &[Point], figures: &[Figure]) -> anyhow::Result<()> {
+    fn work(
+        mut self,
+        name: &str,
+        points: &[SweepPoint],
+        figures: &[SummaryFigure],
+    ) -> anyhow::Result<()> {
         while let Some(run) = self.next() {
             let point = &points[run.point];
             let scenario = point.with_seed(run.nth_seed)?;
@@ -128,7 +133,7 @@ impl<'a> Core<'_, 'a> {
         Ok(())
     }
 
-    fn next(&self) -> Option<&'a Run> {
+    fn next(&self) -> Option<&'a SweepRun> {
         let mut shared = lock(self.shared);
         if shared.goes_on {
             shared.waiting.next()
@@ -142,7 +147,7 @@ impl<'a> Core<'_, 'a> {
         &mut self,
         name: &str,
         scenario: &Scenario,
-        figures: &[Figure],
+        figures: &[SummaryFigure],
     ) -> anyhow::Result<Option<RunRecord>> {
         let finished = virtual_time::run(scenario, &mut (), self)?;
         let summary = judged(name, scenario, World::Virtual, finished);
@@ -158,14 +163,14 @@ impl<'a> Core<'_, 'a> {
         self.tell(&mut shared);
     }
 
-    fn tell(&self, shared: &mut Shared<'_>) {
-        let SoFar {
+    fn tell(&self, shared: &mut SweepState<'_>) {
+        let SweepProgress {
             runs, kept, done, ..
         } = shared.so_far;
         let under_way: f64 = shared.under_way.iter().sum();
         let missing = (runs - kept) as f64;
         shared.so_far.share = ((done as f64 + under_way) / missing).min(1.0);
-        shared.goes_on &= (self.hear)(&shared.so_far);
+        shared.goes_on &= (self.on_progress)(&shared.so_far);
     }
 }
 

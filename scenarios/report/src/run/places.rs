@@ -1,6 +1,6 @@
 //! Where a run is kept cycle by cycle, of all receivers together.
 
-use coaxle_lab::curves::{Curves, Window};
+use coaxle_lab::curves::{CurveWindow, Curves};
 
 /// A part of the run, and what happened there.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub(super) struct Place {
 
 /// In order; what overlaps is one.
 pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
-    let mut windows: Vec<&Window> = curves.iter().flat_map(|curves| &curves.windows).collect();
+    let mut windows: Vec<&CurveWindow> = curves.iter().flat_map(|curves| &curves.windows).collect();
     windows.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     let mut places: Vec<Place> = Vec::new();
     for window in windows {
@@ -37,21 +37,21 @@ pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_lab::curves::Happened;
+    use coaxle_lab::curves::WindowEvent;
     use coaxle_node::config::Unit;
 
     #[test]
     fn what_overlaps_is_one_place() {
-        let window = |from_s, to_s, what| Window { from_s, to_s, what };
+        let window = |from_s, to_s, what| CurveWindow { from_s, to_s, what };
         let mut one = Curves::new("one", "sync", Unit::default(), 1e-3, []);
         let mut two = one.clone();
         one.windows = vec![
-            window(-0.1, 0.5, Happened::Start),
-            window(2.0, 3.0, Happened::Beat),
+            window(-0.1, 0.5, WindowEvent::Start),
+            window(2.0, 3.0, WindowEvent::Beat),
         ];
         two.windows = vec![
-            window(2.1, 2.8, Happened::Beat),
-            window(2.5, 4.0, Happened::Sync),
+            window(2.1, 2.8, WindowEvent::Beat),
+            window(2.5, 4.0, WindowEvent::Sync),
         ];
         let places = of(&[one, two]);
         let told: Vec<_> = places

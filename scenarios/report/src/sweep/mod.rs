@@ -7,13 +7,13 @@ mod svg;
 mod tests;
 
 use coaxle_lab::sweep::shown::ShownRows;
-use coaxle_lab::sweep::{Options, Prepared, SoFar, Swept};
+use coaxle_lab::sweep::{Options, Prepared, SweepProgress, SweepResult};
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
 pub use outcome::Outcome;
 
 /// Runs whatever the folder does not have yet, and leaves the results of all there, with plot and report, which has the command
-/// that repeats it. `hear` hears how far it is, as [`Prepared::run`] says.
+/// that repeats it. `on_progress` hears how far it is, as [`Prepared::run`] says.
 ///
 /// # Errors
 /// What [`Prepared::run`] fails with; a file that cannot be written.
@@ -21,16 +21,16 @@ pub fn run(
     sweep: &Prepared,
     options: &Options,
     command: &str,
-    hear: &(dyn Fn(&SoFar) -> bool + Sync),
+    on_progress: &(dyn Fn(&SweepProgress) -> bool + Sync),
 ) -> anyhow::Result<Outcome> {
-    let Swept {
+    let SweepResult {
         runs,
         points,
         tables,
         shown,
         plots,
         folder,
-    } = sweep.run(options, hear)?;
+    } = sweep.run(options, on_progress)?;
     let plot = folder.file("plot.svg");
     let plot = svg::write(&plot, sweep.scenario(), &plots)?.then_some(plot);
     let outcome = Outcome {

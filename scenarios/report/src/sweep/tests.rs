@@ -99,18 +99,18 @@ fn a_sweep_that_is_ended_goes_on_and_leaves_what_one_in_one_go_does() {
     let scratch = tempfile::tempdir().unwrap();
     let (ended, whole) = (scratch.path().join("ended"), scratch.path().join("whole"));
     let setup = setup(&[DRIFT, LOSS]);
-    let until_one = |so_far: &SoFar| so_far.done < 1;
+    let until_one = |so_far: &SweepProgress| so_far.done < 1;
     let first = super::run(&prepared(&setup), &options(&ended), "", &until_one).unwrap();
     assert!(!first.is_whole() && first.runs.0 >= 1, "{:?}", first.runs);
     assert_eq!(rows(&ended.join("points.csv")).len(), first.runs.0);
     assert!(first.report.exists());
 
     let kept = AtomicUsize::new(0);
-    let hear = |so_far: &SoFar| {
+    let on_progress = |so_far: &SweepProgress| {
         kept.store(so_far.kept, Ordering::Relaxed);
         true
     };
-    let second = super::run(&prepared(&setup), &options(&ended), "", &hear).unwrap();
+    let second = super::run(&prepared(&setup), &options(&ended), "", &on_progress).unwrap();
     assert!(second.is_whole());
     assert_eq!(kept.into_inner(), first.runs.0);
 
@@ -133,7 +133,7 @@ fn a_larger_grid_takes_over_what_there_is_and_another_sweep_is_refused() {
     let small = setup(&["network.loss=0.0"]);
     run(&small, scratch.path());
     let kept = AtomicUsize::new(0);
-    let hear = |so_far: &SoFar| {
+    let on_progress = |so_far: &SweepProgress| {
         kept.store(so_far.kept, Ordering::Relaxed);
         true
     };
@@ -141,7 +141,13 @@ fn a_larger_grid_takes_over_what_there_is_and_another_sweep_is_refused() {
         seeds: seeds(2),
         ..setup(&[LOSS])
     };
-    let outcome = super::run(&prepared(&larger), &options(scratch.path()), "", &hear).unwrap();
+    let outcome = super::run(
+        &prepared(&larger),
+        &options(scratch.path()),
+        "",
+        &on_progress,
+    )
+    .unwrap();
     assert_eq!((outcome.runs, kept.into_inner()), ((4, 4), 1));
     let other = prepared(&setup(&[DRIFT]));
     let refused = super::run(&other, &options(scratch.path()), "", &|_| true).unwrap_err();

@@ -13,7 +13,7 @@ use super::{load, new_file};
 
 /// Arguments of `coaxle cam export`.
 #[derive(Debug, Args)]
-pub struct ExportArgs {
+pub struct CamExportArgs {
     /// Cam file, TOML
     file: PathBuf,
     /// Format [default: by the ending of the output's name, CSV without one]
@@ -30,7 +30,7 @@ pub struct ExportArgs {
     output: Option<PathBuf>,
 }
 
-impl ExportArgs {
+impl CamExportArgs {
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<()> {
         let (cam, plate) = load(&self.file)?;
         let table = match self.increment {

@@ -23,7 +23,7 @@ use coaxle_report::inspect;
 
 /// Commands on a cam file.
 #[derive(Debug, Subcommand)]
-pub enum CamCommand {
+pub enum CamSubcommand {
     /// Check cam files
     Check {
         /// Cam files, TOML
@@ -37,7 +37,7 @@ pub enum CamCommand {
     /// Find the master positions at which the slave is somewhere
     Inverse(inverse::InverseArgs),
     /// Draw position, velocity, acceleration and jerk over the master, as a page for a browser
-    Plot(PlotArgs),
+    Plot(CamPlotArgs),
     /// Design a plate on a page in the browser, on this PC: docs/CAMS.md
     Edit(Box<edit::CamEditArgs>),
     /// Advise the law that meets the slave's limits with the least velocity, acceleration, jerk or torque
@@ -45,12 +45,12 @@ pub enum CamCommand {
     /// Make a cam file of a point table: CSV, or an array in the structured text of a PLC
     Import(import::ImportArgs),
     /// Write the points of a cam file as CSV or as an array in the structured text of a PLC
-    Export(export::ExportArgs),
+    Export(export::CamExportArgs),
 }
 
 /// Arguments of `coaxle cam plot`.
 #[derive(Debug, Args)]
-pub struct PlotArgs {
+pub struct CamPlotArgs {
     /// Cam file, TOML
     file: PathBuf,
     /// The page to write
@@ -64,9 +64,9 @@ pub struct PlotArgs {
 /// # Errors
 /// A cam file that makes no plate, naming file, point or row, and field; an inverse without a solution; an output
 /// that cannot be written.
-pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
+pub fn print(command: &CamSubcommand) -> anyhow::Result<bool> {
     match command {
-        CamCommand::Edit(args) => edit::run(args).map(|_| true),
+        CamSubcommand::Edit(args) => edit::run(args).map(|_| true),
         command => inspect::print(|out| run(command, out)),
     }
 }
@@ -75,21 +75,21 @@ pub fn print(command: &CamCommand) -> anyhow::Result<bool> {
 ///
 /// # Errors
 /// As [`print()`].
-pub fn run(command: &CamCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
+pub fn run(command: &CamSubcommand, out: &mut dyn Write) -> anyhow::Result<bool> {
     match command {
-        CamCommand::Check { files } => return check(files, out),
-        CamCommand::Values(args) => args.run(out)?,
-        CamCommand::Characteristics(args) => args.run(out)?,
-        CamCommand::Inverse(args) => args.run(out)?,
-        CamCommand::Plot(args) => {
+        CamSubcommand::Check { files } => return check(files, out),
+        CamSubcommand::Values(args) => args.run(out)?,
+        CamSubcommand::Characteristics(args) => args.run(out)?,
+        CamSubcommand::Inverse(args) => args.run(out)?,
+        CamSubcommand::Plot(args) => {
             let (cam, plate) = load(&args.file)?;
             inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
         }
-        CamCommand::Advise(args) => return args.run(out),
+        CamSubcommand::Advise(args) => return args.run(out),
         // A page is not written: `print` serves it.
-        CamCommand::Edit(_) => {}
-        CamCommand::Import(args) => args.run(out)?,
-        CamCommand::Export(args) => args.run(out)?,
+        CamSubcommand::Edit(_) => {}
+        CamSubcommand::Import(args) => args.run(out)?,
+        CamSubcommand::Export(args) => args.run(out)?,
     }
     Ok(true)
 }

@@ -35,7 +35,7 @@ pub(super) fn page(cam: &CamFile, plate: &Plate) -> anyhow::Result<String> {
 }
 
 fn charts(cam: &CamFile, plate: &Plate) -> Charts {
-    let marks = Mark::all(cam, plate);
+    let marks = CourseMark::all(cam, plate);
     Charts {
         along: master_heading(cam),
         headings: std::array::from_fn(|quantity| heading(cam, quantity)),
@@ -53,12 +53,12 @@ const MOST_MARKS: usize = 1_500;
 const SAMPLES: usize = 3_000;
 
 /// A place where the course may change abruptly.
-struct Mark {
+struct CourseMark {
     master: f64,
     label: String,
 }
 
-impl Mark {
+impl CourseMark {
     fn all(cam: &CamFile, plate: &Plate) -> Vec<Self> {
         let all: Vec<Self> = match &cam.shape {
             Shape::Points(points) => points_in_use(points).map(Self::of_point).collect(),
@@ -105,7 +105,7 @@ fn points_in_use(points: &[MotionPoint]) -> impl Iterator<Item = &MotionPoint> {
 }
 
 /// The whole course. At each mark it has the values of both sides, so that jumps are upright.
-fn course(plate: &Plate, marks: &[Mark]) -> Sampled {
+fn course(plate: &Plate, marks: &[CourseMark]) -> Sampled {
     let mut course = Sampled::default();
     let stretches = marks.len() - 1;
     let count = (SAMPLES / stretches).clamp(2, 500);
@@ -121,7 +121,7 @@ fn course(plate: &Plate, marks: &[Mark]) -> Sampled {
 }
 
 /// The marks, each with the values after it; the last one with those before.
-fn points(plate: &Plate, marks: &[Mark]) -> Sampled {
+fn points(plate: &Plate, marks: &[CourseMark]) -> Sampled {
     let (_, end) = plate.master_range();
     let mut points = Sampled::default();
     for mark in marks {

@@ -11,7 +11,7 @@ use crate::samples::{self, examples_of, figure_of, stands_alone};
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
-    command: CamCommand,
+    command: CamSubcommand,
 }
 
 fn folder() -> PathBuf {
@@ -102,7 +102,7 @@ fn the_knife_is_synchronous_around_the_cut() {
 #[test]
 fn a_check_says_what_a_file_is_and_goes_on_after_a_bad_one() {
     let good = folder().join("lift.toml");
-    let command = CamCommand::Check {
+    let command = CamSubcommand::Check {
         files: vec![good.clone(), folder(), good.clone()],
     };
     let mut out = Vec::new();
@@ -281,7 +281,7 @@ fn a_plot_of_a_long_table_stays_small() {
 }
 
 /// Result of `coaxle cam` with these words.
-fn told(words: &[&str]) -> Result<(bool, String), String> {
+fn output(words: &[&str]) -> Result<(bool, String), String> {
     let cli = Cli::try_parse_from([&["cam"], words].concat()).map_err(|error| error.to_string())?;
     let mut out = Vec::new();
     let good = run(&cli.command, &mut out).map_err(|error| format!("{error:#}"))?;
@@ -304,7 +304,7 @@ fn points_come_back_from_both_formats() {
             };
             let (table, again) = (path(ending), path(&format!("{ending}.toml")));
             let name = file.display().to_string();
-            told(&["export", &name, "-o", &table]).unwrap();
+            output(&["export", &name, "-o", &table]).unwrap();
             let course = coaxle_report::inspect::name(&cam.course);
             let mut words = vec!["import", &table, "-o", &again, "--course", &course];
             let interpolation = coaxle_report::inspect::name(&plate.interpolation());
@@ -312,7 +312,7 @@ fn points_come_back_from_both_formats() {
             if plate.table_type() == coaxle_plate::TableType::Equidistant {
                 words.push("--equidistant");
             }
-            told(&words).unwrap();
+            output(&words).unwrap();
             let (read, _) = load(Path::new(&again)).unwrap();
             assert_eq!(read.source(), cam.source(), "{name} by {ending}");
         }
@@ -364,7 +364,7 @@ fn an_import_takes_the_place_of_nothing_and_says_where_the_table_is_wrong() {
     };
     let good = write("good.csv", "0,0\n90,5\n");
     let taken = write("taken.toml", "mine");
-    let refused = told(&["import", &good, "-o", &taken]).unwrap_err();
+    let refused = output(&["import", &good, "-o", &taken]).unwrap_err();
     assert!(refused.contains("there already"), "{refused}");
     assert_eq!(std::fs::read_to_string(&taken).unwrap(), "mine");
     for (name, text, expected) in [
@@ -395,10 +395,10 @@ fn an_import_takes_the_place_of_nothing_and_says_where_the_table_is_wrong() {
         ),
     ] {
         let table = write(name, text);
-        let refused = told(&["import", &table]).unwrap_err();
+        let refused = output(&["import", &table]).unwrap_err();
         assert!(refused.contains(expected), "{refused}");
     }
-    let (_, text) = told(&["import", &good, "--title", "a \"b\"", "--table-id", "7"]).unwrap();
+    let (_, text) = output(&["import", &good, "--title", "a \"b\"", "--table-id", "7"]).unwrap();
     assert!(
         text.starts_with("title = 'a \"b\"'\ntable-id = 7\ncourse = \"linear\"\n"),
         "{text}"
@@ -424,20 +424,20 @@ fn more_points_than_a_cam_file_holds_are_left_in_a_csv_file_beside_it() {
             .collect::<String>()
             .replace("polynom5", "polynom7-mm");
     std::fs::write(path("points.csv"), &points).unwrap();
-    let told_to_output = told(&["import", &path("points.csv")]).unwrap_err();
+    let told_to_output = output(&["import", &path("points.csv")]).unwrap_err();
     assert!(told_to_output.contains("with --output"), "{told_to_output}");
 
-    told(&["import", &path("points.csv"), "-o", &path("big.toml")]).unwrap();
+    output(&["import", &path("points.csv"), "-o", &path("big.toml")]).unwrap();
     let text = std::fs::read_to_string(path("big.toml")).unwrap();
     assert!(text.ends_with("[points]\ncsv = \"big.csv\"\n"), "{text}");
     let (_, plate) = load(&scratch.path().join("big.toml")).unwrap();
     assert_eq!(plate.rows(), 60_000);
     // A table that lies there under that name already is named, and not written again.
-    told(&["import", &path("points.csv"), "-o", &path("points.toml")]).unwrap();
+    output(&["import", &path("points.csv"), "-o", &path("points.toml")]).unwrap();
     let (_, same) = load(&scratch.path().join("points.toml")).unwrap();
     assert_eq!(same.source(), plate.source());
     assert_eq!(std::fs::read_to_string(path("points.csv")).unwrap(), points);
-    let taken = told(&["import", &path("points.csv"), "-o", &path("big.toml")]).unwrap_err();
+    let taken = output(&["import", &path("points.csv"), "-o", &path("big.toml")]).unwrap_err();
     assert!(
         taken.contains("big.csv: received a file that is there already"),
         "{taken}"
@@ -453,7 +453,7 @@ fn a_law_is_advised_that_the_slave_can_follow() {
         "{text}"
     );
     let file = folder().join("lift.toml").display().to_string();
-    let (passes, text) = told(&[
+    let (passes, text) = output(&[
         "advise",
         &file,
         "--segment",
@@ -467,7 +467,7 @@ fn a_law_is_advised_that_the_slave_can_follow() {
         "{text}"
     );
     assert!(text.contains("too much acceleration"), "{text}");
-    let (passes, json) = told(&[
+    let (passes, json) = output(&[
         "advise",
         &file,
         "--segment",

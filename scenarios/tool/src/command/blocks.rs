@@ -10,12 +10,12 @@ use serde_json::Value;
 pub(super) struct Block {
     pub(super) name: String,
     pub(super) about: String,
-    pub(super) options: Vec<Field>,
+    pub(super) options: Vec<CommandOption>,
 }
 
 /// An option, and the field of the command that it sets.
 #[derive(Clone, Debug)]
-pub(super) struct Field {
+pub(super) struct CommandOption {
     pub(super) name: String,
     /// Path in the command, with dots.
     pub(super) path: String,
@@ -63,7 +63,13 @@ pub(super) fn blocks_of<T: JsonSchema>() -> Vec<Block> {
 }
 
 /// Adds the options of a part of a command, whose path is `of`.
-fn add_options(root: &Value, part: &Value, of: &str, is_required: bool, options: &mut Vec<Field>) {
+fn add_options(
+    root: &Value,
+    part: &Value,
+    of: &str,
+    is_required: bool,
+    options: &mut Vec<CommandOption>,
+) {
     let part = resolved(root, part);
     let required: Vec<_> = part["required"].as_array().into_iter().flatten().collect();
     for (name, field) in part["properties"].as_object().into_iter().flatten() {
@@ -73,7 +79,7 @@ fn add_options(root: &Value, part: &Value, of: &str, is_required: bool, options:
         if inner.get("properties").is_some() && alternatives(inner).is_none() {
             add_options(root, inner, &path, is_required, options);
         } else if name != RESERVED {
-            options.push(Field {
+            options.push(CommandOption {
                 name: option_of(&path),
                 help: help(root, field),
                 required: is_required,

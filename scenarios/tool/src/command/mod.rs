@@ -22,7 +22,7 @@ use coaxle_receiver::Mode;
 use coaxle_report::inspect::{self, shown};
 use serde::de::DeserializeOwned;
 
-use spelled::Spelled;
+use spelled::SpelledCommand;
 
 /// Addressee and command.
 #[derive(Debug, Args)]
@@ -41,7 +41,7 @@ pub struct CommandArgs {
     #[arg(long, value_name = "FAR NODE")]
     far: Option<FarName>,
     #[command(subcommand)]
-    spelled: Option<Spelled>,
+    spelled: Option<SpelledCommand>,
     /// The command as JSON, as the network has it: '{ "halt": {} }'
     #[arg(long, value_name = "JSON")]
     order: Option<String>,
@@ -108,9 +108,9 @@ impl CommandArgs {
             dry_run,
         };
         Ok(match self.spelled()? {
-            Some(Spelled::Slave(command)) => of_slave(*command).into(),
-            Some(Spelled::Cam(command)) => of_cam(command.clone()).into(),
-            Some(Spelled::Far(command)) => {
+            Some(SpelledCommand::Slave(command)) => of_slave(*command).into(),
+            Some(SpelledCommand::Cam(command)) => of_cam(command.clone()).into(),
+            Some(SpelledCommand::Far(command)) => {
                 let name = command.name();
                 return wrong_argument(format!(
                     "received {name} for a slave, expected --far with it"
@@ -132,10 +132,10 @@ impl CommandArgs {
 
     fn far_command(&self) -> anyhow::Result<FarCommand> {
         let of_slave = match self.spelled()? {
-            Some(Spelled::Far(command)) => return Ok(*command),
+            Some(SpelledCommand::Far(command)) => return Ok(*command),
             None => return self.read_order(),
-            Some(Spelled::Slave(command)) => command.name(),
-            Some(Spelled::Cam(command)) => command.name(),
+            Some(SpelledCommand::Slave(command)) => command.name(),
+            Some(SpelledCommand::Cam(command)) => command.name(),
         };
         wrong_argument(format!(
             "received {of_slave} with --far, expected a slave for it"
@@ -143,7 +143,7 @@ impl CommandArgs {
     }
 
     /// Absent where the command is given as JSON.
-    fn spelled(&self) -> anyhow::Result<Option<&Spelled>> {
+    fn spelled(&self) -> anyhow::Result<Option<&SpelledCommand>> {
         match (&self.spelled, &self.order) {
             (None, None) => {
                 wrong_argument("expected a command, or --order; see coaxle command --help")

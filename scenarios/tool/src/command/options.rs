@@ -3,7 +3,7 @@
 use clap::{Arg, ArgMatches, Command};
 use serde_json::{Map, Value, json};
 
-use super::blocks::{Block, Field};
+use super::blocks::{Block, CommandOption};
 
 /// Former names of options, by their present ones.
 const FORMER: [(&str, &str); 2] = [
@@ -18,7 +18,7 @@ pub(super) fn subcommand(block: &'static Block) -> Command {
         .args(block.options.iter().map(argument))
 }
 
-fn argument(field: &'static Field) -> Arg {
+fn argument(field: &'static CommandOption) -> Arg {
     let former = FORMER.iter().find(|(name, _)| *name == field.name);
     Arg::new(field.name.as_str())
         .long(field.name.as_str())

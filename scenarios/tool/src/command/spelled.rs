@@ -18,7 +18,7 @@ use super::options::{fields_of, subcommand};
 /// Built from the schema of the commands and read by the rules of the network, so that nothing about a
 /// command is written down twice.
 #[derive(Clone, Debug)]
-pub(super) enum Spelled {
+pub(super) enum SpelledCommand {
     Slave(slave::Command),
     Cam(CamCommand),
     Far(FarCommand),
@@ -33,7 +33,7 @@ static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| {
     blocks
 });
 
-impl Subcommand for Spelled {
+impl Subcommand for SpelledCommand {
     fn augment_subcommands(command: Command) -> Command {
         let power = Command::new(POWER)
             .about("MC_Power: give power, or take it away")
@@ -57,7 +57,7 @@ impl Subcommand for Spelled {
     }
 }
 
-impl FromArgMatches for Spelled {
+impl FromArgMatches for SpelledCommand {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let Some((name, options)) = matches.subcommand() else {
             return Err(clap::Error::new(ErrorKind::MissingSubcommand));
@@ -99,12 +99,12 @@ mod tests {
     use coaxle_slave::SyncPosition;
 
     fn parsed(line: &[&str]) -> Result<slave::Command, clap::Error> {
-        let command = Spelled::augment_subcommands(Command::new("command"));
+        let command = SpelledCommand::augment_subcommands(Command::new("command"));
         let matches = command.try_get_matches_from(["command"].iter().chain(line))?;
-        Spelled::from_arg_matches(&matches).map(|spelled| match spelled {
-            Spelled::Slave(command) => command,
-            Spelled::Cam(command) => panic!("{command:?}"),
-            Spelled::Far(command) => panic!("{command:?}"),
+        SpelledCommand::from_arg_matches(&matches).map(|spelled| match spelled {
+            SpelledCommand::Slave(command) => command,
+            SpelledCommand::Cam(command) => panic!("{command:?}"),
+            SpelledCommand::Far(command) => panic!("{command:?}"),
         })
     }
 

@@ -3,10 +3,13 @@
 use coaxle_host::transport::{host_and_port, is_over_udp};
 use coaxle_os::Firewall;
 
-use super::{Opening, note, shut};
+use super::{ConfigFinding, note, shut};
 
 /// Findings about the ports in `listens`: closed by the firewall, or a note if the firewall cannot be read.
-pub(super) fn of_ports(listens: &[String], firewall: &Result<Firewall, String>) -> Vec<Opening> {
+pub(super) fn of_ports(
+    listens: &[String],
+    firewall: &Result<Firewall, String>,
+) -> Vec<ConfigFinding> {
     let ports = listens.iter().filter_map(|endpoint| {
         let (_, port) = host_and_port(endpoint)?;
         (port > 0).then(|| (endpoint, port, is_over_udp(endpoint)))

@@ -18,9 +18,9 @@ use coaxle_os::exit::Exit;
 use coaxle_report::inspect;
 use serde_json::Value;
 
-use crate::web::Served;
+use crate::web::PageServer;
 use file::EditedFile;
-pub(crate) use server::Parts;
+pub(crate) use server::PageParts;
 
 /// The file, and the address of its page.
 #[derive(Clone, Debug, Args)]
@@ -63,18 +63,18 @@ pub(crate) trait Design: Send + 'static {
 }
 
 /// Polling interval of the interrupt.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Serves the page of a file until Ctrl-C.
 ///
 /// # Errors
 /// A file that cannot be read, or an address that is not available.
-pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: Parts) -> anyhow::Result<Exit> {
+pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: PageParts) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let served = open(args, design, parts)?;
     inspect::print_text(&format!("the page is at http://{}", served.address()))?;
     while !interrupt.is_asked() {
-        std::thread::park_timeout(LOOK);
+        std::thread::park_timeout(POLL_INTERVAL);
     }
     Ok(Exit::Done)
 }
@@ -83,12 +83,16 @@ pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: Parts) -> anyhow
 ///
 /// # Errors
 /// A file that cannot be read, or an address that is not available.
-pub(crate) fn open<D: Design>(args: &EditArgs, design: D, parts: Parts) -> anyhow::Result<Served> {
+pub(crate) fn open<D: Design>(
+    args: &EditArgs,
+    design: D,
+    parts: PageParts,
+) -> anyhow::Result<PageServer> {
     if !args.page.ip().is_loopback() {
         tracing::warn!("whoever reaches {} changes the file", args.page);
     }
     let file = EditedFile::open(&args.file, D::MOST_BYTES)?;
-    Served::open(args.page, server::routes(file, design, parts))
+    PageServer::open(args.page, server::routes(file, design, parts))
 }
 
 #[cfg(test)]

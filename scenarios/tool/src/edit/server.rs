@@ -18,7 +18,7 @@ use crate::web::{BASE_CSS, as_json, file, wrong};
 
 /// Parts of a page that differ between editors.
 #[derive(Clone, Copy)]
-pub(crate) struct Parts {
+pub(crate) struct PageParts {
     /// The document.
     pub(crate) html: &'static str,
     /// The page's script.
@@ -34,7 +34,7 @@ struct Editor<D> {
 /// Body of a request from the page.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Said {
+struct PageRequest {
     /// The page's view settings.
     #[serde(default)]
     asked: Value,
@@ -47,7 +47,7 @@ struct Said {
 
 type Shared<D> = Arc<Mutex<Editor<D>>>;
 
-pub(super) fn routes<D: Design>(edited: EditedFile, design: D, parts: Parts) -> Router {
+pub(super) fn routes<D: Design>(edited: EditedFile, design: D, parts: PageParts) -> Router {
     let text = edited
         .known()
         .map_or_else(|| design.template(), str::to_owned);
@@ -69,23 +69,23 @@ pub(super) fn routes<D: Design>(edited: EditedFile, design: D, parts: Parts) -> 
             get(|| file("text/javascript", include_str!("edit.js"))),
         )
         .route("/page.js", get(move || file("text/javascript", parts.js)))
-        .route("/do/{what}", post(said::<D>))
+        .route("/do/{what}", post(handle_request::<D>))
         .with_state(Arc::new(Mutex::new(editor)))
 }
 
-async fn said<D: Design>(
+async fn handle_request<D: Design>(
     State(editor): State<Shared<D>>,
     Path(what): Path<String>,
     body: String,
 ) -> Response {
-    let said: Said = match serde_json::from_str(&body) {
-        Ok(said) => said,
+    let request: PageRequest = match serde_json::from_str(&body) {
+        Ok(request) => request,
         Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
     };
     // Computing takes its time, and so does a node's response.
     let answered = tokio::task::spawn_blocking(move || {
         let mut editor = editor.lock().unwrap_or_else(PoisonError::into_inner);
-        editor.answer(&what, &said)
+        editor.respond(&what, &request)
     });
     match answered.await {
         Ok(Some(answer)) => as_json(&answer),
@@ -98,10 +98,10 @@ async fn said<D: Design>(
 }
 
 impl<D: Design> Editor<D> {
-    fn answer(&mut self, what: &str, said: &Said) -> Option<Value> {
+    fn respond(&mut self, what: &str, request: &PageRequest) -> Option<Value> {
         let done = match what {
             "view" => Ok(None),
-            "change" => self.change(said),
+            "change" => self.change(request),
             "undo" => {
                 self.history.undo();
                 Ok(None)
@@ -111,7 +111,10 @@ impl<D: Design> Editor<D> {
                 Ok(None)
             }
             "save" => self.save(),
-            "act" => self.design.act(self.history.now(), &said.change).map(Some),
+            "act" => self
+                .design
+                .act(self.history.now(), &request.change)
+                .map(Some),
             _ => return None,
         };
         let (refused, told) = match done {
@@ -120,7 +123,7 @@ impl<D: Design> Editor<D> {
         };
         let text = self.history.now();
         Some(json!({
-            "view": self.design.view(text, &said.asked),
+            "view": self.design.view(text, &request.asked),
             "text": text,
             "file": self.file.name(),
             "is_new": self.file.known().is_none(),
@@ -132,12 +135,12 @@ impl<D: Design> Editor<D> {
         }))
     }
 
-    fn change(&mut self, said: &Said) -> Result<Option<String>, String> {
-        let text = match said.change.get("text").and_then(Value::as_str) {
+    fn change(&mut self, request: &PageRequest) -> Result<Option<String>, String> {
+        let text = match request.change.get("text").and_then(Value::as_str) {
             Some(text) => text.to_owned(),
             None => self
                 .design
-                .changed(self.history.now(), &said.change, &said.asked)?,
+                .changed(self.history.now(), &request.change, &request.asked)?,
         };
         if text.len() as u64 > D::MOST_BYTES {
             let (received, most) = (text.len(), D::MOST_BYTES);
@@ -145,7 +148,7 @@ impl<D: Design> Editor<D> {
                 "received {received} bytes, expected at most {most}"
             ));
         }
-        self.history.change(text, said.gesture);
+        self.history.change(text, request.gesture);
         Ok(None)
     }
 

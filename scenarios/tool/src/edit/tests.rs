@@ -38,12 +38,12 @@ impl Design for Words {
     }
 }
 
-fn page(file: &Path) -> Served {
+fn page(file: &Path) -> PageServer {
     let args = EditArgs {
         file: file.to_owned(),
         page: "127.0.0.1:0".parse().unwrap(),
     };
-    let parts = Parts {
+    let parts = PageParts {
         html: "<!doctype html>the page",
         js: "'its script'",
     };
@@ -66,7 +66,7 @@ fn asked(address: SocketAddr, request: &str, headers: &str, body: &str) -> Strin
     answer
 }
 
-fn done(page: &Served, what: &str, said: &Value) -> Value {
+fn done(page: &PageServer, what: &str, said: &Value) -> Value {
     let headers = format!("Host: {}\r\nx-coaxle-page: 1\r\n", page.address());
     let answer = asked(
         page.address(),
@@ -189,7 +189,7 @@ fn a_file_that_cannot_be_read_is_not_edited() {
         file: folder.path().to_owned(),
         page: "127.0.0.1:0".parse().unwrap(),
     };
-    let parts = Parts { html: "", js: "" };
+    let parts = PageParts { html: "", js: "" };
     let refused = open(&args, Words, parts).err().unwrap().to_string();
     assert!(
         refused.contains("cannot be read: received a folder"),

@@ -18,7 +18,7 @@ use coaxle_node::config::TimingEndpoints;
 use coaxle_node::faults::check_clock;
 use coaxle_os::exit::Exit;
 
-use port::{PlcEnd, RingPort, Stop};
+use port::{PlcEnd, RingPort, StopFlag};
 use recorder::GatewayRecorder;
 
 /// Checks the config, or runs the gateway until its time is up or a signal comes, with something else on its transport.
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exi
         return args.say_ok().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
-    let stop = Arc::new(Stop::default());
+    let stop = Arc::new(StopFlag::default());
     let (port, end) = port::rings(&config, Arc::clone(&stop));
     let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
     let outcome = coaxle_host::run(setup(args, config, port, beside)?);

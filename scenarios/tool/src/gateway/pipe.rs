@@ -10,7 +10,7 @@ use coaxle_gateway::record_line::{head_line, read_line, write_line};
 use coaxle_gateway::{PlcOutput, PlcSample};
 use coaxle_os::machine;
 
-use super::port::{Link, OutputSlot, Outputs, PlcEnd, Samples, Stop};
+use super::port::{OutputSlot, PlcEnd, PlcLink, PlcOutputs, Samples, StopFlag};
 use super::thread;
 use super::udp::write_record;
 
@@ -28,11 +28,11 @@ pub(super) fn start(config: &GatewayConfig, end: PlcEnd) -> anyhow::Result<Vec<J
     } = end;
     let format = format(config.pipe.as_ref());
     if config.axes.is_empty() {
-        let _ = link.up();
+        let _ = link.connected();
     } else {
         let config = config.clone();
         let _reads = thread("plc-in", move || {
-            let reading = Reading {
+            let reading = PipeReader {
                 samples,
                 link,
                 config,
@@ -54,21 +54,21 @@ fn format(pipe: Option<&PipeConfig>) -> PipeFormat {
     pipe.map_or_else(PipeFormat::default, |pipe| pipe.format)
 }
 
-struct Reading {
+struct PipeReader {
     samples: Samples,
-    link: Arc<Link>,
+    link: Arc<PlcLink>,
     config: GatewayConfig,
 }
 
-impl Reading {
+impl PipeReader {
     fn work(mut self, format: PipeFormat, input: impl Read) {
-        let _ = self.link.up();
+        let _ = self.link.connected();
         let mut input = BufReader::new(input);
         let ended = match format {
             PipeFormat::Csv => self.read_lines(&mut input),
             PipeFormat::Binary => self.read_records(&mut input),
         };
-        self.link.down();
+        self.link.disconnected();
         match ended {
             Ok(()) => tracing::info!("standard input has ended: no more axes come"),
             Err(error) => tracing::error!(%error, "standard input cannot be read any more"),
@@ -96,7 +96,7 @@ impl Reading {
                 Ok::<_, coaxle_gateway::record_line::RecordLineError>(())
             });
             if let Err(error) = taken
-                && self.link.refused()
+                && self.link.count_refused()
             {
                 tracing::warn!(
                     "standard input, line {number}: {error}; others may be refused, too"
@@ -124,7 +124,7 @@ impl Reading {
 }
 
 /// Writes each record once, at once.
-fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: Outputs, stop: &Stop) {
+fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: PlcOutputs, stop: &StopFlag) {
     outputs.attach();
     let axes: Vec<&OutputAxisConfig> = config.output_axes().collect();
     let mut slot = OutputSlot::of(config);

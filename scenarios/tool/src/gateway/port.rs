@@ -15,13 +15,13 @@ use rtrb::{Consumer, Producer, RingBuffer};
 /// Samples that can wait for the node, and outputs for the PLC.
 const RING: usize = 64;
 /// Interval at which waiting threads check for the end.
-const GLANCE: Duration = Duration::from_millis(50);
+const STOP_POLL: Duration = Duration::from_millis(50);
 
 /// Ends the threads.
 #[derive(Debug, Default)]
-pub(super) struct Stop(AtomicBool);
+pub(super) struct StopFlag(AtomicBool);
 
-impl Stop {
+impl StopFlag {
     pub(super) fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -33,16 +33,16 @@ impl Stop {
     /// Sleeps, but not beyond the end.
     pub(super) fn sleep(&self, pause: Span) {
         let until = machine::now() + pause;
-        let glance = Span::from_nanos(GLANCE.as_nanos() as i64);
+        let poll = Span::from_nanos(STOP_POLL.as_nanos() as i64);
         while !self.is_set() && machine::now() < until {
-            machine::sleep_until(until.min(machine::now() + glance));
+            machine::sleep_until(until.min(machine::now() + poll));
         }
     }
 }
 
 /// State of the connection to the PLC, as the threads know it.
 #[derive(Debug, Default)]
-pub(super) struct Link {
+pub(super) struct PlcLink {
     is_up: AtomicBool,
     is_stopped: AtomicBool,
     connections: AtomicU32,
@@ -50,41 +50,41 @@ pub(super) struct Link {
     refused: AtomicU64,
 }
 
-impl Link {
+impl PlcLink {
     /// Marks the PLC as connected. Returns the number of the connection.
-    pub(super) fn up(&self) -> u32 {
+    pub(super) fn connected(&self) -> u32 {
         let before = self.connections.fetch_add(1, Ordering::Relaxed);
         self.is_up.store(true, Ordering::Relaxed);
         before + 1
     }
 
-    pub(super) fn down(&self) {
+    pub(super) fn disconnected(&self) {
         self.is_up.store(false, Ordering::Relaxed);
         self.is_stopped.store(false, Ordering::Relaxed);
     }
 
     /// Stores whether the PLC's runtime is stopped. True if that has changed.
-    pub(super) fn says_stopped(&self, is_stopped: bool) -> bool {
+    pub(super) fn set_stopped(&self, is_stopped: bool) -> bool {
         self.is_stopped.swap(is_stopped, Ordering::Relaxed) != is_stopped
     }
 
-    pub(super) fn torn(&self, samples: u64) {
+    pub(super) fn count_torn(&self, samples: u64) {
         self.torn.fetch_add(samples, Ordering::Relaxed);
     }
 
     /// Counts a received message that is no sample. True for the first one.
-    pub(super) fn refused(&self) -> bool {
+    pub(super) fn count_refused(&self) -> bool {
         self.refused.fetch_add(1, Ordering::Relaxed) == 0
     }
 }
 
 /// The end of the node.
 pub(super) struct RingPort {
-    samples: Consumer<Stamped>,
-    emptied: Producer<Stamped>,
+    samples: Consumer<StampedSample>,
+    emptied: Producer<StampedSample>,
     outputs: Producer<OutputSlot>,
     returned: Consumer<OutputSlot>,
-    link: Arc<Link>,
+    link: Arc<PlcLink>,
     /// Thread that sleeps until there is an output for the PLC.
     writer: Arc<std::sync::OnceLock<Thread>>,
 }
@@ -92,27 +92,27 @@ pub(super) struct RingPort {
 /// The end of the threads.
 pub(super) struct PlcEnd {
     pub(super) samples: Samples,
-    pub(super) outputs: Outputs,
-    pub(super) link: Arc<Link>,
-    pub(super) stop: Arc<Stop>,
+    pub(super) outputs: PlcOutputs,
+    pub(super) link: Arc<PlcLink>,
+    pub(super) stop: Arc<StopFlag>,
 }
 
 /// Samples on their way to the node.
 pub(super) struct Samples {
-    full: Producer<Stamped>,
-    empty: Consumer<Stamped>,
-    spare: Option<Stamped>,
+    full: Producer<StampedSample>,
+    empty: Consumer<StampedSample>,
+    spare: Option<StampedSample>,
 }
 
 /// Outputs for the PLC.
-pub(super) struct Outputs {
+pub(super) struct PlcOutputs {
     full: Consumer<OutputSlot>,
     empty: Producer<OutputSlot>,
     writer: Arc<std::sync::OnceLock<Thread>>,
 }
 
 /// A sample with its arrival by the machine's clock.
-struct Stamped {
+struct StampedSample {
     at: Instant<Machine>,
     sample: PlcSample,
 }
@@ -127,14 +127,14 @@ pub(super) struct OutputSlot {
 }
 
 /// The two ends.
-pub(super) fn rings(config: &GatewayConfig, stop: Arc<Stop>) -> (RingPort, PlcEnd) {
+pub(super) fn rings(config: &GatewayConfig, stop: Arc<StopFlag>) -> (RingPort, PlcEnd) {
     let axes = config.axes.len();
     let (full, samples) = RingBuffer::new(RING);
     let (mut emptied, empty) = RingBuffer::new(RING);
     let (output, output_full) = RingBuffer::new(RING);
     let (mut output_empty, returned) = RingBuffer::new(RING);
     for _ in 0..RING {
-        let stamped = Stamped {
+        let stamped = StampedSample {
             at: Instant::EPOCH,
             sample: PlcSample::of_axes(axes),
         };
@@ -142,7 +142,7 @@ pub(super) fn rings(config: &GatewayConfig, stop: Arc<Stop>) -> (RingPort, PlcEn
         let _ = emptied.push(stamped);
         let _ = output_empty.push(OutputSlot::of(config));
     }
-    let (link, writer) = (Arc::new(Link::default()), Arc::default());
+    let (link, writer) = (Arc::new(PlcLink::default()), Arc::default());
     let port = RingPort {
         samples,
         emptied,
@@ -157,7 +157,7 @@ pub(super) fn rings(config: &GatewayConfig, stop: Arc<Stop>) -> (RingPort, PlcEn
             empty,
             spare: None,
         },
-        outputs: Outputs {
+        outputs: PlcOutputs {
             full: output_full,
             empty: output_empty,
             writer,
@@ -194,7 +194,7 @@ impl Port for RingPort {
     }
 
     fn state(&self) -> LinkState {
-        let Link {
+        let PlcLink {
             is_up,
             is_stopped,
             connections,
@@ -232,7 +232,7 @@ impl Samples {
     }
 }
 
-impl Outputs {
+impl PlcOutputs {
     /// Registers this thread to be woken when there is an output.
     pub(super) fn attach(&self) {
         let _ = self.writer.set(std::thread::current());
@@ -243,7 +243,7 @@ impl Outputs {
         if self.take(slot) {
             return true;
         }
-        std::thread::park_timeout(GLANCE);
+        std::thread::park_timeout(STOP_POLL);
         self.take(slot)
     }
 

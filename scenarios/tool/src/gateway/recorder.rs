@@ -18,12 +18,12 @@ pub(super) struct GatewayRecorder {
     config: GatewayConfig,
     rows: Rows,
     newest: Option<GatewaySnapshot>,
-    said: Said,
+    logged: LoggedState,
 }
 
 /// State as last logged.
 #[derive(Clone, Copy, Default)]
-struct Said {
+struct LoggedState {
     is_synced: bool,
     runs: u64,
 }
@@ -34,23 +34,23 @@ impl GatewayRecorder {
             config: config.clone(),
             rows,
             newest: None,
-            said: Said::default(),
+            logged: LoggedState::default(),
         }
     }
 
     /// Logs changes since the last cycle.
-    fn tell(&mut self, signals: &GatewaySignals) {
+    fn log_changes(&mut self, signals: &GatewaySignals) {
         let node = &self.config.name;
-        if signals.plc_runs > self.said.runs {
-            if self.said.runs > 0 {
+        if signals.plc_runs > self.logged.runs {
+            if self.logged.runs > 0 {
                 let index = signals.plc_index;
                 tracing::warn!(%node, "the PLC goes on with index {index}: another run of it");
             }
-            self.said.runs = signals.plc_runs;
-            self.said.is_synced = false;
+            self.logged.runs = signals.plc_runs;
+            self.logged.is_synced = false;
         }
-        if signals.plc_synced != self.said.is_synced {
-            self.said.is_synced = signals.plc_synced;
+        if signals.plc_synced != self.logged.is_synced {
+            self.logged.is_synced = signals.plc_synced;
             match signals.plc_drift_ppm {
                 Some(drift) => tracing::info!(
                     %node,
@@ -75,7 +75,7 @@ impl Recorder<GatewaySnapshot> for GatewayRecorder {
         let snapshot = &record.snapshot;
         self.rows
             .row(record.ideal_start, record.woke, &snapshot.signals);
-        self.tell(&snapshot.signals.node);
+        self.log_changes(&snapshot.signals.node);
         match &mut self.newest {
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),

@@ -13,13 +13,13 @@ use coaxle_gateway::config::{GatewayConfig, HostPort, OutputAxisConfig, UdpConfi
 use coaxle_gateway::record::{RecordLengthError, read_record, record_len, write_image};
 use coaxle_os::{Machine, machine};
 
-use super::port::{Link, OutputSlot, Outputs, PlcEnd, Samples, Stop};
+use super::port::{OutputSlot, PlcEnd, PlcLink, PlcOutputs, Samples, StopFlag};
 use super::thread;
 
 /// Silence after which a PLC is away.
 const SILENCE: Span = Span::from_secs(1);
 /// Longest wait for a datagram between checks for the end.
-const GLANCE: Duration = Duration::from_millis(100);
+const RECEIVE_POLL: Duration = Duration::from_millis(100);
 
 /// Starts to listen and to send.
 pub(super) fn start(
@@ -50,7 +50,7 @@ pub(super) fn start(
         })?);
     } else {
         // Without received datagrams, nothing shows whether the PLC is there.
-        let _ = link.up();
+        let _ = link.connected();
     }
     if let Some(send_to) = &udp.send_to {
         let socket = sending(send_to)?;
@@ -66,7 +66,9 @@ fn listening(listen: &HostPort) -> anyhow::Result<UdpSocket> {
     let at = (listen.host(), listen.port().unwrap_or_default());
     let field = || format!("udp.listen: cannot listen on {}:{}", at.0, at.1);
     let socket = UdpSocket::bind(at).with_context(field)?;
-    socket.set_read_timeout(Some(GLANCE)).with_context(field)?;
+    socket
+        .set_read_timeout(Some(RECEIVE_POLL))
+        .with_context(field)?;
     Ok(socket)
 }
 
@@ -88,11 +90,11 @@ struct Receiving {
     layout: ImageLayout,
     axes: usize,
     samples: Samples,
-    link: Arc<Link>,
+    link: Arc<PlcLink>,
 }
 
 impl Receiving {
-    fn work(mut self, stop: &Stop) {
+    fn work(mut self, stop: &StopFlag) {
         // One byte more shows that one is too long.
         let mut bytes = vec![0; record_len(self.axes) + 1];
         let mut newest = None;
@@ -102,7 +104,7 @@ impl Receiving {
             match came {
                 Ok(length) if self.take(now, &bytes[..length]) => {
                     if newest.replace(now).is_none() {
-                        let _ = self.link.up();
+                        let _ = self.link.connected();
                         tracing::info!("datagrams of the PLC come");
                     }
                 }
@@ -116,7 +118,7 @@ impl Receiving {
             }
             if newest.is_some_and(|newest| now - newest > SILENCE) {
                 newest = None;
-                self.link.down();
+                self.link.disconnected();
                 tracing::warn!("no datagram of the PLC came for a second");
             }
         }
@@ -131,7 +133,7 @@ impl Receiving {
             Ok::<_, RecordLengthError>(())
         });
         if let Err(error) = &taken
-            && self.link.refused()
+            && self.link.count_refused()
         {
             tracing::warn!("a datagram was refused, and others may be: {error}");
         }
@@ -151,7 +153,7 @@ fn is_nothing(kind: ErrorKind) -> bool {
 }
 
 /// Sends each record once. One with an axis missing is none.
-fn send(config: &GatewayConfig, socket: &UdpSocket, mut outputs: Outputs, stop: &Stop) {
+fn send(config: &GatewayConfig, socket: &UdpSocket, mut outputs: PlcOutputs, stop: &StopFlag) {
     outputs.attach();
     let mut slot = OutputSlot::of(config);
     let axes: Vec<&OutputAxisConfig> = config.output_axes().collect();

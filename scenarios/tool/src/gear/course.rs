@@ -9,11 +9,11 @@ use coaxle_node::gear_file::GearFile;
 const SAMPLES: usize = 2_000;
 
 /// Ends of the master's way, with its turning point between them if it has one.
-pub(super) struct Way {
-    pub(super) turns: Vec<f64>,
+pub(super) struct MasterPath {
+    pub(super) ends: Vec<f64>,
 }
 
-impl Way {
+impl MasterPath {
     /// From somewhat before the engagement to somewhat behind the release.
     pub(super) fn of(gear: &FlyingGear, stretches: &[FlyingGearStretch; 2]) -> Self {
         let [engaging, releasing] = stretches;
@@ -31,12 +31,12 @@ impl Way {
             .fold(f64::NEG_INFINITY, f64::max);
         let room = ((last - first) * 0.15).max(f64::MIN_POSITIVE);
         let at = |ahead: f64| ahead * gear.master_direction();
-        let turns = match gear.returns() {
+        let ends = match gear.returns() {
             // Past the coupled stretch there is only a straight line.
             true => vec![at(first - room), at(last + 3.0 * room), at(first - room)],
             false => vec![at(first - room), at(last + room)],
         };
-        Self { turns }
+        Self { ends }
     }
 }
 
@@ -47,10 +47,10 @@ pub(super) fn course(
     stretches: &[FlyingGearStretch; 2],
 ) -> Vec<(f64, Motion)> {
     let mut gear = *gear;
-    let way = Way::of(&gear, stretches);
+    let path = MasterPath::of(&gear, stretches);
     let speed = file.master.velocity.abs();
     let mut places = Vec::new();
-    for leg in way.turns.windows(2) {
+    for leg in path.ends.windows(2) {
         let velocity = speed.copysign(leg[1] - leg[0]);
         for n in 0..=SAMPLES {
             let position = leg[0] + (leg[1] - leg[0]) * (n as f64 / SAMPLES as f64);

@@ -15,16 +15,16 @@ use serde_json::{Value, json};
 
 /// Commands on a gear file.
 #[derive(Debug, Subcommand)]
-pub enum GearCommand {
+pub enum GearSubcommand {
     /// Print where the gear engages and releases and the load on the slave, or why it is refused
-    Plan(PlanArgs),
+    Plan(GearPlanArgs),
     /// Draw position, velocity, acceleration and jerk of the slave, as a page for a browser
-    Plot(PlotArgs),
+    Plot(GearPlotArgs),
 }
 
 /// Arguments of `coaxle gear plan`.
 #[derive(Debug, Args)]
-pub struct PlanArgs {
+pub struct GearPlanArgs {
     /// Gear file, TOML
     file: PathBuf,
     /// As JSON with all digits
@@ -34,7 +34,7 @@ pub struct PlanArgs {
 
 /// Arguments of `coaxle gear plot`.
 #[derive(Debug, Args)]
-pub struct PlotArgs {
+pub struct GearPlotArgs {
     /// Gear file, TOML
     file: PathBuf,
     /// The page to write
@@ -47,7 +47,7 @@ pub struct PlotArgs {
 ///
 /// # Errors
 /// A gear file that cannot be read, naming file and field; an output that cannot be written.
-pub fn print(command: &GearCommand) -> anyhow::Result<bool> {
+pub fn print(command: &GearSubcommand) -> anyhow::Result<bool> {
     inspect::print(|out| run(command, out))
 }
 
@@ -55,9 +55,9 @@ pub fn print(command: &GearCommand) -> anyhow::Result<bool> {
 ///
 /// # Errors
 /// As [`print()`].
-pub fn run(command: &GearCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
+pub fn run(command: &GearSubcommand, out: &mut dyn Write) -> anyhow::Result<bool> {
     match command {
-        GearCommand::Plan(args) => {
+        GearSubcommand::Plan(args) => {
             let file = GearFile::load(&args.file)?;
             let planned = file.gear();
             let answer = match (&planned, args.json) {
@@ -69,7 +69,7 @@ pub fn run(command: &GearCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             writeln!(out, "{answer}")?;
             Ok(planned.is_ok())
         }
-        GearCommand::Plot(args) => {
+        GearSubcommand::Plot(args) => {
             let file = GearFile::load(&args.file)?;
             match file.gear() {
                 Ok(gear) => inspect::write_plot(&args.output, &plot::page(&file, &gear)?, out)?,

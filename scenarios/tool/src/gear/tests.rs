@@ -10,7 +10,7 @@ fn gear(name: &str) -> (GearFile, coaxle_gear::FlyingGear) {
 fn planned(name: &str, json: bool) -> (bool, String) {
     let file = folder("gears").join(name);
     let mut out = Vec::new();
-    let good = run(&GearCommand::Plan(PlanArgs { file, json }), &mut out).unwrap();
+    let good = run(&GearSubcommand::Plan(GearPlanArgs { file, json }), &mut out).unwrap();
     (good, String::from_utf8(out).unwrap())
 }
 

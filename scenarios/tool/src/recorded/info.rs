@@ -18,10 +18,10 @@ pub(crate) struct InfoArgs {
 
 /// Content read so far.
 #[derive(Default)]
-struct Content {
+struct RecordingContent {
     facts: Facts,
     files: Vec<String>,
-    rows: BTreeMap<usize, Rows>,
+    rows: BTreeMap<usize, TableRows>,
     lines: u64,
     statuses: u64,
     inputs: u64,
@@ -29,7 +29,7 @@ struct Content {
 }
 
 /// The rows of a table.
-struct Rows {
+struct TableRows {
     count: u64,
     start_ns: i64,
     end_ns: i64,
@@ -41,14 +41,14 @@ struct Rows {
 /// Names the file that cannot be read.
 pub(crate) fn info(args: &InfoArgs) -> anyhow::Result<String> {
     let mut reader = Reader::new(open(&args.file)?);
-    let mut content = Content::default();
+    let mut content = RecordingContent::default();
     for item in reader.by_ref() {
         content.take(item);
     }
-    Ok(content.told(reader.tables()).join("\n"))
+    Ok(content.lines(reader.tables()).join("\n"))
 }
 
-impl Content {
+impl RecordingContent {
     fn take(&mut self, item: Result<Item, Damage>) {
         match item {
             Ok(Item::Facts(facts)) => self.facts.extend(facts),
@@ -65,7 +65,7 @@ impl Content {
     }
 
     fn row(&mut self, row: &Row) {
-        let rows = self.rows.entry(row.table).or_insert(Rows {
+        let rows = self.rows.entry(row.table).or_insert(TableRows {
             count: 0,
             start_ns: row.at_ns,
             end_ns: row.at_ns,
@@ -75,7 +75,7 @@ impl Content {
         rows.end_ns = rows.end_ns.max(row.at_ns);
     }
 
-    fn told(&self, tables: &[ReadTable]) -> Vec<String> {
+    fn lines(&self, tables: &[ReadTable]) -> Vec<String> {
         let facts = self.facts.iter();
         let mut lines: Vec<String> = facts
             .map(|(name, fact)| format!("{}: {}", one_line(name), one_line(fact)))

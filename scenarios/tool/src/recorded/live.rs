@@ -41,7 +41,7 @@ pub(crate) struct RecordArgs {
 /// Most pieces that wait to be written: a few seconds of ten nodes. Pieces beyond it are dropped and counted.
 const MOST_PIECES: usize = 1024;
 /// Polling interval of the interrupt.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Records the rows of the nodes from now on.
 ///
@@ -53,7 +53,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<Exit> {
     let recorded = status::gather(&watcher, &args.nodes).and_then(|seen| {
         let nodes: Vec<_> = seen.into_iter().map(|node| node.name).collect();
         let (pieces, declared) = subscribe(&**watcher.transport(), &nodes)?;
-        let mut files = Files::create(args.out.as_deref(), &nodes)?;
+        let mut files = JoinedFiles::create(args.out.as_deref(), &nodes)?;
         tracing::info!("recording to {}", files.path.display());
         let exit = take(args, &interrupt, &nodes, &pieces, &mut files)?;
         drop(declared);
@@ -102,12 +102,12 @@ fn take(
     interrupt: &Interrupt,
     nodes: &[NodeName],
     pieces: &Pieces,
-    files: &mut Files,
+    files: &mut JoinedFiles,
 ) -> anyhow::Result<Exit> {
     let end = args.record_for.map(|span| machine::now() + span);
     let mut watch = GrowthWatch::default();
     loop {
-        watch.look(machine::now(), &files.path);
+        watch.update(machine::now(), &files.path);
         if interrupt.is_asked() {
             // Without a time limit, an interrupt is the usual end.
             let is_early = end.is_some();
@@ -116,7 +116,7 @@ fn take(
         if end.is_some_and(|end| machine::now() >= end) {
             return Ok(Exit::Done);
         }
-        match pieces.recv_timeout(LOOK) {
+        match pieces.recv_timeout(POLL_INTERVAL) {
             Ok((n, piece)) => files.piece(&nodes[n], &piece)?,
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => bail!("the network is gone"),
@@ -137,7 +137,7 @@ struct GrowthWatch {
 }
 
 impl GrowthWatch {
-    fn look(&mut self, now: Instant<Machine>, path: &Path) {
+    fn update(&mut self, now: Instant<Machine>, path: &Path) {
         let since = now - *self.started.get_or_insert(now);
         let is_due = match self.from {
             None => since >= BEGINNING && since < WATCHED,
@@ -158,7 +158,7 @@ impl GrowthWatch {
 }
 
 /// The recording; and another one each time that a node shows other signals than before.
-struct Files {
+struct JoinedFiles {
     /// The first one, after which the others are named.
     first: PathBuf,
     path: PathBuf,
@@ -169,7 +169,7 @@ struct Files {
     finished: Vec<(PathBuf, Vec<JoinedNode>)>,
 }
 
-impl Files {
+impl JoinedFiles {
     fn create(out: Option<&Path>, nodes: &[NodeName]) -> anyhow::Result<Self> {
         let path = match (out, nodes) {
             (Some(out), _) => out.to_owned(),
@@ -292,7 +292,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.mcap");
         let saw = NodeName::new("saw").unwrap();
-        let mut files = Files::create(Some(&path), std::slice::from_ref(&saw)).unwrap();
+        let mut files = JoinedFiles::create(Some(&path), std::slice::from_ref(&saw)).unwrap();
         files.piece(&saw, &piece(1)).unwrap();
         files.piece(&saw, b"hello").unwrap();
         files.piece(&saw, &piece(2)).unwrap();
@@ -303,7 +303,9 @@ mod tests {
         assert_eq!(lines[0], "saw: 1 rows, 0 missing");
         assert!(lines[3].ends_with("a-2.mcap"), "{lines:?}");
         assert_eq!(lines[4], "1 messages were no pieces of a recording");
-        let error = Files::create(Some(&path), &[saw]).map(|_| ()).unwrap_err();
+        let error = JoinedFiles::create(Some(&path), &[saw])
+            .map(|_| ())
+            .unwrap_err();
         assert!(
             format!("{error:#}").contains("cannot create the recording"),
             "{error:#}"

@@ -112,9 +112,9 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     let exported = coaxle_recording::export::export(from, format, |tables, n| {
         let path = path_of(&one, tables.len(), &tables[n].name);
         let file = create(&args.file, &path).map_err(|error| {
-            let told = io::Error::other(error.to_string());
+            let text = io::Error::other(error.to_string());
             not_created = Some(error);
-            told
+            text
         })?;
         written.push(path);
         Ok(file)
@@ -125,7 +125,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     }
     let exported = exported.with_context(|| one.display().to_string())?;
     name_all(&one, &exported, &mut written)?;
-    Ok(told(&exported, &written))
+    Ok(export_text(&exported, &written))
 }
 
 /// In a recording of several nodes the second table may turn up when the first one has got its file already.
@@ -146,7 +146,7 @@ fn name_all(one: &Path, exported: &Exported, written: &mut [PathBuf]) -> anyhow:
     Ok(())
 }
 
-fn told(exported: &Exported, written: &[PathBuf]) -> String {
+fn export_text(exported: &Exported, written: &[PathBuf]) -> String {
     let mut lines = Vec::new();
     if written.is_empty() {
         lines.push("no row is in it".to_owned());
@@ -267,9 +267,9 @@ mod tests {
     #[test]
     fn each_table_gets_a_file_with_its_name() {
         let folder = tempfile::tempdir().unwrap();
-        let told = export(&exporting(&recording(folder.path(), 3))).unwrap();
+        let text = export(&exporting(&recording(folder.path(), 3))).unwrap();
         for name in ["line-saw.csv", "line-press_ram.csv"] {
-            assert!(told.contains(name), "{told}");
+            assert!(text.contains(name), "{text}");
             let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
             assert_eq!(text.lines().count(), 1 + 3);
             assert!(text.starts_with("at_ns,woke_ns,cycle,"), "{text}");
@@ -283,13 +283,13 @@ mod tests {
         let whole = std::fs::read(&file).unwrap();
         std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
         let out = None;
-        let told = recover(&RecoverArgs {
+        let text = recover(&RecoverArgs {
             file: file.clone(),
             out,
         });
-        let told = told.unwrap();
-        assert!(told.starts_with("kept "), "{told}");
-        assert!(told.contains("the file ends"), "{told}");
+        let text = text.unwrap();
+        assert!(text.starts_with("kept "), "{text}");
+        assert!(text.contains("the file ends"), "{text}");
         let recovered = folder.path().join("line-recovered.mcap");
         let content = info(&InfoArgs { file: recovered }).unwrap();
         assert!(content.contains("receiver saw: "), "{content}");
@@ -321,10 +321,10 @@ mod tests {
         let recovered = recover(&recovering).unwrap_err();
         let exported = export(&exporting(&file)).unwrap_err();
         for error in [recovered, exported] {
-            let told = lines_of(&error);
+            let text = lines_of(&error);
             assert!(
-                told[0].contains("expected a name that is not taken"),
-                "{told:?}"
+                text[0].contains("expected a name that is not taken"),
+                "{text:?}"
             );
         }
         for name in ["line-recovered.mcap", "line-press_ram.csv"] {

@@ -19,7 +19,7 @@ use coaxle_report::inspect;
 
 use super::{beside, create, open};
 use compare::compare;
-use node::Replayed;
+use node::ReplayedReceiver;
 
 /// Arguments of `coaxle replay`.
 #[derive(Debug, Args)]
@@ -54,7 +54,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
         replayed.seconds / took_s
     )];
     lines.extend(replayed.notes);
-    lines.extend(compared.told());
+    lines.extend(compared.lines());
     lines.push(format!("recording: {}", out.display()));
     inspect::print_text(&lines.join("\n"))?;
     let is_as_it_was = args.config.is_some() || compared.is_same();
@@ -62,7 +62,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
 }
 
 /// Result of a replay.
-struct Outcome {
+struct ReplayResult {
     cycles: u64,
     seconds: f64,
     /// Reservations about the comparison.
@@ -71,15 +71,15 @@ struct Outcome {
 
 /// Content of a recording before its first scan.
 #[derive(Default)]
-struct Known {
+struct ReplaySetup {
     facts: Facts,
     files: BTreeMap<String, Vec<u8>>,
 }
 
-fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<Outcome> {
+fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<ReplayResult> {
     let file = args.file.display();
-    let mut known = Known::default();
-    let mut replayed: Option<Replayed<_>> = None;
+    let mut known = ReplaySetup::default();
+    let mut replayed: Option<ReplayedReceiver<_>> = None;
     let mut broken = None;
     for item in Reader::new(open(&args.file)?) {
         match item {
@@ -121,14 +121,14 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<Outcome> {
         ));
     }
     let (cycles, seconds) = replayed.finish()?;
-    Ok(Outcome {
+    Ok(ReplayResult {
         cycles,
         seconds,
         notes,
     })
 }
 
-fn nothing_to_replay(file: &Path, known: &Known) -> anyhow::Error {
+fn nothing_to_replay(file: &Path, known: &ReplaySetup) -> anyhow::Error {
     let file = file.display();
     let text = match known.facts.get("role").map(String::as_str) {
         Some("receiver") => format!(
@@ -142,7 +142,11 @@ fn nothing_to_replay(file: &Path, known: &Known) -> anyhow::Error {
     Mistake::in_file(text).into()
 }
 
-fn start(args: &ReplayArgs, known: &Known, out: &Path) -> anyhow::Result<Replayed<std::fs::File>> {
+fn start(
+    args: &ReplayArgs,
+    known: &ReplaySetup,
+    out: &Path,
+) -> anyhow::Result<ReplayedReceiver<std::fs::File>> {
     let recorded = recorded_config(&args.file, known)?;
     let config = match &args.config {
         Some(path) => {
@@ -156,12 +160,12 @@ fn start(args: &ReplayArgs, known: &Known, out: &Path) -> anyhow::Result<Replaye
     let epoch = epoch.and_then(|epoch| u64::from_str_radix(epoch, 16).ok());
     let epoch = epoch.with_context(|| format!("{}: the run is not in it", args.file.display()))?;
     let to = create(&args.file, out)?;
-    Replayed::start(&config, epoch, to, &known.facts)
+    ReplayedReceiver::start(&config, epoch, to, &known.facts)
         .with_context(|| args.file.display().to_string())
 }
 
 /// The config in the recording; files that it names lie beside the recording.
-fn recorded_config(file: &Path, known: &Known) -> anyhow::Result<ReceiverConfig> {
+fn recorded_config(file: &Path, known: &ReplaySetup) -> anyhow::Result<ReceiverConfig> {
     let shown = file.display();
     let [(name, data)] = Vec::from_iter(&known.files)[..] else {
         let count = known.files.len();

@@ -20,26 +20,26 @@ const SLAVES: usize = 1;
 const OLDEST: Span = Span::from_secs(1);
 
 /// State of a followed node.
-pub(super) struct Followed {
+pub(super) struct FollowedNode {
     pub(super) name: NodeName,
     catalog: Catalog,
     sources: [Source; 3],
     /// Warnings already logged.
-    told: BTreeSet<String>,
+    logged: BTreeSet<String>,
 }
 
-impl Followed {
+impl FollowedNode {
     pub(super) fn new(name: &NodeName) -> Self {
         Self {
             name: name.clone(),
             catalog: Catalog::default(),
             sources: CHANNELS.map(|channel| Source::new(name.clone(), channel)),
-            told: BTreeSet::new(),
+            logged: BTreeSet::new(),
         }
     }
 
     /// Reads the axes from its status.
-    pub(super) fn look(&mut self, seen: &SeenNode) {
+    pub(super) fn refresh(&mut self, seen: &SeenNode) {
         let Some((_, status)) = &seen.status else {
             return;
         };
@@ -51,7 +51,7 @@ impl Followed {
         for joint in self.catalog.unknown_units() {
             let unit = joint.unit.as_deref().unwrap_or_default();
             let name = &joint.name;
-            if self.told.insert(format!("{name} {unit}")) {
+            if self.logged.insert(format!("{name} {unit}")) {
                 tracing::warn!(
                     "{name}: received the unit {unit:?}, expected one of {KNOWN}: its values are passed on as they are"
                 );
@@ -65,7 +65,7 @@ impl Followed {
             return;
         };
         let key = self.name.channel_key(CHANNELS[channel]);
-        if self.told.insert(format!("{key} {reason:?}")) {
+        if self.logged.insert(format!("{key} {reason:?}")) {
             tracing::warn!("{key}: a frame is refused: {reason}");
         }
     }

@@ -27,8 +27,8 @@ use coaxle_ros::moves::Moves;
 use coaxle_ros::source::Values;
 use coaxle_ros::trajectory::plan;
 
-use nodes::Nodes;
-use orders::Orders;
+use nodes::BridgedNodes;
+use orders::OrderThread;
 use topics::Topics;
 
 /// The nodes, and their representation in ROS.
@@ -74,9 +74,9 @@ fn period(text: &str) -> Result<Span, String> {
 }
 
 /// Interval of looking for nodes and reading their statuses.
-const LOOK: Span = Span::from_millis(250);
+const REFRESH_PERIOD: Span = Span::from_millis(250);
 /// Time after which missing nodes are logged.
-const PATIENCE: Span = Span::from_secs(5);
+const ABSENCE_TIMEOUT: Span = Span::from_secs(5);
 /// Longest wait between checks for the end and for trajectories.
 const LONGEST_WAIT: Span = Span::from_millis(10);
 
@@ -95,9 +95,9 @@ pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
     };
     let commander = Commander::over(Arc::clone(&transport), args.network.secure.as_deref())?;
     let mut bridge = Bridge {
-        nodes: Nodes::new(watcher),
+        nodes: BridgedNodes::new(watcher),
         topics: Topics::open(&*ros, &args.ros_node(&*ros), args.commands)?,
-        orders: Orders::start(commander)?,
+        orders: OrderThread::start(commander)?,
         moves: Moves::default(),
         values: match args.actual {
             true => Values::Actual,
@@ -144,9 +144,9 @@ impl Ros2Args {
 
 /// Bridge between the two networks.
 struct Bridge {
-    nodes: Nodes,
+    nodes: BridgedNodes,
     topics: Topics,
-    orders: Orders,
+    orders: OrderThread,
     moves: Moves,
     values: Values,
 }
@@ -154,25 +154,26 @@ struct Bridge {
 impl Bridge {
     fn run(&mut self, period: Span, interrupt: &Interrupt) {
         let began = machine::now();
-        let (mut next_tick, mut next_look) = (began, began);
-        let mut is_missed = false;
+        let (mut next_tick, mut next_refresh) = (began, began);
+        let mut is_absence_logged = false;
         while !interrupt.is_asked() {
             let now = machine::now();
-            if now >= next_look {
-                next_look = now + LOOK;
-                self.nodes.look();
-                if !is_missed && now - began > PATIENCE {
-                    is_missed = true;
-                    self.nodes.miss(PATIENCE);
+            if now >= next_refresh {
+                next_refresh = now + REFRESH_PERIOD;
+                self.nodes.refresh();
+                if !is_absence_logged && now - began > ABSENCE_TIMEOUT {
+                    is_absence_logged = true;
+                    self.nodes.log_absence(ABSENCE_TIMEOUT);
                 }
             }
             if now >= next_tick {
                 next_tick = (next_tick + period).max(now);
-                self.tell(now);
+                self.publish_joint_states(now);
             }
             self.take_trajectories(now);
-            self.give_orders(now);
-            self.nodes.hear(self.wait(now, next_tick.min(next_look)));
+            self.enqueue_orders(now);
+            self.nodes
+                .receive(self.wait(now, next_tick.min(next_refresh)));
         }
     }
 
@@ -187,7 +188,7 @@ impl Bridge {
     }
 
     /// Publishes the joint states received since the last call.
-    fn tell(&mut self, now: Instant<Machine>) {
+    fn publish_joint_states(&mut self, now: Instant<Machine>) {
         let unix = unix_offset();
         for state in self.nodes.joint_states(local(now), self.values, unix) {
             self.topics.publish(&state, unix_now(unix));
@@ -215,7 +216,7 @@ impl Bridge {
         }
     }
 
-    fn give_orders(&mut self, now: Instant<Machine>) {
+    fn enqueue_orders(&mut self, now: Instant<Machine>) {
         for trajectory in self.orders.refused() {
             self.moves.drop_rest(trajectory);
         }
@@ -227,7 +228,7 @@ impl Bridge {
         }
         for due in due {
             let trajectory = due.trajectory;
-            if !self.orders.give(due) {
+            if !self.orders.enqueue(due) {
                 tracing::warn!(
                     "trajectory {trajectory}: too many orders wait, so the rest is dropped"
                 );

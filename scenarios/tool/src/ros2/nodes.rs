@@ -13,7 +13,7 @@ use coaxle_ros::message::JointState;
 use coaxle_ros::source::{SlaveMotion, Values};
 use coaxle_ros::trajectory::Address;
 
-use super::followed::{CHANNELS, Followed};
+use super::followed::{CHANNELS, FollowedNode};
 use super::local;
 
 /// Most frames that wait: one without room is dropped, and the next one is newer.
@@ -22,7 +22,7 @@ const MOST_WAITING: usize = 1024;
 const MOST_NODES: usize = 1000;
 
 /// A received frame with its node.
-struct Heard {
+struct ReceivedFrame {
     node: usize,
     channel: usize,
     came: Instant<Machine>,
@@ -30,56 +30,56 @@ struct Heard {
 }
 
 /// The nodes that are followed.
-pub(super) struct Nodes {
+pub(super) struct BridgedNodes {
     watcher: Watcher,
-    followed: Vec<Followed>,
-    queue: SyncSender<Heard>,
-    heard: Receiver<Heard>,
+    followed: Vec<FollowedNode>,
+    queue: SyncSender<ReceivedFrame>,
+    received: Receiver<ReceivedFrame>,
     declared: Vec<Declared>,
     is_full: bool,
 }
 
-impl Nodes {
+impl BridgedNodes {
     pub(super) fn new(watcher: Watcher) -> Self {
-        let (queue, heard) = sync_channel(MOST_WAITING);
+        let (queue, received) = sync_channel(MOST_WAITING);
         Self {
             watcher,
             followed: Vec::new(),
             queue,
-            heard,
+            received,
             declared: Vec::new(),
             is_full: false,
         }
     }
 
     /// Follows each node that publishes a status, and reads it.
-    pub(super) fn look(&mut self) {
+    pub(super) fn refresh(&mut self) {
         for seen in self.watcher.seen() {
             if seen.status.is_none() {
                 continue;
             }
             let known = self.followed.iter().position(|node| node.name == seen.name);
             if let Some(node) = known.or_else(|| self.follow(&seen.name)) {
-                self.followed[node].look(&seen);
+                self.followed[node].refresh(&seen);
             }
         }
     }
 
     /// Logs that no node is there.
-    pub(super) fn miss(&self, patience: Span) {
+    pub(super) fn log_absence(&self, timeout: Span) {
         if self.followed.is_empty() {
             let place = self.watcher.whereabouts();
-            tracing::warn!("no node is there after {patience}, {place}; it is waited for");
+            tracing::warn!("no node is there after {timeout}, {place}; it is waited for");
         }
     }
 
     /// Takes the received frames; waits up to `wait` for the first one.
-    pub(super) fn hear(&mut self, wait: Duration) {
-        let first = self.heard.recv_timeout(wait).ok();
-        let rest = self.heard.try_iter().take(MOST_WAITING);
-        for heard in first.into_iter().chain(rest) {
-            let node = &mut self.followed[heard.node];
-            node.frame(heard.channel, local(heard.came), &heard.payload);
+    pub(super) fn receive(&mut self, wait: Duration) {
+        let first = self.received.recv_timeout(wait).ok();
+        let rest = self.received.try_iter().take(MOST_WAITING);
+        for received in first.into_iter().chain(rest) {
+            let node = &mut self.followed[received.node];
+            node.frame(received.channel, local(received.came), &received.payload);
         }
     }
 
@@ -118,7 +118,7 @@ impl Nodes {
             return None;
         }
         let node = self.followed.len();
-        self.followed.push(Followed::new(name));
+        self.followed.push(FollowedNode::new(name));
         match self.subscribe(name, node) {
             Ok(declared) => self.declared.extend(declared),
             Err(error) => tracing::warn!("{name}: {error:#}"),
@@ -134,7 +134,7 @@ impl Nodes {
             let queue = self.queue.clone();
             let on_bytes = move |came, payload: &[u8]| {
                 let payload = payload.to_vec();
-                let _ = queue.try_send(Heard {
+                let _ = queue.try_send(ReceivedFrame {
                     node,
                     channel,
                     came,

@@ -12,12 +12,12 @@ use coaxle_ros::moves::Due;
 const MOST_WAITING: usize = 1024;
 
 /// Sends orders, one after the other.
-pub(super) struct Orders {
+pub(super) struct OrderThread {
     queue: SyncSender<Due>,
     refused: Receiver<u64>,
 }
 
-impl Orders {
+impl OrderThread {
     /// # Errors
     /// The system refuses a thread.
     pub(super) fn start(commander: Commander) -> anyhow::Result<Self> {
@@ -25,13 +25,13 @@ impl Orders {
         let (refusals, refused) = channel();
         let thread = std::thread::Builder::new().name("orders".to_owned());
         thread
-            .spawn(move || give_all(&commander, &due, &refusals))
+            .spawn(move || send_all(&commander, &due, &refusals))
             .context("cannot start the thread of the orders")?;
         Ok(Self { queue, refused })
     }
 
     /// Queues an order; false if the queue is full.
-    pub(super) fn give(&self, due: Due) -> bool {
+    pub(super) fn enqueue(&self, due: Due) -> bool {
         self.queue.try_send(due).is_ok()
     }
 
@@ -42,14 +42,14 @@ impl Orders {
 }
 
 /// Sends orders until the queue is closed.
-fn give_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) {
+fn send_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) {
     let mut dropped = 0;
     for due in due {
         let trajectory = due.trajectory;
         if trajectory == dropped {
             continue;
         }
-        match give(commander, &due) {
+        match send(commander, &due) {
             Ok(()) => tracing::info!(
                 "trajectory {trajectory}: {} has {}",
                 due.joint,
@@ -67,7 +67,7 @@ fn give_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) 
     }
 }
 
-fn give(commander: &Commander, due: &Due) -> Result<(), String> {
+fn send(commander: &Commander, due: &Due) -> Result<(), String> {
     let answer = commander.send(&due.node, &CommandOrder::Slave(due.order));
     match answer.map_err(|error| format!("{error:#}"))?.verdict {
         CommandVerdict::Accepted { .. } => Ok(()),

@@ -10,7 +10,7 @@ use super::text::unit;
 
 /// Unit of a value.
 #[derive(Clone, Copy)]
-enum Unit {
+enum ValueUnit {
     MasterVelocity,
     Master,
     /// Unit of one of the [`QUANTITIES`](coaxle_report::inspect::QUANTITIES) of the slave.
@@ -19,10 +19,10 @@ enum Unit {
     Moment,
 }
 
-use Unit::{Master, MasterVelocity, Moment, Slave};
+use ValueUnit::{Master, MasterVelocity, Moment, Slave};
 
 /// The values in the order of `MC_FlyingSawCharacValues`, TS5055 12.3.2.
-const VALUES: [(&str, Unit); 31] = [
+const VALUES: [(&str, ValueUnit); 31] = [
     ("velocity of the master", MasterVelocity),
     ("master at the start", Master),
     ("slave at the start", Slave(0)),
@@ -56,7 +56,7 @@ const VALUES: [(&str, Unit); 31] = [
     ("effective acceleration", Slave(2)),
 ];
 
-impl Unit {
+impl ValueUnit {
     fn of(self, saw: &SawFile) -> String {
         match self {
             Self::MasterVelocity => format!("{}/s", saw.master_unit),
@@ -67,7 +67,10 @@ impl Unit {
     }
 }
 
-type Named = (((&'static str, &'static (&'static str, Unit)), f64), u32);
+type Named = (
+    ((&'static str, &'static (&'static str, ValueUnit)), f64),
+    u32,
+);
 
 /// PLC name, meaning and unit, value, number.
 fn named(values: &FlyingSawCharacteristics) -> impl Iterator<Item = Named> {

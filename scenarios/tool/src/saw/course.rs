@@ -7,27 +7,27 @@ use coaxle_saw::SawPlan;
 
 /// The slave's course along its variable: the master's position, or the time since the
 /// coupling moment.
-pub(super) struct Course<'a> {
+pub(super) struct SlaveCourse<'a> {
     plan: &'a SawPlan,
     /// Successive phases; none if the slave is synchronous already.
-    pub(super) phases: Vec<Phase>,
+    pub(super) phases: Vec<CoursePhase>,
 }
 
 /// A stretch of one law, from and to places along the course.
-pub(super) struct Phase {
+pub(super) struct CoursePhase {
     pub(super) law: String,
     pub(super) begin: f64,
     pub(super) end: f64,
 }
 
-impl<'a> Course<'a> {
+impl<'a> SlaveCourse<'a> {
     pub(super) fn of(plan: &'a SawPlan) -> Self {
         let phases = match plan.time_profile() {
             Some(profile) => {
                 let begins: Vec<f64> = profile.phase_begins().map(|begin| begin.0).collect();
                 let ends = begins.iter().skip(1).copied();
                 let ends = ends.chain([profile.duration().0]);
-                let phase = |(&begin, end)| Phase {
+                let phase = |(&begin, end)| CoursePhase {
                     law: "constant jerk".to_owned(),
                     begin,
                     end,
@@ -103,11 +103,11 @@ impl<'a> Course<'a> {
 }
 
 /// In the order in which the master passes them.
-fn phases_over_master(plan: &SawPlan) -> Vec<Phase> {
+fn phases_over_master(plan: &SawPlan) -> Vec<CoursePhase> {
     let points = plan.motion_points();
-    let mut phases: Vec<Phase> = points
+    let mut phases: Vec<CoursePhase> = points
         .windows(2)
-        .map(|pair| Phase {
+        .map(|pair| CoursePhase {
             law: name(&pair[0].function),
             begin: pair[0].master,
             end: pair[1].master,

@@ -17,18 +17,18 @@ use coaxle_report::inspect;
 
 /// Commands on a saw file.
 #[derive(Debug, Subcommand)]
-pub enum SawCommand {
+pub enum SawSubcommand {
     /// Print the profile and its characteristic values, or why it is refused
-    Plan(PlanArgs),
+    Plan(SawPlanArgs),
     /// Draw position, velocity, acceleration and jerk of the slave, as a page for a browser
-    Plot(PlotArgs),
+    Plot(SawPlotArgs),
     /// Move distances, speeds and limits on a page in the browser, on this PC: docs/SAWS.md
     Edit(edit::SawEditArgs),
 }
 
 /// Arguments of `coaxle saw plan`.
 #[derive(Debug, Args)]
-pub struct PlanArgs {
+pub struct SawPlanArgs {
     /// Saw file, TOML
     file: PathBuf,
     /// As JSON with all digits
@@ -38,7 +38,7 @@ pub struct PlanArgs {
 
 /// Arguments of `coaxle saw plot`.
 #[derive(Debug, Args)]
-pub struct PlotArgs {
+pub struct SawPlotArgs {
     /// Saw file, TOML
     file: PathBuf,
     /// The page to write
@@ -51,9 +51,9 @@ pub struct PlotArgs {
 ///
 /// # Errors
 /// A saw file that cannot be read, naming file and field; an output that cannot be written.
-pub fn print(command: &SawCommand) -> anyhow::Result<bool> {
+pub fn print(command: &SawSubcommand) -> anyhow::Result<bool> {
     match command {
-        SawCommand::Edit(args) => edit::run(args).map(|_| true),
+        SawSubcommand::Edit(args) => edit::run(args).map(|_| true),
         command => inspect::print(|out| run(command, out)),
     }
 }
@@ -62,9 +62,9 @@ pub fn print(command: &SawCommand) -> anyhow::Result<bool> {
 ///
 /// # Errors
 /// As [`print()`].
-pub fn run(command: &SawCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
+pub fn run(command: &SawSubcommand, out: &mut dyn Write) -> anyhow::Result<bool> {
     match command {
-        SawCommand::Plan(args) => {
+        SawSubcommand::Plan(args) => {
             let saw = SawFile::load(&args.file)?;
             let planned = saw.plan();
             let answer = match (&planned, args.json) {
@@ -76,7 +76,7 @@ pub fn run(command: &SawCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             writeln!(out, "{answer}")?;
             Ok(planned.is_ok())
         }
-        SawCommand::Plot(args) => {
+        SawSubcommand::Plot(args) => {
             let saw = SawFile::load(&args.file)?;
             match saw.plan() {
                 Ok(plan) => inspect::write_plot(&args.output, &plot::page(&saw, &plan)?, out)?,
@@ -88,7 +88,7 @@ pub fn run(command: &SawCommand, out: &mut dyn Write) -> anyhow::Result<bool> {
             Ok(true)
         }
         // A page is not written: `print` serves it.
-        SawCommand::Edit(_) => Ok(true),
+        SawSubcommand::Edit(_) => Ok(true),
     }
 }
 

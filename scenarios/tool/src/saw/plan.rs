@@ -7,7 +7,7 @@ use coaxle_saw::{SawForm, SawPlan};
 use serde_json::{Value, json};
 
 use super::characteristics;
-use super::course::Course;
+use super::course::SlaveCourse;
 use super::text::{command_name, description, heading};
 
 /// The plan for people.
@@ -52,7 +52,7 @@ pub(super) fn outline(saw: &SawFile, plan: &SawPlan) -> String {
 
 /// Beginnings of the phases, and the end of the last one.
 fn phases(saw: &SawFile, plan: &SawPlan) -> String {
-    let course = Course::of(plan);
+    let course = SlaveCourse::of(plan);
     let master = format!("master ({})", saw.master_unit);
     let [slave, velocity, acceleration] = [0, 1, 2].map(|quantity| heading(saw, quantity));
     let mut rows = table([
@@ -115,7 +115,7 @@ pub(super) fn json_of(saw: &SawFile, plan: &SawPlan) -> Value {
 }
 
 fn phases_json(plan: &SawPlan) -> Value {
-    let course = Course::of(plan);
+    let course = SlaveCourse::of(plan);
     let place = |along: f64| {
         let Motion {
             position,

@@ -5,7 +5,7 @@ use coaxle_report::inspect::{Charts, Line, Sampled};
 use coaxle_report::page::{Drawing, document, escaped, figure_element};
 use coaxle_saw::{SawCommand, SawPlan, SyncLimits, SyncMask};
 
-use super::course::{Course, Phase};
+use super::course::{CoursePhase, SlaveCourse};
 use super::plan::outline;
 use super::text::{description, heading, sync_mode};
 
@@ -19,7 +19,7 @@ pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> anyhow::Result<String> {
     } else {
         &saw.title
     };
-    let course = Course::of(plan);
+    let course = SlaveCourse::of(plan);
     let drawing = Drawing {
         id: "saw",
         title: if course.is_over_time() {
@@ -45,7 +45,7 @@ pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> anyhow::Result<String> {
 }
 
 /// The slave and its limits.
-pub(super) fn charts(saw: &SawFile, course: &Course<'_>) -> Charts {
+pub(super) fn charts(saw: &SawFile, course: &SlaveCourse<'_>) -> Charts {
     let begins = course.phases.iter().map(|phase| phase.begin);
     let mut marks = Sampled::default();
     for along in begins.chain([course.end()]) {
@@ -72,7 +72,7 @@ const SAMPLES: usize = 1_000;
 const TAIL: f64 = 0.15;
 
 /// The synchronisation and the beginning of the synchronous phase.
-fn sampled(saw: &SawFile, course: &Course<'_>) -> Sampled {
+fn sampled(saw: &SawFile, course: &SlaveCourse<'_>) -> Sampled {
     let mut sampled = Sampled::default();
     for phase in &course.phases {
         sample(&mut sampled, course, phase);
@@ -91,8 +91,8 @@ fn sampled(saw: &SawFile, course: &Course<'_>) -> Sampled {
 }
 
 /// A phase with its own values at both ends, so that jumps are upright.
-fn sample(sampled: &mut Sampled, course: &Course<'_>, phase: &Phase) {
-    let Phase { begin, end, .. } = *phase;
+fn sample(sampled: &mut Sampled, course: &SlaveCourse<'_>, phase: &CoursePhase) {
+    let CoursePhase { begin, end, .. } = *phase;
     sampled.push(begin, course.slave_at(inwards(begin, end)));
     for n in 1..SAMPLES {
         let along = begin + (end - begin) * (n as f64 / SAMPLES as f64);

@@ -1,6 +1,6 @@
 use serde_json::Value;
 
-use super::course::Course;
+use super::course::SlaveCourse;
 use super::*;
 use crate::samples::{examples_of, figure_of, folder, shipped, stands_alone};
 
@@ -14,7 +14,7 @@ fn example(name: &str) -> SawFile {
 fn answer(name: &str, json: bool) -> String {
     let file = folder("saws").join(name);
     let mut out = Vec::new();
-    run(&SawCommand::Plan(PlanArgs { file, json }), &mut out).expect("an answer");
+    run(&SawSubcommand::Plan(SawPlanArgs { file, json }), &mut out).expect("an answer");
     String::from_utf8(out).expect("text")
 }
 
@@ -49,7 +49,7 @@ fn phases_follow_each_other_from_the_start_to_the_synchronous_line() {
     for file in shipped("saws") {
         let saw = SawFile::load(&file).unwrap();
         let Ok(plan) = saw.plan() else { continue };
-        let course = Course::of(&plan);
+        let course = SlaveCourse::of(&plan);
         let mut along = course.start();
         for phase in &course.phases {
             assert_eq!(phase.begin, along, "{}", file.display());

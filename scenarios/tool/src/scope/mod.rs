@@ -24,7 +24,7 @@ use coaxle_os::Interrupt;
 use coaxle_os::exit::Exit;
 use coaxle_report::inspect;
 
-use crate::web::Served;
+use crate::web::PageServer;
 
 /// The nodes, and the page.
 #[derive(Debug, Args)]
@@ -76,7 +76,7 @@ impl OwnPageArgs {
 }
 
 /// Polling interval of the interrupt.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Serves the page until Ctrl-C.
 ///
@@ -89,7 +89,7 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     let scope = Scope::open(watcher, secure.as_deref(), &args.page)?;
     inspect::print_text(&format!("the page is at http://{}", scope.address()))?;
     while !interrupt.is_asked() {
-        std::thread::park_timeout(LOOK);
+        std::thread::park_timeout(POLL_INTERVAL);
     }
     scope.watcher.transport().close();
     Ok(Exit::Done)
@@ -98,7 +98,7 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
 /// A page that is served.
 pub(crate) struct Scope {
     watcher: Arc<Watcher>,
-    served: Served,
+    served: PageServer,
 }
 
 impl Scope {
@@ -129,7 +129,7 @@ impl Scope {
             .then(|| Commander::over(Arc::clone(transport), secure))
             .transpose()?;
         let routes = server::routes(Arc::clone(&watcher), commander);
-        let served = Served::open(page.page, routes)?;
+        let served = PageServer::open(page.page, routes)?;
         Ok(Self { watcher, served })
     }
 

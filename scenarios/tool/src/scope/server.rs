@@ -20,26 +20,26 @@ use serde::Deserialize;
 use serde_json::json;
 use tokio::sync::mpsc;
 
-use super::stream::{Blocks, channels};
+use super::stream::{Blocks, signals_of};
 use crate::status;
 use crate::web::{BASE_CSS, as_json, file, wrong};
 
 /// The page and the routes of its requests; without a commander, commands are refused.
 pub(super) fn routes(watcher: Arc<Watcher>, commander: Option<Commander>) -> Router {
-    with_state(Shared {
+    with_state(ScopeState {
         watcher,
         commander: commander.map(Arc::new),
     })
 }
 
 #[derive(Clone)]
-struct Shared {
+struct ScopeState {
     watcher: Arc<Watcher>,
     /// Absent where commands are off.
     commander: Option<Arc<Commander>>,
 }
 
-fn with_state(state: Shared) -> Router {
+fn with_state(state: ScopeState) -> Router {
     Router::new()
         .route("/", get(|| file("text/html", include_str!("page.html"))))
         .route("/base.css", get(|| file("text/css", BASE_CSS)))
@@ -69,7 +69,7 @@ fn with_state(state: Shared) -> Router {
 }
 
 /// The nodes with their statuses.
-async fn nodes(State(shared): State<Shared>) -> Response {
+async fn nodes(State(shared): State<ScopeState>) -> Response {
     let now = machine::now();
     let one = |node: &SeenNode| {
         let age = node
@@ -84,7 +84,7 @@ async fn nodes(State(shared): State<Shared>) -> Response {
     as_json(&json!({ "nodes": nodes, "commands": shared.commander.is_some() }))
 }
 
-async fn metrics(State(shared): State<Shared>) -> Response {
+async fn metrics(State(shared): State<ScopeState>) -> Response {
     let headers = [(header::CONTENT_TYPE, "text/plain; version=0.0.4")];
     let text = status::metrics(&shared.watcher.seen());
     (headers, text + "\n").into_response()
@@ -96,13 +96,13 @@ const FIRST_PIECE: Duration = Duration::from_secs(3);
 const MOST_PIECES: usize = 64;
 
 /// Signals of a node.
-async fn signals(State(shared): State<Shared>, Path(node): Path<String>) -> Response {
+async fn signals(State(shared): State<ScopeState>, Path(node): Path<String>) -> Response {
     let (mut pieces, _declared) = match subscribe(&shared, node) {
         Ok(subscribed) => subscribed,
         Err(refused) => return refused,
     };
     match tokio::time::timeout(FIRST_PIECE, pieces.recv()).await {
-        Ok(Some(piece)) => as_json(&json!(channels(&piece))),
+        Ok(Some(piece)) => as_json(&json!(signals_of(&piece))),
         _ => wrong(StatusCode::NOT_FOUND, "no row came of this node"),
     }
 }
@@ -118,7 +118,7 @@ const MOST_SIGNALS: usize = 1000;
 
 /// The rows of a node from now on, in blocks.
 async fn rows(
-    State(shared): State<Shared>,
+    State(shared): State<ScopeState>,
     Path(node): Path<String>,
     Query(wanted): Query<Wanted>,
 ) -> Response {
@@ -155,7 +155,7 @@ async fn rows(
     reason = "a response is what is wanted in either case"
 )]
 fn subscribe(
-    shared: &Shared,
+    shared: &ScopeState,
     node: String,
 ) -> Result<(mpsc::Receiver<Vec<u8>>, Declared), Response> {
     let node =
@@ -175,7 +175,11 @@ fn subscribe(
 }
 
 /// Sends an order, and returns the node's response.
-async fn order(State(shared): State<Shared>, Path(node): Path<String>, body: String) -> Response {
+async fn order(
+    State(shared): State<ScopeState>,
+    Path(node): Path<String>,
+    body: String,
+) -> Response {
     let Some(commander) = shared.commander else {
         let why = "commands are off: start it with --commands";
         return wrong(StatusCode::FORBIDDEN, why);

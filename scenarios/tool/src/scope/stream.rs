@@ -12,7 +12,7 @@ use serde::Serialize;
 
 /// A signal as the page has it.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Channel {
+pub(super) struct SignalInfo {
     pub(super) name: String,
     instance: String,
     group: String,
@@ -20,7 +20,7 @@ pub(super) struct Channel {
     is_word: bool,
 }
 
-impl Channel {
+impl SignalInfo {
     fn of(column: &Column) -> Self {
         Self {
             name: column.name(),
@@ -33,12 +33,12 @@ impl Channel {
 }
 
 /// The signals of a piece; none of a malformed one.
-pub(super) fn channels(piece: &[u8]) -> Vec<Channel> {
+pub(super) fn signals_of(piece: &[u8]) -> Vec<SignalInfo> {
     let mut reader = Reader::new(piece);
     reader.by_ref().for_each(drop);
     let tables = reader.tables().iter();
     let columns = tables.flat_map(|table| &table.columns);
-    columns.map(Channel::of).collect()
+    columns.map(SignalInfo::of).collect()
 }
 
 /// Makes blocks of pieces.
@@ -47,14 +47,14 @@ pub(super) struct Blocks {
     wanted: Vec<String>,
     /// Distinct words of each wanted signal so far, and how many of them the page knows.
     words: Vec<Vec<String>>,
-    told: Vec<usize>,
+    known_words: Vec<usize>,
     epoch: String,
     piece: u64,
 }
 
 /// In front of the numbers.
 #[derive(Debug, Serialize)]
-struct Head<'a> {
+struct BlockHead<'a> {
     rows: usize,
     signals: usize,
     /// The run of the node, and which of its pieces it is.
@@ -62,13 +62,13 @@ struct Head<'a> {
     piece: u64,
     /// For each wanted signal that has new words: the number of the first one, and they.
     words: BTreeMap<usize, (usize, &'a [String])>,
-    log: Vec<Line>,
+    log: Vec<BlockLogLine>,
     /// Wanted signals that the node does not have.
     unknown: Vec<&'a str>,
 }
 
 #[derive(Debug, Serialize)]
-struct Line {
+struct BlockLogLine {
     at: f64,
     level: &'static str,
     text: String,
@@ -82,7 +82,7 @@ impl Blocks {
     pub(super) fn of(wanted: Vec<String>) -> Self {
         Self {
             words: vec![Vec::new(); wanted.len()],
-            told: vec![0; wanted.len()],
+            known_words: vec![0; wanted.len()],
             wanted,
             epoch: String::new(),
             piece: 0,
@@ -113,7 +113,7 @@ impl Blocks {
                         values[n].push(self.number(n, value));
                     }
                 }
-                Item::Log(line) => log.push(Line {
+                Item::Log(line) => log.push(BlockLogLine {
                     at: seconds(line.at_ns, offset),
                     level: level(line.level),
                     text: line.text,
@@ -126,8 +126,8 @@ impl Blocks {
         }
         let places = places.unwrap_or_else(|| self.places(reader.tables()));
         let block = self.put(&times, &values, log, &places);
-        for (told, words) in self.told.iter_mut().zip(&self.words) {
-            *told = words.len();
+        for (known_words, words) in self.known_words.iter_mut().zip(&self.words) {
+            *known_words = words.len();
         }
         Some(block)
     }
@@ -136,20 +136,20 @@ impl Blocks {
         &self,
         times: &[f64],
         values: &[Vec<f64>],
-        log: Vec<Line>,
+        log: Vec<BlockLogLine>,
         places: &[Option<usize>],
     ) -> Vec<u8> {
-        let new = self.words.iter().zip(&self.told).enumerate();
-        let new = new.filter(|(_, (words, told))| words.len() > **told);
+        let new = self.words.iter().zip(&self.known_words).enumerate();
+        let new = new.filter(|(_, (words, known_words))| words.len() > **known_words);
         let unknown = self.wanted.iter().zip(places);
         let unknown = unknown.filter(|(_, place)| place.is_none());
-        let head = Head {
+        let head = BlockHead {
             rows: times.len(),
             signals: values.len(),
             epoch: &self.epoch,
             piece: self.piece,
             words: new
-                .map(|(n, (words, told))| (n, (*told, &words[*told..])))
+                .map(|(n, (words, known_words))| (n, (*known_words, &words[*known_words..])))
                 .collect(),
             log,
             unknown: unknown.map(|(name, _)| name.as_str()).collect(),

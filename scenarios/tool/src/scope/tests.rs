@@ -14,7 +14,7 @@ use coaxle_node::signal::Instance;
 use coaxle_recording::{Facts, Level, LogLine, Pieces, RowEncoder, Table};
 use coaxle_sender::signals::AxisSignals;
 
-use super::stream::{Blocks, channels};
+use super::stream::{Blocks, signals_of};
 use super::{PageArgs, Scope};
 
 fn table() -> Table {
@@ -57,7 +57,7 @@ fn taken_apart(block: &[u8]) -> (serde_json::Value, Vec<f64>) {
 fn a_block_has_what_was_asked_for() {
     let mut pieces = pieces();
     let first = piece(&mut pieces, 0, 3);
-    let names: Vec<_> = channels(&first).into_iter().map(|of| of.name).collect();
+    let names: Vec<_> = signals_of(&first).into_iter().map(|of| of.name).collect();
     assert!(names.contains(&"belt.1.position".to_owned()), "{names:?}");
     let wanted = ["belt.1.position", "belt.2.position"].map(str::to_owned);
     let mut blocks = Blocks::of(wanted.to_vec());

@@ -16,13 +16,13 @@ use super::folder::{
     AUTHORITY_FOLDER, read_authority, timing_key, write_authority, write_role, write_timing_key,
 };
 use super::member::{Member, Operator};
-use super::network::Network;
+use super::network::SecureNetwork;
 use super::profile::profile;
 use coaxle_host::credentials::{Authority, Validity};
 
 /// Commands of `coaxle secure`.
 #[derive(Debug, Subcommand)]
-pub enum SecureCommand {
+pub enum SecureSubcommand {
     /// Make a new authority, and a folder with certificate, key and rights for each node and operator
     Init(SecureArgs),
     /// Write the folders again with the authority that is there: before certificates expire, for a new node or
@@ -67,17 +67,17 @@ const AUTHORITY_DAYS: u16 = 20 * 365;
 ///
 /// # Errors
 /// A wrong config, members that make no network, folders that are there already or cannot be written.
-pub fn print(command: &SecureCommand) -> anyhow::Result<bool> {
+pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
     let now = machine::wall_clock();
     let (args, authority, only) = match command {
-        SecureCommand::Init(args) => {
+        SecureSubcommand::Init(args) => {
             let network = args.network()?;
             refuse_to_overwrite(&args.out, &network)?;
             let authority = Authority::new(Validity::days(now, AUTHORITY_DAYS))?;
             write_authority(&args.out, &authority)?;
             (args, authority, &[][..])
         }
-        SecureCommand::Renew(RenewArgs { network, only }) => {
+        SecureSubcommand::Renew(RenewArgs { network, only }) => {
             (network, read_authority(&network.out)?, &only[..])
         }
     };
@@ -96,26 +96,26 @@ pub fn print(command: &SecureCommand) -> anyhow::Result<bool> {
         write_timing_key(&args.out.join(node.name.as_str()), &timing_key)?;
     }
     inspect::print(|out| {
-        tell(&args.out, &network, is_meant, out)?;
+        write_instructions(&args.out, &network, is_meant, out)?;
         Ok(true)
     })
 }
 
 impl SecureArgs {
-    fn network(&self) -> anyhow::Result<Network> {
+    fn network(&self) -> anyhow::Result<SecureNetwork> {
         let nodes = self.configs.iter().map(|file| Member::load(file));
         let nodes = nodes.collect::<anyhow::Result<Vec<_>>>()?;
-        Network::new(nodes, self.operators.clone(), &self.addresses)
+        SecureNetwork::new(nodes, self.operators.clone(), &self.addresses)
             .or_else(|wrong| wrong_argument(wrong.to_string()))
     }
 }
 
-fn members(network: &Network) -> impl Iterator<Item = &NodeName> {
+fn members(network: &SecureNetwork) -> impl Iterator<Item = &NodeName> {
     let nodes = network.nodes().iter().map(|node| &node.name);
     nodes.chain(network.operators().iter().map(|operator| &operator.name))
 }
 
-fn refuse_to_overwrite(out: &Path, network: &Network) -> anyhow::Result<()> {
+fn refuse_to_overwrite(out: &Path, network: &SecureNetwork) -> anyhow::Result<()> {
     let names = members(network).map(NodeName::as_str);
     for name in names.chain([AUTHORITY_FOLDER]) {
         let folder = out.join(name);
@@ -129,7 +129,7 @@ fn refuse_to_overwrite(out: &Path, network: &Network) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn check_known(network: &Network, only: &[NodeName]) -> anyhow::Result<()> {
+fn check_known(network: &SecureNetwork, only: &[NodeName]) -> anyhow::Result<()> {
     for name in only {
         if !members(network).any(|known| known == name) {
             let known: Vec<_> = members(network).map(NodeName::as_str).collect();
@@ -143,9 +143,9 @@ fn check_known(network: &Network, only: &[NodeName]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn tell(
+fn write_instructions(
     folder: &Path,
-    network: &Network,
+    network: &SecureNetwork,
     is_meant: impl Fn(&NodeName) -> bool,
     out: &mut dyn Write,
 ) -> anyhow::Result<()> {

@@ -14,7 +14,7 @@ pub struct Addresses(BTreeMap<NodeName, BTreeSet<String>>);
 
 /// The address of a node cannot be determined.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongAddress {
+pub enum WrongNodeAddress {
     /// An address of an unknown node.
     #[error("--at: received the node {node:?}, expected one whose config is given")]
     UnknownNode {
@@ -26,7 +26,7 @@ pub enum WrongAddress {
         "node {node:?} connects to {endpoint:?}, and no config that is given listens on that port, \
          expected it among them"
     )]
-    Nobody {
+    NoListener {
         /// The connecting node.
         node: String,
         /// Endpoint of the connection.
@@ -54,12 +54,15 @@ const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
 
 impl Addresses {
     /// Collects the given addresses, those where nodes listen, and those that others connect to.
-    pub(super) fn of(nodes: &[Member], given: &[(NodeName, String)]) -> Result<Self, WrongAddress> {
+    pub(super) fn of(
+        nodes: &[Member],
+        given: &[(NodeName, String)],
+    ) -> Result<Self, WrongNodeAddress> {
         let mut hosts = Self::default();
         for (name, host) in given {
             if !nodes.iter().any(|node| node.name == *name) {
                 let node = name.to_string();
-                return Err(WrongAddress::UnknownNode { node });
+                return Err(WrongNodeAddress::UnknownNode { node });
             }
             hosts.add(name, host);
         }
@@ -122,7 +125,7 @@ impl Addresses {
         from: &Member,
         endpoint: &str,
         nodes: &[Member],
-    ) -> Result<(), WrongAddress> {
+    ) -> Result<(), WrongNodeAddress> {
         let Some((host, port)) = host_and_port(endpoint) else {
             return Ok(());
         };
@@ -134,14 +137,14 @@ impl Addresses {
         }
         let (node, endpoint) = (from.name.to_string(), endpoint.to_owned());
         match candidates[..] {
-            [] => Err(WrongAddress::Nobody { node, endpoint }),
+            [] => Err(WrongNodeAddress::NoListener { node, endpoint }),
             [only] => {
                 self.add(&only.name, host);
                 Ok(())
             }
             _ => {
                 let names: Vec<_> = candidates.iter().map(|node| node.name.as_str()).collect();
-                Err(WrongAddress::Ambiguous {
+                Err(WrongNodeAddress::Ambiguous {
                     node,
                     endpoint,
                     host: host.to_owned(),

@@ -1,6 +1,6 @@
 //! A secure network: an authority, certificates and rights.
 //!
-//! [`Network`] knows from the nodes' own configs which node follows which; [`Network::rights`] derives from that the
+//! [`SecureNetwork`] knows from the nodes' own configs which node follows which; [`SecureNetwork::rights`] derives from that the
 //! rights of each at each, and [`profile()`] writes them as a Zenoh config. [`Authority`] signs a certificate for every node
 //! and every operator. `docs/SECURE.md` describes the protection and its limits.
 
@@ -16,8 +16,8 @@ mod samples;
 
 pub use coaxle_host::credentials::{Authority, Issued, Validity};
 pub use folder::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE, write_authority, write_role};
-pub use hosts::{Addresses, WrongAddress};
+pub use hosts::{Addresses, WrongNodeAddress};
 pub use member::{Member, Operator};
-pub use network::{Network, WrongNetwork};
+pub use network::{SecureNetwork, WrongNetwork};
 pub use profile::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, profile};
-pub use rights::{Flow, Right};
+pub use rights::{MessageDirection, Right};

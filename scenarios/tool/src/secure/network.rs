@@ -3,12 +3,12 @@
 use coaxle_node::keys::NodeName;
 
 use super::folder::AUTHORITY_FOLDER;
-use super::hosts::{Addresses, WrongAddress};
+use super::hosts::{Addresses, WrongNodeAddress};
 use super::member::{Member, Operator};
 
 /// The nodes and the operators of a network.
 #[derive(Clone, Debug)]
-pub struct Network {
+pub struct SecureNetwork {
     pub(super) nodes: Vec<Member>,
     pub(super) operators: Vec<Operator>,
     pub(super) addresses: Addresses,
@@ -19,19 +19,19 @@ pub struct Network {
 pub enum WrongNetwork {
     /// Two members share a name.
     #[error("received the name {0:?} twice, expected one of its own for each node and operator")]
-    Twice(String),
+    Duplicate(String),
     /// A reserved name.
     #[error(
         "received the name {AUTHORITY_FOLDER:?}, expected another: the folder of that name is the authority's"
     )]
     Reserved,
     /// A node follows one whose config is missing.
-    #[error("node {hears:?} hears node {heard:?}, expected its config among those given")]
+    #[error("node {follower:?} hears node {followed:?}, expected its config among those given")]
     Missing {
         /// The follower.
-        hears: String,
+        follower: String,
         /// The followed node.
-        heard: String,
+        followed: String,
     },
     /// An operator of a node that is not there.
     #[error("operator {operator:?}: received the node {node:?}, expected some of: {known}")]
@@ -45,10 +45,10 @@ pub enum WrongNetwork {
     },
     /// An address cannot be determined.
     #[error(transparent)]
-    Address(#[from] WrongAddress),
+    Address(#[from] WrongNodeAddress),
 }
 
-impl Network {
+impl SecureNetwork {
     /// Puts a network together; `given` are addresses of nodes besides those of the configs.
     ///
     /// # Errors
@@ -62,12 +62,12 @@ impl Network {
         names.extend(operators.iter().map(|operator| &operator.name));
         names.sort();
         if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(WrongNetwork::Twice(pair[0].to_string()));
+            return Err(WrongNetwork::Duplicate(pair[0].to_string()));
         }
         if names.iter().any(|name| name.as_str() == AUTHORITY_FOLDER) {
             return Err(WrongNetwork::Reserved);
         }
-        check_heard(&nodes)?;
+        check_followed(&nodes)?;
         check_commanded(&nodes, &operators)?;
         let addresses = Addresses::of(&nodes, given)?;
         Ok(Self {
@@ -96,13 +96,13 @@ impl Network {
     }
 }
 
-fn check_heard(nodes: &[Member]) -> Result<(), WrongNetwork> {
+fn check_followed(nodes: &[Member]) -> Result<(), WrongNetwork> {
     for node in nodes {
-        for heard in &node.wiring.subscriptions {
-            if !nodes.iter().any(|other| other.name == heard.node) {
+        for followed in &node.wiring.subscriptions {
+            if !nodes.iter().any(|other| other.name == followed.node) {
                 return Err(WrongNetwork::Missing {
-                    hears: node.name.to_string(),
-                    heard: heard.node.to_string(),
+                    follower: node.name.to_string(),
+                    followed: followed.node.to_string(),
                 });
             }
         }
@@ -134,7 +134,9 @@ mod tests {
     fn refusal(nodes: &[&str], operators: &[&str]) -> String {
         let nodes = nodes.iter().map(|text| member(text)).collect();
         let operators = operators.iter().map(|text| operator(text)).collect();
-        Network::new(nodes, operators, &[]).unwrap_err().to_string()
+        SecureNetwork::new(nodes, operators, &[])
+            .unwrap_err()
+            .to_string()
     }
 
     #[test]

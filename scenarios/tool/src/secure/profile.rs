@@ -7,7 +7,7 @@ use coaxle_node::frame::{MAX_AXES, frame_capacity};
 use coaxle_node::keys::NodeName;
 use serde_json::json;
 
-use super::network::Network;
+use super::network::SecureNetwork;
 use super::rights::Right;
 
 /// The longest frame that passes: one with all axes that it may have, and some room.
@@ -27,7 +27,7 @@ const STATUSES_PER_S: f64 = 50.0;
 /// Writes the config; none if no member has that name. Files of certificates are not named: the program that loads it
 /// adds those beside it.
 #[must_use]
-pub fn profile(network: &Network, of: &NodeName) -> Option<String> {
+pub fn profile(network: &SecureNetwork, of: &NodeName) -> Option<String> {
     let rights = network.rights(of)?;
     let operator = network.operators().iter().any(|known| known.name == *of);
     let connect = if operator {
@@ -52,7 +52,7 @@ pub fn profile(network: &Network, of: &NodeName) -> Option<String> {
 
 /// Greatest number of sessions. A certificate allows a session. There are more than members, so that sessions about
 /// to close keep no other out.
-fn most_sessions(network: &Network) -> usize {
+fn most_sessions(network: &SecureNetwork) -> usize {
     2 * (network.nodes().len() + network.operators().len()) + 8
 }
 

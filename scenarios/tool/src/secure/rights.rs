@@ -6,12 +6,12 @@ use coaxle_node::wiring::{Publication, Subscription};
 use serde::Serialize;
 
 use super::member::{Member, Operator};
-use super::network::Network;
+use super::network::SecureNetwork;
 
 /// Direction of a message, as seen from the session that checks it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Flow {
+pub enum MessageDirection {
     /// From the other member.
     Ingress,
     /// To the other member.
@@ -24,7 +24,7 @@ pub struct Right {
     /// The other member: the common name of its certificate.
     pub of: NodeName,
     /// Direction of the messages.
-    pub flow: Flow,
+    pub flow: MessageDirection,
     /// Kinds of messages, as Zenoh calls them.
     pub messages: &'static [&'static str],
     /// Under these keys.
@@ -32,7 +32,7 @@ pub struct Right {
 }
 
 /// Published data: a subscriber declares itself, and receives it.
-const HEAR: &[&str] = &["declare_subscriber"];
+const SUBSCRIBE: &[&str] = &["declare_subscriber"];
 const PUBLISH: &[&str] = &["put"];
 /// Liveliness: a watcher subscribes or queries, and is notified.
 const WATCH: &[&str] = &["declare_liveliness_subscriber", "liveliness_query"];
@@ -42,7 +42,7 @@ const SERVE: &[&str] = &["declare_queryable"];
 const ORDER: &[&str] = &["query"];
 const REPLY: &[&str] = &["reply"];
 
-impl Network {
+impl SecureNetwork {
     /// Rights that a node or an operator grants and needs; none if no member has that name.
     #[must_use]
     pub fn rights(&self, of: &NodeName) -> Option<Vec<Right>> {
@@ -52,64 +52,83 @@ impl Network {
         let operator = self.operators.iter().find(|known| known.name == *of)?;
         let nodes = self.nodes.iter();
         let commanded = nodes.filter(|node| operator.commands(&node.name));
-        let rights = commanded.flat_map(|node| both_ways(node, operator, Flow::Egress));
+        let rights =
+            commanded.flat_map(|node| operator_rights(node, operator, MessageDirection::Egress));
         Some(rights.collect())
     }
 
     fn rights_at_node(&self, node: &Member) -> Vec<Right> {
-        let mut rights = namesakes(node);
+        let mut rights = run_token_rights(node);
         for other in self.nodes.iter().filter(|other| other.name != node.name) {
-            rights.extend(hearing(other, node, &other.name, Flow::Ingress));
-            rights.extend(hearing(node, other, &other.name, Flow::Egress));
+            rights.extend(subscription_rights(
+                other,
+                node,
+                &other.name,
+                MessageDirection::Ingress,
+            ));
+            rights.extend(subscription_rights(
+                node,
+                other,
+                &other.name,
+                MessageDirection::Egress,
+            ));
         }
         let operators = self.operators.iter();
         let commanding = operators.filter(|operator| operator.commands(&node.name));
-        rights.extend(commanding.flat_map(|operator| both_ways(node, operator, Flow::Ingress)));
+        rights.extend(
+            commanding
+                .flat_map(|operator| operator_rights(node, operator, MessageDirection::Ingress)),
+        );
         rights
     }
 }
 
 /// Rights for the messages from one node to another, seen from the end where they come in or go out.
-fn hearing(speaker: &Member, hearer: &Member, of: &NodeName, flow: Flow) -> Vec<Right> {
+fn subscription_rights(
+    publisher: &Member,
+    subscriber: &Member,
+    of: &NodeName,
+    flow: MessageDirection,
+) -> Vec<Right> {
     let mut rights = Vec::new();
     let back = opposite(flow);
     // Beacons of timing channels do not pass through the transport.
-    let heard = hearer.wiring.subscriptions.iter();
-    for heard in heard.filter(|heard| !heard.channel.is_timing()) {
-        if !speaker
+    let subscribed = subscriber.wiring.subscriptions.iter();
+    for subscribed in subscribed.filter(|subscribed| !subscribed.channel.is_timing()) {
+        if !publisher
             .wiring
             .publications
             .iter()
-            .any(|said| is_same(said, heard))
+            .any(|published| is_same(published, subscribed))
         {
             continue;
         }
-        let key = heard.node.channel_key(heard.channel);
+        let key = subscribed.node.channel_key(subscribed.channel);
         rights.push(right(of, flow, PUBLISH, &key));
-        rights.push(right(of, back, HEAR, &key));
-        if heard.channel.carries_axes() {
-            let key = heard.node.alive_key();
+        rights.push(right(of, back, SUBSCRIBE, &key));
+        if subscribed.channel.carries_axes() {
+            let key = subscribed.node.alive_key();
             rights.push(right(of, flow, ANNOUNCE, &key));
             rights.push(right(of, back, WATCH, &key));
             // A node that follows others may follow its follower: circles are found by its status.
-            if heard.channel != Channel::Axes {
-                let key = heard.node.status_key();
+            if subscribed.channel != Channel::Axes {
+                let key = subscribed.node.status_key();
                 rights.push(right(of, flow, PUBLISH, &key));
-                rights.push(right(of, back, HEAR, &key));
+                rights.push(right(of, back, SUBSCRIBE, &key));
             }
-            let says_so = heard.node.seen_by_key(&hearer.name);
-            rights.push(right(of, back, ANNOUNCE, &says_so));
-            rights.push(right(of, flow, WATCH, &heard.node.seen_by_keys()));
+            let seen_by = subscribed.node.seen_by_key(&subscriber.name);
+            rights.push(right(of, back, ANNOUNCE, &seen_by));
+            rights.push(right(of, flow, WATCH, &subscribed.node.seen_by_keys()));
         }
     }
     rights
 }
 
 /// Orders, and an operator's view of a node; `orders` is the direction of the orders.
-fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
+fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection) -> Vec<Right> {
     let of = match orders {
-        Flow::Ingress => &operator.name,
-        Flow::Egress => &node.name,
+        MessageDirection::Ingress => &operator.name,
+        MessageDirection::Egress => &node.name,
     };
     let answers = opposite(orders);
     let own = node.name.operator_command_key(&operator.name);
@@ -119,9 +138,9 @@ fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
         right(of, orders, ORDER, &own),
         right(of, answers, REPLY, &own),
         right(of, answers, SERVE, &node.name.operator_command_keys()),
-        right(of, orders, HEAR, &status),
+        right(of, orders, SUBSCRIBE, &status),
         right(of, answers, PUBLISH, &status),
-        right(of, orders, HEAR, &rows),
+        right(of, orders, SUBSCRIBE, &rows),
         right(of, answers, PUBLISH, &rows),
         right(of, orders, WATCH, &alive),
         right(of, answers, ANNOUNCE, &alive),
@@ -129,7 +148,7 @@ fn both_ways(node: &Member, operator: &Operator, orders: Flow) -> Vec<Right> {
 }
 
 /// Rights of the tokens by which two runs of a node detect each other.
-fn namesakes(node: &Member) -> Vec<Right> {
+fn run_token_rights(node: &Member) -> Vec<Right> {
     let key = node.name.runs_key();
     let each_way = |flow| {
         [
@@ -137,13 +156,18 @@ fn namesakes(node: &Member) -> Vec<Right> {
             right(&node.name, flow, WATCH, &key),
         ]
     };
-    [Flow::Ingress, Flow::Egress]
+    [MessageDirection::Ingress, MessageDirection::Egress]
         .into_iter()
         .flat_map(each_way)
         .collect()
 }
 
-fn right(of: &NodeName, flow: Flow, messages: &'static [&'static str], key: &str) -> Right {
+fn right(
+    of: &NodeName,
+    flow: MessageDirection,
+    messages: &'static [&'static str],
+    key: &str,
+) -> Right {
     Right {
         of: of.clone(),
         flow,
@@ -152,15 +176,15 @@ fn right(of: &NodeName, flow: Flow, messages: &'static [&'static str], key: &str
     }
 }
 
-const fn opposite(flow: Flow) -> Flow {
+const fn opposite(flow: MessageDirection) -> MessageDirection {
     match flow {
-        Flow::Ingress => Flow::Egress,
-        Flow::Egress => Flow::Ingress,
+        MessageDirection::Ingress => MessageDirection::Egress,
+        MessageDirection::Egress => MessageDirection::Ingress,
     }
 }
 
-fn is_same(said: &Publication, heard: &Subscription) -> bool {
-    said.node == heard.node && said.channel == heard.channel
+fn is_same(published: &Publication, subscribed: &Subscription) -> bool {
+    published.node == subscribed.node && published.channel == subscribed.channel
 }
 
 #[cfg(test)]
@@ -168,9 +192,9 @@ mod tests {
     use super::*;
     use crate::secure::samples::{LINE, SAW, member, name, operator};
 
-    fn network() -> Network {
+    fn network() -> SecureNetwork {
         let nodes = vec![member(LINE), member(SAW)];
-        Network::new(nodes, vec![operator("anna"), operator("bert=line")], &[]).unwrap()
+        SecureNetwork::new(nodes, vec![operator("anna"), operator("bert=line")], &[]).unwrap()
     }
 
     /// The rights of one at another as `flow message key`.
@@ -222,8 +246,8 @@ mod tests {
                      master = { node = 'saw', channel = 'slaves', axis = 1 }\n\
                      [transport]\nconnect = ['tls/10.0.0.2:7448']";
         let nodes = vec![member(LINE), member(SAW), member(relay)];
-        let network = Network::new(nodes, Vec::new(), &[]).unwrap();
-        let heard = |at: &str, of: &str, flow, key: &str| {
+        let network = SecureNetwork::new(nodes, Vec::new(), &[]).unwrap();
+        let subscribed = |at: &str, of: &str, flow, key: &str| {
             let rights = network.rights(&name(at)).unwrap();
             let is_it =
                 |right: &&Right| right.of.as_str() == of && right.key == key && right.flow == flow;
@@ -235,13 +259,30 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         let status = "coaxle/saw/status";
-        assert_eq!(heard("relay", "saw", Flow::Ingress, status), PUBLISH);
-        assert_eq!(heard("relay", "saw", Flow::Egress, status), HEAR);
-        assert_eq!(heard("saw", "relay", Flow::Egress, status), PUBLISH);
-        assert_eq!(heard("saw", "relay", Flow::Ingress, status), HEAR);
+        assert_eq!(
+            subscribed("relay", "saw", MessageDirection::Ingress, status),
+            PUBLISH
+        );
+        assert_eq!(
+            subscribed("relay", "saw", MessageDirection::Egress, status),
+            SUBSCRIBE
+        );
+        assert_eq!(
+            subscribed("saw", "relay", MessageDirection::Egress, status),
+            PUBLISH
+        );
+        assert_eq!(
+            subscribed("saw", "relay", MessageDirection::Ingress, status),
+            SUBSCRIBE
+        );
         // A sender follows no node.
         assert_eq!(
-            heard("saw", "line", Flow::Ingress, "coaxle/line/status"),
+            subscribed(
+                "saw",
+                "line",
+                MessageDirection::Ingress,
+                "coaxle/line/status"
+            ),
             [""; 0]
         );
     }
@@ -274,7 +315,7 @@ mod tests {
         for at in ["line", "saw", "anna", "bert"] {
             for right in network.rights(&name(at)).unwrap() {
                 let own = |of: &str| right.key.starts_with(&format!("coaxle/{of}/"));
-                let (incoming, of) = (right.flow == Flow::Ingress, right.of.as_str());
+                let (incoming, of) = (right.flow == MessageDirection::Ingress, right.of.as_str());
                 let says = ["put", "reply", "liveliness_token", "declare_queryable"];
                 if incoming && says.contains(&right.messages[0]) {
                     let asks = right.key == format!("coaxle/{at}/time-requests");

@@ -13,7 +13,7 @@ use coaxle_sender::signals as sender;
 use serde_json::Value;
 
 use super::reading;
-use super::reading::Reading;
+use super::reading::StatusFields;
 
 /// A metric: its help, and a line for each sample.
 struct Metric {
@@ -47,7 +47,7 @@ const PARTS: [(&str, &str, &str); 4] = [
 ];
 
 impl Metrics {
-    fn add_node(&mut self, labels: &str, status: &Reading<'_>) {
+    fn add_node(&mut self, labels: &str, status: &StatusFields<'_>) {
         self.add_all("node", labels, status);
         for (part, metric, labelled) in PARTS {
             for (name, fields) in status.parts(part) {
@@ -69,7 +69,7 @@ impl Metrics {
         }
     }
 
-    fn add_all(&mut self, of: &str, labels: &str, fields: &Reading<'_>) {
+    fn add_all(&mut self, of: &str, labels: &str, fields: &StatusFields<'_>) {
         for (name, value) in fields.fields() {
             let metric = format!("coaxle_{of}_{name}");
             let help = help(of, name);

@@ -26,11 +26,11 @@ use coaxle_report::inspect;
 use serde_json::Value;
 
 pub use nodes::{NodesArgs, nodes};
-use reading::Reading;
+use reading::StatusFields;
 pub use wait::{WaitArgs, wait};
 
 /// Startup time allowed for a node to appear.
-const PATIENCE: Span = Span::from_secs(5);
+const STATUS_TIMEOUT: Span = Span::from_secs(5);
 /// Nodes publish a status four times a second: within this time, every node there has.
 const ROUND: Span = Span::from_millis(600);
 /// Interval of `--watch`.
@@ -43,8 +43,8 @@ pub struct StatusArgs {
     #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
     nodes: Vec<NodeName>,
     /// For people; as JSON, as the nodes publish it; or as metrics for Prometheus
-    #[arg(short, long, value_enum, default_value_t = Format::Plain)]
-    format: Format,
+    #[arg(short, long, value_enum, default_value_t = StatusFormat::Plain)]
+    format: StatusFormat,
     /// Show it again every second, until Ctrl-C
     #[arg(short, long)]
     watch: bool,
@@ -53,7 +53,7 @@ pub struct StatusArgs {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum StatusFormat {
     Plain,
     Json,
     Prometheus,
@@ -82,13 +82,13 @@ fn show(args: &StatusArgs, watcher: &Watcher) -> anyhow::Result<Exit> {
 /// Prints the statuses; false if the output is closed.
 fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
     let text = match args.format {
-        Format::Plain => plain::all(seen, machine::now()),
-        Format::Json => json(seen, args.watch),
-        Format::Prometheus => metrics::of(seen),
+        StatusFormat::Plain => plain::all(seen, machine::now()),
+        StatusFormat::Json => json(seen, args.watch),
+        StatusFormat::Prometheus => metrics::of(seen),
     };
     let mut is_read = false;
     inspect::print(|out| {
-        if args.watch && args.format == Format::Plain {
+        if args.watch && args.format == StatusFormat::Plain {
             // The screen, from its top.
             write!(out, "\x1b[H\x1b[2J")?;
         }
@@ -116,20 +116,21 @@ fn json(seen: &[SeenNode], lines: bool) -> String {
 /// # Errors
 /// [`NotThere`]: a node does not turn up; names those that do.
 pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
-    let told = |node: &SeenNode| node.status.is_some();
+    let has_status = |node: &SeenNode| node.status.is_some();
     if nodes.is_empty() {
-        let some = watcher.wait_for(PATIENCE, |seen| seen.iter().any(told));
+        let some = watcher.wait_for(STATUS_TIMEOUT, |seen| seen.iter().any(has_status));
         if some.is_empty() {
             let place = watcher.whereabouts();
-            let nobody = format!("no node is there after {PATIENCE}, {place}");
+            let nobody = format!("no node is there after {STATUS_TIMEOUT}, {place}");
             return Err(NotThere(nobody).into());
         }
         return Ok(watcher.wait_for(ROUND, |_| false));
     }
     let has_told = |seen: &[SeenNode], name: &NodeName| {
-        seen.iter().any(|node| node.name == *name && told(node))
+        seen.iter()
+            .any(|node| node.name == *name && has_status(node))
     };
-    let seen = watcher.wait_for(PATIENCE, |seen| {
+    let seen = watcher.wait_for(STATUS_TIMEOUT, |seen| {
         nodes.iter().all(|name| has_told(seen, name))
     });
     match nodes.iter().find(|name| !has_told(&seen, name)) {
@@ -169,6 +170,8 @@ pub(crate) fn metrics(seen: &[SeenNode]) -> String {
 }
 
 /// The status of a node, if it has published one.
-fn reading(node: &SeenNode) -> Option<Reading<'_>> {
-    node.status.as_ref().map(|(_, status)| Reading::of(status))
+fn reading(node: &SeenNode) -> Option<StatusFields<'_>> {
+    node.status
+        .as_ref()
+        .map(|(_, status)| StatusFields::of(status))
 }

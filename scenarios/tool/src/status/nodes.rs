@@ -12,9 +12,9 @@ use comfy_table::Cell;
 use serde_json::json;
 
 use super::circles;
-use super::reading::Reading;
+use super::reading::StatusFields;
 use super::words::{UNKNOWN, or_unknown, seconds};
-use super::{PATIENCE, ROUND, reading};
+use super::{ROUND, STATUS_TIMEOUT, reading};
 
 /// Arguments of `coaxle nodes`.
 #[derive(Debug, Args)]
@@ -32,12 +32,12 @@ pub struct NodesArgs {
 /// A wrong network section, or a network that cannot be joined.
 pub fn nodes(args: &NodesArgs) -> anyhow::Result<Exit> {
     let watcher = args.network.watch(&[])?;
-    let _ = watcher.wait_for(PATIENCE, |seen| !seen.is_empty());
+    let _ = watcher.wait_for(STATUS_TIMEOUT, |seen| !seen.is_empty());
     let seen = watcher.wait_for(ROUND, |_| false);
     let place = watcher.whereabouts().to_owned();
     watcher.close();
     if seen.is_empty() && !args.json {
-        tracing::error!("no node is there after {}, {place}", PATIENCE + ROUND);
+        tracing::error!("no node is there after {}, {place}", STATUS_TIMEOUT + ROUND);
     }
     let text = match args.json {
         true => as_json(&seen),
@@ -66,7 +66,7 @@ fn as_table(seen: &[SeenNode]) -> String {
     ]);
     for node in seen {
         let empty = serde_json::Map::new();
-        let status = reading(node).unwrap_or(Reading::of(&empty));
+        let status = reading(node).unwrap_or(StatusFields::of(&empty));
         let text = |name| Cell::new(status.text(name).unwrap_or(UNKNOWN));
         let health = match node.is_alive {
             true => status.text("health").unwrap_or(UNKNOWN),
@@ -90,7 +90,7 @@ fn as_table(seen: &[SeenNode]) -> String {
 }
 
 /// `conveyor (1), belt (2)`: axes for others to follow, with the ids that they need for it.
-fn axes(status: &Reading<'_>) -> String {
+fn axes(status: &StatusFields<'_>) -> String {
     let mut by_id = BTreeMap::new();
     for (name, axis) in status.parts("axes") {
         let id = match axis.text("node") {
@@ -102,7 +102,8 @@ fn axes(status: &Reading<'_>) -> String {
         }
     }
     let mut axes: Vec<_> = by_id.into_values().collect();
-    let slave = |(name, slave): (&str, Reading<'_>)| Some((name.to_owned(), slave.number("id")?));
+    let slave =
+        |(name, slave): (&str, StatusFields<'_>)| Some((name.to_owned(), slave.number("id")?));
     let slaves = status.parts("slaves").filter_map(slave);
     axes.extend(slaves.map(|(name, id)| format!("slave {name} ({id})")));
     axes.join(", ")

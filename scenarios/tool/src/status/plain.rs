@@ -6,7 +6,7 @@ use coaxle_os::Machine;
 use coaxle_report::inspect::{right, shown, table};
 use comfy_table::{Cell, Table};
 
-use super::reading::Reading;
+use super::reading::StatusFields;
 use super::words::{UNKNOWN, beat_period, drift, micros, or_unknown, seconds};
 
 /// Standard deviations of the line that the error of far time may reach, where no larger uncertainty of the delay is known.
@@ -17,14 +17,14 @@ const OLD: f64 = 2.0;
 /// Every node, one after the other.
 pub(super) fn all(seen: &[SeenNode], now: Instant<Machine>) -> String {
     let one = |node: &SeenNode| match &node.status {
-        Some((at, status)) => of(&Reading::of(status), (now - *at).as_secs_f64()),
+        Some((at, status)) => of(&StatusFields::of(status), (now - *at).as_secs_f64()),
         None => format!("{}: there, and has said nothing yet", node.name),
     };
     seen.iter().map(one).collect::<Vec<_>>().join("\n\n")
 }
 
 /// Text of a node with a status of this age, s.
-fn of(status: &Reading<'_>, age: f64) -> String {
+fn of(status: &StatusFields<'_>, age: f64) -> String {
     let mut parts = vec![head(status, age)];
     if let Some(error) = status.fault("error") {
         parts.push(format!("error {error}"));
@@ -45,7 +45,7 @@ fn of(status: &Reading<'_>, age: f64) -> String {
     parts.join("\n")
 }
 
-fn head(status: &Reading<'_>, age: f64) -> String {
+fn head(status: &StatusFields<'_>, age: f64) -> String {
     let text = |name| status.text(name).unwrap_or(UNKNOWN);
     let mut head = format!(
         "{}: {}, {}; up {}, run {}, {} cycles of {}, {} skipped",
@@ -69,7 +69,7 @@ fn head(status: &Reading<'_>, age: f64) -> String {
 }
 
 /// The clock of each far node, and its accuracy.
-fn clocks(status: &Reading<'_>) -> Option<Table> {
+fn clocks(status: &StatusFields<'_>) -> Option<Table> {
     let mut table = table([
         "far node",
         "state",
@@ -105,7 +105,7 @@ fn clocks(status: &Reading<'_>) -> Option<Table> {
 }
 
 /// Largest error of far time, as far as the node knows, µs.
-pub(super) fn largest_error(far: &Reading<'_>) -> Option<f64> {
+pub(super) fn largest_error(far: &StatusFields<'_>) -> Option<f64> {
     let sigma = far.number("offset_sigma_us")?;
     let known = match far.number("delay_uncertainty_us") {
         Some(uncertainty) => uncertainty.max(COVERED * sigma),
@@ -116,7 +116,7 @@ pub(super) fn largest_error(far: &Reading<'_>) -> Option<f64> {
 }
 
 /// `observer, synced`, and whether another node is followed for it.
-pub(super) fn state(far: &Reading<'_>) -> String {
+pub(super) fn state(far: &StatusFields<'_>) -> String {
     let mut words = Vec::new();
     match far.text("health") {
         Some("ok") | None => {}
@@ -138,7 +138,7 @@ pub(super) fn state(far: &Reading<'_>) -> String {
     words.join(", ").replace(" for,", " for")
 }
 
-fn delay(far: &Reading<'_>) -> String {
+fn delay(far: &StatusFields<'_>) -> String {
     let delay = or_unknown(far.number("delay_us"), micros);
     let state = match far.text("delay_state") {
         None | Some("measured") => String::new(),
@@ -151,7 +151,7 @@ fn delay(far: &Reading<'_>) -> String {
 }
 
 /// Counts of the messages of each far node.
-fn messages(status: &Reading<'_>) -> Option<Table> {
+fn messages(status: &StatusFields<'_>) -> Option<Table> {
     let mut table = table([
         "messages of",
         "run",
@@ -189,7 +189,7 @@ fn messages(status: &Reading<'_>) -> Option<Table> {
 }
 
 /// `3 (1 malformed, 2 wrong checksum)`
-fn refused(far: &Reading<'_>) -> String {
+fn refused(far: &StatusFields<'_>) -> String {
     let reason = |(name, _): (&str, _)| {
         let reason = name.strip_prefix("rejected_")?;
         let count = far.count(name);
@@ -203,13 +203,13 @@ fn refused(far: &Reading<'_>) -> String {
     }
 }
 
-fn jitter(far: &Reading<'_>) -> String {
+fn jitter(far: &StatusFields<'_>) -> String {
     let parts = (far.number("normal_jitter_us")).zip(far.number("exponential_jitter_us"));
     or_unknown(parts.map(|(normal, late)| normal.hypot(late)), micros)
 }
 
 /// Far axes as received, and as corrected.
-fn far_axes(status: &Reading<'_>) -> Option<Table> {
+fn far_axes(status: &StatusFields<'_>) -> Option<Table> {
     let mut table = table(["far axis", "of", "state", "received", "corrected", "unit"]);
     for (name, axis) in status.parts("axes") {
         if axis.text("node").is_none() {
@@ -233,7 +233,7 @@ fn far_axes(status: &Reading<'_>) -> Option<Table> {
 }
 
 /// Axes that the node makes itself: a sender's, and virtual ones.
-fn own_axes(status: &Reading<'_>) -> Option<Table> {
+fn own_axes(status: &StatusFields<'_>) -> Option<Table> {
     let mut table = table(["axis", "position", "velocity", "unit", "error"]);
     let own = status.parts("axes").chain(status.parts("virtual_axes"));
     for (name, axis) in own.filter(|(_, axis)| axis.text("node").is_none()) {
@@ -249,7 +249,7 @@ fn own_axes(status: &Reading<'_>) -> Option<Table> {
 }
 
 /// States of the slaves, and the conditions that their programs wait for.
-fn slaves(status: &Reading<'_>) -> Option<Table> {
+fn slaves(status: &StatusFields<'_>) -> Option<Table> {
     let mut table = table([
         "slave",
         "state",
@@ -283,7 +283,7 @@ fn slaves(status: &Reading<'_>) -> Option<Table> {
 }
 
 /// `waits, step 3 "cut"`
-fn program(slave: &Reading<'_>) -> String {
+fn program(slave: &StatusFields<'_>) -> String {
     let Some(state) = slave.text("program") else {
         return UNKNOWN.to_owned();
     };
@@ -309,7 +309,7 @@ mod tests {
 
     fn lines(json: &str, age: f64) -> Vec<String> {
         let status = object(json);
-        let text = of(&Reading::of(&status), age);
+        let text = of(&StatusFields::of(&status), age);
         let squeezed = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
         text.lines().map(squeezed).collect()
     }

@@ -4,9 +4,9 @@ use serde_json::{Map, Value};
 
 /// Fields by their names.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reading<'a>(&'a Map<String, Value>);
+pub(super) struct StatusFields<'a>(&'a Map<String, Value>);
 
-impl<'a> Reading<'a> {
+impl<'a> StatusFields<'a> {
     pub(super) const fn of(fields: &'a Map<String, Value>) -> Self {
         Self(fields)
     }

@@ -11,7 +11,7 @@ use coaxle_os::machine;
 use coaxle_report::inspect;
 
 use super::plain::{largest_error, state};
-use super::reading::Reading;
+use super::reading::StatusFields;
 use super::words::{UNKNOWN, micros, or_unknown, seconds};
 use super::{absent, reading};
 
@@ -56,27 +56,31 @@ pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
     };
     watcher.close();
     let is_met = args.is_met(&status);
-    let text = format!("{}: after {passed}: {}", args.node, args.told(&status));
+    let text = format!(
+        "{}: after {passed}: {}",
+        args.node,
+        args.progress_text(&status)
+    );
     inspect::print_text(&text)?;
     Ok(Exit::NotMet.unless(is_met))
 }
 
 impl WaitArgs {
     /// The far nodes that are waited for: those followed, or the one that is named.
-    fn far<'a>(&self, status: &Reading<'a>) -> Vec<(&'a str, Reading<'a>)> {
-        let is_wanted = |(name, far): &(&str, Reading<'_>)| match &self.far {
+    fn far<'a>(&self, status: &StatusFields<'a>) -> Vec<(&'a str, StatusFields<'a>)> {
+        let is_wanted = |(name, far): &(&str, StatusFields<'_>)| match &self.far {
             Some(wanted) => *name == wanted.as_str(),
             None => far.is("followed"),
         };
         status.parts("far").filter(is_wanted).collect()
     }
 
-    fn is_met(&self, status: &Reading<'_>) -> bool {
+    fn is_met(&self, status: &StatusFields<'_>) -> bool {
         let far = self.far(status);
         !far.is_empty() && far.iter().all(|(_, far)| self.is_known(far))
     }
 
-    fn is_known(&self, far: &Reading<'_>) -> bool {
+    fn is_known(&self, far: &StatusFields<'_>) -> bool {
         let is_good_enough = match self.max_error {
             Some(most) => largest_error(far).is_some_and(|error| error <= most.as_micros_f64()),
             None => true,
@@ -84,7 +88,7 @@ impl WaitArgs {
         far.is("synced") && is_good_enough
     }
 
-    fn told(&self, status: &Reading<'_>) -> String {
+    fn progress_text(&self, status: &StatusFields<'_>) -> String {
         let far = self.far(status);
         if far.is_empty() {
             let names: Vec<_> = status.parts("far").map(|(name, _)| name).collect();
@@ -94,7 +98,7 @@ impl WaitArgs {
                 (None, _) => "none of its far nodes is followed".to_owned(),
             };
         }
-        let one = |(name, far): &(&str, Reading<'_>)| {
+        let one = |(name, far): &(&str, StatusFields<'_>)| {
             let error = or_unknown(largest_error(far), micros);
             let error = if error == UNKNOWN {
                 "not known how well".to_owned()
@@ -135,7 +139,7 @@ mod tests {
     #[test]
     fn all_that_are_followed_are_waited_for_or_the_one_that_is_named() {
         let status = object(STATUS);
-        let status = Reading::of(&status);
+        let status = StatusFields::of(&status);
         for (line, met) in [
             ("saw", false),
             ("saw --far a", true),
@@ -147,25 +151,25 @@ mod tests {
             assert_eq!(args(line).is_met(&status), met, "{line}");
         }
         let nobody = object("{}");
-        assert!(!args("saw").is_met(&Reading::of(&nobody)));
+        assert!(!args("saw").is_met(&StatusFields::of(&nobody)));
     }
 
     #[test]
     fn it_says_how_things_are() {
         let status = object(STATUS);
-        let status = Reading::of(&status);
-        let told = args("saw").told(&status);
+        let status = StatusFields::of(&status);
+        let told = args("saw").progress_text(&status);
         assert_eq!(
             told,
             "a observer, synced, ± 150.0 µs; b observer, locking, not known how well"
         );
         assert_eq!(
-            args("saw --far x").told(&status),
+            args("saw --far x").progress_text(&status),
             "it does not follow x, but a, b, c"
         );
         let nobody = object("{}");
         assert_eq!(
-            args("saw").told(&Reading::of(&nobody)),
+            args("saw").progress_text(&StatusFields::of(&nobody)),
             "it follows no other node"
         );
     }

@@ -17,13 +17,13 @@ pub(crate) use answers::{as_json, file, wrong};
 pub(crate) const BASE_CSS: &str = include_str!("base.css");
 
 /// A page, served until dropped.
-pub(crate) struct Served {
+pub(crate) struct PageServer {
     address: SocketAddr,
     /// Absent once shut down.
     runtime: Option<tokio::runtime::Runtime>,
 }
 
-impl Served {
+impl PageServer {
     /// Serves these routes to requests that name the host by its address or as `localhost`. Changes are accepted from the
     /// page itself only.
     ///
@@ -56,7 +56,7 @@ impl Served {
     }
 }
 
-impl Drop for Served {
+impl Drop for PageServer {
     /// Shuts down in the background: a drop inside a runtime must not block.
     fn drop(&mut self) {
         if let Some(runtime) = self.runtime.take() {

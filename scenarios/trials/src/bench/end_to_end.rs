@@ -6,10 +6,10 @@ use coaxle_clock::Span;
 use serde::Serialize;
 
 use super::pair::{Measured, Pair, WARM_UP};
-use super::plan::{Plan, Told};
-use super::quantiles::{Quantiles, Ratio};
-use super::settings::{Settings, connecting, free_address, listening};
-use super::turns::Turns;
+use super::plan::{PeerPlan, PeerReport};
+use super::quantiles::{MedianRatio, TimeQuantiles};
+use super::settings::{BenchSettings, connecting, free_address, listening};
+use super::turns::BenchProgress;
 
 /// Latencies one way over loopback, from the wake-up of the loop that sends.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,13 +18,13 @@ pub(super) struct EndToEnd {
     pub(super) bytes: usize,
     pub(super) axes: u32,
     /// From the wake-up to the arrival.
-    pub(super) udp: Option<Quantiles>,
-    pub(super) zenoh: Option<Quantiles>,
-    pub(super) nodes: Option<Quantiles>,
+    pub(super) udp: Option<TimeQuantiles>,
+    pub(super) zenoh: Option<TimeQuantiles>,
+    pub(super) nodes: Option<TimeQuantiles>,
     /// From handing over to the network to the arrival alone.
-    pub(super) zenoh_network: Option<Quantiles>,
+    pub(super) zenoh_network: Option<TimeQuantiles>,
     pub(super) stages: Stages,
-    pub(super) ratios: Ratios,
+    pub(super) ratios: LatencyRatios,
     /// Requests for real time that the system did not grant.
     pub(super) denied: Vec<String>,
 }
@@ -33,48 +33,48 @@ pub(super) struct EndToEnd {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Stages {
     /// From the ideal start of the sender's cycle to its wake-up.
-    pub(super) wake_up: Option<Quantiles>,
+    pub(super) wake_up: Option<TimeQuantiles>,
     /// To the frame in the outbox.
-    pub(super) scan: Option<Quantiles>,
+    pub(super) scan: Option<TimeQuantiles>,
     /// To the publisher that has it.
-    pub(super) hand_over: Option<Quantiles>,
+    pub(super) hand_over: Option<TimeQuantiles>,
     /// To the stamp on arrival.
-    pub(super) network: Option<Quantiles>,
+    pub(super) network: Option<TimeQuantiles>,
     /// To the beginning of the scan that takes it in.
-    pub(super) wait: Option<Quantiles>,
+    pub(super) wait: Option<TimeQuantiles>,
     /// From the wake-up of the sender to the beginning of that scan.
-    pub(super) to_scan: Option<Quantiles>,
+    pub(super) to_scan: Option<TimeQuantiles>,
 }
 
 /// Over Zenoh alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Ratios {
+pub(super) struct LatencyRatios {
     /// Our nodes, from wake-up to arrival.
-    pub(super) nodes: Option<Ratio>,
+    pub(super) nodes: Option<MedianRatio>,
     /// Our nodes, from handing over to the network to the arrival.
-    pub(super) network: Option<Ratio>,
+    pub(super) network: Option<MedianRatio>,
     /// Datagrams, from wake-up to arrival.
-    pub(super) udp: Option<Ratio>,
+    pub(super) udp: Option<MedianRatio>,
 }
 
 /// Datagrams, Zenoh alone, our nodes.
 const CONTENDERS: i64 = 3;
 
 /// Planned time of the measurement.
-pub(super) fn planned(settings: &Settings) -> Span {
+pub(super) fn planned(settings: &BenchSettings) -> Span {
     settings.planned(CONTENDERS, WARM_UP)
 }
 
 /// # Errors
 /// A process fails, or Ctrl-C came.
 pub(super) fn measure(
-    settings: &Settings,
+    settings: &BenchSettings,
     axes: u32,
-    turns: &mut Turns<'_>,
+    turns: &mut BenchProgress<'_>,
 ) -> anyhow::Result<EndToEnd> {
     let bytes = settings.nodes(axes).frame_bytes()?;
     let turn = settings.turn(CONTENDERS);
-    let mut ways = Ways::default();
+    let mut ways = LatencyRounds::default();
     for round in 0..settings.rounds {
         // Each contender is first as often as last.
         for place in 0..CONTENDERS {
@@ -93,21 +93,21 @@ pub(super) fn measure(
 }
 
 /// Datagrams.
-pub(super) fn udp(settings: &Settings, bytes: usize) -> anyhow::Result<Pair> {
+pub(super) fn udp(settings: &BenchSettings, bytes: usize) -> anyhow::Result<Pair> {
     let at = free_address()?;
     let pace = settings.pace(bytes);
-    let sender = Plan::UdpSender { to: at, pace };
-    Ok(Pair::new(sender, Plan::UdpReceiver { at, looks: None }))
+    let sender = PeerPlan::UdpSender { to: at, pace };
+    Ok(Pair::new(sender, PeerPlan::UdpReceiver { at, looks: None }))
 }
 
 /// Zenoh alone.
-pub(super) fn zenoh(settings: &Settings, bytes: usize) -> anyhow::Result<Pair> {
+pub(super) fn zenoh(settings: &BenchSettings, bytes: usize) -> anyhow::Result<Pair> {
     let endpoint = format!("tcp/{}", free_address()?);
-    let sender = Plan::ZenohSender {
+    let sender = PeerPlan::ZenohSender {
         transport: listening(&endpoint),
         pace: settings.pace(bytes),
     };
-    let receiver = Plan::ZenohReceiver {
+    let receiver = PeerPlan::ZenohReceiver {
         transport: connecting(&endpoint),
         real_time: settings.real_time,
         looks: None,
@@ -116,34 +116,34 @@ pub(super) fn zenoh(settings: &Settings, bytes: usize) -> anyhow::Result<Pair> {
 }
 
 /// Our nodes; with stamps of every step, or just as they are.
-pub(super) fn nodes(settings: &Settings, axes: u32, stamps: bool) -> anyhow::Result<Pair> {
+pub(super) fn nodes(settings: &BenchSettings, axes: u32, stamps: bool) -> anyhow::Result<Pair> {
     let endpoint = format!("tcp/{}", free_address()?);
     let nodes = settings.nodes(axes);
-    let sender = Plan::Sender {
+    let sender = PeerPlan::Sender {
         config: nodes.sender(Some(&endpoint))?,
         stamps,
     };
     let config = nodes.receiver(&endpoint)?;
-    Ok(Pair::new(sender, Plan::Receiver { config }))
+    Ok(Pair::new(sender, PeerPlan::Receiver { config }))
 }
 
 /// Measurements of all rounds, ns.
 #[derive(Default)]
-struct Ways {
-    udp: Bare,
-    zenoh: Bare,
-    nodes: Ours,
+struct LatencyRounds {
+    udp: BareLatencies,
+    zenoh: BareLatencies,
+    nodes: NodeLatencies,
 }
 
 /// Latencies of a bare loop, in each round.
 #[derive(Default)]
-struct Bare {
+struct BareLatencies {
     one_way: Vec<Vec<i64>>,
     network: Vec<Vec<i64>>,
     denied: Vec<String>,
 }
 
-impl Bare {
+impl BareLatencies {
     fn add(&mut self, measured: &Measured) {
         let messages = &measured.receiver.messages;
         self.one_way
@@ -156,7 +156,7 @@ impl Bare {
 
 /// Latencies of our nodes.
 #[derive(Default)]
-struct Ours {
+struct NodeLatencies {
     one_way: Vec<Vec<i64>>,
     network: Vec<Vec<i64>>,
     wake_up: Vec<i64>,
@@ -166,24 +166,24 @@ struct Ours {
     to_scan: Vec<i64>,
 }
 
-impl Ours {
+impl NodeLatencies {
     fn add(&mut self, measured: &Measured) {
         let (mut one_way, mut network) = (Vec::new(), Vec::new());
-        for way in ways(&measured.sender, &measured.receiver) {
-            one_way.push(way.arrived - way.woke);
-            network.push(way.arrived - way.left);
-            self.wake_up.push(way.woke - way.ideal);
-            self.scan.push(way.handed_over - way.woke);
-            self.hand_over.push(way.left - way.handed_over);
-            self.wait.push(way.used - way.arrived);
-            self.to_scan.push(way.used - way.woke);
+        for stamps in frame_stamps(&measured.sender, &measured.receiver) {
+            one_way.push(stamps.arrived - stamps.woke);
+            network.push(stamps.arrived - stamps.left);
+            self.wake_up.push(stamps.woke - stamps.ideal);
+            self.scan.push(stamps.handed_over - stamps.woke);
+            self.hand_over.push(stamps.left - stamps.handed_over);
+            self.wait.push(stamps.used - stamps.arrived);
+            self.to_scan.push(stamps.used - stamps.woke);
         }
         self.one_way.push(one_way);
         self.network.push(network);
     }
 
     fn stages(&self) -> Stages {
-        let of = |nanos: &[i64]| Quantiles::of(nanos.iter().copied());
+        let of = |nanos: &[i64]| TimeQuantiles::of(nanos.iter().copied());
         Stages {
             wake_up: of(&self.wake_up),
             scan: of(&self.scan),
@@ -197,7 +197,7 @@ impl Ours {
 
 /// The stamps of a frame, from the cycle that made it to the scan that used it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Way {
+struct FrameStamps {
     ideal: i64,
     woke: i64,
     handed_over: i64,
@@ -207,11 +207,14 @@ struct Way {
 }
 
 /// Stamps of every received frame whose cycle is known.
-fn ways<'a>(sender: &'a Told, receiver: &'a Told) -> impl Iterator<Item = Way> + 'a {
+fn frame_stamps<'a>(
+    sender: &'a PeerReport,
+    receiver: &'a PeerReport,
+) -> impl Iterator<Item = FrameStamps> + 'a {
     let cycles: BTreeMap<u64, _> = sender.cycles.iter().map(|c| (c.count, c)).collect();
     receiver.frames.iter().filter_map(move |frame| {
         let cycle = cycles.get(&frame.count)?;
-        Some(Way {
+        Some(FrameStamps {
             ideal: cycle.ideal,
             woke: cycle.woke,
             handed_over: cycle.handed_over,
@@ -222,10 +225,10 @@ fn ways<'a>(sender: &'a Told, receiver: &'a Told) -> impl Iterator<Item = Way> +
     })
 }
 
-impl Ways {
+impl LatencyRounds {
     fn summed_up(&self, bytes: usize, axes: u32) -> EndToEnd {
         let Self { udp, zenoh, nodes } = self;
-        let all = |rounds: &[Vec<i64>]| Quantiles::of(rounds.concat());
+        let all = |rounds: &[Vec<i64>]| TimeQuantiles::of(rounds.concat());
         EndToEnd {
             bytes,
             axes,
@@ -234,10 +237,10 @@ impl Ways {
             nodes: all(&nodes.one_way),
             zenoh_network: all(&zenoh.network),
             stages: nodes.stages(),
-            ratios: Ratios {
-                nodes: Ratio::of(&nodes.one_way, &zenoh.one_way),
-                network: Ratio::of(&nodes.network, &zenoh.network),
-                udp: Ratio::of(&udp.one_way, &zenoh.one_way),
+            ratios: LatencyRatios {
+                nodes: MedianRatio::of(&nodes.one_way, &zenoh.one_way),
+                network: MedianRatio::of(&nodes.network, &zenoh.network),
+                udp: MedianRatio::of(&udp.one_way, &zenoh.one_way),
             },
             denied: zenoh.denied.clone(),
         }
@@ -247,34 +250,34 @@ impl Ways {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::plan::{Cycle, FrameCame};
+    use crate::bench::plan::{CycleStamps, FrameArrival};
 
     #[test]
     fn a_frame_finds_its_cycle_by_its_count() {
-        let cycle = |count| Cycle {
+        let cycle = |count| CycleStamps {
             count,
             ideal: 1_000 * count as i64,
             woke: 1_000 * count as i64 + 50,
             handed_over: 1_000 * count as i64 + 52,
         };
-        let frame = |count| FrameCame {
+        let frame = |count| FrameArrival {
             count,
             left_after: 80,
             arrived: 1_000 * count as i64 + 180,
             used: 1_000 * count as i64 + 500,
         };
         let measured = Measured {
-            sender: Told {
+            sender: PeerReport {
                 cycles: (1..=3).map(cycle).collect(),
-                ..Told::default()
+                ..PeerReport::default()
             },
-            receiver: Told {
+            receiver: PeerReport {
                 frames: [2, 3, 4].map(frame).into(),
-                ..Told::default()
+                ..PeerReport::default()
             },
             load: None,
         };
-        let mut ours = Ours::default();
+        let mut ours = NodeLatencies::default();
         ours.add(&measured);
         assert_eq!(
             (&ours.one_way, &ours.network),

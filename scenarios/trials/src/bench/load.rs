@@ -5,12 +5,12 @@ use serde::Serialize;
 
 use super::end_to_end::{nodes, zenoh};
 use super::pair::Measured;
-use super::settings::Settings;
-use super::turns::Turns;
+use super::settings::BenchSettings;
+use super::turns::BenchProgress;
 
 /// Shares of a processor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Load {
+pub(super) struct ProcessorLoad {
     pub(super) axes: u32,
     /// Length of a frame.
     pub(super) bytes: usize,
@@ -37,17 +37,17 @@ const CONTENDERS: i64 = 2;
 const WARM_UP: Span = Span::from_secs(15);
 
 /// Planned time of the measurement.
-pub(super) fn planned(settings: &Settings) -> Span {
+pub(super) fn planned(settings: &BenchSettings) -> Span {
     settings.planned(CONTENDERS, WARM_UP)
 }
 
 /// # Errors
 /// A process fails, or Ctrl-C came.
 pub(super) fn measure(
-    settings: &Settings,
+    settings: &BenchSettings,
     axes: u32,
-    turns: &mut Turns<'_>,
-) -> anyhow::Result<Load> {
+    turns: &mut BenchProgress<'_>,
+) -> anyhow::Result<ProcessorLoad> {
     let bytes = settings.nodes(axes).frame_bytes()?;
     let turn = settings.turn(CONTENDERS);
     let (mut of_nodes, mut of_zenoh) = (Vec::new(), Vec::new());
@@ -60,7 +60,7 @@ pub(super) fn measure(
         of_zenoh.push(pair.measure(turn, turns)?);
     }
     let followed = of_nodes.iter().map(|measured| measured.receiver.followed);
-    Ok(Load {
+    Ok(ProcessorLoad {
         axes,
         bytes,
         followed: followed.min().unwrap_or(0),

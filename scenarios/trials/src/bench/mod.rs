@@ -31,10 +31,10 @@ use serde::Serialize;
 
 use crate::Bar;
 use end_to_end::EndToEnd;
-use load::Load;
-use settings::Settings;
+use load::ProcessorLoad;
+use settings::BenchSettings;
 use transports::Transports;
-use turns::{Interrupted, Turns};
+use turns::{BenchProgress, MeasurementInterrupted};
 use wake_up::WakeUp;
 
 pub use peer::{PeerArgs, run as run_peer};
@@ -45,7 +45,7 @@ pub use plan::PEER;
 pub struct BenchArgs {
     /// Parts to measure [default: wake-up, end-to-end, load]
     #[arg(value_enum)]
-    parts: Vec<Part>,
+    parts: Vec<BenchPart>,
     /// Time that each part measures, without startup: 30s, 2min …
     #[arg(long = "for", value_name = "DURATION", default_value = "30s", value_parser = parse_duration)]
     time: Span,
@@ -70,12 +70,12 @@ pub struct BenchArgs {
     priority: u8,
     /// Tables, or JSON
     #[arg(short, long, value_enum, default_value_t)]
-    format: Format,
+    format: BenchFormat,
 }
 
 /// A part of the measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Part {
+enum BenchPart {
     /// Lateness of a node's cycle thread at wake-up, beside a bare loop and cyclictest
     WakeUp,
     /// Latency of a sample between two processes, beside datagrams and Zenoh alone
@@ -88,7 +88,7 @@ enum Part {
 
 /// Format of the output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum BenchFormat {
     /// Tables.
     #[default]
     Plain,
@@ -110,16 +110,16 @@ fn percent(text: &str) -> Result<f64, String> {
 
 /// Results of all parts.
 #[derive(Debug, Serialize)]
-struct Found {
+struct BenchFigures {
     kernel: String,
     processors: usize,
-    settings: settings::Shown,
+    settings: settings::PrintedSettings,
     #[serde(skip_serializing_if = "Option::is_none")]
     wake_up: Option<WakeUp>,
     #[serde(skip_serializing_if = "Option::is_none")]
     end_to_end: Option<EndToEnd>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    load: Option<Load>,
+    load: Option<ProcessorLoad>,
     #[serde(skip_serializing_if = "Option::is_none")]
     transports: Option<Transports>,
 }
@@ -130,18 +130,18 @@ struct Found {
 /// A thread or process that cannot be started or fails.
 pub fn bench(args: &BenchArgs) -> anyhow::Result<Exit> {
     let mut bar = Bar::new("of the measurement".to_owned())?;
-    let found = measure(args, &mut Turns::new(&mut bar));
+    let found = measure(args, &mut BenchProgress::new(&mut bar));
     bar.clear();
     let found = match found {
-        Err(error) if error.is::<Interrupted>() => {
+        Err(error) if error.is::<MeasurementInterrupted>() => {
             tracing::warn!("{error}");
             return Ok(Exit::Interrupted);
         }
         found => found?,
     };
     let text = match args.format {
-        Format::Plain => plain(&found),
-        Format::Json => {
+        BenchFormat::Plain => plain(&found),
+        BenchFormat::Json => {
             serde_json::to_string_pretty(&found).context("cannot write the figures as JSON")?
         }
     };
@@ -149,8 +149,8 @@ pub fn bench(args: &BenchArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn measure(args: &BenchArgs, turns: &mut Turns<'_>) -> anyhow::Result<Found> {
-    let settings = Settings {
+fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<BenchFigures> {
+    let settings = BenchSettings {
         cycle: args.cycle_us.0.span(),
         time: args.time,
         rounds: args.rounds,
@@ -160,21 +160,24 @@ fn measure(args: &BenchArgs, turns: &mut Turns<'_>) -> anyhow::Result<Found> {
         },
     };
     let wanted = |part| match args.parts.as_slice() {
-        [] => part != Part::Transports,
+        [] => part != BenchPart::Transports,
         parts => parts.contains(&part),
     };
     for (part, planned) in [
-        (Part::WakeUp, wake_up::planned(&settings)),
-        (Part::EndToEnd, end_to_end::planned(&settings)),
-        (Part::Load, load::planned(&settings)),
-        (Part::Transports, transports::planned(&settings, &args.loss)),
+        (BenchPart::WakeUp, wake_up::planned(&settings)),
+        (BenchPart::EndToEnd, end_to_end::planned(&settings)),
+        (BenchPart::Load, load::planned(&settings)),
+        (
+            BenchPart::Transports,
+            transports::planned(&settings, &args.loss),
+        ),
     ] {
         if wanted(part) {
             turns.plan(planned);
         }
     }
     let facts = Os::facts().unwrap_or_default();
-    let mut found = Found {
+    let mut found = BenchFigures {
         kernel: facts.kernel,
         processors: facts.processors,
         settings: settings.shown(),
@@ -183,23 +186,23 @@ fn measure(args: &BenchArgs, turns: &mut Turns<'_>) -> anyhow::Result<Found> {
         load: None,
         transports: None,
     };
-    if wanted(Part::WakeUp) {
+    if wanted(BenchPart::WakeUp) {
         found.wake_up = Some(wake_up::measure(&settings, turns)?);
     }
-    if wanted(Part::EndToEnd) {
+    if wanted(BenchPart::EndToEnd) {
         found.end_to_end = Some(end_to_end::measure(&settings, args.axes, turns)?);
     }
-    if wanted(Part::Load) {
+    if wanted(BenchPart::Load) {
         found.load = Some(load::measure(&settings, args.load_axes, turns)?);
     }
-    if wanted(Part::Transports) {
+    if wanted(BenchPart::Transports) {
         let measured = transports::measure(&settings, args.axes, &args.loss, turns)?;
         found.transports = Some(measured);
     }
     Ok(found)
 }
 
-fn plain(found: &Found) -> String {
+fn plain(found: &BenchFigures) -> String {
     let parts = [
         found.wake_up.as_ref().map(report::wake_up),
         found.end_to_end.as_ref().map(report::end_to_end),

@@ -15,11 +15,11 @@ const PREFIX: u8 = 30;
 const CHAINS: [&str; 2] = ["INPUT", "OUTPUT"];
 
 /// The namespace, until it is dropped.
-pub(super) struct Namespace {
+pub(super) struct NetworkNamespace {
     name: String,
 }
 
-impl Namespace {
+impl NetworkNamespace {
     /// Creates a namespace, with a cable that loses nothing.
     ///
     /// # Errors
@@ -81,7 +81,7 @@ impl Namespace {
     }
 }
 
-impl Drop for Namespace {
+impl Drop for NetworkNamespace {
     /// The cable is deleted with the namespace.
     fn drop(&mut self) {
         let _ = run("ip", &["netns", "delete", &self.name]);

@@ -3,9 +3,9 @@
 use coaxle_clock::Span;
 use coaxle_os::machine;
 
-use super::plan::{Plan, Told};
+use super::plan::{PeerPlan, PeerReport};
 use super::process::Process;
-use super::turns::Turns;
+use super::turns::BenchProgress;
 
 /// Time for both to meet and warm up, which does not count.
 pub(super) const WARM_UP: Span = Span::from_millis(500);
@@ -15,8 +15,8 @@ const PATIENCE: Span = Span::from_secs(30);
 
 /// The sender and the receiver.
 pub(super) struct Pair {
-    pub(super) sender: Plan,
-    pub(super) receiver: Plan,
+    pub(super) sender: PeerPlan,
+    pub(super) receiver: PeerPlan,
     /// Command line prefix of the receiver's program, if any.
     pub(super) before_receiver: Vec<String>,
     pub(super) warm_up: Span,
@@ -25,15 +25,15 @@ pub(super) struct Pair {
 /// Reports of both over the measured time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Measured {
-    pub(super) sender: Told,
-    pub(super) receiver: Told,
+    pub(super) sender: PeerReport,
+    pub(super) receiver: PeerReport,
     /// Processor load of each, 1: a whole processor; absent where the system does not report it.
     pub(super) load: Option<[f64; 2]>,
 }
 
 impl Pair {
     /// A pair on this machine, without anything between.
-    pub(super) const fn new(sender: Plan, receiver: Plan) -> Self {
+    pub(super) const fn new(sender: PeerPlan, receiver: PeerPlan) -> Self {
         Self {
             sender,
             receiver,
@@ -46,7 +46,11 @@ impl Pair {
     ///
     /// # Errors
     /// Either process fails, or Ctrl-C came.
-    pub(super) fn measure(&self, time: Span, turns: &mut Turns<'_>) -> anyhow::Result<Measured> {
+    pub(super) fn measure(
+        &self,
+        time: Span,
+        turns: &mut BenchProgress<'_>,
+    ) -> anyhow::Result<Measured> {
         let limit = self.warm_up + time + PATIENCE;
         // A connecting process tries again only after a while: the listening one begins.
         let sender = Process::start("sending process", &self.sender, limit, &[])?;
@@ -93,11 +97,11 @@ impl Measured {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::plan::MessageCame;
+    use crate::bench::plan::MessageArrival;
 
     #[test]
     fn what_came_before_and_after_does_not_count() {
-        let message = |arrived| MessageCame {
+        let message = |arrived| MessageArrival {
             count: 1,
             woke: 0,
             left: 0,

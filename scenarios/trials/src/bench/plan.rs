@@ -14,21 +14,24 @@ pub const PEER: &str = "bench-peer";
 /// Part of a process until it is ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Plan {
+pub(super) enum PeerPlan {
     /// Sends datagrams, one a cycle.
-    UdpSender { to: SocketAddr, pace: Pace },
+    UdpSender { to: SocketAddr, pace: LoopPace },
     /// Receives these datagrams.
-    UdpReceiver { at: SocketAddr, looks: Option<Pace> },
+    UdpReceiver {
+        at: SocketAddr,
+        looks: Option<LoopPace>,
+    },
     /// Publishes in a Zenoh session like that of a node, one message a cycle, and nothing else.
     ZenohSender {
         transport: TransportConfig,
-        pace: Pace,
+        pace: LoopPace,
     },
     /// Subscribes to these messages.
     ZenohReceiver {
         transport: TransportConfig,
         real_time: RealTimeConfig,
-        looks: Option<Pace>,
+        looks: Option<LoopPace>,
     },
     /// Runs a sender with this config.
     Sender { config: String, stamps: bool },
@@ -40,7 +43,7 @@ pub(super) enum Plan {
 
 /// Cycle and message of a bare loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Pace {
+pub(super) struct LoopPace {
     pub(super) cycle_ns: i64,
     /// Length of a message.
     pub(super) bytes: usize,
@@ -50,15 +53,15 @@ pub(super) struct Pace {
 /// Report of a process. All instants are ns of the machine's clock, which all processes read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub(super) struct Told {
+pub(super) struct PeerReport {
     /// Cycles of a sender that is a node.
-    pub(super) cycles: Vec<Cycle>,
+    pub(super) cycles: Vec<CycleStamps>,
     /// Frames received by a receiver that is a node.
-    pub(super) frames: Vec<FrameCame>,
+    pub(super) frames: Vec<FrameArrival>,
     /// Bare messages received.
-    pub(super) messages: Vec<MessageCame>,
+    pub(super) messages: Vec<MessageArrival>,
     /// Samples of the newest message's age.
-    pub(super) looks: Vec<Look>,
+    pub(super) looks: Vec<AgeSample>,
     /// Axes that a receiver followed in its last cycle.
     pub(super) followed: usize,
     /// Requests for real time that the system did not grant.
@@ -67,7 +70,7 @@ pub(super) struct Told {
 
 /// A cycle of a sender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Cycle {
+pub(super) struct CycleStamps {
     pub(super) count: u64,
     /// Ideal start.
     pub(super) ideal: i64,
@@ -79,7 +82,7 @@ pub(super) struct Cycle {
 
 /// A frame at a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct FrameCame {
+pub(super) struct FrameArrival {
     /// The sender's cycle.
     pub(super) count: u64,
     /// Departure after the ideal start of that cycle, by its send stamp.
@@ -91,7 +94,7 @@ pub(super) struct FrameCame {
 
 /// A message of a bare loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct MessageCame {
+pub(super) struct MessageArrival {
     pub(super) count: u64,
     /// Wake-up of its loop.
     pub(super) woke: i64,
@@ -102,13 +105,13 @@ pub(super) struct MessageCame {
 
 /// A sample of the newest message's age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Look {
+pub(super) struct AgeSample {
     pub(super) at: i64,
     /// Age: time since the wake-up of the loop that sent it.
     pub(super) age: i64,
 }
 
-impl MessageCame {
+impl MessageArrival {
     /// Least length of a message, bytes.
     pub(super) const BYTES: usize = 3 * 8;
 
@@ -141,25 +144,28 @@ mod tests {
 
     #[test]
     fn a_message_says_what_was_written_into_it() {
-        let mut message = [0; MessageCame::BYTES + 3];
-        MessageCame::write(7, -8, 9, &mut message);
-        let came = MessageCame::read(10, &message).unwrap();
+        let mut message = [0; MessageArrival::BYTES + 3];
+        MessageArrival::write(7, -8, 9, &mut message);
+        let came = MessageArrival::read(10, &message).unwrap();
         assert_eq!(
             (came.count, came.woke, came.left, came.arrived),
             (7, -8, 9, 10)
         );
-        assert_eq!(MessageCame::read(10, &message[..23]), None);
+        assert_eq!(MessageArrival::read(10, &message[..23]), None);
     }
 
     #[test]
     fn plans_and_what_is_told_travel_as_json() {
-        let plan = Plan::ZenohReceiver {
+        let plan = PeerPlan::ZenohReceiver {
             transport: TransportConfig::default(),
             real_time: RealTimeConfig::default(),
             looks: None,
         };
         let json = serde_json::to_string(&plan).unwrap();
-        assert_eq!(serde_json::from_str::<Plan>(&json).unwrap(), plan);
-        assert_eq!(serde_json::from_str::<Told>("{}").unwrap(), Told::default());
+        assert_eq!(serde_json::from_str::<PeerPlan>(&json).unwrap(), plan);
+        assert_eq!(
+            serde_json::from_str::<PeerReport>("{}").unwrap(),
+            PeerReport::default()
+        );
     }
 }

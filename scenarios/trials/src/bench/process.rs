@@ -8,7 +8,7 @@ use coaxle_clock::Span;
 use coaxle_host::ZENOH_RUNTIME;
 use coaxle_os::{ChildSignal, Os, System};
 
-use super::plan::{PEER, Plan, READY, Told};
+use super::plan::{PEER, PeerPlan, PeerReport, READY};
 
 /// A running process, which is killed when this value is dropped.
 pub(super) struct Process {
@@ -25,7 +25,7 @@ impl Process {
     /// It does not start, or fails before it is ready: with its last words.
     pub(super) fn start(
         what: &'static str,
-        plan: &Plan,
+        plan: &PeerPlan,
         limit: Span,
         before: &[String],
     ) -> anyhow::Result<Self> {
@@ -77,7 +77,7 @@ impl Process {
     ///
     /// # Errors
     /// The process failed: with its last words.
-    pub(super) fn end(mut self) -> anyhow::Result<Told> {
+    pub(super) fn end(mut self) -> anyhow::Result<PeerReport> {
         Os::signal(&self.child, ChildSignal::End)
             .with_context(|| format!("cannot end the {}", self.what))?;
         let mut text = String::new();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Quantiles of times, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Quantiles {
+pub(super) struct TimeQuantiles {
     /// Number of times.
     pub(super) count: usize,
     /// Half of the times are at most this.
@@ -16,7 +16,7 @@ pub(super) struct Quantiles {
     pub(super) max_us: f64,
 }
 
-impl Quantiles {
+impl TimeQuantiles {
     /// Quantiles of times in ns; none without any.
     pub(super) fn of(nanos: impl IntoIterator<Item = i64>) -> Option<Self> {
         let mut micros: Vec<f64> = nanos.into_iter().map(|ns| ns as f64 / 1e3).collect();
@@ -32,7 +32,7 @@ impl Quantiles {
 
 /// Ratio of two medians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Ratio {
+pub(super) struct MedianRatio {
     /// Ratio of the medians of all rounds together.
     pub(super) p50: f64,
     /// Least ratio of a single round.
@@ -41,7 +41,7 @@ pub(super) struct Ratio {
     pub(super) most: f64,
 }
 
-impl Ratio {
+impl MedianRatio {
     /// Ratios over rounds in which both were measured; none if no round can be compared.
     pub(super) fn of(ours: &[Vec<i64>], theirs: &[Vec<i64>]) -> Option<Self> {
         let rounds = ours.iter().zip(theirs);
@@ -57,7 +57,7 @@ impl Ratio {
     }
 
     fn of_medians(ours: &[i64], theirs: &[i64]) -> Option<f64> {
-        let median = |nanos: &[i64]| Quantiles::of(nanos.iter().copied()).map(|q| q.p50_us);
+        let median = |nanos: &[i64]| TimeQuantiles::of(nanos.iter().copied()).map(|q| q.p50_us);
         Some(median(ours)? / median(theirs).filter(|median| *median > 0.0)?)
     }
 }
@@ -68,21 +68,21 @@ mod tests {
 
     #[test]
     fn quantiles_are_in_microseconds() {
-        let q = Quantiles::of((0..=100).rev().map(|k| k * 1_000)).unwrap();
+        let q = TimeQuantiles::of((0..=100).rev().map(|k| k * 1_000)).unwrap();
         assert_eq!(
             (q.count, q.p50_us, q.p99_us, q.max_us),
             (101, 50.0, 99.0, 100.0)
         );
-        assert_eq!(Quantiles::of([]), None);
+        assert_eq!(TimeQuantiles::of([]), None);
     }
 
     #[test]
     fn a_ratio_is_of_all_rounds_and_shows_what_single_rounds_scatter() {
         let ours = [vec![2_000; 3], vec![3_000; 3], vec![3_000; 3]];
         let theirs = [vec![2_000; 3], vec![2_000; 3], vec![2_500; 3]];
-        let ratio = Ratio::of(&ours, &theirs).unwrap();
+        let ratio = MedianRatio::of(&ours, &theirs).unwrap();
         assert_eq!((ratio.p50, ratio.least, ratio.most), (1.5, 1.0, 1.5));
-        assert_eq!(Ratio::of(&ours, &[Vec::new()]), None);
-        assert_eq!(Ratio::of(&ours, &[vec![0]]), None);
+        assert_eq!(MedianRatio::of(&ours, &[Vec::new()]), None);
+        assert_eq!(MedianRatio::of(&ours, &[vec![0]]), None);
     }
 }

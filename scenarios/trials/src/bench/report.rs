@@ -5,9 +5,9 @@ use coaxle_report::inspect::{right, table};
 use comfy_table::Table;
 
 use super::end_to_end::EndToEnd;
-use super::load::{Load, Sides};
-use super::quantiles::{Quantiles, Ratio};
-use super::transports::{Row, Transports};
+use super::load::{ProcessorLoad, Sides};
+use super::quantiles::{MedianRatio, TimeQuantiles};
+use super::transports::{TransportResult, Transports};
 use super::wake_up::WakeUp;
 
 pub(super) fn wake_up(found: &WakeUp) -> String {
@@ -67,7 +67,7 @@ pub(super) fn end_to_end(found: &EndToEnd) -> String {
     .concat()
 }
 
-pub(super) fn load(found: &Load) -> String {
+pub(super) fn load(found: &ProcessorLoad) -> String {
     let head = format!(
         "load, {} axes in a frame of {} bytes",
         found.axes, found.bytes
@@ -122,8 +122,8 @@ pub(super) fn transports(found: &Transports) -> String {
     lines.join("\n")
 }
 
-fn cells(row: &Row) -> [String; 6] {
-    let us = |of: fn(&Quantiles) -> f64| {
+fn cells(row: &TransportResult) -> [String; 6] {
+    let us = |of: fn(&TimeQuantiles) -> f64| {
         row.age
             .as_ref()
             .map_or("none".to_owned(), |age| format!("{:.1}", of(age)))
@@ -148,7 +148,7 @@ fn times(what: &str) -> Table {
     table([what, "p50", "p99", "max", "of"])
 }
 
-fn add(rows: &mut Table, name: &str, found: Option<Quantiles>) {
+fn add(rows: &mut Table, name: &str, found: Option<TimeQuantiles>) {
     let cells = match found {
         Some(q) => [q.p50_us, q.p99_us, q.max_us]
             .map(|us| format!("{us:.1}"))
@@ -161,8 +161,8 @@ fn add(rows: &mut Table, name: &str, found: Option<Quantiles>) {
     rows.add_row(cells.map(right));
 }
 
-fn ratio(name: &str, found: Option<Ratio>) -> String {
-    found.map_or(String::new(), |Ratio { p50, least, most }| {
+fn ratio(name: &str, found: Option<MedianRatio>) -> String {
+    found.map_or(String::new(), |MedianRatio { p50, least, most }| {
         format!("\n{name}: {p50:.3} (rounds: {least:.3} to {most:.3})")
     })
 }

@@ -8,11 +8,11 @@ use coaxle_node::config::{RealTimeConfig, TransportConfig};
 use serde::Serialize;
 
 use super::configs::NodesConfig;
-use super::plan::Pace;
+use super::plan::LoopPace;
 
 /// Settings that all parts share.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Settings {
+pub(super) struct BenchSettings {
     /// Cycle of every loop.
     pub(super) cycle: Span,
     /// Time that each part measures.
@@ -24,14 +24,14 @@ pub(super) struct Settings {
 
 /// Settings as shown beside the figures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Shown {
+pub(super) struct PrintedSettings {
     cycle_us: f64,
     seconds: f64,
     rounds: u32,
     priority: Option<u8>,
 }
 
-impl Settings {
+impl BenchSettings {
     /// Time that one of this many contenders is measured in each round.
     pub(super) fn turn(&self, contenders: i64) -> Span {
         Span::from_nanos(self.time.as_nanos() / (contenders * i64::from(self.rounds)))
@@ -50,16 +50,16 @@ impl Settings {
         }
     }
 
-    pub(super) fn pace(&self, bytes: usize) -> Pace {
-        Pace {
+    pub(super) fn pace(&self, bytes: usize) -> LoopPace {
+        LoopPace {
             cycle_ns: self.cycle.as_nanos(),
             bytes,
             real_time: self.real_time,
         }
     }
 
-    pub(super) fn shown(&self) -> Shown {
-        Shown {
+    pub(super) fn shown(&self) -> PrintedSettings {
+        PrintedSettings {
             cycle_us: self.cycle.as_nanos() as f64 / 1e3,
             seconds: self.time.as_secs_f64(),
             rounds: self.rounds,

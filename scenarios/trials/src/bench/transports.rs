@@ -11,12 +11,12 @@ use coaxle_node::keys::NodeName;
 use coaxle_os::machine;
 use serde::Serialize;
 
-use super::namespace::{HERE, Namespace, THERE};
+use super::namespace::{HERE, NetworkNamespace, THERE};
 use super::pair::{Measured, Pair};
-use super::plan::Plan;
-use super::quantiles::Quantiles;
-use super::settings::{Settings, connecting, free_address, listening};
-use super::turns::Turns;
+use super::plan::PeerPlan;
+use super::quantiles::TimeQuantiles;
+use super::settings::{BenchSettings, connecting, free_address, listening};
+use super::turns::BenchProgress;
 
 /// Results of all transports, at each loss.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,17 +26,17 @@ pub(super) struct Transports {
     pub(super) bytes: usize,
     /// Reason why no packet is lost, if so.
     pub(super) without_loss: Option<String>,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<TransportResult>,
 }
 
 /// A transport at a loss.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Row {
+pub(super) struct TransportResult {
     pub(super) transport: &'static str,
     /// Lost share of packets in each direction, 1: all.
     pub(super) loss: f64,
     /// Time since the wake-up of the loop that sent the newest message, sampled once a cycle.
-    pub(super) age: Option<Quantiles>,
+    pub(super) age: Option<TimeQuantiles>,
     /// Messages received, of those that were sent from the first to the last of them, 1: all.
     pub(super) came: Option<f64>,
     /// Reason why it cannot be measured, if so.
@@ -45,7 +45,7 @@ pub(super) struct Row {
 
 /// A transport to compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum BenchTransport {
     Datagrams,
     Tcp,
     Udp,
@@ -54,16 +54,16 @@ enum Way {
     UnixSocket,
 }
 
-const WAYS: [Way; 6] = [
-    Way::Datagrams,
-    Way::Tcp,
-    Way::Udp,
-    Way::Tls,
-    Way::Quic,
-    Way::UnixSocket,
+const TRANSPORTS: [BenchTransport; 6] = [
+    BenchTransport::Datagrams,
+    BenchTransport::Tcp,
+    BenchTransport::Udp,
+    BenchTransport::Tls,
+    BenchTransport::Quic,
+    BenchTransport::UnixSocket,
 ];
 
-impl Way {
+impl BenchTransport {
     const fn name(self) -> &'static str {
         match self {
             Self::Datagrams => "datagrams, without Zenoh",
@@ -85,15 +85,15 @@ impl Way {
 const WARM_UP: Span = Span::from_secs(3);
 
 /// Planned time of the measurement.
-pub(super) fn planned(settings: &Settings, losses: &[f64]) -> Span {
+pub(super) fn planned(settings: &BenchSettings, losses: &[f64]) -> Span {
     let cases = cases(losses).count() as i64;
     settings.time + WARM_UP * (cases * i64::from(settings.rounds))
 }
 
 /// Every transport at every loss that it can have.
-fn cases(losses: &[f64]) -> impl Iterator<Item = (Way, f64)> {
+fn cases(losses: &[f64]) -> impl Iterator<Item = (BenchTransport, f64)> {
     losses.iter().flat_map(|loss| {
-        let ways = WAYS.iter();
+        let ways = TRANSPORTS.iter();
         let ways = ways.filter(|way| *loss <= 0.0 || way.can_lose());
         ways.map(|way| (*way, *loss))
     })
@@ -102,13 +102,13 @@ fn cases(losses: &[f64]) -> impl Iterator<Item = (Way, f64)> {
 /// # Errors
 /// Ctrl-C came, or nothing can be started at all. A transport that cannot be measured has a row with the reason.
 pub(super) fn measure(
-    settings: &Settings,
+    settings: &BenchSettings,
     axes: u32,
     losses: &[f64],
-    turns: &mut Turns<'_>,
+    turns: &mut BenchProgress<'_>,
 ) -> anyhow::Result<Transports> {
     let bytes = settings.nodes(axes).frame_bytes()?;
-    let (namespace, without_loss) = match Namespace::new() {
+    let (namespace, without_loss) = match NetworkNamespace::new() {
         Ok(namespace) => (Some(namespace), None),
         Err(missing) => (None, Some(format!("{missing:#}"))),
     };
@@ -118,18 +118,20 @@ pub(super) fn measure(
     };
     let scratch = Scratch::new()?;
     let cases: Vec<_> = cases(losses).collect();
-    let mut found = vec![Case::default(); cases.len()];
+    let mut found = vec![TransportRounds::default(); cases.len()];
     let turn = settings.turn(cases.len() as i64);
     for _ in 0..settings.rounds {
         for ((way, loss), case) in cases.iter().zip(&mut found) {
             if let Some(namespace) = &namespace {
                 namespace.lose(*loss)?;
             }
-            let place = Place::of(*way, namespace.as_ref());
+            let place = EndpointPair::of(*way, namespace.as_ref());
             let pair = pair(*way, settings, bytes, &place, &scratch)?;
             match pair.measure(turn, turns) {
                 Ok(measured) => case.add(&measured),
-                Err(error) if error.is::<super::turns::Interrupted>() => return Err(error),
+                Err(error) if error.is::<super::turns::MeasurementInterrupted>() => {
+                    return Err(error);
+                }
                 Err(error) => case.failed = Some(format!("{error:#}")),
             }
         }
@@ -147,14 +149,14 @@ pub(super) fn measure(
 
 /// Results of the rounds of a transport at a loss.
 #[derive(Clone, Debug, Default)]
-struct Case {
+struct TransportRounds {
     ages: Vec<i64>,
     came: u64,
     sent: u64,
     failed: Option<String>,
 }
 
-impl Case {
+impl TransportRounds {
     fn add(&mut self, measured: &Measured) {
         let received = &measured.receiver;
         self.ages.extend(received.looks.iter().map(|look| look.age));
@@ -167,11 +169,11 @@ impl Case {
         }
     }
 
-    fn row(&self, way: Way, loss: f64) -> Row {
-        Row {
+    fn row(&self, way: BenchTransport, loss: f64) -> TransportResult {
+        TransportResult {
             transport: way.name(),
             loss,
-            age: Quantiles::of(self.ages.iter().copied()),
+            age: TimeQuantiles::of(self.ages.iter().copied()),
             came: (self.sent > 0).then(|| self.came as f64 / self.sent as f64),
             failed: self.failed.clone(),
         }
@@ -179,15 +181,15 @@ impl Case {
 }
 
 /// Addresses of both ends.
-struct Place {
+struct EndpointPair {
     address: SocketAddr,
     /// Destination of datagrams: the receiving end.
     far: SocketAddr,
     before_receiver: Vec<String>,
 }
 
-impl Place {
-    fn of(way: Way, namespace: Option<&Namespace>) -> Self {
+impl EndpointPair {
+    fn of(way: BenchTransport, namespace: Option<&NetworkNamespace>) -> Self {
         let port = free_address().map_or(7447, |address| address.port());
         let ends = |near: Ipv4Addr, far: Ipv4Addr, before_receiver| Self {
             address: (near, port).into(),
@@ -202,20 +204,20 @@ impl Place {
 }
 
 fn pair(
-    way: Way,
-    settings: &Settings,
+    way: BenchTransport,
+    settings: &BenchSettings,
     bytes: usize,
-    place: &Place,
+    place: &EndpointPair,
     scratch: &Scratch,
 ) -> anyhow::Result<Pair> {
     let pace = settings.pace(bytes);
     let looks = Some(pace);
     let over = |[sender, receiver]: [TransportConfig; 2]| {
-        let sender = Plan::ZenohSender {
+        let sender = PeerPlan::ZenohSender {
             transport: sender,
             pace,
         };
-        let receiver = Plan::ZenohReceiver {
+        let receiver = PeerPlan::ZenohReceiver {
             transport: receiver,
             real_time: settings.real_time,
             looks,
@@ -225,19 +227,19 @@ fn pair(
     let address = place.address;
     let both = |endpoint: &str| [listening(endpoint), connecting(endpoint)];
     let mut pair = match way {
-        Way::Datagrams => {
-            let sender = Plan::UdpSender {
+        BenchTransport::Datagrams => {
+            let sender = PeerPlan::UdpSender {
                 to: place.far,
                 pace,
             };
             let at = place.far;
-            Pair::new(sender, Plan::UdpReceiver { at, looks })
+            Pair::new(sender, PeerPlan::UdpReceiver { at, looks })
         }
-        Way::Tcp => over(both(&format!("tcp/{address}"))),
-        Way::Udp => over(both(&format!("udp/{address}"))),
-        Way::Tls => over(scratch.with_certificates(both(&format!("tls/{address}")))?),
-        Way::Quic => over(scratch.with_certificates(both(&format!("quic/{address}")))?),
-        Way::UnixSocket => over(both(&scratch.socket(address.port()))),
+        BenchTransport::Tcp => over(both(&format!("tcp/{address}"))),
+        BenchTransport::Udp => over(both(&format!("udp/{address}"))),
+        BenchTransport::Tls => over(scratch.with_certificates(both(&format!("tls/{address}")))?),
+        BenchTransport::Quic => over(scratch.with_certificates(both(&format!("quic/{address}")))?),
+        BenchTransport::UnixSocket => over(both(&scratch.socket(address.port()))),
     };
     pair.before_receiver.clone_from(&place.before_receiver);
     pair.warm_up = WARM_UP;
@@ -317,36 +319,41 @@ impl Drop for Scratch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::plan::{Look, MessageCame, Told};
+    use crate::bench::plan::{AgeSample, MessageArrival, PeerReport};
 
     #[test]
     fn what_never_leaves_the_machine_is_tried_without_loss_alone() {
         let all: Vec<_> = cases(&[0.0, 0.05]).collect();
-        assert_eq!(all.len(), 2 * WAYS.len() - 1);
-        assert!(!all.contains(&(Way::UnixSocket, 0.05)));
+        assert_eq!(all.len(), 2 * TRANSPORTS.len() - 1);
+        assert!(!all.contains(&(BenchTransport::UnixSocket, 0.05)));
     }
 
     #[test]
     fn a_message_that_came_twice_came_once() {
-        let message = |count| MessageCame {
+        let message = |count| MessageArrival {
             count,
             woke: 0,
             left: 0,
             arrived: 0,
         };
         let measured = Measured {
-            receiver: Told {
+            receiver: PeerReport {
                 messages: [3, 4, 4, 6].map(message).into(),
-                looks: vec![Look { at: 9, age: 2_000 }],
-                ..Told::default()
+                looks: vec![AgeSample { at: 9, age: 2_000 }],
+                ..PeerReport::default()
             },
             ..Measured::default()
         };
-        let mut case = Case::default();
+        let mut case = TransportRounds::default();
         case.add(&measured);
-        let row = case.row(Way::Tcp, 0.0);
+        let row = case.row(BenchTransport::Tcp, 0.0);
         assert_eq!(row.came, Some(0.75));
         assert_eq!(row.age.unwrap().max_us, 2.0);
-        assert_eq!(Case::default().row(Way::Udp, 0.1).came, None);
+        assert_eq!(
+            TransportRounds::default()
+                .row(BenchTransport::Udp, 0.1)
+                .came,
+            None
+        );
     }
 }

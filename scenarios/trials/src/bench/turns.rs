@@ -7,21 +7,21 @@ use coaxle_lab::finished::Progress;
 use coaxle_os::machine;
 
 /// Refresh interval of the progress.
-const LOOK: Duration = Duration::from_millis(20);
+const REFRESH_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Ctrl-C came while something was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted: nothing is printed, as not everything was measured")]
-pub(super) struct Interrupted;
+pub(super) struct MeasurementInterrupted;
 
 /// Remaining time of a measurement, on a progress bar.
-pub(super) struct Turns<'a> {
+pub(super) struct BenchProgress<'a> {
     progress: &'a mut dyn Progress,
     done: Span,
     planned: Span,
 }
 
-impl<'a> Turns<'a> {
+impl<'a> BenchProgress<'a> {
     /// Starts with nothing planned.
     pub(super) fn new(progress: &'a mut dyn Progress) -> Self {
         Self {
@@ -39,8 +39,8 @@ impl<'a> Turns<'a> {
     /// Waits.
     ///
     /// # Errors
-    /// [`Interrupted`].
-    pub(super) fn wait(&mut self, time: Span) -> Result<(), Interrupted> {
+    /// [`MeasurementInterrupted`].
+    pub(super) fn wait(&mut self, time: Span) -> Result<(), MeasurementInterrupted> {
         let begin = machine::now();
         loop {
             let passed = machine::now() - begin;
@@ -50,26 +50,26 @@ impl<'a> Turns<'a> {
                 return Ok(());
             }
             let left = (time - passed).as_nanos().unsigned_abs();
-            std::thread::park_timeout(LOOK.min(Duration::from_nanos(left)));
+            std::thread::park_timeout(REFRESH_INTERVAL.min(Duration::from_nanos(left)));
         }
     }
 
     /// Adds time that was measured elsewhere.
     ///
     /// # Errors
-    /// [`Interrupted`].
-    pub(super) fn passed(&mut self, time: Span) -> Result<(), Interrupted> {
+    /// [`MeasurementInterrupted`].
+    pub(super) fn passed(&mut self, time: Span) -> Result<(), MeasurementInterrupted> {
         self.done += time;
         self.show(Span::ZERO)
     }
 
-    fn show(&mut self, passed: Span) -> Result<(), Interrupted> {
+    fn show(&mut self, passed: Span) -> Result<(), MeasurementInterrupted> {
         let planned = self.planned.as_secs_f64().max(1e-9);
         let share = ((self.done + passed).as_secs_f64() / planned).min(1.0);
         if self.progress.at(share) {
             Ok(())
         } else {
-            Err(Interrupted)
+            Err(MeasurementInterrupted)
         }
     }
 }

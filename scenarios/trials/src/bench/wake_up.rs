@@ -5,23 +5,23 @@ use coaxle_host::fitness;
 use serde::Serialize;
 
 use super::cyclictest;
-use super::plan::{Cycle, Plan};
+use super::plan::{CycleStamps, PeerPlan};
 use super::process::Process;
-use super::quantiles::{Quantiles, Ratio};
-use super::settings::Settings;
-use super::turns::Turns;
+use super::quantiles::{MedianRatio, TimeQuantiles};
+use super::settings::BenchSettings;
+use super::turns::BenchProgress;
 
 /// Lateness of wake-ups.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct WakeUp {
     /// Cycle thread of a node.
-    pub(super) node: Option<Quantiles>,
+    pub(super) node: Option<TimeQuantiles>,
     /// A loop that only sleeps, with these very settings.
-    pub(super) bare: Option<Quantiles>,
+    pub(super) bare: Option<TimeQuantiles>,
     /// Results of cyclictest; absent where it is not installed.
-    pub(super) cyclictest: Option<Quantiles>,
+    pub(super) cyclictest: Option<TimeQuantiles>,
     /// Our node over the bare loop.
-    pub(super) node_over_bare: Option<Ratio>,
+    pub(super) node_over_bare: Option<MedianRatio>,
     /// Requests for real time that the system did not grant.
     pub(super) denied: Vec<String>,
 }
@@ -33,13 +33,16 @@ const CONTENDERS: i64 = 3;
 const PATIENCE: Span = Span::from_secs(30);
 
 /// Planned time of the measurement.
-pub(super) fn planned(settings: &Settings) -> Span {
+pub(super) fn planned(settings: &BenchSettings) -> Span {
     settings.planned(CONTENDERS, Span::ZERO)
 }
 
 /// # Errors
 /// A thread or cyclictest cannot be started, or Ctrl-C came.
-pub(super) fn measure(settings: &Settings, turns: &mut Turns<'_>) -> anyhow::Result<WakeUp> {
+pub(super) fn measure(
+    settings: &BenchSettings,
+    turns: &mut BenchProgress<'_>,
+) -> anyhow::Result<WakeUp> {
     let turn = settings.turn(CONTENDERS);
     let (mut node, mut bare, mut other) = (Vec::new(), Vec::new(), Vec::new());
     let mut denied = Vec::new();
@@ -56,30 +59,34 @@ pub(super) fn measure(settings: &Settings, turns: &mut Turns<'_>) -> anyhow::Res
         )?);
         turns.passed(turn)?;
     }
-    let all = |rounds: &[Vec<i64>]| Quantiles::of(rounds.concat());
+    let all = |rounds: &[Vec<i64>]| TimeQuantiles::of(rounds.concat());
     Ok(WakeUp {
         node: all(&node),
         bare: all(&bare),
         cyclictest: all(&other),
-        node_over_bare: Ratio::of(&node, &bare),
+        node_over_bare: MedianRatio::of(&node, &bare),
         denied: denied.iter().map(ToString::to_string).collect(),
     })
 }
 
 /// Lateness of a node's cycle thread, for each deadline.
-fn of_node(settings: &Settings, time: Span, turns: &mut Turns<'_>) -> anyhow::Result<Vec<i64>> {
+fn of_node(
+    settings: &BenchSettings,
+    time: Span,
+    turns: &mut BenchProgress<'_>,
+) -> anyhow::Result<Vec<i64>> {
     let config = settings.nodes(1).sender(None)?;
-    let plan = Plan::SenderAlone { config };
+    let plan = PeerPlan::SenderAlone { config };
     let node = Process::start("sender", &plan, time + PATIENCE, &[])?;
     turns.wait(time)?;
     Ok(lateness(&node.end()?.cycles, settings.cycle))
 }
 
 /// Lateness for every deadline, including those that a node skips as too late: the bare loop does not skip.
-fn lateness(cycles: &[Cycle], cycle: Span) -> Vec<i64> {
+fn lateness(cycles: &[CycleStamps], cycle: Span) -> Vec<i64> {
     let mut late = Vec::with_capacity(cycles.len());
     let mut due = cycles.first().map(|first| first.ideal);
-    for Cycle { ideal, woke, .. } in cycles {
+    for CycleStamps { ideal, woke, .. } in cycles {
         let mut at = due.unwrap_or(*ideal);
         while at <= *ideal {
             late.push(woke - at);
@@ -96,7 +103,7 @@ mod tests {
 
     #[test]
     fn deadlines_that_a_node_skipped_were_missed_all_the_same() {
-        let cycle = |(ideal, woke)| Cycle {
+        let cycle = |(ideal, woke)| CycleStamps {
             count: 0,
             ideal,
             woke,

@@ -2,11 +2,11 @@
 //!
 //! Judging needs no network: messages and their arrivals go in, findings come out.
 
-mod heard;
 mod receiver;
 mod report;
 mod rule;
 mod sender;
+mod trial_result;
 
 use std::path::PathBuf;
 
@@ -17,26 +17,26 @@ use coaxle_os::exit::Exit;
 use coaxle_os::machine;
 use coaxle_report::inspect;
 
-use heard::Heard;
 use receiver::ReceiverArgs;
-use report::Format;
+use report::ReportFormat;
 use sender::SenderArgs;
+use trial_result::TrialResult;
 
 /// Arguments of `coaxle conform`.
 #[derive(Debug, Args)]
 pub struct ConformArgs {
     #[command(subcommand)]
-    tried: Tried,
+    tried: ConformTarget,
     /// A line for each rule, or JSON
     #[arg(short, long, value_enum, default_value_t, global = true)]
-    format: Format,
+    format: ReportFormat,
     /// Write a report in JUnit's format: a case for each rule
     #[arg(long, value_name = "FILE", global = true)]
     junit: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
-enum Tried {
+enum ConformTarget {
     /// Listen to a node that publishes axes, send it time requests, and show which rules it keeps
     Sender(SenderArgs),
     /// Play good and bad frames to a node that follows axes, as the far node that its config names, and judge its
@@ -44,7 +44,7 @@ enum Tried {
     Receiver(ReceiverArgs),
 }
 
-impl Tried {
+impl ConformTarget {
     const fn node(&self) -> &NodeName {
         match self {
             Self::Sender(args) => &args.node,
@@ -61,13 +61,13 @@ impl Tried {
 pub fn conform(args: &ConformArgs) -> anyhow::Result<Exit> {
     let began = machine::now();
     let (kind, heard) = match &args.tried {
-        Tried::Sender(args) => ("sender", sender::judge(args)?),
-        Tried::Receiver(args) => ("receiver", receiver::judge(args)?),
+        ConformTarget::Sender(args) => ("sender", sender::judge(args)?),
+        ConformTarget::Receiver(args) => ("receiver", receiver::judge(args)?),
     };
     let findings = match heard {
-        Heard::Findings(findings) => findings,
-        Heard::Interrupted => return Ok(Exit::Interrupted),
-        Heard::Nothing(why) => {
+        TrialResult::Findings(findings) => findings,
+        TrialResult::Interrupted => return Ok(Exit::Interrupted),
+        TrialResult::Nothing(why) => {
             tracing::error!("{why}");
             return Ok(Exit::NoData);
         }

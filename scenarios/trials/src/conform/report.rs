@@ -1,16 +1,16 @@
 //! Findings for people, as JSON, and for continuous integration.
 
 use clap::ValueEnum;
-use coaxle_lab::junit::{Case, Failure};
+use coaxle_lab::junit::{JunitCase, JunitFailure};
 use coaxle_node::one_line;
 use coaxle_os::exit::Exit;
 use serde_json::{Value, json};
 
-use super::rule::{Finding, Outcome};
+use super::rule::{RuleFinding, RuleOutcome};
 
 /// Format of the findings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
+pub(crate) enum ReportFormat {
     /// A line for each rule.
     #[default]
     Plain,
@@ -19,30 +19,30 @@ pub(crate) enum Format {
 }
 
 /// The findings about a node, in the words of `format`.
-pub(crate) fn shown(node: &str, findings: &[Finding], format: Format) -> String {
+pub(crate) fn shown(node: &str, findings: &[RuleFinding], format: ReportFormat) -> String {
     match format {
-        Format::Plain => plain(node, findings),
-        Format::Json => format!("{:#}", as_json(node, findings)),
+        ReportFormat::Plain => plain(node, findings),
+        ReportFormat::Json => format!("{:#}", as_json(node, findings)),
     }
 }
 
 /// Not met if a rule is broken.
-pub(crate) fn exit(findings: &[Finding]) -> Exit {
-    Exit::NotMet.unless(!findings.iter().any(Finding::is_broken))
+pub(crate) fn exit(findings: &[RuleFinding]) -> Exit {
+    Exit::NotMet.unless(!findings.iter().any(RuleFinding::is_broken))
 }
 
 /// A case for each rule. A rule that was not seen is no failure.
-pub(crate) fn cases(findings: &[Finding]) -> impl Iterator<Item = Case> {
-    findings.iter().map(|finding| Case {
+pub(crate) fn cases(findings: &[RuleFinding]) -> impl Iterator<Item = JunitCase> {
+    findings.iter().map(|finding| JunitCase {
         name: format!("{} {}", finding.rule.number, finding.rule.name),
-        failure: finding.is_broken().then(|| Failure {
-            message: told(&finding.outcome),
+        failure: finding.is_broken().then(|| JunitFailure {
+            message: outcome_text(&finding.outcome),
             text: place(finding),
         }),
     })
 }
 
-fn plain(node: &str, findings: &[Finding]) -> String {
+fn plain(node: &str, findings: &[RuleFinding]) -> String {
     let mut lines: Vec<_> = findings.iter().map(line).collect();
     let [kept, broken, not_seen] = counts(findings);
     lines.push(format!(
@@ -51,15 +51,15 @@ fn plain(node: &str, findings: &[Finding]) -> String {
     lines.join("\n")
 }
 
-fn line(finding: &Finding) -> String {
+fn line(finding: &RuleFinding) -> String {
     let word = match finding.outcome {
-        Outcome::Kept { .. } => "kept",
-        Outcome::Broken { .. } => "broken",
-        Outcome::NotSeen { .. } => "not seen",
+        RuleOutcome::Kept { .. } => "kept",
+        RuleOutcome::Broken { .. } => "broken",
+        RuleOutcome::NotSeen { .. } => "not seen",
     };
     let rule = finding.rule;
     let place = match finding.outcome {
-        Outcome::Broken { .. } => format!("; {}", place(finding)),
+        RuleOutcome::Broken { .. } => format!("; {}", place(finding)),
         _ => String::new(),
     };
     // A node's status may contain any text.
@@ -68,45 +68,45 @@ fn line(finding: &Finding) -> String {
         word,
         rule.number,
         rule.name,
-        told(&finding.outcome)
+        outcome_text(&finding.outcome)
     ))
 }
 
-fn told(outcome: &Outcome) -> String {
+fn outcome_text(outcome: &RuleOutcome) -> String {
     match outcome {
-        Outcome::Kept { seen } => seen.clone(),
-        Outcome::Broken {
+        RuleOutcome::Kept { seen } => seen.clone(),
+        RuleOutcome::Broken {
             received,
             expected,
             seen,
         } if seen.is_empty() => format!("received {received}, expected {expected}"),
-        Outcome::Broken {
+        RuleOutcome::Broken {
             received,
             expected,
             seen,
         } => format!("received {received}, expected {expected} ({seen})"),
-        Outcome::NotSeen { why } => why.clone(),
+        RuleOutcome::NotSeen { why } => why.clone(),
     }
 }
 
-fn place(finding: &Finding) -> String {
+fn place(finding: &RuleFinding) -> String {
     format!("docs/WIRE.md#{}", finding.rule.section)
 }
 
 /// Numbers of rules kept, broken and not seen.
-fn counts(findings: &[Finding]) -> [usize; 3] {
+fn counts(findings: &[RuleFinding]) -> [usize; 3] {
     let mut counts = [0; 3];
     for finding in findings {
         counts[match finding.outcome {
-            Outcome::Kept { .. } => 0,
-            Outcome::Broken { .. } => 1,
-            Outcome::NotSeen { .. } => 2,
+            RuleOutcome::Kept { .. } => 0,
+            RuleOutcome::Broken { .. } => 1,
+            RuleOutcome::NotSeen { .. } => 2,
         }] += 1;
     }
     counts
 }
 
-fn as_json(node: &str, findings: &[Finding]) -> Value {
+fn as_json(node: &str, findings: &[RuleFinding]) -> Value {
     let [kept, broken, not_seen] = counts(findings);
     let rules = findings.iter().map(|finding| {
         let mut rule = json!(finding.outcome);
@@ -128,17 +128,17 @@ mod tests {
 
     static COUNT: Rule = Rule::new("S7", "count", "what-the-fields-mean");
 
-    fn findings() -> Vec<Finding> {
+    fn findings() -> Vec<RuleFinding> {
         vec![
-            Finding::new(&COUNT, Outcome::kept("30 frames")),
-            Finding::new(&COUNT, Outcome::broken("5\nafter 5", "6 or more")),
-            Finding::new(&COUNT, Outcome::not_seen("no frame came")),
+            RuleFinding::new(&COUNT, RuleOutcome::kept("30 frames")),
+            RuleFinding::new(&COUNT, RuleOutcome::broken("5\nafter 5", "6 or more")),
+            RuleFinding::new(&COUNT, RuleOutcome::not_seen("no frame came")),
         ]
     }
 
     #[test]
     fn each_rule_has_a_line_and_a_broken_one_says_where_it_stands() {
-        let text = shown("belt", &findings(), Format::Plain);
+        let text = shown("belt", &findings(), ReportFormat::Plain);
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(
             lines,
@@ -154,7 +154,8 @@ mod tests {
 
     #[test]
     fn json_junit_and_the_exit_code_say_the_same() {
-        let json: Value = serde_json::from_str(&shown("belt", &findings(), Format::Json)).unwrap();
+        let json: Value =
+            serde_json::from_str(&shown("belt", &findings(), ReportFormat::Json)).unwrap();
         assert_eq!((&json["kept"], &json["broken"]), (&1.into(), &1.into()));
         assert_eq!(json["rules"][1]["outcome"], "broken");
         assert_eq!(json["rules"][1]["rule"], "count");

@@ -30,7 +30,7 @@ impl Rule {
 /// Outcome of a rule.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "kebab-case")]
-pub(crate) enum Outcome {
+pub(crate) enum RuleOutcome {
     /// Kept, as far as was seen.
     Kept {
         /// Observations.
@@ -52,7 +52,7 @@ pub(crate) enum Outcome {
     },
 }
 
-impl Outcome {
+impl RuleOutcome {
     pub(crate) fn kept(seen: impl Into<String>) -> Self {
         Self::Kept { seen: seen.into() }
     }
@@ -72,18 +72,18 @@ impl Outcome {
 
 /// A rule with its outcome.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Finding {
+pub(crate) struct RuleFinding {
     pub(crate) rule: &'static Rule,
-    pub(crate) outcome: Outcome,
+    pub(crate) outcome: RuleOutcome,
 }
 
-impl Finding {
-    pub(crate) const fn new(rule: &'static Rule, outcome: Outcome) -> Self {
+impl RuleFinding {
+    pub(crate) const fn new(rule: &'static Rule, outcome: RuleOutcome) -> Self {
         Self { rule, outcome }
     }
 
     pub(crate) const fn is_broken(&self) -> bool {
-        matches!(self.outcome, Outcome::Broken { .. })
+        matches!(self.outcome, RuleOutcome::Broken { .. })
     }
 }
 
@@ -123,22 +123,24 @@ impl Tally {
     }
 
     /// Outcome for cases called `things`; `why` explains that none was seen.
-    pub(crate) fn outcome(&self, things: &str, why: &str) -> Outcome {
+    pub(crate) fn outcome(&self, things: &str, why: &str) -> RuleOutcome {
         self.outcome_but_for(0.0, things, why)
     }
 
     /// Outcome that permits this share of bad cases: machines and networks are busy now and then.
-    pub(crate) fn outcome_but_for(&self, share: f64, things: &str, why: &str) -> Outcome {
+    pub(crate) fn outcome_but_for(&self, share: f64, things: &str, why: &str) -> RuleOutcome {
         let all = self.all();
         match &self.first {
-            Some((received, expected)) if self.bad as f64 > share * all as f64 => Outcome::Broken {
-                received: received.clone(),
-                expected: expected.clone(),
-                seen: format!("{} of {all} {things}", self.bad),
-            },
-            _ if all == 0 => Outcome::not_seen(why),
-            Some(_) => Outcome::kept(format!("{} of {all} {things}", self.good)),
-            None => Outcome::kept(format!("{all} {things}")),
+            Some((received, expected)) if self.bad as f64 > share * all as f64 => {
+                RuleOutcome::Broken {
+                    received: received.clone(),
+                    expected: expected.clone(),
+                    seen: format!("{} of {all} {things}", self.bad),
+                }
+            }
+            _ if all == 0 => RuleOutcome::not_seen(why),
+            Some(_) => RuleOutcome::kept(format!("{} of {all} {things}", self.good)),
+            None => RuleOutcome::kept(format!("{all} {things}")),
         }
     }
 }
@@ -152,14 +154,14 @@ mod tests {
         let mut tally = Tally::default();
         assert_eq!(
             tally.outcome("frames", "none came"),
-            Outcome::not_seen("none came")
+            RuleOutcome::not_seen("none came")
         );
         tally.good();
-        assert_eq!(tally.outcome("frames", ""), Outcome::kept("1 frames"));
+        assert_eq!(tally.outcome("frames", ""), RuleOutcome::kept("1 frames"));
         for received in ["5", "6"] {
             tally.check(false, || (received.to_owned(), "4".to_owned()));
         }
-        let Outcome::Broken {
+        let RuleOutcome::Broken {
             received,
             expected,
             seen,
@@ -173,7 +175,7 @@ mod tests {
         );
         assert_eq!(
             tally.outcome_but_for(0.7, "frames", ""),
-            Outcome::kept("1 of 3 frames")
+            RuleOutcome::kept("1 of 3 frames")
         );
     }
 }

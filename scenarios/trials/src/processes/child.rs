@@ -16,7 +16,7 @@ use super::memory::MemoryWatch;
 
 /// Role of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum NodeRole {
     Sender,
     Receiver,
 }
@@ -33,7 +33,7 @@ pub(crate) enum NodeOutput {
 /// A node's process, and the files of all its runs.
 #[derive(Debug)]
 pub(crate) struct Child {
-    role: Role,
+    role: NodeRole,
     name: String,
     config: PathBuf,
     output: NodeOutput,
@@ -44,12 +44,12 @@ pub(crate) struct Child {
 }
 
 /// Time that a node may take to end by itself.
-const PATIENCE: Span = Span::from_secs(10);
+const END_TIMEOUT: Span = Span::from_secs(10);
 /// Number of log lines that a death is reported with: a node's error and its causes.
 const LAST_LINES: usize = 5;
 
 impl Child {
-    pub(super) fn new(role: Role, name: &str, config: PathBuf, output: NodeOutput) -> Self {
+    pub(super) fn new(role: NodeRole, name: &str, config: PathBuf, output: NodeOutput) -> Self {
         Self {
             role,
             name: name.to_owned(),
@@ -90,8 +90,8 @@ impl Child {
         let mut command = Command::new(program);
         command
             .arg(match self.role {
-                Role::Sender => "sender",
-                Role::Receiver => "receiver",
+                NodeRole::Sender => "sender",
+                NodeRole::Receiver => "receiver",
             })
             .arg(&self.config)
             .arg(match self.output {
@@ -192,10 +192,10 @@ impl Child {
                     false => self.ended(status, "badly").map(Some),
                 };
             }
-            if machine::now() - asked > PATIENCE {
+            if machine::now() - asked > END_TIMEOUT {
                 process.kill().context("cannot kill a node")?;
                 process.wait().context("cannot wait for a node")?;
-                bail!("{} did not end within {PATIENCE}", self.name);
+                bail!("{} did not end within {END_TIMEOUT}", self.name);
             }
             std::thread::park_timeout(Duration::from_millis(5));
         }

@@ -11,7 +11,7 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::wiring;
 use serde::Serialize;
 
-use super::child::{Child, NodeOutput, Role};
+use super::child::{Child, NodeOutput, NodeRole};
 
 /// Transport protocol between nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -33,12 +33,12 @@ impl Protocol {
 }
 
 /// The nodes, in the order of the scenario, senders first and duplicates last, with the endpoint each listens on.
-pub(crate) struct Nodes {
+pub(crate) struct NodeProcesses {
     pub(crate) children: Vec<Child>,
     pub(crate) endpoints: Vec<String>,
 }
 
-impl Nodes {
+impl NodeProcesses {
     /// Writes the nodes' configs into `folder`, which is emptied. Receivers leave there the output that
     /// `of_receivers` names, senders a trace.
     pub(crate) fn prepare(
@@ -90,7 +90,7 @@ fn write_configs(
             config.seed = scenario.seed_of(&config.name);
             config.transport = local(&config.transport, listen(), Vec::new());
             let path = write_toml(folder, &file, &config)?;
-            children.push(Child::new(Role::Sender, &file, path, NodeOutput::Trace));
+            children.push(Child::new(NodeRole::Sender, &file, path, NodeOutput::Trace));
         }
         if let Some(config) = scenario.receivers.iter().find(|r| r.name == **name) {
             let mut config = config.clone();
@@ -109,7 +109,7 @@ fn write_configs(
             let connect = sources.map(|n| endpoints[*n].clone()).collect();
             config.transport = local(&config.transport, listen(), connect);
             let path = write_toml(folder, &file, &config)?;
-            children.push(Child::new(Role::Receiver, &file, path, of_receivers));
+            children.push(Child::new(NodeRole::Receiver, &file, path, of_receivers));
         }
     }
     Ok(children)

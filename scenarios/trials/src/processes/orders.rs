@@ -6,31 +6,31 @@ use std::thread::JoinHandle;
 
 use anyhow::Context;
 use coaxle_host::Commander;
-use coaxle_lab::event::{Commanded, Event, Happening};
+use coaxle_lab::event::{Event, EventCommand, EventKind};
 use coaxle_lab::verdict::Verdict;
 use coaxle_node::CommandAnswer;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 
 /// The orders of a run. None of them delays the runner: each waits for its response on its own thread.
-pub(super) struct Orders {
+pub(super) struct OrderSender {
     commander: Option<Arc<Commander>>,
-    sent: Vec<Sent>,
+    sent: Vec<PendingOrder>,
 }
 
-struct Sent {
+struct PendingOrder {
     event: Event,
-    commanded: Commanded,
+    commanded: EventCommand,
     answer: JoinHandle<anyhow::Result<CommandAnswer>>,
 }
 
-impl Orders {
+impl OrderSender {
     /// Joins the network if there is anything to send.
     pub(super) fn prepare(
         events: &[Event],
         endpoint: impl Fn(&NodeName) -> Option<String>,
     ) -> anyhow::Result<Self> {
-        let is_order = |event: &&Event| matches!(event.what, Happening::Command(_));
+        let is_order = |event: &&Event| matches!(event.what, EventKind::Command(_));
         let nodes: BTreeSet<_> = events.iter().filter(is_order).map(|e| &e.node).collect();
         let commander = if nodes.is_empty() {
             None
@@ -48,7 +48,7 @@ impl Orders {
     }
 
     pub(super) fn send(&mut self, event: &Event) -> anyhow::Result<()> {
-        let (Some(commander), Happening::Command(commanded)) = (&self.commander, &event.what)
+        let (Some(commander), EventKind::Command(commanded)) = (&self.commander, &event.what)
         else {
             return Ok(());
         };
@@ -58,7 +58,7 @@ impl Orders {
             .name("order".to_owned())
             .spawn(move || commander.send(&node, &order))
             .context("cannot start a thread for an order")?;
-        self.sent.push(Sent {
+        self.sent.push(PendingOrder {
             event: event.clone(),
             commanded: commanded.clone(),
             answer,
@@ -68,7 +68,7 @@ impl Orders {
 
     /// Waits for the outstanding responses, and leaves the network.
     pub(super) fn finish(self) -> Vec<Verdict> {
-        let verdicts = self.sent.into_iter().map(Sent::judge).collect();
+        let verdicts = self.sent.into_iter().map(PendingOrder::judge).collect();
         if let Some(commander) = self.commander.and_then(Arc::into_inner) {
             commander.close();
         }
@@ -76,7 +76,7 @@ impl Orders {
     }
 }
 
-impl Sent {
+impl PendingOrder {
     fn judge(self) -> Verdict {
         let answer = match self.answer.join() {
             Ok(Ok(answer)) => Some(answer),

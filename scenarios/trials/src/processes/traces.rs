@@ -30,11 +30,11 @@ pub(super) fn evaluate(
     sink: &mut impl RowSink,
 ) -> anyhow::Result<Finished> {
     let (senders, receivers) = children.split_at(scenario.senders.len());
-    let senders: Vec<Vec<Cycle<SenderRow>>> = (senders.iter().zip(&scenario.senders))
-        .map(|(child, config)| read(child, |row| Cycle::of_sender(config, row)))
+    let senders: Vec<Vec<TraceCycle<SenderRow>>> = (senders.iter().zip(&scenario.senders))
+        .map(|(child, config)| read(child, |row| TraceCycle::of_sender(config, row)))
         .collect::<Result<_, _>>()?;
-    let receivers: Vec<Vec<Cycle<SignalRow>>> = (receivers.iter().zip(&scenario.receivers))
-        .map(|(child, config)| read(child, |row| Cycle::of_receiver(config, row)))
+    let receivers: Vec<Vec<TraceCycle<SignalRow>>> = (receivers.iter().zip(&scenario.receivers))
+        .map(|(child, config)| read(child, |row| TraceCycle::of_receiver(config, row)))
         .collect::<Result<_, _>>()?;
     let start = senders
         .iter()
@@ -52,32 +52,32 @@ pub(super) fn evaluate(
     );
     for step in in_order(&senders, &receivers) {
         match step {
-            Step::Sender(sender, cycle) => {
+            TraceStep::Sender(sender, cycle) => {
                 let SenderRow { node, axes } = &cycle.signals;
                 for (config, axis) in scenario.senders[sender].shown_axes().zip(axes) {
                     let sample = truth_of(cycle.at_ns, node, axis);
-                    evaluation.master_was(sender, config.id.get(), sample);
+                    evaluation.push_master(sender, config.id.get(), sample);
                 }
             }
-            Step::Receiver(receiver, cycle) => {
-                let Cycle {
+            TraceStep::Receiver(receiver, cycle) => {
+                let TraceCycle {
                     at_ns,
                     woke_ns,
                     signals,
                 } = cycle;
-                evaluation.receiver_did(receiver, *at_ns, *woke_ns, signals, sink);
+                evaluation.push_receiver(receiver, *at_ns, *woke_ns, signals, sink);
             }
         }
     }
     Ok(Finished::new(evaluation.finish(sink)))
 }
 
-enum Step<'a> {
-    Sender(usize, &'a Cycle<SenderRow>),
-    Receiver(usize, &'a Cycle<SignalRow>),
+enum TraceStep<'a> {
+    Sender(usize, &'a TraceCycle<SenderRow>),
+    Receiver(usize, &'a TraceCycle<SignalRow>),
 }
 
-impl Step<'_> {
+impl TraceStep<'_> {
     fn at_ns(&self) -> i64 {
         match self {
             Self::Sender(_, record) => record.at_ns,
@@ -87,33 +87,35 @@ impl Step<'_> {
 }
 
 fn in_order<'a>(
-    senders: &'a [Vec<Cycle<SenderRow>>],
-    receivers: &'a [Vec<Cycle<SignalRow>>],
-) -> Vec<Step<'a>> {
-    let of_senders = senders
-        .iter()
-        .enumerate()
-        .flat_map(|(n, records)| records.iter().map(move |record| Step::Sender(n, record)));
-    let of_receivers = receivers
-        .iter()
-        .enumerate()
-        .flat_map(|(n, records)| records.iter().map(move |record| Step::Receiver(n, record)));
+    senders: &'a [Vec<TraceCycle<SenderRow>>],
+    receivers: &'a [Vec<TraceCycle<SignalRow>>],
+) -> Vec<TraceStep<'a>> {
+    let of_senders = senders.iter().enumerate().flat_map(|(n, records)| {
+        records
+            .iter()
+            .map(move |record| TraceStep::Sender(n, record))
+    });
+    let of_receivers = receivers.iter().enumerate().flat_map(|(n, records)| {
+        records
+            .iter()
+            .map(move |record| TraceStep::Receiver(n, record))
+    });
     let mut steps: Vec<_> = of_senders.chain(of_receivers).collect();
-    steps.sort_by_key(Step::at_ns);
+    steps.sort_by_key(TraceStep::at_ns);
     steps
 }
 
 /// A node's cycle, as its trace has it. Columns are read by place, not by name: the config gives the numbers of nodes,
 /// axes and slaves.
-struct Cycle<R> {
+struct TraceCycle<R> {
     at_ns: i64,
     woke_ns: i64,
     signals: R,
 }
 
-impl Cycle<SenderRow> {
+impl TraceCycle<SenderRow> {
     fn of_sender(config: &SenderConfig, row: &StringRecord) -> csv::Result<Self> {
-        let mut columns = Columns { row, at: 0 };
+        let mut columns = RowColumns { row, at: 0 };
         let (at_ns, woke_ns) = columns.next(2)?;
         let mut signals = SenderRow::new(config);
         signals.node = columns.signals()?;
@@ -128,9 +130,9 @@ impl Cycle<SenderRow> {
     }
 }
 
-impl Cycle<SignalRow> {
+impl TraceCycle<SignalRow> {
     fn of_receiver(config: &ReceiverConfig, row: &StringRecord) -> csv::Result<Self> {
-        let mut columns = Columns { row, at: 0 };
+        let mut columns = RowColumns { row, at: 0 };
         let (at_ns, woke_ns) = columns.next(2)?;
         let mut signals = SignalRow::new(config);
         signals.node = columns.signals()?;
@@ -155,12 +157,12 @@ impl Cycle<SignalRow> {
 }
 
 /// The values of a row, from left to right.
-struct Columns<'a> {
+struct RowColumns<'a> {
     row: &'a StringRecord,
     at: usize,
 }
 
-impl Columns<'_> {
+impl RowColumns<'_> {
     fn signals<S: Signals + DeserializeOwned>(&mut self) -> csv::Result<S> {
         self.next(S::SIGNALS.len())
     }

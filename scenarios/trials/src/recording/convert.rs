@@ -2,7 +2,7 @@
 
 use coaxle_node::arrival::{ArrivalRow, ExchangeRow};
 
-use super::format::{Exchange, Message, Recording};
+use super::format::{ArrivalRecording, RecordedExchange, RecordedMessage};
 use super::raw::Raw;
 
 /// Map from the receiver's clock to the sender's time: zero is the ideal start of the first
@@ -29,16 +29,16 @@ impl TimeScale {
     /// so that the least delay is zero.
     pub(crate) fn fitted(raw: &Raw) -> Self {
         let first = raw.sent_first();
-        let points: Vec<Point> = raw
+        let points: Vec<FitPoint> = raw
             .messages
             .iter()
-            .map(|row| Point::of(first, row))
+            .map(|row| FitPoint::of(first, row))
             .collect();
         let mut drift = 0.0;
         for _ in 0..PASSES {
             drift += slope(&earliest(&points, drift));
         }
-        let above = |point: &Point| point.above(drift).phase;
+        let above = |point: &FitPoint| point.above(drift).phase;
         let least = points.iter().map(above).fold(f64::INFINITY, f64::min);
         Self {
             zero_ns: first.arrival_ns.saturating_add(least.floor() as i64),
@@ -61,12 +61,12 @@ impl TimeScale {
 }
 
 /// Puts everything on the time scale.
-pub(crate) fn convert(raw: &Raw, scale: &TimeScale) -> Recording {
+pub(crate) fn convert(raw: &Raw, scale: &TimeScale) -> ArrivalRecording {
     let first = raw.sent_first();
     let converted = raw.messages.iter().map(|row| message(first, row, scale));
-    let messages: Vec<Message> = converted.flatten().collect();
+    let messages: Vec<RecordedMessage> = converted.flatten().collect();
     let exchange = |row: &ExchangeRow| exchange(first, row, scale);
-    Recording {
+    ArrivalRecording {
         left_out: (raw.messages.len() - messages.len()) as u64,
         messages,
         exchanges: raw.exchanges.iter().map(exchange).collect(),
@@ -74,23 +74,23 @@ pub(crate) fn convert(raw: &Raw, scale: &TimeScale) -> Recording {
 }
 
 /// Converts a message; none if a number is too large for the file.
-fn message(first: &ArrivalRow, row: &ArrivalRow, scale: &TimeScale) -> Option<Message> {
+fn message(first: &ArrivalRow, row: &ArrivalRow, scale: &TimeScale) -> Option<RecordedMessage> {
     let count = row.count.wrapping_sub(first.count) as i64;
     let stamp = row.send_stamp_ns.unwrap_or(0);
     let due = count.checked_mul(first.cycle_time_ns)?;
     let sent = due.checked_add(stamp)?;
     let delay = scale.sender_time_ns(row.arrival_ns).checked_sub(sent)?;
-    Some(Message {
+    Some(RecordedMessage {
         count: count.try_into().ok()?,
         send_stamp_ns: stamp.try_into().ok()?,
         delay_ns: delay.try_into().ok()?,
     })
 }
 
-fn exchange(first: &ArrivalRow, row: &ExchangeRow, scale: &TimeScale) -> Exchange {
+fn exchange(first: &ArrivalRow, row: &ExchangeRow, scale: &TimeScale) -> RecordedExchange {
     // The sender counts its own time since its cycle 0.
     let before = (first.count as i64).saturating_mul(first.cycle_time_ns);
-    Exchange {
+    RecordedExchange {
         t1_ns: scale.sender_time_ns(row.t1_ns),
         t2_ns: row.t2_ns.saturating_sub(before),
         t3_ns: row.t3_ns.saturating_sub(before),
@@ -100,14 +100,14 @@ fn exchange(first: &ArrivalRow, row: &ExchangeRow, scale: &TimeScale) -> Exchang
 
 /// A message as the fit sees it, ns since the first one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Point {
+struct FitPoint {
     /// The sender's time when it was sent.
     passed: f64,
     /// Arrival minus that: drift and delay.
     phase: f64,
 }
 
-impl Point {
+impl FitPoint {
     fn of(first: &ArrivalRow, row: &ArrivalRow) -> Self {
         let count = row.count.wrapping_sub(first.count) as i64;
         let due = count.saturating_mul(first.cycle_time_ns);
@@ -135,10 +135,10 @@ const SHORTEST: f64 = 8.0;
 const PASSES: usize = 2;
 
 /// The earliest point of each window, once a drift is taken away.
-fn earliest(points: &[Point], drift: f64) -> Vec<Point> {
+fn earliest(points: &[FitPoint], drift: f64) -> Vec<FitPoint> {
     let whole = points.iter().map(|point| point.passed).fold(0.0, f64::max);
     let window = WINDOW_NS.min(whole / SHORTEST).max(1.0);
-    let mut found: Vec<(f64, Point)> = Vec::new();
+    let mut found: Vec<(f64, FitPoint)> = Vec::new();
     for point in points.iter().map(|point| point.above(drift)) {
         let this = (point.passed / window).floor();
         match found.last_mut() {
@@ -155,9 +155,9 @@ fn earliest(points: &[Point], drift: f64) -> Vec<Point> {
 }
 
 /// The slope of the line of least squares; zero through a single point.
-fn slope(points: &[Point]) -> f64 {
+fn slope(points: &[FitPoint]) -> f64 {
     let number = points.len() as f64;
-    let mean = |of: fn(&Point) -> f64| points.iter().map(of).sum::<f64>() / number;
+    let mean = |of: fn(&FitPoint) -> f64| points.iter().map(of).sum::<f64>() / number;
     let (middle, level) = (mean(|point| point.passed), mean(|point| point.phase));
     let (mut covariance, mut variance) = (0.0, 0.0);
     for point in points {

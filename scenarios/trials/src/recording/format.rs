@@ -9,16 +9,16 @@ use anyhow::Context;
 /// Arrivals and time exchanges of one run of a sender, on one time scale: nanoseconds since the ideal
 /// start of the first recorded cycle, whose count is 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Recording {
-    pub(crate) messages: Vec<Message>,
-    pub(crate) exchanges: Vec<Exchange>,
+pub(crate) struct ArrivalRecording {
+    pub(crate) messages: Vec<RecordedMessage>,
+    pub(crate) exchanges: Vec<RecordedExchange>,
     /// Messages with numbers that the file cannot hold: more than 2.1 s late.
     pub(crate) left_out: u64,
 }
 
 /// A message. The ideal start of its cycle is `count` times the cycle time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Message {
+pub(crate) struct RecordedMessage {
     /// The sender's cycle, counted from the first recorded one.
     pub(crate) count: i32,
     /// Departure after the ideal start of its cycle, ns; 0 where the sender does not state it.
@@ -29,7 +29,7 @@ pub(crate) struct Message {
 
 /// The four stamps of a time request and its response, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Exchange {
+pub(crate) struct RecordedExchange {
     pub(crate) t1_ns: i64,
     pub(crate) t2_ns: i64,
     pub(crate) t3_ns: i64,
@@ -38,8 +38,8 @@ pub(crate) struct Exchange {
 
 /// The files of a recording called `DIR/NAME`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Files {
-    /// `NAME.i32`: a row per message, see [`Message::row`].
+pub(crate) struct RecordingFiles {
+    /// `NAME.i32`: a row per message, see [`RecordedMessage::row`].
     pub(crate) messages: PathBuf,
     /// `NAME-exchanges.csv`.
     pub(crate) exchanges: PathBuf,
@@ -47,7 +47,7 @@ pub(crate) struct Files {
     pub(crate) summary: PathBuf,
 }
 
-impl Files {
+impl RecordingFiles {
     pub(crate) fn of(name: &Path) -> Self {
         let ending = |ending: &str| {
             let mut path = name.as_os_str().to_owned();
@@ -62,7 +62,7 @@ impl Files {
     }
 }
 
-impl Message {
+impl RecordedMessage {
     /// Four little-endian 32-bit integers: count, send stamp, delay, and the delay by the kernel's
     /// receive stamp, which Zenoh does not show: 0.
     fn row(&self) -> [u8; 16] {
@@ -77,12 +77,12 @@ impl Message {
     }
 }
 
-impl Recording {
+impl ArrivalRecording {
     /// Writes messages and exchanges.
     ///
     /// # Errors
     /// Names the file that cannot be written.
-    pub(crate) fn write(&self, files: &Files) -> anyhow::Result<()> {
+    pub(crate) fn write(&self, files: &RecordingFiles) -> anyhow::Result<()> {
         self.write_messages(&files.messages)
             .with_context(|| format!("cannot write {}", files.messages.display()))?;
         self.write_exchanges(&files.exchanges)
@@ -128,22 +128,22 @@ mod tests {
     #[test]
     fn what_is_written_can_be_read() {
         let folder = tempfile::tempdir().unwrap();
-        let files = Files::of(&folder.path().join("udp.idle"));
+        let files = RecordingFiles::of(&folder.path().join("udp.idle"));
         assert!(files.messages.ends_with("udp.idle.i32"));
-        let recording = Recording {
+        let recording = ArrivalRecording {
             messages: vec![
-                Message {
+                RecordedMessage {
                     count: 0,
                     send_stamp_ns: -20,
                     delay_ns: 13_000,
                 },
-                Message {
+                RecordedMessage {
                     count: 70_000,
                     send_stamp_ns: 55_555,
                     delay_ns: i32::MAX,
                 },
             ],
-            exchanges: vec![Exchange {
+            exchanges: vec![RecordedExchange {
                 t1_ns: -5,
                 t2_ns: 6,
                 t3_ns: 7,
@@ -159,14 +159,14 @@ mod tests {
         let text = std::fs::read_to_string(&files.exchanges).unwrap();
         assert_eq!(text, "t1_ns,t2_ns,t3_ns,t4_ns\n-5,6,7,1099511627776\n");
         let mut csv = csv::Reader::from_path(&files.exchanges).unwrap();
-        let read: Vec<Exchange> = csv.deserialize().map(Result::unwrap).collect();
+        let read: Vec<RecordedExchange> = csv.deserialize().map(Result::unwrap).collect();
         assert_eq!(read, recording.exchanges);
     }
 
     #[test]
     fn a_folder_that_is_not_there_is_named() {
-        let files = Files::of(Path::new("no/such/folder/idle"));
-        let error = Recording::default().write(&files).unwrap_err();
+        let files = RecordingFiles::of(Path::new("no/such/folder/idle"));
+        let error = ArrivalRecording::default().write(&files).unwrap_err();
         assert!(format!("{error:#}").contains("no/such/folder/idle.i32"));
     }
 }

@@ -14,11 +14,11 @@ use coaxle_os::{Machine, machine};
 use super::busy::Busy;
 use super::convert::TimeScale;
 use super::raw::{Raw, rows};
-use crate::processes::{Child, Death, NodeOutput, Nodes, Protocol};
+use crate::processes::{Child, Death, NodeOutput, NodeProcesses, Protocol};
 
 /// Settings of a recording.
 #[derive(Clone, Debug)]
-pub(crate) struct Settings {
+pub(crate) struct RecordingSettings {
     pub(crate) duration: Span,
     pub(crate) cycle_us: f64,
     pub(crate) protocol: Protocol,
@@ -28,7 +28,7 @@ pub(crate) struct Settings {
 
 /// Result of a recording.
 #[derive(Debug)]
-pub(crate) struct Recorded {
+pub(crate) struct RecordingResult {
     pub(crate) raw: Raw,
     pub(crate) scale: TimeScale,
     /// Warnings of the nodes.
@@ -36,22 +36,22 @@ pub(crate) struct Recorded {
 }
 
 /// Nodes have met after this time, or never do.
-const PATIENCE: Span = Span::from_secs(60);
+const MEETING_TIMEOUT: Span = Span::from_secs(60);
 /// Interval of checks of the nodes.
-const LOOK: Duration = Duration::from_millis(20);
+const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Starts the nodes, lets them run, and ends them. Their files lie in `folder`.
 ///
 /// # Errors
 /// A node that does not start, does not find the other, or ends badly; a file that cannot be read.
 pub(crate) fn record(
-    settings: &Settings,
+    settings: &RecordingSettings,
     folder: &Path,
     progress: &mut dyn Progress,
-) -> anyhow::Result<Recorded> {
+) -> anyhow::Result<RecordingResult> {
     let scenario = scenario(settings)?;
     let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file("recording"))?;
-    let nodes = Nodes::prepare(
+    let nodes = NodeProcesses::prepare(
         &scenario,
         &topology,
         folder,
@@ -62,7 +62,7 @@ pub(crate) fn record(
     let busy = Busy::start(settings.busy)?;
     for child in &mut children {
         // Nodes end even if no process is left to end them.
-        child.end_after(settings.duration + PATIENCE * 2);
+        child.end_after(settings.duration + MEETING_TIMEOUT * 2);
         child.start()?;
     }
     run(settings, &mut children, progress)?;
@@ -72,7 +72,7 @@ pub(crate) fn record(
     };
     let mut raw = Raw::read(&file_of(receiver)?)?;
     raw.keep_first(settings.duration.as_nanos());
-    Ok(Recorded {
+    Ok(RecordingResult {
         scale: scale(&raw, &file_of(sender)?)?,
         raw,
         warnings: children.iter().flat_map(warnings).collect(),
@@ -80,7 +80,7 @@ pub(crate) fn record(
 }
 
 /// A sender, and a receiver that takes all its messages, without any fault injected.
-fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
+fn scenario(settings: &RecordingSettings) -> anyhow::Result<Scenario> {
     let cycle = settings.cycle_us;
     let real_time = if settings.real_time {
         "real-time = { priority = 80, lock-memory = true }"
@@ -118,16 +118,18 @@ fn scenario(settings: &Settings) -> anyhow::Result<Scenario> {
 
 /// Waits for the first message, then for the end of the recording, and ends the nodes.
 fn run(
-    settings: &Settings,
+    settings: &RecordingSettings,
     children: &mut [Child],
     progress: &mut dyn Progress,
 ) -> anyhow::Result<()> {
     let arrivals = children.last().map(file_of).transpose()?;
-    let deadline = machine::now() + PATIENCE;
+    let deadline = machine::now() + MEETING_TIMEOUT;
     while !arrivals.as_deref().is_some_and(has_a_row) {
         look_after(children)?;
         if machine::now() > deadline {
-            bail!("received no message within {PATIENCE}, expected one: see the nodes' logs");
+            bail!(
+                "received no message within {MEETING_TIMEOUT}, expected one: see the nodes' logs"
+            );
         }
     }
     let begin = machine::now();
@@ -145,7 +147,7 @@ fn run(
 }
 
 fn look_after(children: &mut [Child]) -> anyhow::Result<()> {
-    std::thread::park_timeout(LOOK);
+    std::thread::park_timeout(CHECK_INTERVAL);
     children
         .iter_mut()
         .try_for_each(|child| none_died(child.check()?))

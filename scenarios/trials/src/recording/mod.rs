@@ -20,15 +20,15 @@ use coaxle_lab::finished::Progress;
 
 use crate::processes::Protocol;
 use convert::{TimeScale, convert};
-use format::{Files, Recording};
-use live::Settings;
+use format::{ArrivalRecording, RecordingFiles};
+use live::RecordingSettings;
 use raw::Raw;
-use summary::{Origin, Summary};
+use summary::{RecordingOrigin, RecordingSummary};
 
 /// Settings and destination of a recording.
 #[derive(Debug, Args)]
 #[command(after_long_help = FORMAT)]
-pub struct RecordArgs {
+pub struct RecordArrivalsArgs {
     /// The recording: DIR/NAME gives DIR/NAME.i32, DIR/NAME-exchanges.csv and DIR/NAME.json
     #[arg(long, value_name = "DIR/NAME")]
     out: PathBuf,
@@ -89,7 +89,7 @@ fn cycle_micros(text: &str) -> Result<CycleMicros, String> {
     CycleMicros::try_from(number).map_err(|wrong| wrong.to_string())
 }
 
-impl RecordArgs {
+impl RecordArrivalsArgs {
     /// Expected time, s; none if nothing is recorded.
     pub fn seconds(&self) -> Option<f64> {
         self.from.is_none().then(|| self.seconds.get())
@@ -100,8 +100,8 @@ impl RecordArgs {
 ///
 /// # Errors
 /// A node that does not start or ends badly, a file that cannot be read or written.
-pub fn run(args: &RecordArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
-    let files = Files::of(&args.out);
+pub fn run(args: &RecordArrivalsArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
+    let files = RecordingFiles::of(&args.out);
     make_folder_of(&files.messages)?;
     let (recording, summary) = match &args.from {
         Some(file) => converted(file)?,
@@ -113,14 +113,14 @@ pub fn run(args: &RecordArgs, progress: &mut dyn Progress) -> anyhow::Result<Str
     Ok(format!("{}recording: {written}", summary.text()))
 }
 
-fn converted(file: &Path) -> anyhow::Result<(Recording, Summary)> {
+fn converted(file: &Path) -> anyhow::Result<(ArrivalRecording, RecordingSummary)> {
     let raw = Raw::read(file)?;
     if raw.other_runs > 0 {
         let others = raw.other_runs;
         tracing::warn!("the sender was started anew: {others} shorter runs are left out");
     }
     let scale = TimeScale::fitted(&raw);
-    let origin = Origin::Fitted {
+    let origin = RecordingOrigin::Fitted {
         file: file.display().to_string(),
         drift_ppm: scale.drift_ppm(),
     };
@@ -128,10 +128,10 @@ fn converted(file: &Path) -> anyhow::Result<(Recording, Summary)> {
 }
 
 fn recorded(
-    args: &RecordArgs,
+    args: &RecordArrivalsArgs,
     progress: &mut dyn Progress,
-) -> anyhow::Result<(Recording, Summary)> {
-    let settings = Settings {
+) -> anyhow::Result<(ArrivalRecording, RecordingSummary)> {
+    let settings = RecordingSettings {
         duration: Span::from_secs_f64(args.seconds.get()),
         cycle_us: args.cycle_us.into(),
         protocol: args.transport,
@@ -139,7 +139,7 @@ fn recorded(
         real_time: args.real_time,
     };
     let folder = nodes_folder(&args.out);
-    let live::Recorded {
+    let live::RecordingResult {
         raw,
         scale,
         warnings,
@@ -148,7 +148,7 @@ fn recorded(
     for warning in warnings {
         tracing::warn!("a node says: {warning}");
     }
-    let origin = Origin::Processes {
+    let origin = RecordingOrigin::Processes {
         transport: args.transport.name(),
         busy: args.busy,
         real_time: args.real_time,
@@ -159,9 +159,13 @@ fn recorded(
     Ok(summarised)
 }
 
-fn summarised(raw: &Raw, scale: &TimeScale, origin: Origin) -> (Recording, Summary) {
+fn summarised(
+    raw: &Raw,
+    scale: &TimeScale,
+    origin: RecordingOrigin,
+) -> (ArrivalRecording, RecordingSummary) {
     let recording = convert(raw, scale);
-    let summary = Summary::of(&recording, origin, raw.sent_first().cycle_time_ns);
+    let summary = RecordingSummary::of(&recording, origin, raw.sent_first().cycle_time_ns);
     (recording, summary)
 }
 
@@ -178,7 +182,7 @@ fn make_folder_of(file: &Path) -> anyhow::Result<()> {
         .with_context(|| format!("cannot make the folder {}", folder.display()))
 }
 
-fn write_json(path: &Path, summary: &Summary) -> anyhow::Result<()> {
+fn write_json(path: &Path, summary: &RecordingSummary) -> anyhow::Result<()> {
     let mut text = serde_json::to_string_pretty(summary).context("cannot write the summary")?;
     text.push('\n');
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::format::{Message, Recording};
+use super::format::{ArrivalRecording, RecordedMessage};
 
 /// Origin and content of a recording: `NAME.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Summary {
-    pub(crate) origin: Origin,
+pub(crate) struct RecordingSummary {
+    pub(crate) origin: RecordingOrigin,
     /// The sender's nominal cycle time, µs: the ideal start of count k is k times this.
     pub(crate) cycle_time_us: f64,
     /// From the first message to the last, s.
@@ -21,15 +21,15 @@ pub(crate) struct Summary {
     pub(crate) left_out: u64,
     pub(crate) exchanges: usize,
     /// Arrival minus send, µs.
-    pub(crate) delay_us: Quantiles,
+    pub(crate) delay_us: DelayQuantiles,
     /// Lateness of departures, µs.
-    pub(crate) send_stamp_us: Quantiles,
+    pub(crate) send_stamp_us: DelayQuantiles,
 }
 
 /// Origin of the recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "from")]
-pub(crate) enum Origin {
+pub(crate) enum RecordingOrigin {
     /// Processes on this machine. Both read one clock: delays are true.
     Processes {
         transport: &'static str,
@@ -43,7 +43,7 @@ pub(crate) enum Origin {
 
 /// Some quantiles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Quantiles {
+pub(crate) struct DelayQuantiles {
     least: f64,
     p10: f64,
     median: f64,
@@ -52,9 +52,13 @@ pub(crate) struct Quantiles {
     most: f64,
 }
 
-impl Summary {
+impl RecordingSummary {
     /// Summary of a recording with at least one message.
-    pub(crate) fn of(recording: &Recording, origin: Origin, cycle_time_ns: i64) -> Self {
+    pub(crate) fn of(
+        recording: &ArrivalRecording,
+        origin: RecordingOrigin,
+        cycle_time_ns: i64,
+    ) -> Self {
         let messages = &recording.messages;
         let counts = || messages.iter().map(|message| i64::from(message.count));
         let range = counts().max().unwrap_or(0) - counts().min().unwrap_or(0);
@@ -67,8 +71,8 @@ impl Summary {
             missing: (range + 1 - messages.len() as i64).max(0),
             left_out: recording.left_out,
             exchanges: recording.exchanges.len(),
-            delay_us: Quantiles::of(messages, |message| message.delay_ns),
-            send_stamp_us: Quantiles::of(messages, |message| message.send_stamp_ns),
+            delay_us: DelayQuantiles::of(messages, |message| message.delay_ns),
+            send_stamp_us: DelayQuantiles::of(messages, |message| message.send_stamp_ns),
         }
     }
 
@@ -84,7 +88,7 @@ impl Summary {
         if self.left_out > 0 {
             let _ = writeln!(text, "{} left out: more than 2.1 s late", self.left_out);
         }
-        if let Origin::Fitted { drift_ppm, .. } = self.origin {
+        if let RecordingOrigin::Fitted { drift_ppm, .. } = self.origin {
             let _ = writeln!(
                 text,
                 "delays are what deviates from the fitted line: {drift_ppm:.3} ppm, least delay 0"
@@ -106,8 +110,8 @@ impl Summary {
     }
 }
 
-impl Quantiles {
-    fn of(messages: &[Message], nanos: impl Fn(&Message) -> i32) -> Self {
+impl DelayQuantiles {
+    fn of(messages: &[RecordedMessage], nanos: impl Fn(&RecordedMessage) -> i32) -> Self {
         let mut sorted: Vec<i32> = messages.iter().map(nanos).collect();
         sorted.sort_unstable();
         let last = sorted.len().saturating_sub(1) as f64;
@@ -132,22 +136,22 @@ mod tests {
 
     #[test]
     fn a_summary_counts_what_is_there_and_what_is_missing() {
-        let message = |count: i32| Message {
+        let message = |count: i32| RecordedMessage {
             count,
             send_stamp_ns: 1_000 * count,
             delay_ns: 50_000 - 1_000 * count,
         };
         let counts = (0..=50).filter(|count| count % 10 != 3);
-        let recording = Recording {
+        let recording = ArrivalRecording {
             messages: counts.map(message).collect(),
             exchanges: Vec::new(),
             left_out: 2,
         };
-        let origin = Origin::Fitted {
+        let origin = RecordingOrigin::Fitted {
             file: "saw-arrivals.csv".to_owned(),
             drift_ppm: 12.5,
         };
-        let summary = Summary::of(&recording, origin, 2_000_000);
+        let summary = RecordingSummary::of(&recording, origin, 2_000_000);
         assert_eq!((summary.messages, summary.missing), (46, 5));
         assert!((summary.seconds - 0.1).abs() < 1e-12);
         assert!((summary.cycle_time_us - 2_000.0).abs() < 1e-9);

@@ -13,20 +13,20 @@ use comfy_table::Table;
 
 use super::cost::Cost;
 use super::plot;
-use super::size::{Series, Size};
+use super::size::{Size, SizeSeries};
 
 /// Arguments of `coaxle scale`.
 #[derive(Debug, Args)]
 pub struct ScaleArgs {
     /// Only these series [default: all]
     #[arg(long, value_enum, value_delimiter = ',', value_name = "SERIES")]
-    series: Vec<Series>,
+    series: Vec<SizeSeries>,
     /// Folder for scale.csv, scale.json and scale.svg
     #[arg(long, value_name = "DIR", default_value = "out/scale")]
     out: PathBuf,
     /// Format of the output
     #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    format: ScaleFormat,
     /// Measure this size alone, in this process, and print it as JSON
     #[arg(long, hide = true, value_name = "SERIES:COUNT")]
     size: Option<Size>,
@@ -34,7 +34,7 @@ pub struct ScaleArgs {
 
 /// Format of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum ScaleFormat {
     /// For people
     #[default]
     Table,
@@ -55,7 +55,7 @@ pub fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
     }
     let folder = ResultsFolder::hold(&args.out)?;
     let all = match args.series.as_slice() {
-        [] => Series::ALL.to_vec(),
+        [] => SizeSeries::ALL.to_vec(),
         some => some.to_vec(),
     };
     let sizes = all.iter().flat_map(|series| series.sizes());
@@ -68,9 +68,9 @@ pub fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
     let path = folder.file("scale.svg");
     plot::write(&path, &costs)?;
     match args.format {
-        Format::Csv => print_text(csv.trim_end())?,
-        Format::Json => print_text(&json)?,
-        Format::Table => {
+        ScaleFormat::Csv => print_text(csv.trim_end())?,
+        ScaleFormat::Json => print_text(&json)?,
+        ScaleFormat::Table => {
             print_text(&tables(&costs))?;
             print_text(&format!("\nplot: {}", path.display()))?;
         }
@@ -93,7 +93,7 @@ fn measured(size: Size) -> anyhow::Result<Cost> {
 
 /// A row of scale.csv.
 #[derive(serde::Serialize)]
-struct Row {
+struct ScaleRow {
     series: &'static str,
     count: usize,
     nodes: usize,
@@ -113,7 +113,7 @@ fn csv(costs: &[Cost]) -> anyhow::Result<String> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     for cost in costs {
         let first = first_of(costs, cost.size.series);
-        csv.serialize(Row {
+        csv.serialize(ScaleRow {
             series: cost.size.series.name(),
             count: cost.size.count,
             nodes: cost.nodes,
@@ -133,13 +133,13 @@ fn csv(costs: &[Cost]) -> anyhow::Result<String> {
 }
 
 /// The smallest size of a series with one axis per node, which has only the fixed costs beside it.
-fn first_of(costs: &[Cost], series: Series) -> Option<&Cost> {
+fn first_of(costs: &[Cost], series: SizeSeries) -> Option<&Cost> {
     let mut of = costs.iter().filter(|cost| cost.size.series == series);
-    of.find(|cost| cost.size.count == 1 && series == Series::Axes)
+    of.find(|cost| cost.size.count == 1 && series == SizeSeries::Axes)
 }
 
 fn tables(costs: &[Cost]) -> String {
-    let tables = Series::ALL.map(|series| {
+    let tables = SizeSeries::ALL.map(|series| {
         let of: Vec<_> = (costs.iter())
             .filter(|cost| cost.size.series == series)
             .collect();
@@ -149,7 +149,7 @@ fn tables(costs: &[Cost]) -> String {
     tables.join("\n\n")
 }
 
-fn table_of(series: Series, costs: &[&Cost]) -> Table {
+fn table_of(series: SizeSeries, costs: &[&Cost]) -> Table {
     let mut table = table([
         series.name(),
         "nodes",
@@ -164,7 +164,7 @@ fn table_of(series: Series, costs: &[&Cost]) -> Table {
     ]);
     let first = costs
         .first()
-        .filter(|first| series == Series::Axes && first.size.count == 1);
+        .filter(|first| series == SizeSeries::Axes && first.size.count == 1);
     let digits = |value: Option<f64>| match value {
         Some(value) => right(&significant(value, 3)),
         None => right("–"),

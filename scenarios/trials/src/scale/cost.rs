@@ -4,7 +4,7 @@ use coaxle_clock::Span;
 use coaxle_os::{Os, System};
 use serde::{Deserialize, Serialize};
 
-use super::lockstep::{Lockstep, Took};
+use super::lockstep::{CycleTimes, Lockstep};
 use super::size::Size;
 
 /// Cost of a size.
@@ -102,8 +102,8 @@ impl Cost {
     }
 }
 
-fn batch(lockstep: &mut Lockstep) -> Took {
-    let mut sum = Took::default();
+fn batch(lockstep: &mut Lockstep) -> CycleTimes {
+    let mut sum = CycleTimes::default();
     for _ in 0..BATCH {
         sum += lockstep.cycle();
     }

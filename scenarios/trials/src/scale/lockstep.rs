@@ -23,7 +23,7 @@ pub(super) struct Lockstep {
     /// Reader of each subscription of each node.
     readers: Vec<Vec<Reader>>,
     /// Frames published and not delivered yet; their buffers are reused.
-    posted: Vec<Posted>,
+    posted: Vec<PendingFrame>,
     waiting: usize,
     cycle: i64,
     /// Messages that were published, and that were delivered.
@@ -32,7 +32,7 @@ pub(super) struct Lockstep {
 }
 
 /// A frame, with the indices of its node and publication.
-struct Posted {
+struct PendingFrame {
     node: usize,
     publication: usize,
     frame: Vec<u8>,
@@ -40,7 +40,7 @@ struct Posted {
 
 /// Time that a cycle of all nodes took.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Took {
+pub(super) struct CycleTimes {
     /// Senders: their cycle and its frames.
     pub(super) senders: Span,
     /// Frames read, and taken in.
@@ -49,13 +49,13 @@ pub(super) struct Took {
     pub(super) receivers: Span,
 }
 
-impl Took {
+impl CycleTimes {
     pub(super) fn all(self) -> Span {
         self.senders + self.intake + self.receivers
     }
 }
 
-impl std::ops::AddAssign for Took {
+impl std::ops::AddAssign for CycleTimes {
     fn add_assign(&mut self, other: Self) {
         self.senders += other.senders;
         self.intake += other.intake;
@@ -127,7 +127,7 @@ impl Lockstep {
     }
 
     /// A cycle of every node.
-    pub(super) fn cycle(&mut self) -> Took {
+    pub(super) fn cycle(&mut self) -> CycleTimes {
         let now = Instant::EPOCH + Span::from_millis(self.cycle);
         self.cycle += 1;
         let begin = machine::now();
@@ -145,7 +145,7 @@ impl Lockstep {
             self.scan(first + n, receiver, now);
         }
         self.receivers = receivers;
-        Took {
+        CycleTimes {
             senders: sent - begin,
             intake: taken - sent,
             receivers: machine::now() - taken,
@@ -169,7 +169,7 @@ impl Lockstep {
             return;
         };
         if self.waiting == self.posted.len() {
-            self.posted.push(Posted {
+            self.posted.push(PendingFrame {
                 node,
                 publication,
                 frame: Vec::new(),

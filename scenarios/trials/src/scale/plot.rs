@@ -7,7 +7,7 @@ use coaxle_report::plotting::{colour, rgb};
 use plotters::prelude::*;
 
 use super::cost::Cost;
-use super::size::Series;
+use super::size::SizeSeries;
 
 const SIZE: (u32, u32) = (860, 560);
 const FONT: &str = "sans-serif";
@@ -51,7 +51,7 @@ fn drawn(costs: &[Cost]) -> Result<String, DrawError> {
         .bold_line_style(RGBColor(225, 225, 225));
     mesh.axis_desc_style((FONT, 16)).label_style((FONT, 14));
     mesh.draw()?;
-    for (n, series) in Series::ALL.into_iter().enumerate() {
+    for (n, series) in SizeSeries::ALL.into_iter().enumerate() {
         let (red, green, blue) = rgb(&colour(n));
         let pen = RGBColor(red, green, blue);
         let of = costs.iter().filter(|cost| cost.size.series == series);
@@ -61,7 +61,7 @@ fn drawn(costs: &[Cost]) -> Result<String, DrawError> {
         let line = LineSeries::new(places.clone(), pen.stroke_width(2));
         chart
             .draw_series(line)?
-            .label(told(series))
+            .label(series_text(series))
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], pen.stroke_width(3)));
         chart.draw_series(
             places
@@ -81,10 +81,10 @@ fn drawn(costs: &[Cost]) -> Result<String, DrawError> {
     Ok(text)
 }
 
-const fn told(series: Series) -> &'static str {
+const fn series_text(series: SizeSeries) -> &'static str {
     match series {
-        Series::Receivers => "receivers of one sender",
-        Series::Senders => "senders of one receiver",
-        Series::Axes => "axes and slaves",
+        SizeSeries::Receivers => "receivers of one sender",
+        SizeSeries::Senders => "senders of one receiver",
+        SizeSeries::Axes => "axes and slaves",
     }
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// The growing quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Series {
+pub(crate) enum SizeSeries {
     /// Receivers of one sender: one axis, a slave in each receiver
     Receivers,
     /// Senders of one receiver: an axis each, a slave for each of them
@@ -25,7 +25,7 @@ pub(crate) enum Series {
 /// A size of a series, as `receivers:64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Size {
-    pub(crate) series: Series,
+    pub(crate) series: SizeSeries,
     pub(crate) count: usize,
 }
 
@@ -35,7 +35,7 @@ const AXES_OF_A_NODE: usize = 125;
 /// Largest size.
 const MOST: usize = 10_000;
 
-impl Series {
+impl SizeSeries {
     pub(crate) const ALL: [Self; 3] = [Self::Receivers, Self::Senders, Self::Axes];
 
     /// The sizes that are measured.
@@ -64,9 +64,9 @@ impl Size {
     /// Number of axes of each sender.
     pub(crate) fn axes_of_senders(self) -> Vec<usize> {
         match self.series {
-            Series::Receivers => vec![1],
-            Series::Senders => vec![1; self.count],
-            Series::Axes => {
+            SizeSeries::Receivers => vec![1],
+            SizeSeries::Senders => vec![1; self.count],
+            SizeSeries::Axes => {
                 let nodes = self.count.div_ceil(AXES_OF_A_NODE).max(1);
                 // As even as they can be.
                 let of = |node| (self.count * (node + 1)) / nodes - (self.count * node) / nodes;
@@ -78,9 +78,9 @@ impl Size {
     /// The senders that each receiver follows.
     fn followed(self) -> Vec<std::ops::Range<usize>> {
         match self.series {
-            Series::Receivers => vec![0..1; self.count],
-            Series::Senders => vec![0..self.count; 1],
-            Series::Axes => (0..self.axes_of_senders().len())
+            SizeSeries::Receivers => vec![0..1; self.count],
+            SizeSeries::Senders => vec![0..self.count; 1],
+            SizeSeries::Axes => (0..self.axes_of_senders().len())
                 .map(|n| n..n + 1)
                 .collect(),
         }
@@ -156,7 +156,9 @@ impl FromStr for Size {
     fn from_str(text: &str) -> anyhow::Result<Self> {
         let read = || {
             let (series, count) = text.split_once(':')?;
-            let series = Series::ALL.into_iter().find(|one| one.name() == series)?;
+            let series = SizeSeries::ALL
+                .into_iter()
+                .find(|one| one.name() == series)?;
             let count = count.parse().ok().filter(|n| (1..=MOST).contains(n))?;
             Some(Self { series, count })
         };

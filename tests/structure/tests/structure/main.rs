@@ -53,7 +53,10 @@ fn one_module_alone_knows_the_operating_system() {
         .filter(|member| !member.starts_with("tests"))
     {
         let source = root().join(member).join("src");
-        found.extend(system::lines_that_name_it(&source, "common/os/src/system"));
+        found.extend(system::lines_naming_a_system(
+            &source,
+            "common/os/src/system",
+        ));
     }
     assert!(found.is_empty(), "outside of it:\n{}", found.join("\n"));
 }

@@ -14,7 +14,7 @@ const NAMES: [&str; 7] = [
 ];
 
 /// The lines under a folder with such names, except in tests and in the folder that ends with `but`.
-pub(crate) fn lines_that_name_it(folder: &Path, but: &str) -> Vec<String> {
+pub(crate) fn lines_naming_a_system(folder: &Path, but: &str) -> Vec<String> {
     let mut found = Vec::new();
     if folder.ends_with(but) {
         return found;
@@ -29,7 +29,7 @@ pub(crate) fn lines_that_name_it(folder: &Path, but: &str) -> Vec<String> {
             continue;
         }
         if path.is_dir() {
-            found.extend(lines_that_name_it(&path, but));
+            found.extend(lines_naming_a_system(&path, but));
         } else if path.extension().is_some_and(|ending| ending == "rs") {
             let text = std::fs::read_to_string(&path).expect("readable source");
             let code = text.split("#[cfg(test)]\nmod tests {").next();

@@ -119,7 +119,7 @@ fn the_client_of_the_manual_keeps_every_rule_and_is_followed() {
             "saw",
             "cycle-time-us = 5000\nmaster = { node = 'arm' }\n",
         );
-        let waited = nodes.ask(&["wait-sync", "saw", "--timeout", "60s"]);
+        let waited = nodes.run_tool(&["wait-sync", "saw", "--timeout", "60s"]);
         assert_eq!(waited.exit, 0, "{waited:?}");
         let report = nodes.conform(&["sender", "arm", "--for", "3s"]);
         nothing(&broken(&report.json))?;

@@ -63,11 +63,11 @@ impl Nodes {
         let mut all = vec!["conform"];
         all.extend(words);
         all.extend(["--format", "json"]);
-        self.ask(&all)
+        self.run_tool(&all)
     }
 
     /// Runs the tool with these arguments, connected to the nodes.
-    pub(crate) fn ask(&self, words: &[&str]) -> Report {
+    pub(crate) fn run_tool(&self, words: &[&str]) -> Report {
         let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
         command.args(words).stdin(Stdio::null());
         for endpoint in &self.endpoints {

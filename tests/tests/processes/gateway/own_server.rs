@@ -11,7 +11,7 @@ use crate::gateway::server::{CYCLE_S, Plc};
 use crate::gateway::{command, free_tcp, node};
 
 /// The machine may be very busy.
-const PATIENCE: Span = Span::from_secs(120);
+const TIMEOUT: Span = Span::from_secs(120);
 
 /// Config of a gateway to a PLC, with its axis.
 fn gateway(plc: &Plc, port: u16, read: &str, symbol: &str, output: &str) -> String {
@@ -39,7 +39,7 @@ struct Circle<'a> {
 impl Circle<'_> {
     /// Runs cycles until half of the newest hundred that came back are within ten cycles: the receiver has locked in.
     fn turn_until_it_is_close(&mut self, what: &str) {
-        let until = machine::now() + PATIENCE;
+        let until = machine::now() + TIMEOUT;
         loop {
             self.behind.clear();
             while self.behind.len() < 100 {
@@ -147,7 +147,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
         behind: Vec::new(),
     };
     circle.turn_until_it_is_close("far axes beside slaves");
-    let deadline = machine::now() + PATIENCE;
+    let deadline = machine::now() + TIMEOUT;
     let expected = -2.0 / CYCLE_S;
     loop {
         circle.step();

@@ -14,7 +14,7 @@ use coaxle_test_process::{Process, assert_alive, until};
 use crate::gateway::{command, free_tcp, node};
 
 /// The machine may be very busy.
-const PATIENCE: Span = Span::from_secs(120);
+const TIMEOUT: Span = Span::from_secs(120);
 const CYCLE: Span = Span::from_millis(4);
 /// Distance of the axis per cycle.
 const STEP: f64 = 2.0;
@@ -29,7 +29,7 @@ fn lines_of_csv_go_in_and_come_back_corrected_and_a_broken_one_does_no_harm() {
         head.is_some()
     });
     let expected = "index,saw.1.position,saw.1.velocity,saw.1.acceleration";
-    assert_eq!(head, Some(Said::Head(expected.to_owned())));
+    assert_eq!(head, Some(GatewayOutput::Head(expected.to_owned())));
     pipe.turn_until_it_is_close(line);
     pipe.put(b"here,is,no,number\n1,2\n");
     pipe.turn_until_it_is_close(line);
@@ -51,7 +51,7 @@ fn records_of_bytes_go_in_and_come_back_corrected() {
 struct Pipe {
     gateway: Process,
     to_gateway: Option<ChildStdin>,
-    from_gateway: Receiver<Said>,
+    from_gateway: Receiver<GatewayOutput>,
     count: u64,
     next: Instant<Machine>,
     _receiver: Process,
@@ -60,7 +60,7 @@ struct Pipe {
 
 /// Output of the gateway.
 #[derive(Debug, PartialEq)]
-enum Said {
+enum GatewayOutput {
     Head(String),
     Position(f64),
 }
@@ -83,14 +83,14 @@ impl Pipe {
         gateway.stdin(Stdio::piped()).stdout(Stdio::piped());
         let log = folder.path().join("gateway.log");
         let gateway = Process::start("gateway", &mut gateway, &log);
-        let (said, from_gateway) = channel();
+        let (output, from_gateway) = channel();
         let out = gateway.take_stdout().expect("a pipe");
         let is_csv = format == "csv";
         std::thread::spawn(move || {
             if is_csv {
-                lines(out, &said)
+                lines(out, &output)
             } else {
-                records(out, &said)
+                records(out, &output)
             }
         });
         Self {
@@ -113,7 +113,7 @@ impl Pipe {
 
     /// Runs cycles until half of the newest hundred that came back are within ten cycles: the receiver has locked in.
     fn turn_until_it_is_close(&mut self, form: fn(u64) -> Vec<u8>) {
-        let until = machine::now() + PATIENCE;
+        let until = machine::now() + TIMEOUT;
         loop {
             let mut behind = Vec::new();
             while behind.len() < 100 {
@@ -124,10 +124,16 @@ impl Pipe {
                 self.count += 1;
                 self.put(&form(self.count));
                 let here = STEP * self.count as f64;
-                behind.extend(self.from_gateway.try_iter().filter_map(|said| match said {
-                    Said::Position(position) => Some((here - position).abs() / STEP),
-                    Said::Head(_) => None,
-                }));
+                behind.extend(
+                    self.from_gateway
+                        .try_iter()
+                        .filter_map(|output| match output {
+                            GatewayOutput::Position(position) => {
+                                Some((here - position).abs() / STEP)
+                            }
+                            GatewayOutput::Head(_) => None,
+                        }),
+                );
             }
             behind.sort_by(f64::total_cmp);
             let median = behind[behind.len() / 2];
@@ -169,7 +175,7 @@ fn record(count: u64) -> Vec<u8> {
 }
 
 /// A field is empty until the receiver knows the axis.
-fn lines(out: ChildStdout, said: &Sender<Said>) {
+fn lines(out: ChildStdout, output: &Sender<GatewayOutput>) {
     for (number, line) in BufReader::new(out)
         .lines()
         .map_while(Result::ok)
@@ -177,22 +183,25 @@ fn lines(out: ChildStdout, said: &Sender<Said>) {
     {
         let position = line.split(',').nth(1).and_then(|cell| cell.parse().ok());
         let what = match position {
-            _ if number == 0 => Said::Head(line),
-            Some(position) => Said::Position(position),
+            _ if number == 0 => GatewayOutput::Head(line),
+            Some(position) => GatewayOutput::Position(position),
             None => continue,
         };
-        if said.send(what).is_err() {
+        if output.send(what).is_err() {
             return;
         }
     }
 }
 
-fn records(mut out: ChildStdout, said: &Sender<Said>) {
+fn records(mut out: ChildStdout, output: &Sender<GatewayOutput>) {
     let mut bytes = vec![0; record_len(1)];
     let mut axes = [NcToPlcAxis::default()];
     while out.read_exact(&mut bytes).is_ok() {
         read_record(ImageLayout::AxisRef, &bytes, &mut axes).expect("its length is right");
-        if said.send(Said::Position(axes[0].set_position)).is_err() {
+        if output
+            .send(GatewayOutput::Position(axes[0].set_position))
+            .is_err()
+        {
             return;
         }
     }

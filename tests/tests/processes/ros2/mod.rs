@@ -23,7 +23,7 @@ fn joint(heard: &Value, name: &str) -> Option<(f64, f64, f64)> {
 
 /// Every state of a joint so far.
 fn track(world: &World, name: &str) -> Vec<(f64, f64, f64)> {
-    let heard = world.heard();
+    let heard = world.received();
     heard
         .iter()
         .filter_map(|heard| joint(heard, name))
@@ -77,7 +77,7 @@ fn states_are_whole(world: &World) {
             of_joint.count() > 400
         });
     }
-    let heard = world.heard();
+    let heard = world.received();
     let states: Vec<_> = heard
         .iter()
         .filter(|heard| heard["state"].is_array())
@@ -115,7 +115,7 @@ fn states_are_whole(world: &World) {
 
 fn a_trajectory_moves_the_slave(world: &mut World) {
     world.power("saw", "carriage");
-    world.tell(&json!({
+    world.publish_trajectory(&json!({
         "joints": ["saw/carriage"], "points": [[[0.3], 2.0], [[0.1], 3.0]], "velocities": [[0.0], [0.0]],
     }));
     let at = |track: &[(f64, f64, f64)], place: f64| {
@@ -166,7 +166,7 @@ fn what_is_no_trajectory_is_refused(world: &mut World) {
             "saw/carriage: refused 0x42",
         ),
     ] {
-        world.tell(&told);
+        world.publish_trajectory(&told);
         until(expected, || world.log().contains(expected));
     }
 }

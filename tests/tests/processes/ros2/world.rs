@@ -70,7 +70,7 @@ impl World {
     }
 
     /// Messages that Python has received so far.
-    pub(crate) fn heard(&self) -> Vec<Value> {
+    pub(crate) fn received(&self) -> Vec<Value> {
         let text = read(self.folder.path(), "python.out");
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         whole
@@ -101,13 +101,13 @@ impl World {
     }
 
     /// Has Python publish a trajectory.
-    pub(crate) fn tell(&mut self, told: &Value) {
+    pub(crate) fn publish_trajectory(&mut self, told: &Value) {
         writeln!(self.told, "{told}").expect("it listens");
     }
 
     /// Waits until the messages that Python has received meet a condition.
     pub(crate) fn until(&self, what: &str, mut is_so: impl FnMut(&[Value]) -> bool) {
-        until(what, || is_so(&self.heard()));
+        until(what, || is_so(&self.received()));
     }
 
     /// Sends Ctrl-C. Returns the exit code.

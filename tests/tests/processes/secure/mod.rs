@@ -11,31 +11,31 @@ mod processes;
 use coaxle::secure::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
 use coaxle_host::credentials::Authority;
 use coaxle_test_process::until;
-use network::{Lab, Session, expired, year};
+use network::{Session, TestNetwork, expired, year};
 
 /// The line with its regular declarations.
-fn line(lab: &Lab) -> Session {
-    let mut line = lab.member("line");
+fn line(network: &TestNetwork) -> Session {
+    let mut line = network.member("line");
     line.announce("coaxle/line/alive");
-    line.hear("coaxle/line/time-requests");
+    line.record("coaxle/line/time-requests");
     line.watch("coaxle/line/seen-by/*");
     line.serve("coaxle/line/command");
     line.serve("coaxle/line/command/*");
     line
 }
 
-fn saw(lab: &Lab) -> Session {
-    as_saw(lab.member("saw"))
+fn saw(network: &TestNetwork) -> Session {
+    as_saw(network.member("saw"))
 }
 
 fn as_saw(mut saw: Session) -> Session {
     for far in ["line", "press"] {
-        saw.hear(&format!("coaxle/{far}/axes"));
-        saw.hear(&format!("coaxle/{far}/time-responses"));
+        saw.record(&format!("coaxle/{far}/axes"));
+        saw.record(&format!("coaxle/{far}/time-responses"));
         saw.watch(&format!("coaxle/{far}/alive"));
     }
     saw.announce("coaxle/saw/alive");
-    saw.hear("coaxle/saw/time-requests");
+    saw.record("coaxle/saw/time-requests");
     saw.serve("coaxle/saw/command");
     saw.serve("coaxle/saw/command/*");
     saw
@@ -44,8 +44,8 @@ fn as_saw(mut saw: Session) -> Session {
 /// Checks that the regular messages still pass.
 fn follows(saw: &Session, line: &mut Session) {
     until("saw hears line", || {
-        line.say("coaxle/line/axes", "frame");
-        line.say("coaxle/line/time-responses", "response");
+        line.publish("coaxle/line/axes", "frame");
+        line.publish("coaxle/line/time-responses", "response");
         saw.saw("coaxle/line/axes frame") && saw.saw("coaxle/line/time-responses response")
     });
     until("saw sees that line is alive", || {
@@ -55,57 +55,57 @@ fn follows(saw: &Session, line: &mut Session) {
 
 #[test]
 fn members_hear_ask_and_command_each_other() {
-    let lab = Lab::new();
-    let (mut line, mut saw) = (line(&lab), saw(&lab));
+    let network = TestNetwork::new();
+    let (mut line, mut saw) = (line(&network), saw(&network));
     follows(&saw, &mut line);
     until("line is asked", || {
-        saw.say("coaxle/line/time-requests", "when?");
+        saw.publish("coaxle/line/time-requests", "when?");
         line.saw("coaxle/line/time-requests when?")
     });
-    let mut anna = lab.member("anna");
+    let mut anna = network.member("anna");
     anna.watch("coaxle/saw/alive");
-    anna.hear("coaxle/saw/status");
+    anna.record("coaxle/saw/status");
     until("anna commands saw", || {
-        anna.ask("coaxle/saw/command/anna", "halt").is_some()
+        anna.request("coaxle/saw/command/anna", "halt").is_some()
     });
     assert!(saw.saw("coaxle/saw/command/anna halt"));
     until("anna sees saw", || {
-        saw.say("coaxle/saw/status", "{}");
+        saw.publish("coaxle/saw/status", "{}");
         anna.saw("coaxle/saw/alive is there") && anna.saw("coaxle/saw/status {}")
     });
-    let bert = lab.member("bert");
+    let bert = network.member("bert");
     until("bert commands line", || {
-        bert.ask("coaxle/line/command/bert", "halt").is_some()
+        bert.request("coaxle/line/command/bert", "halt").is_some()
     });
     assert!(line.saw("coaxle/line/command/bert halt"));
 }
 
 #[test]
 fn who_has_no_certificate_of_ours_that_holds_gets_no_link() {
-    let lab = Lab::new();
-    let (mut line, saw) = (line(&lab), saw(&lab));
+    let network = TestNetwork::new();
+    let (mut line, saw) = (line(&network), saw(&network));
     follows(&saw, &mut line);
     let theirs = Authority::new(year()).expect("an authority");
     let mut strangers = [
-        ("without a certificate", lab.nameless("saw")),
+        ("without a certificate", network.nameless("saw")),
         (
             "of another authority",
-            lab.rogue_with("line", "saw", &theirs, year()),
+            network.rogue_with("line", "saw", &theirs, year()),
         ),
         (
             "expired",
-            lab.rogue_with("line", "saw", &lab.authority, expired()),
+            network.rogue_with("line", "saw", &network.authority, expired()),
         ),
-        ("without TLS", lab.plain("saw")),
+        ("without TLS", network.plain("saw")),
     ];
     // Each retries four times a second: long enough for several attempts of all, measured by saw's messages from line.
     for round in 0..300 {
         let text = format!("round {round}");
         for (who, stranger) in &mut strangers {
-            stranger.say("coaxle/line/axes", who);
+            stranger.publish("coaxle/line/axes", who);
         }
         until("saw hears line", || {
-            line.say("coaxle/line/axes", &text);
+            line.publish("coaxle/line/axes", &text);
             saw.saw(&format!("coaxle/line/axes {text}"))
         });
         std::thread::park_timeout(std::time::Duration::from_millis(10));
@@ -116,25 +116,32 @@ fn who_has_no_certificate_of_ours_that_holds_gets_no_link() {
             "{who}: {:?}",
             saw.seen()
         );
-        assert_eq!(stranger.ask("coaxle/saw/command/anna", who), None, "{who}");
+        assert_eq!(
+            stranger.request("coaxle/saw/command/anna", who),
+            None,
+            "{who}"
+        );
         assert!(!saw.saw(&format!("coaxle/saw/command/anna {who}")), "{who}");
     }
 }
 
 #[test]
 fn a_name_that_nobody_knows_has_a_link_and_no_rights() {
-    let lab = Lab::new();
-    let (mut line, saw) = (line(&lab), saw(&lab));
-    let mut mallory = lab.rogue("mallory", "line");
-    mallory.hear("coaxle/**");
+    let network = TestNetwork::new();
+    let (mut line, saw) = (line(&network), saw(&network));
+    let mut mallory = network.rogue("mallory", "line");
+    mallory.record("coaxle/**");
     mallory.watch("coaxle/line/alive");
     follows(&saw, &mut line);
     for _ in 0..3 {
-        mallory.say("coaxle/line/time-requests", "mallory");
-        mallory.say("coaxle/mallory/axes", "mallory");
-        assert_eq!(mallory.ask("coaxle/line/command/anna", "mallory"), None);
-        assert_eq!(mallory.ask("coaxle/line/command/mallory", "mallory"), None);
-        assert_eq!(mallory.ask("coaxle/line/command", "mallory"), None);
+        mallory.publish("coaxle/line/time-requests", "mallory");
+        mallory.publish("coaxle/mallory/axes", "mallory");
+        assert_eq!(mallory.request("coaxle/line/command/anna", "mallory"), None);
+        assert_eq!(
+            mallory.request("coaxle/line/command/mallory", "mallory"),
+            None
+        );
+        assert_eq!(mallory.request("coaxle/line/command", "mallory"), None);
     }
     assert!(
         !line.seen().iter().any(|seen| seen.contains("mallory")),
@@ -151,9 +158,9 @@ fn a_name_that_nobody_knows_has_a_link_and_no_rights() {
 
 #[test]
 fn a_member_is_itself_and_nobody_else() {
-    let lab = Lab::new();
-    let saw = saw(&lab);
-    let mut press = lab.rogue("press", "saw");
+    let network = TestNetwork::new();
+    let saw = saw(&network);
+    let mut press = network.rogue("press", "saw");
     press.announce("coaxle/line/alive");
     press.announce("coaxle/press/alive");
     until("saw sees that press is alive", || {
@@ -161,12 +168,12 @@ fn a_member_is_itself_and_nobody_else() {
     });
     let long = "x".repeat(MAX_FRAME_BYTES + 1);
     until("saw hears press", || {
-        press.say("coaxle/line/axes", "forged");
-        press.say("coaxle/line/time-responses", "forged");
-        press.say("coaxle/line/status", "forged");
-        press.say("coaxle/press/axes", &long);
-        press.say("coaxle/press/axes", &"y".repeat(2_000));
-        press.say("coaxle/press/time-responses", "its own");
+        press.publish("coaxle/line/axes", "forged");
+        press.publish("coaxle/line/time-responses", "forged");
+        press.publish("coaxle/line/status", "forged");
+        press.publish("coaxle/press/axes", &long);
+        press.publish("coaxle/press/axes", &"y".repeat(2_000));
+        press.publish("coaxle/press/time-responses", "its own");
         saw.saw("coaxle/press/axes 2000") && saw.saw("coaxle/press/time-responses its own")
     });
     assert!(
@@ -182,7 +189,7 @@ fn a_member_is_itself_and_nobody_else() {
         "coaxle/saw/command/anna",
         "coaxle/*/command/*",
     ] {
-        assert_eq!(press.ask(key, "forged"), None, "{key}");
+        assert_eq!(press.request(key, "forged"), None, "{key}");
     }
     assert!(
         !saw.seen().iter().any(|seen| seen.contains("/command")),
@@ -191,17 +198,17 @@ fn a_member_is_itself_and_nobody_else() {
     );
 
     // A message longer than permitted costs its sender the link, at most.
-    press.say("coaxle/press/axes", &"z".repeat(MAX_MESSAGE_BYTES + 1));
-    let mut line = line(&lab);
+    press.publish("coaxle/press/axes", &"z".repeat(MAX_MESSAGE_BYTES + 1));
+    let mut line = line(&network);
     follows(&saw, &mut line);
     assert!(!saw.saw(&format!("coaxle/press/axes {}", MAX_MESSAGE_BYTES + 1)));
 }
 
 #[test]
 fn who_hears_a_node_says_so_for_itself_alone() {
-    let lab = Lab::new();
-    let line = line(&lab);
-    let mut saw = lab.rogue("saw", "line");
+    let network = TestNetwork::new();
+    let line = line(&network);
+    let mut saw = network.rogue("saw", "line");
     saw.announce("coaxle/line/seen-by/press");
     saw.announce("coaxle/line/seen-by/saw");
     until("line is told", || {
@@ -212,22 +219,23 @@ fn who_hears_a_node_says_so_for_itself_alone() {
 
 #[test]
 fn an_operator_commands_where_it_may_and_as_itself() {
-    let lab = Lab::new();
-    let (line, saw) = (line(&lab), saw(&lab));
-    let bert = lab.rogue("bert", "line");
+    let network = TestNetwork::new();
+    let (line, saw) = (line(&network), saw(&network));
+    let bert = network.rogue("bert", "line");
     until("bert commands line", || {
-        bert.ask("coaxle/line/command/bert", "its own").is_some()
+        bert.request("coaxle/line/command/bert", "its own")
+            .is_some()
     });
     for key in [
         "coaxle/line/command",
         "coaxle/line/command/anna",
         "coaxle/line/command/*",
     ] {
-        assert_eq!(bert.ask(key, "forged"), None, "{key}");
+        assert_eq!(bert.request(key, "forged"), None, "{key}");
     }
-    let bert = lab.rogue("bert", "saw");
+    let bert = network.rogue("bert", "saw");
     for _ in 0..3 {
-        assert_eq!(bert.ask("coaxle/saw/command/bert", "forged"), None);
+        assert_eq!(bert.request("coaxle/saw/command/bert", "forged"), None);
     }
     for victim in [&line, &saw] {
         assert!(
@@ -240,44 +248,44 @@ fn an_operator_commands_where_it_may_and_as_itself() {
 
 #[test]
 fn without_rights_at_the_victim_the_same_attempts_succeed() {
-    let lab = Lab::new();
-    let saw = as_saw(lab.lawless_member("saw"));
-    let mut press = lab.rogue("press", "saw");
+    let network = TestNetwork::new();
+    let saw = as_saw(network.member_without_rights("saw"));
+    let mut press = network.rogue("press", "saw");
     press.announce("coaxle/line/alive");
     let long = "x".repeat(MAX_FRAME_BYTES + 1);
     until("saw believes press", || {
-        press.say("coaxle/line/axes", "forged");
-        press.say("coaxle/line/time-responses", "forged");
-        press.say("coaxle/press/axes", &long);
+        press.publish("coaxle/line/axes", "forged");
+        press.publish("coaxle/line/time-responses", "forged");
+        press.publish("coaxle/press/axes", &long);
         saw.saw("coaxle/line/axes forged")
             && saw.saw("coaxle/line/time-responses forged")
             && saw.saw("coaxle/line/alive is there")
             && saw.saw(&format!("coaxle/press/axes {}", long.len()))
     });
-    let bert = lab.rogue("bert", "saw");
+    let bert = network.rogue("bert", "saw");
     for key in [
         "coaxle/saw/command",
         "coaxle/saw/command/anna",
         "coaxle/saw/command/bert",
     ] {
-        until(key, || bert.ask(key, "forged").is_some());
+        until(key, || bert.request(key, "forged").is_some());
     }
 }
 
 #[test]
 fn nobody_takes_the_orders_of_another_node() {
-    let lab = Lab::new();
-    let saw = saw(&lab);
+    let network = TestNetwork::new();
+    let saw = saw(&network);
     // Press is at its own address, with its own certificate, and claims to be the saw, too.
-    let mut press = lab.rogue_at("press");
+    let mut press = network.rogue_at("press");
     press.serve("coaxle/saw/command/*");
     press.serve("coaxle/press/command/*");
-    let anna = lab.member("anna");
+    let anna = network.member("anna");
     until("anna commands press", || {
-        anna.ask("coaxle/press/command/anna", "halt").is_some()
+        anna.request("coaxle/press/command/anna", "halt").is_some()
     });
     until("anna commands saw", || {
-        anna.ask("coaxle/saw/command/anna", "halt").is_some()
+        anna.request("coaxle/saw/command/anna", "halt").is_some()
     });
     assert!(saw.saw("coaxle/saw/command/anna halt"));
     assert!(press.saw("coaxle/press/command/anna halt"));

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
-use coaxle::secure::{Member, Network, profile, write_role};
+use coaxle::secure::{Member, SecureNetwork, profile, write_role};
 use coaxle_host::credentials::{Authority, Validity};
 use coaxle_host::transport::{Declared, Publisher, Request, Urgency};
 use coaxle_host::{OverZenoh, Transport};
@@ -17,17 +17,17 @@ use coaxle_os::machine;
 
 /// The configs of two senders and a receiver that follows both, and two operators: anna may command all nodes, bert
 /// the first sender alone.
-pub(crate) struct Lab {
+pub(crate) struct TestNetwork {
     scratch: tempfile::TempDir,
     pub(crate) authority: Authority,
-    pub(crate) network: Network,
+    pub(crate) network: SecureNetwork,
     ports: [u16; 3],
     folders: std::cell::Cell<u32>,
 }
 
 pub(crate) const NODES: [&str; 3] = ["line", "press", "saw"];
 
-impl Lab {
+impl TestNetwork {
     pub(crate) fn new() -> Self {
         let scratch = tempfile::tempdir().expect("a scratch folder");
         let ports = free_ports();
@@ -54,7 +54,8 @@ impl Lab {
             Member::load(&file).expect("a node")
         });
         let operators = ["anna", "bert=line"].map(|text| text.parse().expect("an operator"));
-        let network = Network::new(members.collect(), operators.into(), &[]).expect("a network");
+        let network =
+            SecureNetwork::new(members.collect(), operators.into(), &[]).expect("a network");
         Self {
             authority: Authority::new(year()).expect("an authority"),
             scratch,
@@ -119,7 +120,7 @@ impl Lab {
     }
 
     /// A member with certificates only, as if no rights were needed.
-    pub(crate) fn lawless_member(&self, name: &str) -> Session {
+    pub(crate) fn member_without_rights(&self, name: &str) -> Session {
         let known = self
             .network
             .nodes()
@@ -210,7 +211,7 @@ impl Session {
     }
 
     /// Records messages published under a key as `key text`; for a long payload, its length.
-    pub(crate) fn hear(&mut self, key: &str) {
+    pub(crate) fn record(&mut self, key: &str) {
         let (seen, of) = (Arc::clone(&self.seen), key.to_owned());
         let keep = move |_, bytes: &[u8]| {
             let text = String::from_utf8_lossy(bytes);
@@ -255,7 +256,7 @@ impl Session {
     }
 
     /// Publishes under a key, with or without subscribers.
-    pub(crate) fn say(&mut self, key: &str, text: &str) {
+    pub(crate) fn publish(&mut self, key: &str, text: &str) {
         if !self.publishers.iter().any(|(known, _)| known == key) {
             let publisher = self.transport.publisher(key, Urgency::RealTime);
             self.publishers
@@ -269,7 +270,7 @@ impl Session {
     }
 
     /// Sends a request. Returns the reply if there is one within a second.
-    pub(crate) fn ask(&self, key: &str, text: &str) -> Option<String> {
+    pub(crate) fn request(&self, key: &str, text: &str) -> Option<String> {
         let client = self
             .transport
             .client(key, Duration::from_secs(1))

@@ -22,7 +22,7 @@ fn coaxle(folder: &Path, line: &str) -> Command {
 }
 
 /// Output of the tool, and whether it succeeded.
-fn said(folder: &Path, line: &str) -> (String, bool) {
+fn output_of(folder: &Path, line: &str) -> (String, bool) {
     let Output {
         status,
         stdout,
@@ -67,7 +67,7 @@ fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
             ),
         );
     }
-    let (text, good) = said(folder, "secure init line.toml deaf.toml saw.toml --out net");
+    let (text, good) = output_of(folder, "secure init line.toml deaf.toml saw.toml --out net");
     assert!(good, "{text}");
     take_rights(
         &folder.join("net/deaf/zenoh.json5"),
@@ -106,9 +106,9 @@ fn a_long_plate_passes(folder: &Path) {
     std::fs::write(folder.join("long.toml"), points).expect("a cam file");
     let command = "command --secure net/anna saw carriage";
     let select = format!("{command} cam-table-select long.toml --table 2");
-    let (text, good) = said(folder, &select);
+    let (text, good) = output_of(folder, &select);
     assert!(good && text.contains("accepted"), "{text}");
-    let (text, good) = said(folder, &format!("{command} read-motion-function --table 2"));
+    let (text, good) = output_of(folder, &format!("{command} read-motion-function --table 2"));
     assert!(
         good && text.contains("3000 of 3000 points"),
         "{}",
@@ -145,9 +145,9 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
         ),
     );
     let init = "secure init line.toml saw.toml --out net --operator anna --operator bert=line";
-    let (text, good) = said(folder, init);
+    let (text, good) = output_of(folder, init);
     assert!(good, "{text}");
-    let (text, good) = said(folder, "doctor line.toml saw.toml");
+    let (text, good) = output_of(folder, "doctor line.toml saw.toml");
     assert!(good && text.contains("nothing is open"), "{text}");
 
     let line_node = start(folder, "sender", "line");
@@ -167,14 +167,14 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
             "{SLAVE}[transport]\nsecure = 'other/stranger'\nconnect = ['tls/127.0.0.1:{line}']"
         ),
     );
-    let (text, good) = said(folder, "secure init line.toml stranger.toml --out other");
+    let (text, good) = output_of(folder, "secure init line.toml stranger.toml --out other");
     assert!(good, "{text}");
     write(
         folder,
         "late",
         &format!("{SLAVE}[transport]\nsecure = 'net/late'\nconnect = ['tls/127.0.0.1:{line}']"),
     );
-    let (text, good) = said(
+    let (text, good) = output_of(
         folder,
         "secure renew line.toml late.toml --out net --only late",
     );
@@ -186,7 +186,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     ];
     let refused = refused.map(|(name, why)| (start(folder, "receiver", name), why));
 
-    let (text, good) = said(folder, "command --secure net/anna saw carriage power on");
+    let (text, good) = output_of(folder, "command --secure net/anna saw carriage power on");
     assert!(good && text.contains("accepted"), "{text}");
     until("the order is logged", || {
         saw_node.logged("order of \"anna\": MC_Power to \"carriage\": accepted")
@@ -201,7 +201,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
             "wants TLS and a certificate",
         ),
     ] {
-        let (text, good) = said(folder, &format!("command {how} saw carriage power off"));
+        let (text, good) = output_of(folder, &format!("command {how} saw carriage power off"));
         assert!(!good && text.contains(why), "{text}");
     }
     let orders = saw_node.log().matches("order of ").count();

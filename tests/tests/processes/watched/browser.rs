@@ -65,22 +65,22 @@ impl Browser {
         let session = opened["sessionId"].as_str();
         browser.session = format!("/session/{}", session.unwrap_or_else(|| panic!("{opened}")));
         let size = json!({ "width": 1400, "height": 900 });
-        browser.ask("/window/rect", &size);
+        browser.send_command("/window/rect", &size);
         Some(browser)
     }
 
     pub(crate) fn open(&self, address: &str) {
-        self.ask("/url", &json!({ "url": address }));
+        self.send_command("/url", &json!({ "url": address }));
     }
 
     /// Runs a script in the page, and returns its result.
     pub(crate) fn run(&self, script: &str) -> Value {
-        self.ask("/execute/sync", &json!({ "script": script, "args": [] }))
+        self.send_command("/execute/sync", &json!({ "script": script, "args": [] }))
     }
 
     /// Clicks into an element, at this offset to the right and below its middle.
     pub(crate) fn click(&self, selector: &str, (right, below): (i64, i64), shift: bool) {
-        let found = self.ask(
+        let found = self.send_command(
             "/element",
             &json!({ "using": "css selector", "value": selector }),
         );
@@ -101,7 +101,7 @@ impl Browser {
                 { "type": "pointerUp", "button": 0 }]);
         }
         let keys = json!({ "type": "key", "id": "keys", "actions": held });
-        self.ask("/actions", &json!({ "actions": [keys, mouse] }));
+        self.send_command("/actions", &json!({ "actions": [keys, mouse] }));
     }
 
     /// Clicks twice into an element, at this offset to the right and below its middle.
@@ -125,7 +125,7 @@ impl Browser {
     }
 
     fn place_in(&self, selector: &str, (right, below): (i64, i64)) -> Value {
-        let found = self.ask(
+        let found = self.send_command(
             "/element",
             &json!({ "using": "css selector", "value": selector }),
         );
@@ -134,7 +134,7 @@ impl Browser {
 
     fn mouse(&self, actions: &Value) {
         let mouse = json!({ "type": "pointer", "id": "mouse", "actions": actions });
-        self.ask("/actions", &json!({ "actions": [mouse] }));
+        self.send_command("/actions", &json!({ "actions": [mouse] }));
     }
 
     pub(crate) fn screenshot(&self, file: &Path) {
@@ -144,7 +144,7 @@ impl Browser {
         written.expect("a screenshot");
     }
 
-    fn ask(&self, what: &str, body: &Value) -> Value {
+    fn send_command(&self, what: &str, body: &Value) -> Value {
         self.send("POST", &format!("{}{what}", self.session), body)
     }
 

@@ -7,7 +7,7 @@ use coaxle_test_process::{Process, until};
 use serde_json::{Value, json};
 
 use crate::watched::browser::Browser;
-use crate::watched::line::{Line, printed, said};
+use crate::watched::line::{Line, log_text, printed};
 use crate::watched::page::keep;
 
 /// The tool that serves the page of a file.
@@ -30,7 +30,7 @@ impl Editor {
             address: String::new(),
         };
         until("it says where the page is", || {
-            let text = said(&log);
+            let text = log_text(&log);
             let address = text.strip_prefix("the page is at ");
             editor.address = address.unwrap_or_default().trim().to_owned();
             text.ends_with('\n')
@@ -165,7 +165,7 @@ fn a_plate_is_designed_from_scratch_and_run() {
         assert!(told.contains(expected), "{button}: {told}");
     }
     let info = |line: &Line| {
-        let asked = line.ask(&[
+        let asked = line.run_tool(&[
             "command", "cutter", "knife", "cam-info", "--table", "3", "--json",
         ]);
         serde_json::from_str::<Value>(&printed(&asked)).unwrap_or_default()
@@ -178,7 +178,7 @@ fn a_plate_is_designed_from_scratch_and_run() {
     page.press("[data-do='load']");
     assert!(page.told().contains("accepted"), "{}", page.told());
     let top = || {
-        let asked = line.ask(&[
+        let asked = line.run_tool(&[
             "command",
             "cutter",
             "knife",

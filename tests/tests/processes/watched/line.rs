@@ -65,7 +65,7 @@ impl Line {
         self.folder.path().join(format!("{name}.log"))
     }
 
-    pub(crate) fn ask(&self, words: &[&str]) -> Output {
+    pub(crate) fn run_tool(&self, words: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
         command.args(words);
         for endpoint in &self.endpoints {
@@ -75,7 +75,7 @@ impl Line {
     }
 }
 
-pub(crate) fn said(log: &Path) -> String {
+pub(crate) fn log_text(log: &Path) -> String {
     std::fs::read_to_string(log).unwrap_or_default()
 }
 

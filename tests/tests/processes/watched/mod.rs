@@ -11,21 +11,21 @@ mod report;
 use std::process::Command;
 
 use coaxle_test_process::until;
-use line::{Line, printed, said};
+use line::{Line, log_text, printed};
 use serde_json::Value;
 
 #[test]
 fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
     let mut line = Line::new();
     line.receive("saw", "{ node = 'belt', axis = 3 }");
-    let waited = line.ask(&["wait-sync", "saw", "--timeout", "60s"]);
+    let waited = line.run_tool(&["wait-sync", "saw", "--timeout", "60s"]);
     assert_eq!(waited.status.code(), Some(0), "{waited:?}");
     assert!(
         printed(&waited).contains("belt observer, synced"),
         "{waited:?}"
     );
 
-    let listed = line.ask(&["nodes", "--json"]);
+    let listed = line.run_tool(&["nodes", "--json"]);
     let nodes: Value = serde_json::from_slice(&listed.stdout).expect("JSON");
     let names: Vec<_> = nodes
         .as_array()
@@ -36,7 +36,7 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
     assert_eq!(names, ["belt", "saw"], "{nodes}");
     assert_eq!(nodes[1]["follows"][0], "belt");
 
-    let status = line.ask(&["status", "saw", "--format", "json"]);
+    let status = line.run_tool(&["status", "saw", "--format", "json"]);
     let status: Value = serde_json::from_slice(&status.stdout).expect("JSON");
     assert_eq!(status[0]["far"]["belt"]["synced"], true, "{status}");
     assert_eq!(
@@ -45,7 +45,7 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
         "the one that was named"
     );
 
-    let metrics = printed(&line.ask(&["status", "--format", "prometheus"]));
+    let metrics = printed(&line.run_tool(&["status", "--format", "prometheus"]));
     for expected in [
         "coaxle_up{node=\"belt\"} 1",
         "coaxle_far_synced{node=\"saw\",far=\"belt\"} 1",
@@ -56,13 +56,13 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
             "{expected}\n{metrics}"
         );
     }
-    let plain = printed(&line.ask(&["status"]));
+    let plain = printed(&line.run_tool(&["status"]));
     assert!(
         plain.contains("belt: sender, ok") && plain.contains("ppm"),
         "{plain}"
     );
 
-    let never = line.ask(&[
+    let never = line.run_tool(&[
         "wait-sync",
         "saw",
         "--timeout",
@@ -71,7 +71,7 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
         "1us",
     ]);
     assert_eq!(never.status.code(), Some(3), "{never:?}");
-    let stranger = line.ask(&["wait-sync", "belt", "--timeout", "300ms"]);
+    let stranger = line.run_tool(&["wait-sync", "belt", "--timeout", "300ms"]);
     assert_eq!(stranger.status.code(), Some(3), "{stranger:?}");
     assert!(
         printed(&stranger).contains("it follows no other node"),
@@ -85,17 +85,17 @@ fn who_is_not_there_is_told_of_with_who_is() {
     line.receive("press", "{ node = 'bellt', axis = 3 }");
     line.receive("saw", "{ node = 'belt', axis = 1 }");
     until("who is there instead is named", || {
-        said(&line.log("press")).contains("needs node bellt")
-            && said(&line.log("press")).contains("it sees belt")
+        log_text(&line.log("press")).contains("needs node bellt")
+            && log_text(&line.log("press")).contains("it sees belt")
     });
     until("which axis is there instead is named", || {
-        said(&line.log("saw")).contains("it has axis 3, and none of those that are followed")
+        log_text(&line.log("saw")).contains("it has axis 3, and none of those that are followed")
     });
     for (words, code) in [
         (vec!["status", "sew"], 5),
         (vec!["wait-sync", "sew", "--timeout", "2s"], 5),
     ] {
-        let answer = line.ask(&words);
+        let answer = line.run_tool(&words);
         assert_eq!(answer.status.code(), Some(code), "{answer:?}");
         let told = String::from_utf8_lossy(&answer.stderr);
         assert!(
@@ -112,9 +112,9 @@ fn where_nobody_is_there_is_no_data() {
     for node in &line.nodes {
         node.kill();
     }
-    let nobody = line.ask(&["nodes"]);
+    let nobody = line.run_tool(&["nodes"]);
     assert_eq!(nobody.status.code(), Some(5), "{nobody:?}");
-    let nobody = line.ask(&["status"]);
+    let nobody = line.run_tool(&["status"]);
     assert_eq!(nobody.status.code(), Some(5), "{nobody:?}");
     assert!(
         String::from_utf8_lossy(&nobody.stderr).contains("no node is there"),
@@ -128,7 +128,7 @@ fn rows_are_recorded_from_outside_as_the_node_records_them() {
     line.receive("saw", "{ node = 'belt', axis = 3 }");
     let file = line.folder.path().join("seen.mcap");
     let file = file.to_str().expect("a path");
-    let recorded = line.ask(&["record", "belt", "saw", "--for", "2s", "--out", file]);
+    let recorded = line.run_tool(&["record", "belt", "saw", "--for", "2s", "--out", file]);
     assert_eq!(recorded.status.code(), Some(0), "{recorded:?}");
     let text = printed(&recorded);
     let rows = |node: &str| {
@@ -141,13 +141,13 @@ fn rows_are_recorded_from_outside_as_the_node_records_them() {
     let exported = export.args(["export", "csv", file]).output();
     let exported = exported.expect("it runs");
     assert_eq!(exported.status.code(), Some(0), "{exported:?}");
-    let table = said(&line.folder.path().join("seen-saw.csv"));
+    let table = log_text(&line.folder.path().join("seen-saw.csv"));
     assert!(table.starts_with("at_ns,woke_ns,"), "{table:.200}");
     assert_eq!(table.lines().count() as u64, rows("saw: ") + 1);
 
-    let again = line.ask(&["record", "saw", "--for", "1s", "--out", file]);
+    let again = line.run_tool(&["record", "saw", "--for", "1s", "--out", file]);
     assert_eq!(again.status.code(), Some(1), "{again:?}");
-    let nobody = line.ask(&["record", "sow", "--for", "1s"]);
+    let nobody = line.run_tool(&["record", "sow", "--for", "1s"]);
     let error = String::from_utf8_lossy(&nobody.stderr);
     assert!(
         error.contains("sow") && error.contains("there are"),

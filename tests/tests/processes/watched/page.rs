@@ -8,7 +8,7 @@ use coaxle_os::machine;
 use coaxle_test_process::{Process, until};
 
 use crate::watched::browser::Browser;
-use crate::watched::line::{Line, said};
+use crate::watched::line::{Line, log_text};
 
 /// The tool that serves the page of a line.
 struct Scope {
@@ -34,7 +34,7 @@ impl Scope {
             address: String::new(),
         };
         until("it says where the page is", || {
-            let text = said(&log);
+            let text = log_text(&log);
             let address = text.strip_prefix("the page is at ");
             scope.address = address.unwrap_or_default().trim().to_owned();
             text.ends_with('\n')
@@ -219,9 +219,9 @@ fn a_node_gives_out_a_page_of_itself() {
     line.start_with("receiver", "saw", config, &["--page", "127.0.0.1:0"]);
     let log = line.log("saw");
     until("it says where", || {
-        said(&log).contains("the page is at http://")
+        log_text(&log).contains("the page is at http://")
     });
-    let text = said(&log);
+    let text = log_text(&log);
     let address = text
         .split("http://")
         .nth(1)

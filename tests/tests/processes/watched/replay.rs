@@ -20,14 +20,14 @@ fn a_receiver_comes_to_the_same_bit_for_bit_and_a_killed_one_too() {
     let recording = recording.to_str().expect("UTF-8").to_owned();
     let config = SAW.replace("MODE", "observer");
     line.start_with("receiver", "saw", &config, &["--record", &recording]);
-    let waited = line.ask(&["wait-sync", "saw", "--timeout", "60s"]);
+    let waited = line.run_tool(&["wait-sync", "saw", "--timeout", "60s"]);
     assert_eq!(waited.status.code(), Some(0), "{waited:?}");
     for order in [
         &["command", "saw", "carriage", "power", "on"][..],
         &["command", "saw", "carriage", "home", "--position", "3"],
         &["command", "saw", "carriage", "gear-in", "--ratio", "2"],
     ] {
-        let answer = line.ask(order);
+        let answer = line.run_tool(order);
         assert_eq!(answer.status.code(), Some(0), "{answer:?}");
     }
     std::thread::park_timeout(std::time::Duration::from_millis(800));

@@ -5,7 +5,7 @@ use crate::common::run;
 /// Times at which the lines fall silent, s.
 const SILENT: [f64; 2] = [10.0, 20.0];
 /// Configured take-over timeout, s.
-const PATIENCE: f64 = 0.05;
+const TAKE_OVER_TIMEOUT: f64 = 0.05;
 
 #[test]
 fn a_standby_takes_over_in_time_and_its_slaves_keep_their_limits() {
@@ -17,7 +17,8 @@ fn a_standby_takes_over_in_time_and_its_slaves_keep_their_limits() {
             for (at, silent) in times.iter().zip(SILENT) {
                 let after = at - silent;
                 // The last message is less than 3 ms old when its node falls silent.
-                let is_in_time = (PATIENCE - 0.003..PATIENCE + 0.003).contains(&after);
+                let is_in_time =
+                    (TAKE_OVER_TIMEOUT - 0.003..TAKE_OVER_TIMEOUT + 0.003).contains(&after);
                 assert!(is_in_time, "{name}, seed {seed}: {after}");
             }
             for slave in receiver.slaves.values() {

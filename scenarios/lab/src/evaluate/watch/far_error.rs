@@ -4,9 +4,9 @@ use coaxle_clock::delay::DelayState;
 use coaxle_receiver::{ReceiverConfig, StateName};
 
 use super::found::{Found, WatchedCycle};
-use crate::invariants::{Invariant, InvariantViolation, Watched};
+use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
 use crate::row::Row;
-use crate::topology::{View, Viewed};
+use crate::topology::{ReceiverAxis, View};
 
 /// Time after a clock's jump in which it cannot be known: older exchanges count for ten seconds, and then the
 /// delay is slewed, s.
@@ -23,18 +23,18 @@ const SETTLES: f64 = 2.0;
 /// Watches the corrected time of a far axis.
 #[derive(Debug)]
 pub(in super::super) struct FarErrorWatch {
-    of: Watched,
+    of: WatchedPart,
     /// Times at which a clock jumps, or restarts, s after the start of the run, which cannot be known beforehand.
     jumps: Vec<f64>,
     /// Greatest deviation from the settled error, µs, with a delay that is not measured; none where delays change.
     steady: Option<f64>,
-    settled: Option<Settled>,
+    settled: Option<SettledError>,
     found: Found,
 }
 
 /// A time without a measured delay: it is wrong by a constant.
 #[derive(Clone, Copy, Debug)]
-struct Settled {
+struct SettledError {
     /// Time since which no event has restarted it, s.
     since: f64,
     /// Counters of the events that restart it.
@@ -51,11 +51,11 @@ impl FarErrorWatch {
         jumps: &[f64],
         resolution_us: Option<f64>,
     ) -> Option<Self> {
-        let Viewed::Far { axis, .. } = view.of else {
+        let ReceiverAxis::Far { axis, .. } = view.of else {
             return None;
         };
         Some(Self {
-            of: Watched {
+            of: WatchedPart {
                 receiver: config.name.to_string(),
                 part: config.far_axis_names().into_iter().nth(axis),
             },
@@ -111,7 +111,7 @@ impl FarErrorWatch {
             far.epoch.unwrap_or_default(),
         ];
         let kept = self.settled.filter(|settled| settled.events == events);
-        let settled = self.settled.insert(kept.unwrap_or(Settled {
+        let settled = self.settled.insert(kept.unwrap_or(SettledError {
             since: row.t_s,
             events,
             error: None,

@@ -10,13 +10,13 @@ use crate::invariants::Invariant;
 #[derive(Debug)]
 pub(super) struct FarNodeWatch {
     pub(super) name: String,
-    run: Option<Run>,
+    run: Option<FollowedRun>,
     pub(super) found: Found,
 }
 
 /// A run of it that is followed.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct FollowedRun {
     epoch: u64,
     /// Number of runs followed before it when it was first shown.
     restarts: u64,
@@ -47,7 +47,7 @@ impl FarNodeWatch {
         let Some(epoch) = far.epoch else {
             return;
         };
-        let run = Run {
+        let run = FollowedRun {
             epoch,
             restarts: far.restarts,
         };

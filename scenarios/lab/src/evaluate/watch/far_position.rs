@@ -6,9 +6,9 @@ use coaxle_receiver::ReceiverConfig;
 
 use super::far_error::stated;
 use super::found::{Found, WatchedCycle};
-use crate::invariants::{Invariant, InvariantViolation, Watched};
+use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
 use crate::row::Row;
-use crate::topology::{View, Viewed};
+use crate::topology::{ReceiverAxis, View};
 
 /// Duration of blending after a change of mode, in which the mode does not define the position, s.
 const BLENDED: f64 = 0.2;
@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-11;
 /// Watches the position of a far axis whose master is known.
 #[derive(Debug)]
 pub(in super::super) struct FarPositionWatch {
-    of: Watched,
+    of: WatchedPart,
     cycle_time: f64,
     /// Time since which it is in sync without a break, s.
     since: Option<f64>,
@@ -34,12 +34,12 @@ pub(in super::super) struct FarPositionWatch {
 impl FarPositionWatch {
     /// Absent for the receiver's own axes, or one that comes in increments.
     pub(in super::super) fn new(config: &ReceiverConfig, view: &View) -> Option<Self> {
-        let Viewed::Far { axis, .. } = view.of else {
+        let ReceiverAxis::Far { axis, .. } = view.of else {
             return None;
         };
         let is_smoothed = config.far_axes().nth(axis)?.2.encoder.is_some();
         (!is_smoothed).then(|| Self {
-            of: Watched {
+            of: WatchedPart {
                 receiver: config.name.to_string(),
                 part: config.far_axis_names().into_iter().nth(axis),
             },

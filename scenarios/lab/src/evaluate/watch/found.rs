@@ -1,6 +1,6 @@
 //! Violations found.
 
-use crate::invariants::{Broken, Invariant, InvariantViolation, Watched};
+use crate::invariants::{Broken, Invariant, InvariantViolation, WatchedPart};
 
 /// A cycle, its ideal start, and its distance from the one before: none for the first of a run.
 #[derive(Clone, Copy, Debug)]
@@ -54,13 +54,13 @@ impl Found {
     }
 
     /// Violations by this part.
-    pub(super) fn violations(&self, of: Watched) -> impl Iterator<Item = InvariantViolation> {
+    pub(super) fn violations(&self, of: WatchedPart) -> impl Iterator<Item = InvariantViolation> {
         self.0.iter().map(move |found| found.violation(of.clone()))
     }
 }
 
 impl OfInvariant {
-    fn violation(&self, of: Watched) -> InvariantViolation {
+    fn violation(&self, of: WatchedPart) -> InvariantViolation {
         InvariantViolation {
             of,
             invariant: self.invariant,

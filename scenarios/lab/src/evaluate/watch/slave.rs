@@ -11,7 +11,7 @@ use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
 
 use super::found::{Found, WatchedCycle};
 use super::target::TargetWatch;
-use crate::event::{Event, Happening};
+use crate::event::{Event, EventKind};
 use crate::invariants::Invariant;
 
 /// An order is executed within this time, or not at all, s.
@@ -33,13 +33,13 @@ pub(super) struct SlaveWatch {
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
     stops_instantly: bool,
-    before: Before,
+    before: SlaveBefore,
     pub(super) found: Found,
 }
 
 /// State of a cycle that the next one is compared with.
 #[derive(Clone, Copy, Debug, Default)]
-struct Before {
+struct SlaveBefore {
     state: AxisStatus,
     position: Option<f64>,
     velocity: Option<f64>,
@@ -47,7 +47,7 @@ struct Before {
     set_anew: u32,
 }
 
-impl From<&SlaveSignals> for Before {
+impl From<&SlaveSignals> for SlaveBefore {
     fn from(slave: &SlaveSignals) -> Self {
         Self {
             state: slave.state,
@@ -78,7 +78,7 @@ impl SlaveWatch {
             resets: resets_of(config, receiver, events),
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
             stops_instantly,
-            before: Before::default(),
+            before: SlaveBefore::default(),
             found: Found::default(),
         }
     }
@@ -89,7 +89,7 @@ impl SlaveWatch {
         for value in shown.filter(|value| !value.is_finite()) {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
-        let before = std::mem::replace(&mut self.before, Before::from(slave));
+        let before = std::mem::replace(&mut self.before, SlaveBefore::from(slave));
         let had = cycle.since.and(before.position).is_some();
         let has = [slave.position, slave.velocity, slave.acceleration].map(|value| value.is_some());
         if has != [had || has[0]; 3] {
@@ -160,7 +160,12 @@ impl SlaveWatch {
         (self.resets.iter()).any(|at| (*at..*at + ORDER_UNDER_WAY).contains(&t_s))
     }
 
-    fn watch_error_stop(&mut self, cycle: &WatchedCycle, before: &Before, slave: &SlaveSignals) {
+    fn watch_error_stop(
+        &mut self,
+        cycle: &WatchedCycle,
+        before: &SlaveBefore,
+        slave: &SlaveSignals,
+    ) {
         let is_next = cycle.since.is_some();
         // In cycles that were skipped it may have been reset and moved.
         let was_stopped = cycle.since == Some(1) && before.state == AxisStatus::ErrorStop;
@@ -241,7 +246,7 @@ fn is_quick_stop(slave: &SlaveSignals) -> bool {
 
 /// The stop of a flying saw whose master runs back past the coupling position: it stands from one cycle to the
 /// next.
-fn is_instant_stop(before: &Before, now: &SlaveSignals) -> bool {
+fn is_instant_stop(before: &SlaveBefore, now: &SlaveSignals) -> bool {
     before.state == AxisStatus::SynchronizedMotion
         && matches!(
             now.state,
@@ -268,7 +273,7 @@ fn command_of<'a>(
     receiver: &ReceiverConfig,
 ) -> Option<&'a Command> {
     match &event.what {
-        Happening::Command(commanded) if event.node == receiver.name => match &commanded.order {
+        EventKind::Command(commanded) if event.node == receiver.name => match &commanded.order {
             CommandOrder::Slave(order) if order.slave.as_str() == slave.name.as_str() => {
                 Some(&order.command)
             }

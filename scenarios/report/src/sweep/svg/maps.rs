@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(every(4, 18), 1);
         assert_eq!(every(100, 8), 13);
         assert_eq!(every(3, 0), 3);
-        let axis: coaxle_lab::sweep::Axis = "a=1,2,3".parse().unwrap();
+        let axis: coaxle_lab::sweep::SweepAxis = "a=1,2,3".parse().unwrap();
         let along = Along::of(&axis);
         let words = [0, 1, 2, 3].map(|n| word(&along, &SegmentValue::CenterOf(n), 2));
         assert_eq!(words, ["1", "", "3", ""]);

@@ -7,14 +7,14 @@ use serde_json::Value as Json;
 use toml_edit::{Array, DocumentMut, Value};
 
 use super::CamDesign;
-use super::asked::Asked;
 use super::points::{count, insert_behind, point, remove, rows};
+use super::view_settings::ViewSettings;
 use crate::edit::toml_text::{document, number, put, put_at, value_of};
 
 /// A change from the page.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-enum Change {
+enum CamPageChange {
     /// A point or row is dragged to a place of a chart: 0 position, 1 velocity, 2 acceleration.
     Drag {
         point: usize,
@@ -68,16 +68,16 @@ pub(super) fn changed(
     design: &CamDesign,
     text: &str,
     change: &Json,
-    asked: &Asked,
+    settings: &ViewSettings,
 ) -> Result<String, String> {
-    let change = Change::deserialize(change).map_err(|error| error.to_string())?;
+    let change = CamPageChange::deserialize(change).map_err(|error| error.to_string())?;
     let mut document = document(text)?;
     let names_csv = |part: &str| {
         let part = document.get(part);
         part.is_some_and(|part| part.get("csv").is_some())
     };
     let rows_elsewhere = names_csv("table") || names_csv("points");
-    if rows_elsewhere && !matches!(change, Change::Head { .. }) {
+    if rows_elsewhere && !matches!(change, CamPageChange::Head { .. }) {
         return Err("the rows are in a CSV file of their own, and are changed there".to_owned());
     }
     let cam = CamFile::parse(&design.path, text);
@@ -88,10 +88,12 @@ pub(super) fn changed(
     };
     let start = start.unwrap_or_default();
     // A plate that is dragged stays one: it stops where it would end being one.
-    let must_stay =
-        matches!(change, Change::Drag { .. } | Change::Insert { .. }) && design.plate(text).is_ok();
+    let must_stay = matches!(
+        change,
+        CamPageChange::Drag { .. } | CamPageChange::Insert { .. }
+    ) && design.plate(text).is_ok();
     match change {
-        Change::Head { field, value } => {
+        CamPageChange::Head { field, value } => {
             if !HEAD.contains(&field.as_str()) {
                 return Err(format!(
                     "received field {field:?}, expected one of {}",
@@ -100,31 +102,37 @@ pub(super) fn changed(
             }
             put_at(&mut document, &field, optional(&value)?)?;
         }
-        Change::Set {
+        CamPageChange::Set {
             point: n,
             field,
             value,
         } => set(&mut document, n, &field, optional(&value)?)?,
-        Change::Drag {
+        CamPageChange::Drag {
             point: n,
             quantity,
             along,
             value,
             grain,
         } => {
-            let master = rounded(asked.master(start, along), asked.master(0.0, grain[0]));
+            let master = rounded(
+                settings.master(start, along),
+                settings.master(0.0, grain[0]),
+            );
             let value = rounded(
-                value / asked.factor(quantity),
-                grain[1] / asked.factor(quantity),
+                value / settings.factor(quantity),
+                grain[1] / settings.factor(quantity),
             );
             drag(&mut document, n, quantity, master, value)?;
         }
-        Change::Insert {
+        CamPageChange::Insert {
             along,
             value,
             grain,
         } => {
-            let master = rounded(asked.master(start, along), asked.master(0.0, grain[0]));
+            let master = rounded(
+                settings.master(start, along),
+                settings.master(0.0, grain[0]),
+            );
             insert(
                 &mut document,
                 cam.ok().as_ref(),
@@ -132,7 +140,7 @@ pub(super) fn changed(
                 rounded(value, grain[1]),
             )?;
         }
-        Change::Remove { point: n } => take_out(&mut document, n)?,
+        CamPageChange::Remove { point: n } => take_out(&mut document, n)?,
     }
     let text = document.to_string();
     if must_stay {

@@ -4,7 +4,7 @@ use coaxle_curve::law::Motion;
 use coaxle_plate::Plate;
 use serde_json::{Value, json};
 
-use super::asked::Asked;
+use super::view_settings::ViewSettings;
 
 /// Places drawn of a turn, as far as its joints leave a choice.
 const SAMPLES: usize = 1_200;
@@ -14,16 +14,16 @@ const MOST: usize = 12_000;
 const MOST_JOINTS: usize = 400;
 
 /// Position, velocity, acceleration and jerk, in the page's view settings.
-pub(super) fn curve(plate: &Plate, name: &str, asked: &Asked) -> Value {
+pub(super) fn curve(plate: &Plate, name: &str, settings: &ViewSettings) -> Value {
     let mut along = Vec::new();
     let mut values: [Vec<f64>; 4] = Default::default();
     let (start, end) = plate.master_range();
-    let turns = asked.turns_of(plate);
+    let turns = settings.turns_of(plate);
     for turn in 0..turns {
         let offset = f64::from(turn) * (end - start);
         let lift = f64::from(turn) * plate.lift();
         for (master, motion) in places(plate, SAMPLES.min(MOST / turns as usize)) {
-            along.push(asked.along(start, master + offset));
+            along.push(settings.along(start, master + offset));
             let Motion {
                 position,
                 velocity,
@@ -32,7 +32,7 @@ pub(super) fn curve(plate: &Plate, name: &str, asked: &Asked) -> Value {
             } = motion;
             let row = [position + lift, velocity, acceleration, jerk];
             for (quantity, value) in row.into_iter().enumerate() {
-                values[quantity].push(value * asked.factor(quantity));
+                values[quantity].push(value * settings.factor(quantity));
             }
         }
     }

@@ -1,6 +1,5 @@
 //! `coaxle cam edit`: a plate designed on a page.
 
-mod asked;
 mod change;
 mod curves;
 mod points;
@@ -8,6 +7,7 @@ mod target;
 #[cfg(test)]
 mod tests;
 mod view;
+mod view_settings;
 
 use std::path::{Path, PathBuf};
 
@@ -17,10 +17,10 @@ use coaxle_os::exit::Exit;
 use coaxle_plate::Plate;
 use serde_json::Value;
 
-use self::asked::Asked;
-use self::target::{Target, TargetArgs};
+use self::target::{CommandTarget, TargetArgs};
+use self::view_settings::ViewSettings;
 use super::load;
-use crate::edit::{Design, EditArgs, Parts, edit};
+use crate::edit::{Design, EditArgs, PageParts, edit};
 
 /// The plate, the file it is compared with, and the slave it is loaded into.
 #[derive(Debug, Args)]
@@ -34,7 +34,7 @@ pub struct CamEditArgs {
     target: TargetArgs,
 }
 
-const PARTS: Parts = Parts {
+const PARTS: PageParts = PageParts {
     html: include_str!("page.html"),
     js: include_str!("page.js"),
 };
@@ -44,7 +44,11 @@ const PARTS: Parts = Parts {
 /// # Errors
 /// A file that cannot be read, a network that cannot be joined, or an address that is not available.
 pub(crate) fn run(args: &CamEditArgs) -> anyhow::Result<Exit> {
-    let compared = args.compare.as_deref().map(Compared::load).transpose()?;
+    let compared = args
+        .compare
+        .as_deref()
+        .map(ComparedPlate::load)
+        .transpose()?;
     let design = CamDesign {
         path: args.edit.file.clone(),
         compared,
@@ -55,12 +59,12 @@ pub(crate) fn run(args: &CamEditArgs) -> anyhow::Result<Exit> {
 }
 
 /// Another plate, drawn beside this one.
-struct Compared {
+struct ComparedPlate {
     name: String,
     plate: Plate,
 }
 
-impl Compared {
+impl ComparedPlate {
     fn load(path: &Path) -> anyhow::Result<Self> {
         let (_, plate) = load(path)?;
         let name = path.display().to_string();
@@ -79,9 +83,9 @@ impl Compared {
 struct CamDesign {
     /// Name of the file in errors. CSV files are read from its folder.
     path: PathBuf,
-    compared: Option<Compared>,
+    compared: Option<ComparedPlate>,
     /// A running receiver, if there is one to load the plate into.
-    target: Option<Target>,
+    target: Option<CommandTarget>,
     /// The last text that made a plate: it is drawn faint while another one makes none.
     last: Option<String>,
 }
@@ -104,20 +108,20 @@ impl Design for CamDesign {
         TEMPLATE.to_owned()
     }
 
-    fn view(&mut self, text: &str, asked: &Value) -> Value {
-        let asked = match Asked::of(asked) {
-            Ok(asked) => asked,
+    fn view(&mut self, text: &str, settings: &Value) -> Value {
+        let settings = match ViewSettings::of(settings) {
+            Ok(settings) => settings,
             Err(error) => return serde_json::json!({ "error": error }),
         };
         if self.plate(text).is_ok() {
             self.last = Some(text.to_owned());
         }
-        view::view(self, text, &asked)
+        view::view(self, text, &settings)
     }
 
-    fn changed(&mut self, text: &str, change: &Value, asked: &Value) -> Result<String, String> {
-        let asked = Asked::of(asked)?;
-        change::changed(self, text, change, &asked)
+    fn changed(&mut self, text: &str, change: &Value, settings: &Value) -> Result<String, String> {
+        let settings = ViewSettings::of(settings)?;
+        change::changed(self, text, change, &settings)
     }
 
     fn check(&self, text: &str) -> Result<(), String> {
@@ -127,14 +131,14 @@ impl Design for CamDesign {
     fn act(&mut self, text: &str, wanted: &Value) -> Result<String, String> {
         let name = wanted["compare"]["name"].as_str();
         if let (Some(name), Some(other)) = (name, wanted["compare"]["text"].as_str()) {
-            self.compared = Some(Compared::parse(name, other)?);
+            self.compared = Some(ComparedPlate::parse(name, other)?);
             return Ok(format!("compared with {name}"));
         }
         match wanted["do"].as_str() {
             Some("compare-with-this") => {
                 let (_, plate) = self.plate(text)?;
                 let name = "as it was".to_owned();
-                self.compared = Some(Compared { name, plate });
+                self.compared = Some(ComparedPlate { name, plate });
                 Ok("compared with the plate as it is now".to_owned())
             }
             Some("compare-with-none") => {

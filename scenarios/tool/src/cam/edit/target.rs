@@ -29,11 +29,11 @@ pub(super) struct TargetArgs {
 }
 
 impl TargetArgs {
-    pub(super) fn open(&self) -> anyhow::Result<Option<Target>> {
+    pub(super) fn open(&self) -> anyhow::Result<Option<CommandTarget>> {
         let (Some(node), Some(slave)) = (&self.node, self.slave) else {
             return Ok(None);
         };
-        Ok(Some(Target {
+        Ok(Some(CommandTarget {
             commander: Commander::open(&self.network.transport()?)?,
             node: node.clone(),
             slave: json!(slave),
@@ -43,14 +43,14 @@ impl TargetArgs {
 }
 
 /// A slave, and the client that commands it.
-pub(super) struct Target {
+pub(super) struct CommandTarget {
     commander: Commander,
     node: NodeName,
     slave: Value,
     table: Option<u8>,
 }
 
-impl Target {
+impl CommandTarget {
     /// Name for people.
     pub(super) fn name(&self) -> String {
         format!("{}/{}", self.node, self.slave.as_str().unwrap_or_default())
@@ -95,7 +95,7 @@ impl Target {
                 ));
             }
         };
-        let mut told = String::new();
+        let mut text = String::new();
         for command in &commands {
             let (is_accepted, words) = self.send(command)?;
             let words = format!("{}: {words}", self.name());
@@ -103,11 +103,11 @@ impl Target {
                 return Err(words);
             }
             // The first of several responses is the one to the page's command.
-            if told.is_empty() {
-                told = words;
+            if text.is_empty() {
+                text = words;
             }
         }
-        Ok(told)
+        Ok(text)
     }
 
     fn send(&self, command: &Value) -> Result<(bool, String), String> {

@@ -90,9 +90,9 @@ fn every_shipped_file_comes_back_as_it_is_and_has_a_view() {
     for file in shipped("cams") {
         let text = std::fs::read_to_string(&file).unwrap();
         let mut design = design();
-        let asked =
+        let settings =
             json!({ "over_time": true, "turns": 3, "selected": 0, "velocity": 1.0, "jerk": 1e3 });
-        let view = design.view(&text, &asked);
+        let view = design.view(&text, &settings);
         assert_eq!(view["error"], Value::Null, "{}", file.display());
         assert!(
             view["curves"][0]["along"].as_array().unwrap().len() > 100,
@@ -102,7 +102,7 @@ fn every_shipped_file_comes_back_as_it_is_and_has_a_view() {
         let first =
             json!({ "set": { "point": 0, "field": "slave", "value": view["points"][0]["slave"] } });
         if !text.contains("csv =") {
-            let again = design.changed(&text, &first, &asked).unwrap();
+            let again = design.changed(&text, &first, &settings).unwrap();
             let same = |text: &str| design.plate(text).unwrap().0.source();
             assert_eq!(same(&again), same(&text), "{}", file.display());
         }
@@ -113,8 +113,8 @@ fn every_shipped_file_comes_back_as_it_is_and_has_a_view() {
 #[test]
 fn curves_are_the_plate_over_time_and_turns() {
     let text = std::fs::read_to_string(folder("cams").join("lift.toml")).unwrap();
-    let asked = json!({ "over_time": true, "turns": 2, "master_velocity": 720.0 });
-    let view = design().view(&text, &asked);
+    let settings = json!({ "over_time": true, "turns": 2, "master_velocity": 720.0 });
+    let view = design().view(&text, &settings);
     let (_, plate) = design().plate(&text).unwrap();
     let curve = &view["curves"][0];
     let along = curve["along"].as_array().unwrap();
@@ -179,12 +179,15 @@ fn what_is_dragged_past_its_neighbour_stays_and_what_is_typed_is_shown_as_wrong(
     ] {
         assert!(changed(KNIFE, wrong.clone()).is_err(), "{wrong}");
     }
-    for asked in [
+    for settings in [
         json!({ "master_velocity": 0 }),
         json!({ "turns": 0 }),
         json!({ "turn": 1 }),
     ] {
-        assert!(design.view(KNIFE, &asked)["error"].is_string(), "{asked}");
+        assert!(
+            design.view(KNIFE, &settings)["error"].is_string(),
+            "{settings}"
+        );
     }
 }
 

@@ -7,9 +7,9 @@ use coaxle_report::inspect::{QUANTITIES, name};
 use coaxle_report::plotting::short;
 use serde_json::{Value, json};
 
-use super::asked::Asked;
 use super::curves::curve;
-use super::{CamDesign, Compared};
+use super::view_settings::ViewSettings;
+use super::{CamDesign, ComparedPlate};
 use crate::cam::advise::{json_of, remarks};
 use crate::cam::text::{description, heading, master_heading, velocity_steps};
 
@@ -21,7 +21,7 @@ fn shown(value: f64) -> String {
     short(value, 6)
 }
 
-pub(super) fn view(design: &CamDesign, text: &str, asked: &Asked) -> Value {
+pub(super) fn view(design: &CamDesign, text: &str, settings: &ViewSettings) -> Value {
     let parsed = CamFile::parse(&design.path, text);
     let planned = design.plate(text);
     let mut view = json!({
@@ -35,22 +35,26 @@ pub(super) fn view(design: &CamDesign, text: &str, asked: &Asked) -> Value {
         }),
     });
     let Ok(cam) = parsed else {
-        view["curves"] = faint(design, asked);
+        view["curves"] = faint(design, settings);
         return view;
     };
     view["head"] = head(&cam);
-    view["along"] = match asked.over_time {
+    view["along"] = match settings.over_time {
         true => "time (s)".into(),
         false => master_heading(&cam).into(),
     };
     let headings: [String; 4] =
-        std::array::from_fn(|quantity| shown_heading(&cam, asked, quantity));
+        std::array::from_fn(|quantity| shown_heading(&cam, settings, quantity));
     view["headings"] = json!(headings);
-    view["limits"] = limits(asked);
-    view["points"] = points(&cam, planned.as_ref().ok().map(|(_, plate)| plate), asked);
-    view["advice"] = advice(&cam, asked);
+    view["limits"] = limits(settings);
+    view["points"] = points(
+        &cam,
+        planned.as_ref().ok().map(|(_, plate)| plate),
+        settings,
+    );
+    view["advice"] = advice(&cam, settings);
     let Ok((_, plate)) = &planned else {
-        view["curves"] = faint(design, asked);
+        view["curves"] = faint(design, settings);
         return view;
     };
     view["description"] = description(&cam, plate).into();
@@ -58,21 +62,21 @@ pub(super) fn view(design: &CamDesign, text: &str, asked: &Asked) -> Value {
     let others = design
         .compared
         .iter()
-        .map(|other| curve(&other.plate, &other.name, asked));
-    let own = std::iter::once(curve(plate, "this plate", asked));
+        .map(|other| curve(&other.plate, &other.name, settings));
+    let own = std::iter::once(curve(plate, "this plate", settings));
     view["curves"] = own.chain(others).collect();
-    view["characteristics"] = characteristics(&cam, plate, design.compared.as_ref(), asked);
+    view["characteristics"] = characteristics(&cam, plate, design.compared.as_ref(), settings);
     view
 }
 
 /// The last text that made a plate, while the present one makes none.
-fn faint(design: &CamDesign, asked: &Asked) -> Value {
+fn faint(design: &CamDesign, settings: &ViewSettings) -> Value {
     let last = design
         .last
         .as_deref()
         .and_then(|text| design.plate(text).ok());
     let curve = last.map(|(_, plate)| {
-        let mut curve = curve(&plate, "the last plate that was in order", asked);
+        let mut curve = curve(&plate, "the last plate that was in order", settings);
         curve["is_faint"] = true.into();
         curve
     });
@@ -100,8 +104,8 @@ fn head(cam: &CamFile) -> Value {
     })
 }
 
-fn shown_heading(cam: &CamFile, asked: &Asked, quantity: usize) -> String {
-    if asked.over_time {
+fn shown_heading(cam: &CamFile, settings: &ViewSettings, quantity: usize) -> String {
+    if settings.over_time {
         let per = ["", "/s", "/s²", "/s³"][quantity];
         format!("{} ({}{per})", QUANTITIES[quantity], cam.slave_unit)
     } else {
@@ -110,10 +114,10 @@ fn shown_heading(cam: &CamFile, asked: &Asked, quantity: usize) -> String {
 }
 
 /// The levels of each chart.
-fn limits(asked: &Asked) -> Value {
-    let limits = asked.limits();
+fn limits(settings: &ViewSettings) -> Value {
+    let limits = settings.limits();
     let of = |quantity: usize, limit: Option<f64>| -> Vec<f64> {
-        let limit = limit.map(|limit| asked.shown_limit(quantity, limit));
+        let limit = limit.map(|limit| settings.shown_limit(quantity, limit));
         limit.map_or(Vec::new(), |limit| vec![limit, -limit])
     };
     json!([
@@ -125,7 +129,7 @@ fn limits(asked: &Asked) -> Value {
 }
 
 /// Points or rows, each with its place in the charts and its joint.
-fn points(cam: &CamFile, plate: Option<&Plate>, asked: &Asked) -> Value {
+fn points(cam: &CamFile, plate: Option<&Plate>, settings: &ViewSettings) -> Value {
     let joints: Vec<Joint> = plate
         .map(|plate| plate.joints().collect())
         .unwrap_or_default();
@@ -136,9 +140,9 @@ fn points(cam: &CamFile, plate: Option<&Plate>, asked: &Asked) -> Value {
             let of = |(n, point): (usize, &MotionPoint)| {
                 let is_last = n + 1 == points.len();
                 let mut json = point_json(point, is_last);
-                json["along"] = asked.along(start, point.master).into();
+                json["along"] = settings.along(start, point.master).into();
                 let values = [point.slave, point.velocity, point.acceleration];
-                json["at"] = (0..3).map(|q| values[q] * asked.factor(q)).collect();
+                json["at"] = (0..3).map(|q| values[q] * settings.factor(q)).collect();
                 // The end of a cyclic plate is its start.
                 let is_seam = is_last
                     && plate.is_some_and(|plate| plate.course() == coaxle_plate::Course::Cyclic);
@@ -146,7 +150,7 @@ fn points(cam: &CamFile, plate: Option<&Plate>, asked: &Asked) -> Value {
                     true => joints.first(),
                     false => joints.iter().find(|joint| joint.master == point.master),
                 };
-                json["joint"] = joint.map(|joint| joint_json(cam, joint, asked)).into();
+                json["joint"] = joint.map(|joint| joint_json(cam, joint, settings)).into();
                 json
             };
             points.iter().enumerate().map(of).collect()
@@ -157,7 +161,7 @@ fn points(cam: &CamFile, plate: Option<&Plate>, asked: &Asked) -> Value {
                 json!({
                     "master": master,
                     "slave": slave,
-                    "along": asked.along(start, master),
+                    "along": settings.along(start, master),
                     "at": [slave],
                 })
             };
@@ -181,7 +185,7 @@ fn point_json(point: &MotionPoint, is_last: bool) -> Value {
 }
 
 /// The slave's motion on both sides, and whether each derivative is continuous.
-fn joint_json(cam: &CamFile, joint: &Joint, asked: &Asked) -> Value {
+fn joint_json(cam: &CamFile, joint: &Joint, settings: &ViewSettings) -> Value {
     let steps = joint.steps();
     let sides = |quantity: usize| {
         let of = |motion: &coaxle_curve::law::Motion| {
@@ -191,7 +195,7 @@ fn joint_json(cam: &CamFile, joint: &Joint, asked: &Asked) -> Value {
                 motion.acceleration,
                 motion.jerk,
             ];
-            shown(values[quantity] * asked.factor(quantity))
+            shown(values[quantity] * settings.factor(quantity))
         };
         [of(&joint.before), of(&joint.after)]
     };
@@ -203,9 +207,9 @@ fn joint_json(cam: &CamFile, joint: &Joint, asked: &Asked) -> Value {
             "before": before,
             "after": after,
             "words": if goes_on {
-                format!("{} goes on at {before}", shown_heading(cam, asked, quantity))
+                format!("{} goes on at {before}", shown_heading(cam, settings, quantity))
             } else {
-                format!("{} steps from {before} to {after}", shown_heading(cam, asked, quantity))
+                format!("{} steps from {before} to {after}", shown_heading(cam, settings, quantity))
             },
         })
     });
@@ -213,14 +217,19 @@ fn joint_json(cam: &CamFile, joint: &Joint, asked: &Asked) -> Value {
 }
 
 /// Least and most of everything, of this plate and of the other one, against the limits.
-fn characteristics(cam: &CamFile, plate: &Plate, other: Option<&Compared>, asked: &Asked) -> Value {
-    let of = |plate: &Plate| plate.characteristics(asked.master_velocity);
+fn characteristics(
+    cam: &CamFile,
+    plate: &Plate,
+    other: Option<&ComparedPlate>,
+    settings: &ViewSettings,
+) -> Value {
+    let of = |plate: &Plate| plate.characteristics(settings.master_velocity);
     let own = match of(plate) {
         Ok(values) => values,
         Err(error) => return json!({ "error": error.to_string() }),
     };
     let other = other.and_then(|other| of(&other.plate).ok());
-    let limits = asked.limits();
+    let limits = settings.limits();
     let unit = &cam.slave_unit;
     let extremes = &own.extremes;
     let rows = [
@@ -268,7 +277,7 @@ fn characteristics(cam: &CamFile, plate: &Plate, other: Option<&Compared>, asked
         })
     };
     json!({
-        "at": format!("at a master velocity of {} {}/s", shown(asked.master_velocity), cam.master_unit),
+        "at": format!("at a master velocity of {} {}/s", shown(settings.master_velocity), cam.master_unit),
         "ranges": rows.collect::<Vec<_>>(),
         "figures": [
             single(format!("mean of |velocity| ({unit}/s)"), |values| values.mean_velocity),
@@ -299,11 +308,11 @@ fn range_json(range: &MinMax) -> Value {
 }
 
 /// Advice about the segment that begins at the selected point.
-fn advice(cam: &CamFile, asked: &Asked) -> Value {
-    let Some(n) = asked.selected else {
+fn advice(cam: &CamFile, settings: &ViewSettings) -> Value {
+    let Some(n) = settings.selected else {
         return Value::Null;
     };
-    let question = asked.question();
+    let question = settings.question();
     let point = u32::try_from(n + 1).unwrap_or(u32::MAX);
     match cam.source().law_advice(point, &question) {
         Err(error) => json!({ "error": error.to_string() }),

@@ -12,16 +12,16 @@ use coaxle_gateway::ams::{
 use coaxle_gateway::config::AdsConfig;
 use coaxle_os::{Machine, machine};
 
-use super::wire::{Tcp, Wire};
+use super::wire::{AdsWire, Tcp};
 
 /// Timeout of a response.
-const PATIENCE: Span = Span::from_secs(1);
+const RESPONSE_TIMEOUT: Span = Span::from_secs(1);
 /// Notifications that wait to be taken; older ones are left out.
 const MOST_WAITING: usize = 256;
 
 /// A connection. After an error it is of no use: a late response could be taken for that to another request.
 pub(super) struct AdsClient {
-    wire: Box<dyn Wire>,
+    wire: Box<dyn AdsWire>,
     own: AmsAddress,
     plc: AmsAddress,
     invoke: u32,
@@ -80,7 +80,7 @@ impl AdsClient {
             address: format!("{host}:{port}"),
             reason,
         };
-        let tcp = Tcp::reach(host, port, PATIENCE).map_err(unreachable)?;
+        let tcp = Tcp::reach(host, port, RESPONSE_TIMEOUT).map_err(unreachable)?;
         let own = config.own_net_id.map(|id| id.0);
         let own = match (own, tcp.own_ip().map_err(unreachable)?) {
             (Some(own), _) => own,
@@ -99,7 +99,7 @@ impl AdsClient {
     }
 
     /// A client of this address, to the device of a config, over a connection that is there.
-    pub(super) fn over(wire: Box<dyn Wire>, own: AmsAddress, config: &AdsConfig) -> Self {
+    pub(super) fn over(wire: Box<dyn AdsWire>, own: AmsAddress, config: &AdsConfig) -> Self {
         Self {
             wire,
             own,
@@ -119,7 +119,7 @@ impl AdsClient {
     /// State of the PLC: 5 is running, 6 stopped.
     pub(super) fn state(&mut self) -> Result<u16, AdsError> {
         let request = "the request for its state";
-        let reply = self.ask(READ_STATE, &[], request)?;
+        let reply = self.send_request(READ_STATE, &[], request)?;
         let expected = 4;
         match reply.as_slice() {
             [low, high, _, _, ..] => Ok(u16::from_le_bytes([*low, *high])),
@@ -155,14 +155,15 @@ impl AdsClient {
     /// Writes a value.
     pub(super) fn write(&mut self, handle: u32, value: &[u8]) -> Result<(), AdsError> {
         let data = ams::write(VALUE_BY_HANDLE, handle, value);
-        self.ask(WRITE, &data, "writing a variable").map(drop)
+        self.send_request(WRITE, &data, "writing a variable")
+            .map(drop)
     }
 
     /// Subscribes to the value of a handle in each cycle. Returns the handle of the notification.
     pub(super) fn notify(&mut self, handle: u32, length: usize) -> Result<u32, AdsError> {
         let request = "the request for notifications";
         let data = ams::add_notification(VALUE_BY_HANDLE, handle, length as u32);
-        let reply = self.ask(ADD_NOTIFICATION, &data, request)?;
+        let reply = self.send_request(ADD_NOTIFICATION, &data, request)?;
         let four = reply.first_chunk().ok_or_else(|| AdsError::Length {
             request: request.to_owned(),
             received: reply.len(),
@@ -173,9 +174,9 @@ impl AdsClient {
         Ok(notification)
     }
 
-    /// The next notification, if one comes within `patience`.
-    pub(super) fn notification(&mut self, patience: Span) -> Result<Option<Notified>, AdsError> {
-        let until = machine::now() + patience;
+    /// The next notification, if one comes within `timeout`.
+    pub(super) fn notification(&mut self, timeout: Span) -> Result<Option<Notified>, AdsError> {
+        let until = machine::now() + timeout;
         loop {
             if let Some(notified) = self.notifications.pop_front() {
                 return Ok(Some(notified));
@@ -189,7 +190,7 @@ impl AdsClient {
     }
 
     /// Releases the handles that the PLC keeps for this connection, as long as it responds.
-    pub(super) fn leave(mut self) {
+    pub(super) fn release_handles(mut self) {
         let handles = std::mem::take(&mut self.handles);
         // Notifications first: they are of the values.
         for (command, handle) in handles.into_iter().rev() {
@@ -197,7 +198,10 @@ impl AdsClient {
                 DELETE_NOTIFICATION => handle.to_le_bytes().to_vec(),
                 _ => ams::write(RELEASE_HANDLE, 0, &handle.to_le_bytes()),
             };
-            if self.ask(command, &data, "giving back a handle").is_err() {
+            if self
+                .send_request(command, &data, "giving back a handle")
+                .is_err()
+            {
                 return;
             }
         }
@@ -210,7 +214,7 @@ impl AdsClient {
         request: &str,
         value: &mut [u8],
     ) -> Result<Instant<Machine>, AdsError> {
-        let reply = self.ask(command, data, request)?;
+        let reply = self.send_request(command, data, request)?;
         let at = self.received_at;
         let read = ams::read_bytes(&reply).unwrap_or_default();
         if read.len() != value.len() {
@@ -225,7 +229,12 @@ impl AdsClient {
     }
 
     /// Sends a request and waits for the reply. Returns the data behind its result.
-    fn ask(&mut self, command: u16, data: &[u8], request: &str) -> Result<Vec<u8>, AdsError> {
+    fn send_request(
+        &mut self,
+        command: u16,
+        data: &[u8],
+        request: &str,
+    ) -> Result<Vec<u8>, AdsError> {
         self.invoke = self.invoke.wrapping_add(1);
         let invoke = self.invoke;
         let packet = Packet {
@@ -239,7 +248,7 @@ impl AdsClient {
         };
         packet.write(&mut self.sent);
         self.wire.send(&self.sent)?;
-        let until = machine::now() + PATIENCE;
+        let until = machine::now() + RESPONSE_TIMEOUT;
         let refused = |refusal| AdsError::Refused {
             request: request.to_owned(),
             refusal,
@@ -264,20 +273,20 @@ impl AdsClient {
     }
 
     /// The next reply, if one comes until then; notifications before it are kept.
-    fn packet(&mut self, until: Instant<Machine>) -> Result<Option<Reply>, AdsError> {
+    fn packet(&mut self, until: Instant<Machine>) -> Result<Option<AdsReply>, AdsError> {
         loop {
             while let Some((packet, end)) = take_packet(&self.received)? {
-                let reply = packet.and_then(|packet| arrived(&packet));
+                let reply = packet.and_then(|packet| classified(&packet));
                 self.received.drain(..end);
                 match reply {
-                    Some(Arrived::Reply(reply)) => return Ok(Some(reply)),
-                    Some(Arrived::Notified(data)) => {
+                    Some(IncomingPacket::Reply(reply)) => return Ok(Some(reply)),
+                    Some(IncomingPacket::Notified(data)) => {
                         if self.notifications.len() == MOST_WAITING {
                             self.notifications.pop_front();
                         }
                         let at = self.received_at;
                         self.notifications.push_back(Notified { at, data });
-                        return Ok(Some(Reply::of_nothing()));
+                        return Ok(Some(AdsReply::notification_marker()));
                     }
                     None => {}
                 }
@@ -291,9 +300,9 @@ impl AdsClient {
     }
 
     /// Takes the bytes that come within this time, if any.
-    fn receive(&mut self, patience: Span) -> Result<(), AdsError> {
+    fn receive(&mut self, timeout: Span) -> Result<(), AdsError> {
         let mut bytes = [0; 4096];
-        let length = self.wire.receive(&mut bytes, patience)?;
+        let length = self.wire.receive(&mut bytes, timeout)?;
         if length > 0 {
             self.received_at = machine::now();
             self.received.extend_from_slice(&bytes[..length]);
@@ -303,21 +312,21 @@ impl AdsClient {
 }
 
 /// A reply, taken out of the received bytes.
-struct Reply {
+struct AdsReply {
     command: u16,
     invoke: u32,
     error: u32,
     data: Vec<u8>,
 }
 
-enum Arrived {
-    Reply(Reply),
+enum IncomingPacket {
+    Reply(AdsReply),
     Notified(Vec<u8>),
 }
 
-impl Reply {
+impl AdsReply {
     /// A notification came: no request has the command 0.
-    const fn of_nothing() -> Self {
+    const fn notification_marker() -> Self {
         Self {
             command: 0,
             invoke: 0,
@@ -328,11 +337,11 @@ impl Reply {
 }
 
 /// Classifies a packet for a client; none for other kinds.
-fn arrived(packet: &Packet<'_>) -> Option<Arrived> {
+fn classified(packet: &Packet<'_>) -> Option<IncomingPacket> {
     let data = packet.data.to_vec();
     match (packet.command, packet.flags) {
-        (NOTIFICATION, REQUEST) => Some(Arrived::Notified(data)),
-        (command, REPLY) => Some(Arrived::Reply(Reply {
+        (NOTIFICATION, REQUEST) => Some(IncomingPacket::Notified(data)),
+        (command, REPLY) => Some(IncomingPacket::Reply(AdsReply {
             command,
             invoke: packet.invoke,
             error: packet.error,

@@ -19,7 +19,7 @@ use client::{AdsClient, AdsError};
 use plc::{Notifications, Polling, Writing};
 
 /// Period of requests for the PLC's state, beside all others: they detect a PLC in stop, and a connection that has ended.
-const GLANCE: Span = Span::from_millis(500);
+const STATE_PERIOD: Span = Span::from_millis(500);
 /// State of a running PLC.
 const RUN: u16 = 5;
 
@@ -43,7 +43,7 @@ fn work(config: &GatewayConfig, ads: &AdsConfig, mut end: PlcEnd) {
         let Err(error) = converse(config, ads, &mut end, &mut retry) else {
             break;
         };
-        end.link.down();
+        end.link.disconnected();
         let (pause, is_first) = retry.failed();
         // Once for each reason.
         let reason = error.to_string();
@@ -55,7 +55,7 @@ fn work(config: &GatewayConfig, ads: &AdsConfig, mut end: PlcEnd) {
         }
         end.stop.sleep(pause);
     }
-    end.link.down();
+    end.link.disconnected();
 }
 
 /// Talks with the PLC until the gateway ends.
@@ -68,10 +68,10 @@ fn converse(
     let mut client = AdsClient::connect(ads)?;
     let state = client.state()?;
     let mut writings = Writing::prepare(&mut client, config)?;
-    let reading = Reading::prepare(&mut client, config, ads)?;
-    let connection = end.link.up();
+    let reading = AxisReading::prepare(&mut client, config, ads)?;
+    let connection = end.link.connected();
     retry.succeeded();
-    end.link.says_stopped(state != RUN);
+    end.link.set_stopped(state != RUN);
     let what = if state == RUN { "runs" } else { "does not run" };
     tracing::info!(
         "the PLC at {} is there and {what} (state {state})",
@@ -79,19 +79,19 @@ fn converse(
     );
     let ended = exchange(config, &mut client, reading, &mut writings, end, connection);
     if ended.is_ok() {
-        client.leave();
+        client.release_handles();
     }
     ended
 }
 
 /// Mode of reading its axes.
-enum Reading {
+enum AxisReading {
     Polling(Polling),
     Notifications(Notifications),
     Nothing,
 }
 
-impl Reading {
+impl AxisReading {
     fn prepare(
         client: &mut AdsClient,
         config: &GatewayConfig,
@@ -112,52 +112,55 @@ impl Reading {
 fn exchange(
     config: &GatewayConfig,
     client: &mut AdsClient,
-    mut reading: Reading,
+    mut reading: AxisReading,
     writings: &mut [Writing],
     end: &mut PlcEnd,
     connection: u32,
 ) -> Result<(), AdsError> {
     let mut slots = NewestSlots::of(config);
-    let mut asked = machine::now();
-    let mut looked = asked;
+    let mut requested_at = machine::now();
+    let mut state_read_at = requested_at;
     let period = config.poll_period();
     while !end.stop.is_set() {
         match &mut reading {
-            Reading::Polling(polling) => {
-                asked = machine::now();
+            AxisReading::Polling(polling) => {
+                requested_at = machine::now();
                 polling.poll(client, end, connection)?;
             }
-            Reading::Notifications(notifications) => {
+            AxisReading::Notifications(notifications) => {
                 notifications.take(client, end, connection, period)?;
             }
-            Reading::Nothing => {}
+            AxisReading::Nothing => {}
         }
         end.outputs.newest_into(&mut slots);
         for slot in slots.take() {
-            asked = machine::now();
+            requested_at = machine::now();
             writings[slot.number].write(client, slot)?;
         }
-        if machine::now() - looked > GLANCE {
-            (asked, looked) = (machine::now(), machine::now());
-            look(client.state()?, end);
+        if machine::now() - state_read_at > STATE_PERIOD {
+            (requested_at, state_read_at) = (machine::now(), machine::now());
+            log_state_change(client.state()?, end);
         }
         match &mut reading {
-            Reading::Polling(polling) => {
+            AxisReading::Polling(polling) => {
                 let part = polling.pauses.next_part();
-                pause(asked, Span::from_secs_f64(period.as_secs_f64() * part));
+                pause(
+                    requested_at,
+                    Span::from_secs_f64(period.as_secs_f64() * part),
+                );
             }
             // Waiting for the notification was the pause.
-            Reading::Notifications(_) => {}
-            Reading::Nothing => pause(machine::now(), period),
+            AxisReading::Notifications(_) => {}
+            AxisReading::Nothing => pause(machine::now(), period),
         }
     }
     Ok(())
 }
 
 /// Logs that the runtime of the PLC stops, or runs again.
-fn look(state: u16, end: &PlcEnd) {
+fn log_state_change(state: u16, end: &PlcEnd) {
     let is_stopped = state != RUN;
-    if !end.link.says_stopped(is_stopped) {
+    if !end.link.set_stopped(is_stopped) {
         return;
     }
     if is_stopped {

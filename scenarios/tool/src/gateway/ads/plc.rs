@@ -64,7 +64,7 @@ impl Polling {
         let at = memory.kept;
         match polled {
             Polled::Nothing => {}
-            Polled::Torn => end.link.torn(1),
+            Polled::Torn => end.link.count_torn(1),
             Polled::Images(index) => {
                 self.newest = Some(index);
                 let images = self.images.iter().map(<[u8; IMAGE_LEN]>::as_slice);
@@ -138,16 +138,16 @@ impl Notifications {
         })
     }
 
-    /// Waits up to `patience` for a notification, and sends the samples completed by it and by those that wait behind it:
+    /// Waits up to `timeout` for a notification, and sends the samples completed by it and by those that wait behind it:
     /// none of them grows old while a value is written.
     pub(super) fn take(
         &mut self,
         client: &mut AdsClient,
         end: &mut PlcEnd,
         connection: u32,
-        patience: Span,
+        timeout: Span,
     ) -> Result<(), AdsError> {
-        let mut next = client.notification(patience)?;
+        let mut next = client.notification(timeout)?;
         if next.is_none() && machine::now() - self.newest > SILENCE {
             return Err(AdsError::Silent);
         }
@@ -186,13 +186,13 @@ impl Notifications {
                 }
                 Ok(false) => {}
                 Err(error) => {
-                    if end.link.refused() {
+                    if end.link.count_refused() {
                         tracing::warn!("a notification was refused, and others may be: {error}");
                     }
                 }
             }
         });
-        end.link.torn(self.assembly.torn() - self.torn);
+        end.link.count_torn(self.assembly.torn() - self.torn);
         self.torn = self.assembly.torn();
         if is_whole {
             Ok(())
@@ -231,7 +231,7 @@ fn send<'a>(
         Ok::<_, coaxle_axis::ImageLengthError>(())
     });
     if sent.is_err() {
-        end.link.refused();
+        end.link.count_refused();
     }
 }
 

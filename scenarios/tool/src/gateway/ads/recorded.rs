@@ -12,8 +12,8 @@ use coaxle_gateway::{PlcSample, Port};
 
 use super::client::{AdsClient, AdsError};
 use super::plc::{Polling, Writing};
-use super::wire::Wire;
-use crate::gateway::port::{OutputSlot, Stop, rings};
+use super::wire::AdsWire;
+use crate::gateway::port::{OutputSlot, StopFlag, rings};
 
 const RECORDED: &str = include_str!("recorded.txt");
 
@@ -49,17 +49,17 @@ const STEP: f64 = 50.0;
 
 /// A recorded packet.
 #[derive(Clone, Debug)]
-struct Recorded {
+struct RecordedPacket {
     is_of_gateway: bool,
     bytes: Vec<u8>,
 }
 
-fn recorded() -> VecDeque<Recorded> {
+fn recorded() -> VecDeque<RecordedPacket> {
     let lines = RECORDED.lines().filter(|line| !line.starts_with('#'));
     let packet = |line: &str| {
         let (who, hex) = line.split_once(' ').unwrap();
         let byte = |n: usize| u8::from_str_radix(&hex[2 * n..2 * n + 2], 16).unwrap();
-        Recorded {
+        RecordedPacket {
             is_of_gateway: who == ">",
             bytes: (0..hex.len() / 2).map(byte).collect(),
         }
@@ -69,10 +69,10 @@ fn recorded() -> VecDeque<Recorded> {
 
 /// Rest of the recording.
 #[derive(Clone)]
-struct Tape(Arc<Mutex<VecDeque<Recorded>>>);
+struct Tape(Arc<Mutex<VecDeque<RecordedPacket>>>);
 
 impl Tape {
-    fn next(&self) -> Option<Recorded> {
+    fn next(&self) -> Option<RecordedPacket> {
         self.0.lock().unwrap().pop_front()
     }
 
@@ -94,7 +94,7 @@ impl Tape {
     }
 }
 
-impl Wire for Tape {
+impl AdsWire for Tape {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         let expected = self.next().unwrap();
         assert!(expected.is_of_gateway, "it did not wait for its answer");
@@ -119,7 +119,7 @@ impl Wire for Tape {
 }
 
 /// Address of the gateway in the recording, which the first packet has.
-fn address_of_gateway(tape: &VecDeque<Recorded>) -> AmsAddress {
+fn address_of_gateway(tape: &VecDeque<RecordedPacket>) -> AmsAddress {
     let (packet, _) = take_packet(&tape[0].bytes).unwrap().unwrap();
     packet.unwrap().source
 }
@@ -152,7 +152,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
     let packets = recorded();
     let own = address_of_gateway(&packets);
     let tape = Tape(Arc::new(Mutex::new(packets)));
-    let (mut port, mut end) = rings(&config, Arc::new(Stop::default()));
+    let (mut port, mut end) = rings(&config, Arc::new(StopFlag::default()));
     let ads = config.ads.as_ref().unwrap();
     let mut client = AdsClient::over(Box::new(tape.clone()), own, ads);
 
@@ -175,7 +175,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
             samples.push((sample.index, sample.axes[0]));
         }
     }
-    client.leave();
+    client.release_handles();
     assert!(tape.next().is_none(), "all of it was said");
 
     assert!(samples.len() >= 5, "{}", samples.len());
@@ -221,7 +221,7 @@ fn an_answer_of_another_length_is_refused_with_both() {
     .write(&mut shorter);
     answer.bytes = shorter;
     let tape = Tape(Arc::new(Mutex::new(packets)));
-    let (_port, mut end) = rings(&config, Arc::new(Stop::default()));
+    let (_port, mut end) = rings(&config, Arc::new(StopFlag::default()));
     let mut client = AdsClient::over(Box::new(tape.clone()), own, config.ads.as_ref().unwrap());
     let _ = client.state().unwrap();
     let _writings = Writing::prepare(&mut client, &config).unwrap();

@@ -7,36 +7,36 @@ use std::time::Duration;
 use coaxle_clock::Span;
 
 /// A connection as bytes.
-pub(super) trait Wire: Send {
+pub(super) trait AdsWire: Send {
     /// Sends all bytes.
     ///
     /// # Errors
     /// The connection has ended.
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
-    /// Takes bytes that come within `patience`. Returns their number, 0 if none came.
+    /// Takes bytes that come within `timeout`. Returns their number, 0 if none came.
     ///
     /// # Errors
     /// The connection has ended.
-    fn receive(&mut self, bytes: &mut [u8], patience: Span) -> Result<usize>;
+    fn receive(&mut self, bytes: &mut [u8], timeout: Span) -> Result<usize>;
 }
 
 /// A TCP connection.
 pub(super) struct Tcp(TcpStream);
 
 impl Tcp {
-    /// Connects to the first address of the host that accepts within `patience`.
+    /// Connects to the first address of the host that accepts within `timeout`.
     ///
     /// # Errors
     /// No address does.
-    pub(super) fn reach(host: &str, port: u16, patience: Span) -> Result<Self> {
-        let patience = duration(patience);
+    pub(super) fn reach(host: &str, port: u16, timeout: Span) -> Result<Self> {
+        let timeout = duration(timeout);
         let mut failed = ErrorKind::AddrNotAvailable.into();
         for address in (host, port).to_socket_addrs()? {
-            match TcpStream::connect_timeout(&address, patience) {
+            match TcpStream::connect_timeout(&address, timeout) {
                 Ok(socket) => {
                     socket.set_nodelay(true)?;
-                    socket.set_write_timeout(Some(patience))?;
+                    socket.set_write_timeout(Some(timeout))?;
                     return Ok(Self(socket));
                 }
                 Err(error) => failed = error,
@@ -51,15 +51,15 @@ impl Tcp {
     }
 }
 
-impl Wire for Tcp {
+impl AdsWire for Tcp {
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.0.write_all(bytes)
     }
 
-    fn receive(&mut self, bytes: &mut [u8], patience: Span) -> Result<usize> {
+    fn receive(&mut self, bytes: &mut [u8], timeout: Span) -> Result<usize> {
         let least = Span::from_micros(1);
         self.0
-            .set_read_timeout(Some(duration(patience.max(least))))?;
+            .set_read_timeout(Some(duration(timeout.max(least))))?;
         match self.0.read(bytes) {
             Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
             Ok(length) => Ok(length),

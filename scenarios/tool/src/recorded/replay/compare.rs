@@ -12,7 +12,7 @@ const MOST_LINES: usize = 10;
 
 /// Differences of the rows from those recorded.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Comparison {
+pub(super) struct RowComparison {
     /// Rows that are in both.
     rows: u64,
     /// Number of these rows in which something differs.
@@ -24,12 +24,12 @@ pub(super) struct Comparison {
     /// Rows that are in one of both only.
     alone: u64,
     /// Differences by signal, in the order of the recording.
-    differences: Vec<Difference>,
+    differences: Vec<SignalDifference>,
 }
 
 /// Differences of a signal.
 #[derive(Clone, Debug, PartialEq)]
-struct Difference {
+struct SignalDifference {
     name: String,
     unit: String,
     rows: u64,
@@ -40,11 +40,11 @@ struct Difference {
 }
 
 /// Compares two recordings, row by row with the same time.
-pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<Comparison> {
-    let mut recorded = Rows::of(recorded)?;
-    let mut replayed = Rows::of(replayed)?;
+pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<RowComparison> {
+    let mut recorded = FirstTableRows::of(recorded)?;
+    let mut replayed = FirstTableRows::of(replayed)?;
     let (mut a, mut b) = (recorded.next(), replayed.next());
-    let mut comparison = Comparison::default();
+    let mut comparison = RowComparison::default();
     let mut columns = None;
     while let (Some(was), Some(is)) = (&a, &b) {
         match was.at_ns.cmp(&is.at_ns) {
@@ -57,8 +57,8 @@ pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<Compar
                 b = replayed.next();
             }
             std::cmp::Ordering::Equal => {
-                let columns =
-                    columns.get_or_insert_with(|| Columns::of(recorded.table(), replayed.table()));
+                let columns = columns
+                    .get_or_insert_with(|| CommonColumns::of(recorded.table(), replayed.table()));
                 comparison.row(columns, was, is);
                 (a, b) = (recorded.next(), replayed.next());
             }
@@ -73,14 +73,14 @@ pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<Compar
     Ok(comparison)
 }
 
-impl Comparison {
+impl RowComparison {
     /// True if both have rows in common and all of these are equal.
     pub(super) const fn is_same(&self) -> bool {
         self.rows > 0 && self.differing == 0
     }
 
     /// A line, and one for each signal that differs.
-    pub(super) fn told(&self) -> Vec<String> {
+    pub(super) fn lines(&self) -> Vec<String> {
         let Self {
             rows,
             signals,
@@ -104,7 +104,7 @@ impl Comparison {
             self.differences
                 .iter()
                 .take(MOST_LINES)
-                .map(Difference::told),
+                .map(SignalDifference::line),
         );
         if self.differences.len() > MOST_LINES {
             lines.push(format!(
@@ -121,7 +121,7 @@ impl Comparison {
         lines
     }
 
-    fn row(&mut self, columns: &mut Columns, was: &Row, is: &Row) {
+    fn row(&mut self, columns: &mut CommonColumns, was: &Row, is: &Row) {
         self.rows += 1;
         let begin_ns = *self.begin_ns.get_or_insert(was.at_ns);
         let after_s = was.at_ns.saturating_sub(begin_ns) as f64 * 1e-9;
@@ -137,8 +137,8 @@ impl Comparison {
     }
 }
 
-impl Difference {
-    fn told(&self) -> String {
+impl SignalDifference {
+    fn line(&self) -> String {
         let Self {
             name,
             unit,
@@ -167,25 +167,25 @@ fn is_same(was: Option<&Value>, is: Option<&Value>) -> bool {
 }
 
 /// The columns that both have.
-struct Columns(Vec<Column>);
+struct CommonColumns(Vec<CommonColumn>);
 
-struct Column {
+struct CommonColumn {
     was: usize,
     is: usize,
-    difference: Difference,
+    difference: SignalDifference,
 }
 
-impl Columns {
+impl CommonColumns {
     fn of(was: &ReadTable, is: &ReadTable) -> Self {
         let both = was.columns.iter().enumerate().filter_map(|(n, column)| {
             let mut others = is.columns.iter();
             let is_it = |other: &coaxle_recording::Column| {
                 other.instance == column.instance && other.signal == column.signal
             };
-            Some(Column {
+            Some(CommonColumn {
                 was: n,
                 is: others.position(is_it)?,
-                difference: Difference {
+                difference: SignalDifference {
                     name: column.name(),
                     unit: column.unit.clone(),
                     rows: 0,
@@ -197,13 +197,13 @@ impl Columns {
         Self(both.collect())
     }
 
-    fn differences(self) -> Vec<Difference> {
+    fn differences(self) -> Vec<SignalDifference> {
         let all = self.0.into_iter().map(|column| column.difference);
         all.filter(|difference| difference.rows > 0).collect()
     }
 }
 
-impl Column {
+impl CommonColumn {
     fn note(&mut self, after_s: f64, was: Option<&Value>, is: Option<&Value>) {
         let difference = &mut self.difference;
         if difference.rows == 0 {
@@ -219,9 +219,9 @@ impl Column {
 }
 
 /// The rows of the first table of a recording.
-struct Rows(Reader<std::io::BufReader<std::fs::File>>);
+struct FirstTableRows(Reader<std::io::BufReader<std::fs::File>>);
 
-impl Rows {
+impl FirstTableRows {
     fn of(path: &Path) -> anyhow::Result<Self> {
         Ok(Self(Reader::new(open(path)?)))
     }
@@ -232,7 +232,7 @@ impl Rows {
     }
 }
 
-impl Iterator for Rows {
+impl Iterator for FirstTableRows {
     type Item = Row;
 
     fn next(&mut self) -> Option<Row> {

@@ -9,7 +9,7 @@ use coaxle_receiver::{DriveConfig, Drives, Receiver, ReceiverConfig};
 use coaxle_recording::{Facts, RowEncoder, Table, Writer};
 
 /// The receiver, and where its rows go.
-pub(super) struct Replayed<W: Write> {
+pub(super) struct ReplayedReceiver<W: Write> {
     receiver: Receiver,
     encoder: RowEncoder,
     writer: Writer<W>,
@@ -19,7 +19,7 @@ pub(super) struct Replayed<W: Write> {
     notes: Vec<String>,
 }
 
-impl<W: Write> Replayed<W> {
+impl<W: Write> ReplayedReceiver<W> {
     /// The receiver before its first cycle.
     pub(super) fn start(
         config: &ReceiverConfig,

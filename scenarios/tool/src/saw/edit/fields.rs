@@ -15,7 +15,7 @@ enum Measure {
 }
 
 /// A number of the file.
-struct Field {
+struct SawField {
     path: &'static str,
     label: &'static str,
     measure: Measure,
@@ -31,8 +31,8 @@ const fn field(
     measure: Measure,
     is_signed: bool,
     is_optional: bool,
-) -> Field {
-    Field {
+) -> SawField {
+    SawField {
         path,
         label,
         measure,
@@ -42,7 +42,7 @@ const fn field(
 }
 
 /// Fields outside of the command.
-const MOMENT: [Field; 11] = [
+const MOMENT: [SawField; 11] = [
     field(
         "master.position",
         "Master is at",
@@ -117,7 +117,7 @@ const MOMENT: [Field; 11] = [
 ];
 
 /// Fields of either command, behind its name.
-const COMMAND: [Field; 7] = [
+const COMMAND: [SawField; 7] = [
     field("ratio.numerator", "Ratio", Measure::Plain, true, false),
     field(
         "limits.velocity",
@@ -158,7 +158,7 @@ const COMMAND: [Field; 7] = [
 ];
 
 /// Fields of a synchronisation to positions.
-const TO_POSITIONS: [Field; 3] = [
+const TO_POSITIONS: [SawField; 3] = [
     field(
         "master-sync-position",
         "Synchronous: master at",
@@ -203,7 +203,7 @@ pub(super) fn is_known(path: &str) -> bool {
 
 /// Every field with its value and the range of its slider.
 pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
-    let to_positions: &[Field] = if command == "gear-in-pos" {
+    let to_positions: &[SawField] = if command == "gear-in-pos" {
         &TO_POSITIONS
     } else {
         &[]

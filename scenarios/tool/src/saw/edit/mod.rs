@@ -19,7 +19,7 @@ use toml_edit::Array;
 use super::refusal::flags_with;
 use super::text::{command_name, sync_mode};
 use crate::edit::toml_text::{document, put_at, value_of};
-use crate::edit::{Design, EditArgs, Parts, edit};
+use crate::edit::{Design, EditArgs, PageParts, edit};
 use crate::sync_flags::flag_name;
 
 /// Arguments of `coaxle saw edit`.
@@ -29,7 +29,7 @@ pub struct SawEditArgs {
     edit: EditArgs,
 }
 
-const PARTS: Parts = Parts {
+const PARTS: PageParts = PageParts {
     html: include_str!("page.html"),
     js: include_str!("page.js"),
 };
@@ -64,7 +64,7 @@ const TEMPLATE: &str = "title = \"\"\nmaster-unit = \"mm\"\nslave-unit = \"mm\"\
 /// A change from the page.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-enum Change {
+enum SawPageChange {
     /// Fields by their paths; null takes one out.
     Set(Vec<(String, Value)>),
     /// A flag of the sync mode.
@@ -104,9 +104,9 @@ impl Design for SawDesign {
     }
 
     fn changed(&mut self, text: &str, change: &Value, _: &Value) -> Result<String, String> {
-        let fields = match Change::deserialize(change).map_err(|error| error.to_string())? {
-            Change::Set(fields) => fields,
-            Change::Flag { flag, on } => vec![self.with_flag(text, &flag, on)?],
+        let fields = match SawPageChange::deserialize(change).map_err(|error| error.to_string())? {
+            SawPageChange::Set(fields) => fields,
+            SawPageChange::Flag { flag, on } => vec![self.with_flag(text, &flag, on)?],
         };
         let mut document = document(text)?;
         for (path, value) in fields {

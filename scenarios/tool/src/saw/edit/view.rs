@@ -5,7 +5,7 @@ use coaxle_report::inspect::Line;
 use coaxle_saw::{SawCommand, SyncMask};
 use serde_json::{Value, json};
 
-use super::super::course::Course;
+use super::super::course::SlaveCourse;
 use super::super::plan::{in_words, json_of, outline};
 use super::super::plot::{charts, lines};
 use super::super::refusal;
@@ -38,9 +38,9 @@ pub(super) fn view(design: &mut SawDesign, text: &str) -> Value {
     match saw.plan() {
         Ok(plan) => {
             design.last = Some(text.to_owned());
-            view["along"] = charts(&saw, &Course::of(&plan)).along.into();
-            view["curves"] = json!([curve(&saw, &Course::of(&plan), false)]);
-            view["points"] = marks(&saw, &Course::of(&plan));
+            view["along"] = charts(&saw, &SlaveCourse::of(&plan)).along.into();
+            view["curves"] = json!([curve(&saw, &SlaveCourse::of(&plan), false)]);
+            view["points"] = marks(&saw, &SlaveCourse::of(&plan));
             view["outline"] = outline(&saw, &plan).into();
             view["words"] = in_words(&saw, &plan).into();
             view["plan"] = json_of(&saw, &plan);
@@ -65,17 +65,17 @@ fn unchecked(saw: &SawFile) -> Option<Value> {
     };
     mode.mask.remove(SyncMask::CHECKS);
     let plan = free.plan().ok()?;
-    Some(json!([curve(saw, &Course::of(&plan), true)]))
+    Some(json!([curve(saw, &SlaveCourse::of(&plan), true)]))
 }
 
-fn curve(saw: &SawFile, course: &Course<'_>, is_faint: bool) -> Value {
+fn curve(saw: &SawFile, course: &SlaveCourse<'_>, is_faint: bool) -> Value {
     let charts = charts(saw, course);
     let (along, values) = charts.course.columns();
     json!({ "name": "the slave", "along": along, "values": values, "is_faint": is_faint })
 }
 
 /// Beginnings and ends of the phases.
-fn marks(saw: &SawFile, course: &Course<'_>) -> Value {
+fn marks(saw: &SawFile, course: &SlaveCourse<'_>) -> Value {
     let charts = charts(saw, course);
     let (along, values) = charts.marks.columns();
     let mark = |n: usize| {
@@ -92,7 +92,7 @@ fn faint(design: &SawDesign) -> Value {
         .as_deref()
         .and_then(|text| design.saw(text).ok());
     let planned = last.and_then(|saw| Some((saw.plan().ok()?, saw)));
-    let curve = planned.map(|(plan, saw)| curve(&saw, &Course::of(&plan), true));
+    let curve = planned.map(|(plan, saw)| curve(&saw, &SlaveCourse::of(&plan), true));
     curve.into_iter().collect()
 }
 

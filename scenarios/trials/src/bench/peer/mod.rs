@@ -12,7 +12,7 @@ use coaxle_host::cli::parse_duration;
 use coaxle_os::exit::Exit;
 use coaxle_os::{Os, System};
 
-use super::plan::{Plan, Told};
+use super::plan::{PeerPlan, PeerReport};
 
 /// Arguments of such a process.
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub struct PeerArgs {
 /// A wrong plan, or a part that fails.
 pub fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
     Os::die_with(args.parent).context("cannot be tied to the process that started it")?;
-    let plan: Plan = serde_json::from_str(&args.plan).context("the plan of a process")?;
+    let plan: PeerPlan = serde_json::from_str(&args.plan).context("the plan of a process")?;
     let told = perform(plan, args.limit)?;
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     serde_json::to_writer(&mut out, &told).context("cannot tell what was seen")?;
@@ -41,24 +41,24 @@ pub fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn perform(plan: Plan, limit: Span) -> anyhow::Result<Told> {
+fn perform(plan: PeerPlan, limit: Span) -> anyhow::Result<PeerReport> {
     match plan {
-        Plan::UdpSender { to, pace } => raw::send_datagrams(to, &pace, limit),
-        Plan::UdpReceiver { at, looks } => raw::receive_datagrams(at, looks.as_ref(), limit),
-        Plan::ZenohSender { transport, pace } => raw::publish(&transport, &pace, limit),
-        Plan::ZenohReceiver {
+        PeerPlan::UdpSender { to, pace } => raw::send_datagrams(to, &pace, limit),
+        PeerPlan::UdpReceiver { at, looks } => raw::receive_datagrams(at, looks.as_ref(), limit),
+        PeerPlan::ZenohSender { transport, pace } => raw::publish(&transport, &pace, limit),
+        PeerPlan::ZenohReceiver {
             transport,
             real_time,
             looks,
         } => raw::subscribe(&transport, &real_time, looks.as_ref(), limit),
-        Plan::Sender { config, stamps } => nodes::send(&config, stamps, limit),
-        Plan::SenderAlone { config } => nodes::send_to_nobody(&config, limit),
-        Plan::Receiver { config } => nodes::receive(&config, limit),
+        PeerPlan::Sender { config, stamps } => nodes::send(&config, stamps, limit),
+        PeerPlan::SenderAlone { config } => nodes::send_without_network(&config, limit),
+        PeerPlan::Receiver { config } => nodes::receive(&config, limit),
     }
 }
 
 /// Reports that it is ready.
-fn say_ready() -> anyhow::Result<()> {
+fn report_ready() -> anyhow::Result<()> {
     let mut out = std::io::stdout();
     writeln!(out, "{}", super::plan::READY)
         .and_then(|()| out.flush())

@@ -12,41 +12,41 @@ use coaxle_os::{Machine, machine};
 use coaxle_receiver::ReceiverSnapshot;
 use coaxle_sender::{Sender, SenderSnapshot};
 
-use super::say_ready;
+use super::report_ready;
 use crate::bench::configs::{receiver_setup, sender_config, sender_setup};
-use crate::bench::plan::{Cycle, FrameCame, Told};
+use crate::bench::plan::{CycleStamps, FrameArrival, PeerReport};
 
 /// Runs the sender; with stamps if requested, else just as its own program would.
-pub(super) fn send(config: &str, stamps: bool, limit: Span) -> anyhow::Result<Told> {
-    let kept = Kept::default();
+pub(super) fn send(config: &str, stamps: bool, limit: Span) -> anyhow::Result<PeerReport> {
+    let kept = SharedReport::default();
     if stamps {
         return run(stamped(config, &kept)?, limit, &kept);
     }
-    let setup = sender_setup(&sender_config(config)?, Box::new(Plain), |node| node);
+    let setup = sender_setup(&sender_config(config)?, Box::new(NullRecorder), |node| node);
     run(setup, limit, &kept)
 }
 
 /// Runs the sender with stamps, without a network.
-pub(super) fn send_to_nobody(config: &str, limit: Span) -> anyhow::Result<Told> {
-    let kept = Kept::default();
+pub(super) fn send_without_network(config: &str, limit: Span) -> anyhow::Result<PeerReport> {
+    let kept = SharedReport::default();
     let mut setup = stamped(config, &kept)?;
     setup.run_for = Some(limit);
     run_over(setup, InProcess::default())?;
     Ok(std::mem::take(&mut *lock(&kept)))
 }
 
-fn stamped(config: &str, kept: &Kept) -> anyhow::Result<Setup<Stamped>> {
+fn stamped(config: &str, kept: &SharedReport) -> anyhow::Result<Setup<StampedSender>> {
     let recorder = Box::new(StampKeeper(Arc::clone(kept)));
     Ok(sender_setup(
         &sender_config(config)?,
         recorder,
-        Stamped::new,
+        StampedSender::new,
     ))
 }
 
 /// Runs the receiver.
-pub(super) fn receive(config: &str, limit: Span) -> anyhow::Result<Told> {
-    let kept = Kept::default();
+pub(super) fn receive(config: &str, limit: Span) -> anyhow::Result<PeerReport> {
+    let kept = SharedReport::default();
     let keeper = ArrivalKeeper {
         kept: Arc::clone(&kept),
         began: BTreeMap::new(),
@@ -55,37 +55,37 @@ pub(super) fn receive(config: &str, limit: Span) -> anyhow::Result<Told> {
     run(receiver_setup(config, Box::new(keeper))?, limit, &kept)
 }
 
-type Kept = Arc<Mutex<Told>>;
+type SharedReport = Arc<Mutex<PeerReport>>;
 
 fn run<N: Node + Send + 'static>(
     mut setup: Setup<N>,
     limit: Span,
-    kept: &Kept,
-) -> anyhow::Result<Told> {
+    kept: &SharedReport,
+) -> anyhow::Result<PeerReport> {
     setup.run_for = Some(limit);
     coaxle_host::run(setup)?;
     Ok(std::mem::take(&mut *lock(kept)))
 }
 
-fn lock(kept: &Kept) -> std::sync::MutexGuard<'_, Told> {
+fn lock(kept: &SharedReport) -> std::sync::MutexGuard<'_, PeerReport> {
     kept.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A sender that stamps the hand-over of its frame to the publisher.
-struct Stamped {
+struct StampedSender {
     node: Sender,
-    shown: Shown,
+    shown: StampedSnapshot,
 }
 
 #[derive(Clone, Copy)]
-struct Shown {
+struct StampedSnapshot {
     count: u64,
     handed_over: Instant<Machine>,
 }
 
-impl Stamped {
+impl StampedSender {
     fn new(node: Sender) -> Self {
-        let shown = Shown {
+        let shown = StampedSnapshot {
             count: 0,
             handed_over: Instant::EPOCH,
         };
@@ -93,8 +93,8 @@ impl Stamped {
     }
 }
 
-impl Node for Stamped {
-    type Snapshot = Shown;
+impl Node for StampedSender {
+    type Snapshot = StampedSnapshot;
 
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
         self.node.receive(at, subscription, message);
@@ -123,16 +123,16 @@ impl Node for Stamped {
         self.node.ideal_start(now)
     }
 
-    fn snapshot(&self) -> &Shown {
+    fn snapshot(&self) -> &StampedSnapshot {
         &self.shown
     }
 }
 
-struct StampKeeper(Kept);
+struct StampKeeper(SharedReport);
 
-impl Recorder<Shown> for StampKeeper {
-    fn record(&mut self, record: &Record<Shown>) {
-        lock(&self.0).cycles.push(Cycle {
+impl Recorder<StampedSnapshot> for StampKeeper {
+    fn record(&mut self, record: &Record<StampedSnapshot>) {
+        lock(&self.0).cycles.push(CycleStamps {
             count: record.snapshot.count,
             ideal: record.ideal_start.as_nanos(),
             woke: record.woke.as_nanos(),
@@ -146,9 +146,9 @@ impl Recorder<Shown> for StampKeeper {
 }
 
 /// Keeps nothing of a sender.
-struct Plain;
+struct NullRecorder;
 
-impl Recorder<SenderSnapshot> for Plain {
+impl Recorder<SenderSnapshot> for NullRecorder {
     fn record(&mut self, _record: &Record<SenderSnapshot>) {}
 
     fn begin(&mut self, _epoch: u64, _rows: Box<dyn Publisher>) {
@@ -158,11 +158,11 @@ impl Recorder<SenderSnapshot> for Plain {
 
 /// Keeps the frames that a receiver took in, and the scan of each.
 struct ArrivalKeeper {
-    kept: Kept,
+    kept: SharedReport,
     /// Actual starts of scans, by their ideal starts.
     began: BTreeMap<i64, i64>,
     /// Arrivals whose scan may not be recorded yet, by its ideal start.
-    waiting: Vec<(i64, FrameCame)>,
+    waiting: Vec<(i64, FrameArrival)>,
 }
 
 impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
@@ -187,7 +187,7 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
         };
         // The node's clock has no faults of its own: spans are equal in both.
         let arrived = record.ideal_start + (record.arrival.at - record.tick.ideal_start);
-        let came = FrameCame {
+        let came = FrameArrival {
             count: header.count,
             left_after: stamp.as_nanos(),
             arrived: arrived.as_nanos(),
@@ -199,7 +199,7 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
     fn finish(&mut self) -> anyhow::Result<()> {
         let frames = self.waiting.drain(..).filter_map(|(scan, came)| {
             let used = *self.began.get(&scan)?;
-            Some(FrameCame { used, ..came })
+            Some(FrameArrival { used, ..came })
         });
         lock(&self.kept).frames = frames.collect();
         Ok(())
@@ -207,7 +207,7 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
 }
 
 fn announce() {
-    if let Err(error) = say_ready() {
+    if let Err(error) = report_ready() {
         tracing::error!("{error:#}");
     }
 }

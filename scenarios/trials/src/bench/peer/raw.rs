@@ -13,22 +13,26 @@ use coaxle_host::{OverZenoh, real_time};
 use coaxle_node::config::{RealTimeConfig, TransportConfig};
 use coaxle_os::{Interrupt, Machine, machine};
 
-use super::say_ready;
-use crate::bench::plan::{Look, MessageCame, Pace, Told};
+use super::report_ready;
+use crate::bench::plan::{AgeSample, LoopPace, MessageArrival, PeerReport};
 
 const KEY: &str = "coaxle/bench/raw";
 
 /// Longest wait for a datagram, or for the end, between checks.
-const NAP: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// The longest datagram.
 const MOST_BYTES: usize = 65_536;
 
 /// Sends to a socket that may not be there yet.
-pub(super) fn send_datagrams(to: SocketAddr, pace: &Pace, limit: Span) -> anyhow::Result<Told> {
+pub(super) fn send_datagrams(
+    to: SocketAddr,
+    pace: &LoopPace,
+    limit: Span,
+) -> anyhow::Result<PeerReport> {
     let any = if to.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
     let socket = UdpSocket::bind(any).context("cannot open a socket")?;
-    go_round(pace, limit, |bytes| match socket.send_to(bytes, to) {
+    run_loop(pace, limit, |bytes| match socket.send_to(bytes, to) {
         // No receiver listens there yet, or the network is full.
         Err(error) if is_passing(error.kind()) => Ok(()),
         sent => sent.map(drop).context("cannot send a datagram"),
@@ -45,27 +49,27 @@ fn is_passing(error: ErrorKind) -> bool {
 /// Publishes as a node does, but from the loop itself.
 pub(super) fn publish(
     transport: &TransportConfig,
-    pace: &Pace,
+    pace: &LoopPace,
     limit: Span,
-) -> anyhow::Result<Told> {
+) -> anyhow::Result<PeerReport> {
     let session = open(transport, &pace.real_time)?;
     let publisher = session.publisher(KEY, Urgency::RealTime)?;
-    let told = go_round(pace, limit, |bytes| publisher.publish(bytes.to_vec()));
+    let report = run_loop(pace, limit, |bytes| publisher.publish(bytes.to_vec()));
     session.close();
-    told
+    report
 }
 
 /// A loop of its own cycle that sends a message each time, until it is ended.
-fn go_round(
-    pace: &Pace,
+fn run_loop(
+    pace: &LoopPace,
     limit: Span,
     mut send: impl FnMut(&[u8]) -> anyhow::Result<()>,
-) -> anyhow::Result<Told> {
-    let until = Until::after(limit)?;
-    say_ready()?;
+) -> anyhow::Result<PeerReport> {
+    let until = EndCondition::after(limit)?;
+    report_ready()?;
     let denied = real_time::apply(&pace.real_time);
     let (cycle, spin) = (Span::from_nanos(pace.cycle_ns), spin(&pace.real_time));
-    let mut message = vec![0; pace.bytes.max(MessageCame::BYTES)];
+    let mut message = vec![0; pace.bytes.max(MessageArrival::BYTES)];
     let mut due = machine::now();
     let mut count = 0;
     while !until.is_over() {
@@ -76,12 +80,12 @@ fn go_round(
         due += cycle * (woke - due).div_floor(cycle);
         count += 1;
         let left = machine::now();
-        MessageCame::write(count, woke.as_nanos(), left.as_nanos(), &mut message);
+        MessageArrival::write(count, woke.as_nanos(), left.as_nanos(), &mut message);
         send(&message)?;
     }
-    Ok(Told {
+    Ok(PeerReport {
         denied: denied.iter().map(ToString::to_string).collect(),
-        ..Told::default()
+        ..PeerReport::default()
     })
 }
 
@@ -92,15 +96,15 @@ fn spin(real_time: &RealTimeConfig) -> Span {
 /// Receives on a thread of its own. A loop beside it samples the newest message's age, if requested.
 pub(super) fn receive_datagrams(
     at: SocketAddr,
-    looks: Option<&Pace>,
+    looks: Option<&LoopPace>,
     limit: Span,
-) -> anyhow::Result<Told> {
-    let until = Until::after(limit)?;
+) -> anyhow::Result<PeerReport> {
+    let until = EndCondition::after(limit)?;
     let socket = UdpSocket::bind(at).with_context(|| format!("cannot listen on {at}"))?;
     socket
-        .set_read_timeout(Some(NAP))
+        .set_read_timeout(Some(POLL_INTERVAL))
         .context("cannot listen")?;
-    let seen = Arc::new(Seen::default());
+    let seen = Arc::new(BenchInbox::default());
     let (stop, into) = (Arc::new(AtomicBool::new(false)), Arc::clone(&seen));
     let stopped = Arc::clone(&stop);
     let receiving = move || -> anyhow::Result<()> {
@@ -118,31 +122,31 @@ pub(super) fn receive_datagrams(
     let thread = thread
         .spawn(receiving)
         .context("cannot start the receiving thread")?;
-    say_ready()?;
-    let looked = look(looks, &seen, &until);
+    report_ready()?;
+    let ages = sample_ages(looks, &seen, &until);
     stop.store(true, Ordering::Relaxed);
     let received = thread.join();
     received.map_err(|_| anyhow!("the receiving thread panicked"))??;
-    Ok(told(&seen, looked))
+    Ok(report_of(&seen, ages))
 }
 
 /// Receives messages of a Zenoh session likewise.
 pub(super) fn subscribe(
     transport: &TransportConfig,
     real_time: &RealTimeConfig,
-    looks: Option<&Pace>,
+    looks: Option<&LoopPace>,
     limit: Span,
-) -> anyhow::Result<Told> {
-    let until = Until::after(limit)?;
+) -> anyhow::Result<PeerReport> {
+    let until = EndCondition::after(limit)?;
     let session = open(transport, real_time)?;
-    let seen = Arc::new(Seen::default());
+    let seen = Arc::new(BenchInbox::default());
     let into = Arc::clone(&seen);
     let subscribed = session.subscribe(KEY, Box::new(move |at, bytes| into.take(at, bytes)))?;
-    say_ready()?;
-    let looked = look(looks, &seen, &until);
+    report_ready()?;
+    let ages = sample_ages(looks, &seen, &until);
     drop(subscribed);
     session.close();
-    Ok(told(&seen, looked))
+    Ok(report_of(&seen, ages))
 }
 
 /// A session with a node's priority, which its threads inherit.
@@ -163,15 +167,15 @@ fn open(transport: &TransportConfig, wishes: &RealTimeConfig) -> anyhow::Result<
 
 /// Received messages.
 #[derive(Default)]
-struct Seen {
-    messages: Mutex<Vec<MessageCame>>,
+struct BenchInbox {
+    messages: Mutex<Vec<MessageArrival>>,
     /// Wake-up of the loop that sent the newest; 0 before the first.
     newest: AtomicI64,
 }
 
-impl Seen {
+impl BenchInbox {
     fn take(&self, arrived: Instant<Machine>, bytes: &[u8]) {
-        let Some(message) = MessageCame::read(arrived.as_nanos(), bytes) else {
+        let Some(message) = MessageArrival::read(arrived.as_nanos(), bytes) else {
             return;
         };
         self.newest.fetch_max(message.woke, Ordering::Relaxed);
@@ -180,21 +184,21 @@ impl Seen {
     }
 }
 
-fn told(seen: &Seen, looks: Vec<Look>) -> Told {
+fn report_of(seen: &BenchInbox, looks: Vec<AgeSample>) -> PeerReport {
     let mut messages = seen.messages.lock().unwrap_or_else(PoisonError::into_inner);
-    Told {
+    PeerReport {
         messages: std::mem::take(&mut *messages),
         looks,
-        ..Told::default()
+        ..PeerReport::default()
     }
 }
 
 /// Waits for the end. Samples the newest message's age once a cycle meanwhile, if requested.
-fn look(pace: Option<&Pace>, seen: &Seen, until: &Until) -> Vec<Look> {
+fn sample_ages(pace: Option<&LoopPace>, seen: &BenchInbox, until: &EndCondition) -> Vec<AgeSample> {
     let mut looks = Vec::new();
     let Some(pace) = pace else {
         while !until.is_over() {
-            std::thread::park_timeout(NAP);
+            std::thread::park_timeout(POLL_INTERVAL);
         }
         return looks;
     };
@@ -209,19 +213,19 @@ fn look(pace: Option<&Pace>, seen: &Seen, until: &Until) -> Vec<Look> {
         let newest = seen.newest.load(Ordering::Relaxed);
         if newest > 0 {
             let age = at - newest;
-            looks.push(Look { at, age });
+            looks.push(AgeSample { at, age });
         }
     }
     looks
 }
 
 /// End of a process.
-struct Until {
+struct EndCondition {
     interrupt: Interrupt,
     limit: Instant<Machine>,
 }
 
-impl Until {
+impl EndCondition {
     fn after(limit: Span) -> anyhow::Result<Self> {
         Ok(Self {
             interrupt: Interrupt::listen()?,

@@ -8,7 +8,7 @@ use coaxle_node::{Channel, FrameHeader};
 
 /// Fields of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Content {
+pub(super) struct FrameContent {
     pub(super) sender: u32,
     pub(super) epoch: u64,
     pub(super) index: u16,
@@ -20,15 +20,15 @@ pub(super) struct Content {
 
 /// Writes frames under the key of the node that is played.
 #[derive(Debug)]
-pub(super) struct Writer {
+pub(super) struct FrameWriter {
     seal: KeySeal,
     other_key: KeySeal,
 }
 
 /// Frames to be refused for one reason.
-pub(super) type Bad = fn(&Writer, &Content) -> Vec<Vec<u8>>;
+pub(super) type BadFrames = fn(&FrameWriter, &FrameContent) -> Vec<Vec<u8>>;
 
-impl Writer {
+impl FrameWriter {
     pub(super) fn new(node: &NodeName) -> Self {
         let key = |channel| node.channel_key(channel);
         Self {
@@ -38,12 +38,12 @@ impl Writer {
     }
 
     /// A whole frame.
-    pub(super) fn frame(&self, content: &Content) -> Vec<u8> {
+    pub(super) fn frame(&self, content: &FrameContent) -> Vec<u8> {
         self.sealed(&content.body(), content.stamp)
     }
 
     /// Frames of other versions.
-    pub(super) fn versions(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn versions(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let of = |version| {
             let mut body = content.body();
             body[0] = version;
@@ -53,7 +53,7 @@ impl Writer {
     }
 
     /// Frames without their end: nothing, too little, cut on the way, cut before it was sealed.
-    pub(super) fn truncated(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn truncated(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let (whole, body) = (self.frame(content), content.body());
         vec![
             Vec::new(),
@@ -64,7 +64,7 @@ impl Writer {
     }
 
     /// Frames with a bit flipped, and with the check sum of another key.
-    pub(super) fn check_sums(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn check_sums(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let mut flipped = self.frame(content);
         let middle = flipped.len() / 2;
         flipped[middle] ^= 1;
@@ -75,7 +75,7 @@ impl Writer {
     }
 
     /// Frames with a number that is too long, an option that begins with 2, and 129 axes.
-    pub(super) fn malformed(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn malformed(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let mut long = vec![FORMAT_VERSION, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01];
         long.extend(content.body());
         let mut option = content.body();
@@ -90,7 +90,7 @@ impl Writer {
     }
 
     /// A frame with a byte behind the send stamp.
-    pub(super) fn trailing(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn trailing(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let mut body = content.body();
         // An absent stamp; sealing puts another one behind it.
         body.push(0);
@@ -98,9 +98,9 @@ impl Writer {
     }
 
     /// Frames with cycle times out of range.
-    pub(super) fn cycle_times(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn cycle_times(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let of = |cycle_time: Span| {
-            self.frame(&Content {
+            self.frame(&FrameContent {
                 cycle_time_ns: cycle_time.as_nanos() as u32,
                 ..*content
             })
@@ -114,13 +114,13 @@ impl Writer {
     }
 
     /// A frame of another sender.
-    pub(super) fn senders(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn senders(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let sender = content.sender ^ 1;
-        vec![self.frame(&Content { sender, ..*content })]
+        vec![self.frame(&FrameContent { sender, ..*content })]
     }
 
     /// Frames with another axis, and without any.
-    pub(super) fn axes(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn axes(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let mut other = *content;
         other.axis.axis_id = other.axis.axis_id.wrapping_add(1_000);
         vec![
@@ -130,7 +130,7 @@ impl Writer {
     }
 
     /// Frames with NaN, and with a value too large for an axis.
-    pub(super) fn numbers(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn numbers(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let of = |change: fn(&mut NcToPlcAxis)| {
             let mut other = *content;
             change(&mut other.axis);
@@ -144,13 +144,13 @@ impl Writer {
     }
 
     /// A frame of another run.
-    pub(super) fn runs(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn runs(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let epoch = content.epoch ^ 0x5555;
-        vec![self.frame(&Content { epoch, ..*content })]
+        vec![self.frame(&FrameContent { epoch, ..*content })]
     }
 
     /// A frame of this run, with twice its cycle time.
-    pub(super) fn other_cycle_times(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn other_cycle_times(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let nanos = i64::from(content.cycle_time_ns);
         let longest = CycleTime::MAX.as_nanos();
         let other = if nanos * 2 <= longest {
@@ -158,17 +158,17 @@ impl Writer {
         } else {
             nanos / 2
         };
-        vec![self.frame(&Content {
+        vec![self.frame(&FrameContent {
             cycle_time_ns: other as u32,
             ..*content
         })]
     }
 
     /// A frame of this run, ten seconds ahead.
-    pub(super) fn counts(&self, content: &Content) -> Vec<Vec<u8>> {
+    pub(super) fn counts(&self, content: &FrameContent) -> Vec<Vec<u8>> {
         let ahead = 10_000_000_000 / u64::from(content.cycle_time_ns.max(1));
         let count = content.count + ahead;
-        vec![self.frame(&Content {
+        vec![self.frame(&FrameContent {
             count,
             index: CycleIndex::of_count(count).0,
             ..*content
@@ -182,7 +182,7 @@ impl Writer {
     }
 }
 
-impl Content {
+impl FrameContent {
     /// The id of a node.
     pub(super) fn sender_of(node: &NodeName) -> u32 {
         sender_id(node)
@@ -242,9 +242,9 @@ mod tests {
     use super::*;
     use coaxle_node::{Intake, Rejection};
 
-    fn content(node: &NodeName) -> Content {
-        Content {
-            sender: Content::sender_of(node),
+    fn content(node: &NodeName) -> FrameContent {
+        FrameContent {
+            sender: FrameContent::sender_of(node),
             epoch: 0x0123_4567_89ab_cdef,
             index: 4_464,
             count: 70_000,
@@ -261,28 +261,32 @@ mod tests {
     #[test]
     fn every_bad_frame_is_refused_for_its_reason_and_the_good_one_is_not() {
         let node = NodeName::new("press").unwrap();
-        let (writer, content) = (Writer::new(&node), content(&node));
+        let (writer, content) = (FrameWriter::new(&node), content(&node));
         let mut intake = Intake::new(&node.channel_key(Channel::Axes), &node, &[300]);
         let good = writer.frame(&content);
         let header = intake.accept(&good).unwrap().header;
         assert_eq!((header.count, header.send_stamp), (70_000, content.stamp));
-        let bad: [(Bad, Rejection); 9] = [
-            (Writer::versions, Rejection::WrongVersion),
-            (Writer::truncated, Rejection::Truncated),
-            (Writer::check_sums, Rejection::WrongChecksum),
-            (Writer::malformed, Rejection::Malformed),
-            (Writer::trailing, Rejection::TrailingBytes),
-            (Writer::cycle_times, Rejection::CycleTimeOutOfRange),
-            (Writer::senders, Rejection::ForeignSender),
-            (Writer::axes, Rejection::AxisMissing),
-            (Writer::numbers, Rejection::Implausible),
+        let bad: [(BadFrames, Rejection); 9] = [
+            (FrameWriter::versions, Rejection::WrongVersion),
+            (FrameWriter::truncated, Rejection::Truncated),
+            (FrameWriter::check_sums, Rejection::WrongChecksum),
+            (FrameWriter::malformed, Rejection::Malformed),
+            (FrameWriter::trailing, Rejection::TrailingBytes),
+            (FrameWriter::cycle_times, Rejection::CycleTimeOutOfRange),
+            (FrameWriter::senders, Rejection::ForeignSender),
+            (FrameWriter::axes, Rejection::AxisMissing),
+            (FrameWriter::numbers, Rejection::Implausible),
         ];
         for (make, reason) in bad {
             for frame in make(&writer, &content) {
                 assert_eq!(intake.accept(&frame).map(|_| ()), Err(reason), "{frame:?}");
             }
         }
-        let strange: [Bad; 3] = [Writer::runs, Writer::other_cycle_times, Writer::counts];
+        let strange: [BadFrames; 3] = [
+            FrameWriter::runs,
+            FrameWriter::other_cycle_times,
+            FrameWriter::counts,
+        ];
         for make in strange {
             for frame in make(&writer, &content) {
                 assert!(intake.accept(&frame).is_ok(), "by itself it is a good one");

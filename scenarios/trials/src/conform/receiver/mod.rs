@@ -1,11 +1,11 @@
 //! `coaxle conform receiver`: the rules of docs/WIRE.md that a node keeps which follows axes.
 
-mod cast;
 mod frames;
 mod perform;
 mod player;
 mod reading;
 mod requests;
+mod role;
 pub(super) mod rules;
 mod script;
 #[cfg(test)]
@@ -20,8 +20,8 @@ use coaxle_host::{SeenNode, Watcher};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 
-use super::heard::Heard;
-use cast::{Wishes, part};
+use super::trial_result::TrialResult;
+use role::{PlayOptions, chosen_role};
 
 /// Arguments of `coaxle conform receiver`.
 #[derive(Debug, Args)]
@@ -44,13 +44,13 @@ pub(crate) struct ReceiverArgs {
 }
 
 /// Startup time allowed for a receiver to appear.
-const PATIENCE: Span = Span::from_secs(5);
+const STATUS_TIMEOUT: Span = Span::from_secs(5);
 
 /// Plays the script, and returns the findings.
 ///
 /// # Errors
 /// A wrong network section, a network that cannot be joined, a receiver that follows no node that can be played.
-pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<Heard> {
+pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<TrialResult> {
     let interrupt = Interrupt::listen()?;
     let watcher = args.network.watch(std::slice::from_ref(&args.node))?;
     let heard = play(args, &watcher, &interrupt);
@@ -58,39 +58,45 @@ pub(super) fn judge(args: &ReceiverArgs) -> anyhow::Result<Heard> {
     heard
 }
 
-fn play(args: &ReceiverArgs, watcher: &Watcher, interrupt: &Interrupt) -> anyhow::Result<Heard> {
-    let seen = watcher.wait_for(PATIENCE, |seen| seen.iter().any(says_what_it_follows));
+fn play(
+    args: &ReceiverArgs,
+    watcher: &Watcher,
+    interrupt: &Interrupt,
+) -> anyhow::Result<TrialResult> {
+    let seen = watcher.wait_for(STATUS_TIMEOUT, |seen| {
+        seen.iter().any(names_what_it_follows)
+    });
     let status = seen.iter().find_map(|node| node.status.as_ref());
     let Some((at, status)) = status else {
         let why = watcher.why_unseen(&args.node);
         let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
-        return Ok(Heard::Nothing(format!(
+        return Ok(TrialResult::Nothing(format!(
             "node {} says nothing, {}{why}",
             args.node,
             watcher.whereabouts()
         )));
     };
-    let wishes = Wishes {
+    let options = PlayOptions {
         played: args.played.clone(),
         axis: args.axis,
         cycle_time: args.cycle_time,
     };
-    let part = match part(&args.node, status, &wishes, at.as_nanos().unsigned_abs()) {
-        Ok(part) => part,
+    let role = match chosen_role(&args.node, status, &options, at.as_nanos().unsigned_abs()) {
+        Ok(role) => role,
         Err(why) => bail!("{}: {why}", args.node),
     };
     tracing::info!(
         "plays {}, axis {}, to {}",
-        part.played,
-        part.axis,
+        role.played,
+        role.axis,
         args.node
     );
-    let found = perform::perform(&**watcher.transport(), part, interrupt)?;
-    Ok(found.map_or(Heard::Interrupted, Heard::Findings))
+    let found = perform::perform(&**watcher.transport(), role, interrupt)?;
+    Ok(found.map_or(TrialResult::Interrupted, TrialResult::Findings))
 }
 
 /// True once a status names the followed nodes and axes: the first one of a node that has just started does not.
-fn says_what_it_follows(node: &SeenNode) -> bool {
+fn names_what_it_follows(node: &SeenNode) -> bool {
     let status = node.status.as_ref().map(|(_, status)| status);
     status.is_some_and(|status| {
         ["sources", "axes"]

@@ -9,13 +9,13 @@ use coaxle_node::Channel;
 use coaxle_os::{Interrupt, Machine, machine};
 use serde_json::{Map, Value};
 
-use super::player::{Part, Player};
-use crate::conform::rule::Finding;
+use super::player::{PlayedRole, Player};
+use crate::conform::rule::RuleFinding;
 
 /// Most messages that wait for the next cycle.
 const MOST: usize = 1 << 12;
 
-enum Came {
+enum ReceivedMessage {
     Request(Instant<Machine>, Vec<u8>),
     Status(Instant<Machine>, Map<String, Value>),
     SeenBy(bool),
@@ -27,9 +27,9 @@ enum Came {
 /// The transport refuses.
 pub(super) fn perform(
     transport: &dyn Transport,
-    part: Part,
+    part: PlayedRole,
     interrupt: &Interrupt,
-) -> anyhow::Result<Option<Vec<Finding>>> {
+) -> anyhow::Result<Option<Vec<RuleFinding>>> {
     let (queue, came) = sync_channel(MOST);
     let _declared = declare(transport, &part, &Arc::new(queue))?;
     let publisher = |channel| {
@@ -68,12 +68,12 @@ pub(super) fn perform(
     Ok(Some(player.findings()))
 }
 
-fn hand_in(came: &Receiver<Came>, player: &mut Player) {
+fn hand_in(came: &Receiver<ReceivedMessage>, player: &mut Player) {
     for came in came.try_iter() {
         match came {
-            Came::Request(at, bytes) => player.request(at, &bytes),
-            Came::Status(at, status) => player.status(at, &status),
-            Came::SeenBy(is_seen) => player.seen_by(is_seen),
+            ReceivedMessage::Request(at, bytes) => player.request(at, &bytes),
+            ReceivedMessage::Status(at, status) => player.status(at, &status),
+            ReceivedMessage::SeenBy(is_seen) => player.seen_by(is_seen),
         }
     }
 }
@@ -86,23 +86,23 @@ fn send(publisher: &dyn Publisher, frame: Vec<u8>) {
 
 fn declare(
     transport: &dyn Transport,
-    part: &Part,
-    queue: &Arc<SyncSender<Came>>,
+    part: &PlayedRole,
+    queue: &Arc<SyncSender<ReceivedMessage>>,
 ) -> anyhow::Result<Vec<Declared>> {
     // Messages that find no room are dropped.
     let (requests, statuses, seen) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
     let on_request = move |at, bytes: &[u8]| {
-        let _ = requests.try_send(Came::Request(at, bytes.to_vec()));
+        let _ = requests.try_send(ReceivedMessage::Request(at, bytes.to_vec()));
     };
     let on_status = move |at, bytes: &[u8]| {
         if let Ok(Value::Object(status)) = serde_json::from_slice(bytes) {
-            let _ = statuses.try_send(Came::Status(at, status));
+            let _ = statuses.try_send(ReceivedMessage::Status(at, status));
         }
     };
     let on_seen = move |_: &str, is_there| {
-        let _ = seen.try_send(Came::SeenBy(is_there));
+        let _ = seen.try_send(ReceivedMessage::SeenBy(is_there));
     };
-    let Part {
+    let PlayedRole {
         played, receiver, ..
     } = part;
     let requests = played.channel_key(Channel::TimeRequests);

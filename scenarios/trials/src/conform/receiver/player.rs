@@ -8,19 +8,19 @@ use coaxle_node::keys::NodeName;
 use coaxle_os::Machine;
 use serde_json::{Map, Value};
 
-use super::frames::{Content, Writer};
-use super::reading::Reading;
-use super::requests::{Cycle, Requests};
+use super::frames::{FrameContent, FrameWriter};
+use super::reading::ReceiverReading;
+use super::requests::{ResponseCycle, TimeResponder};
 use super::rules::SEEN_BY;
-use super::script::{ERROR, Expect, Play, SCRIPT, Step};
-use crate::conform::rule::{Finding, Outcome};
+use super::script::{ERROR, Expect, Play, SCRIPT, ScriptStep};
+use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 /// A status covers the last frame of a step if it comes this much later …
 const SETTLED: Span = Span::from_millis(300);
 /// … and must come within this time.
-const PATIENCE: Span = Span::from_secs(4);
+const STATUS_TIMEOUT: Span = Span::from_secs(4);
 /// An exchange needs a clock that is known.
-const LONG_PATIENCE: Span = Span::from_secs(15);
+const EXCHANGE_TIMEOUT: Span = Span::from_secs(15);
 /// The silence before another run.
 const SILENCE: Span = Span::from_millis(1_500);
 /// Velocity of the axis, u/s.
@@ -28,7 +28,7 @@ const VELOCITY: f64 = 10.0;
 
 /// The nodes, axis and cycle time of a play.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct PlayedRole {
     /// The node that is played, as which the receiver follows it.
     pub(super) played: NodeName,
     /// The axis that the receiver follows.
@@ -42,35 +42,35 @@ pub(super) struct Part {
 }
 
 /// A message to send.
-pub(super) type Sent = (Channel, Vec<u8>);
+pub(super) type OutgoingMessage = (Channel, Vec<u8>);
 
 /// The node that is played.
 #[derive(Debug)]
 pub(super) struct Player {
-    part: Part,
-    writer: Writer,
-    requests: Requests,
+    part: PlayedRole,
+    writer: FrameWriter,
+    requests: TimeResponder,
     epoch: u64,
     /// The ideal start of the run's cycle 0.
     start: Instant<Machine>,
     /// The next count.
     count: u64,
     step: usize,
-    phase: Phase,
+    phase: PlayPhase,
     /// Frames of the step that are to be counted.
     played: u64,
     /// The newest count of a step that was played.
     newest: u64,
     held_back: Option<Vec<u8>>,
-    before: Option<Reading>,
-    latest: Option<Reading>,
+    before: Option<ReceiverReading>,
+    latest: Option<ReceiverReading>,
     receiver_epoch: Option<u64>,
     is_seen: bool,
-    findings: Vec<Finding>,
+    findings: Vec<RuleFinding>,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Phase {
+enum PlayPhase {
     /// Playing, with this number of cycles left.
     Playing(u64),
     /// Sending nothing.
@@ -81,15 +81,15 @@ enum Phase {
 
 impl Player {
     /// A player that begins at `start`.
-    pub(super) fn new(part: Part, start: Instant<Machine>) -> Self {
+    pub(super) fn new(part: PlayedRole, start: Instant<Machine>) -> Self {
         Self {
-            writer: Writer::new(&part.played),
-            requests: Requests::new(&part.played, &part.receiver),
+            writer: FrameWriter::new(&part.played),
+            requests: TimeResponder::new(&part.played, &part.receiver),
             epoch: part.epoch,
             start,
             count: 0,
             step: 0,
-            phase: Phase::Playing(SCRIPT[0].cycles),
+            phase: PlayPhase::Playing(SCRIPT[0].cycles),
             played: 0,
             newest: 0,
             held_back: None,
@@ -131,7 +131,7 @@ impl Player {
     pub(super) fn status(&mut self, at: Instant<Machine>, status: &Map<String, Value>) {
         let epoch = status.get("epoch").and_then(Value::as_str);
         self.receiver_epoch = epoch.and_then(|epoch| u64::from_str_radix(epoch, 16).ok());
-        let Some(reading) = Reading::of(status, &self.part.played, self.part.axis) else {
+        let Some(reading) = ReceiverReading::of(status, &self.part.played, self.part.axis) else {
             return;
         };
         self.before.get_or_insert_with(|| reading.clone());
@@ -140,24 +140,24 @@ impl Player {
     }
 
     /// Runs the cycle that is due at `now`, or a later one. Returns the messages to send.
-    pub(super) fn cycle(&mut self, now: Instant<Machine>) -> Vec<Sent> {
+    pub(super) fn cycle(&mut self, now: Instant<Machine>) -> Vec<OutgoingMessage> {
         let Some(step) = SCRIPT.get(self.step) else {
             return Vec::new();
         };
         self.skip_missed(now);
         let sent = match self.phase {
             // Without a first status there is nothing to compare with.
-            Phase::Playing(_) if self.before.is_none() => {
+            PlayPhase::Playing(_) if self.before.is_none() => {
                 vec![(Channel::Axes, self.writer.frame(&self.content(now)))]
             }
-            Phase::Playing(left) => self.play(step, left, now),
-            Phase::Silent { until } => {
+            PlayPhase::Playing(left) => self.play(step, left, now),
+            PlayPhase::Silent { until } => {
                 if now >= until {
                     self.begin_run(now, step.cycles);
                 }
                 return self.next(Vec::new());
             }
-            Phase::Judging { since } => {
+            PlayPhase::Judging { since } => {
                 self.give_up(step, since, now);
                 self.good(step, now)
             }
@@ -166,13 +166,13 @@ impl Player {
     }
 
     /// Findings, in the order of the rules.
-    pub(super) fn findings(mut self) -> Vec<Finding> {
+    pub(super) fn findings(mut self) -> Vec<RuleFinding> {
         let key = self.part.played.seen_by_key(&self.part.receiver);
         let seen = match self.is_seen {
-            true => Outcome::kept(key),
-            false => Outcome::broken("no token", format!("a liveliness token {key}")),
+            true => RuleOutcome::kept(key),
+            false => RuleOutcome::broken("no token", format!("a liveliness token {key}")),
         };
-        self.findings.push(Finding::new(&SEEN_BY, seen));
+        self.findings.push(RuleFinding::new(&SEEN_BY, seen));
         self.findings.push(self.requests.finding());
         self.findings.sort_by_key(|finding| {
             let number = finding.rule.number.get(1..);
@@ -181,7 +181,7 @@ impl Player {
         self.findings
     }
 
-    fn next(&mut self, sent: Vec<Sent>) -> Vec<Sent> {
+    fn next(&mut self, sent: Vec<OutgoingMessage>) -> Vec<OutgoingMessage> {
         self.count += 1;
         sent
     }
@@ -194,9 +194,14 @@ impl Player {
     }
 
     /// A cycle of a step.
-    fn play(&mut self, step: &Step, left: u64, now: Instant<Machine>) -> Vec<Sent> {
+    fn play(
+        &mut self,
+        step: &ScriptStep,
+        left: u64,
+        now: Instant<Machine>,
+    ) -> Vec<OutgoingMessage> {
         if matches!(step.play, Play::NewRun) && left == step.cycles && self.played == 0 {
-            self.phase = Phase::Silent {
+            self.phase = PlayPhase::Silent {
                 until: now + SILENCE,
             };
             return Vec::new();
@@ -204,8 +209,8 @@ impl Player {
         let mut content = self.content(now);
         self.newest = content.count;
         self.phase = match left {
-            1 => Phase::Judging { since: now },
-            left => Phase::Playing(left - 1),
+            1 => PlayPhase::Judging { since: now },
+            left => PlayPhase::Playing(left - 1),
         };
         let mut frames = self.answers(now, matches!(step.play, Play::BadResponses));
         let axes = match step.play {
@@ -240,13 +245,13 @@ impl Player {
     }
 
     /// A good frame, which counts.
-    fn used(&mut self, content: &Content) -> Vec<Vec<u8>> {
+    fn used(&mut self, content: &FrameContent) -> Vec<Vec<u8>> {
         self.played += u64::from(!matches!(SCRIPT[self.step].play, Play::BadResponses));
         vec![self.writer.frame(content)]
     }
 
     /// Sends each second frame behind the one after it.
-    fn late(&mut self, content: &Content) -> Vec<Vec<u8>> {
+    fn late(&mut self, content: &FrameContent) -> Vec<Vec<u8>> {
         let frame = self.writer.frame(content);
         match self.held_back.take() {
             None => {
@@ -261,7 +266,7 @@ impl Player {
     }
 
     /// A cycle between steps: the axis keeps the state that the receiver's status is to show.
-    fn good(&mut self, step: &Step, now: Instant<Machine>) -> Vec<Sent> {
+    fn good(&mut self, step: &ScriptStep, now: Instant<Machine>) -> Vec<OutgoingMessage> {
         let mut content = self.content(now);
         if matches!(step.play, Play::ErrorCode) {
             content.axis.error_code = ERROR;
@@ -272,8 +277,8 @@ impl Player {
         sent
     }
 
-    fn answers(&mut self, now: Instant<Machine>, bad: bool) -> Vec<Sent> {
-        let cycle = Cycle {
+    fn answers(&mut self, now: Instant<Machine>, bad: bool) -> Vec<OutgoingMessage> {
+        let cycle = ResponseCycle {
             epoch: self.epoch,
             count: self.count,
             cycle_time: self.part.cycle_time,
@@ -288,12 +293,12 @@ impl Player {
             .collect()
     }
 
-    fn content(&self, now: Instant<Machine>) -> Content {
+    fn content(&self, now: Instant<Machine>) -> FrameContent {
         let cycle = self.part.cycle_time.span();
         let passed = cycle * self.count as i64;
         let position = VELOCITY * passed.as_secs_f64();
-        Content {
-            sender: Content::sender_of(&self.part.played),
+        FrameContent {
+            sender: FrameContent::sender_of(&self.part.played),
             epoch: self.epoch,
             index: CycleIndex::of_count(self.count).0,
             count: self.count,
@@ -320,57 +325,57 @@ impl Player {
         self.requests.forget();
         // Prevents another silence.
         self.played = 1;
-        self.phase = Phase::Playing(cycles);
+        self.phase = PlayPhase::Playing(cycles);
     }
 
     /// Judges the step by the newest status.
     fn judge(&mut self, at: Instant<Machine>) {
-        let (Some(step), Phase::Judging { since }) = (SCRIPT.get(self.step), self.phase) else {
+        let (Some(step), PlayPhase::Judging { since }) = (SCRIPT.get(self.step), self.phase) else {
             return;
         };
         if at - since < SETTLED {
             return;
         }
-        if let Some(outcome @ Outcome::Kept { .. }) = self.outcome(step) {
+        if let Some(outcome @ RuleOutcome::Kept { .. }) = self.outcome(step) {
             self.end_step(step, outcome);
         }
     }
 
-    fn outcome(&self, step: &Step) -> Option<Outcome> {
+    fn outcome(&self, step: &ScriptStep) -> Option<RuleOutcome> {
         let (before, latest) = (self.before.as_ref()?, self.latest.as_ref()?);
         let newest = (self.epoch, self.newest);
         let needs_requests =
             matches!(step.expect, Expect::Some(_)) || matches!(step.play, Play::BadResponses);
         if needs_requests && !self.requests.any() {
-            return Some(Outcome::not_seen("no time request came"));
+            return Some(RuleOutcome::not_seen("no time request came"));
         }
         if matches!(step.play, Play::BadResponses) && self.played == 0 {
-            return Some(Outcome::not_seen("no time request came for a while"));
+            return Some(RuleOutcome::not_seen("no time request came for a while"));
         }
         Some(latest.outcome(before, step.expect, self.played, newest))
     }
 
     /// Ends the step after its timeout.
-    fn give_up(&mut self, step: &Step, since: Instant<Machine>, now: Instant<Machine>) {
+    fn give_up(&mut self, step: &ScriptStep, since: Instant<Machine>, now: Instant<Machine>) {
         let patience = match step.expect {
-            Expect::Some(_) if self.requests.any() => LONG_PATIENCE,
-            _ => PATIENCE,
+            Expect::Some(_) if self.requests.any() => EXCHANGE_TIMEOUT,
+            _ => STATUS_TIMEOUT,
         };
         if now - since < patience {
             return;
         }
-        let none = || Outcome::not_seen("no status of the receiver came");
+        let none = || RuleOutcome::not_seen("no status of the receiver came");
         let outcome = self.outcome(step).unwrap_or_else(none);
         self.end_step(step, outcome);
     }
 
-    fn end_step(&mut self, step: &Step, outcome: Outcome) {
-        self.findings.push(Finding::new(step.rule, outcome));
+    fn end_step(&mut self, step: &ScriptStep, outcome: RuleOutcome) {
+        self.findings.push(RuleFinding::new(step.rule, outcome));
         self.before.clone_from(&self.latest);
         self.played = 0;
         self.step += 1;
         if let Some(next) = SCRIPT.get(self.step) {
-            self.phase = Phase::Playing(next.cycles);
+            self.phase = PlayPhase::Playing(next.cycles);
         }
     }
 }

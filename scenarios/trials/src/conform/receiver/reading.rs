@@ -4,7 +4,7 @@ use coaxle_node::keys::NodeName;
 use serde_json::{Map, Value};
 
 use super::script::Expect;
-use crate::conform::rule::Outcome;
+use crate::conform::rule::RuleOutcome;
 
 /// Counters of rejected messages of all kinds.
 const WRONG: [&str; 13] = [
@@ -25,14 +25,14 @@ const WRONG: [&str; 13] = [
 
 /// Fields of a status.
 #[derive(Clone, Debug)]
-pub(super) struct Reading {
+pub(super) struct ReceiverReading {
     far: Map<String, Value>,
     axis: Map<String, Value>,
     /// `far.conveyor`, for messages.
     place: String,
 }
 
-impl Reading {
+impl ReceiverReading {
     /// The receiver's status of the axis `axis` of `node`; none where it does not follow that one.
     pub(super) fn of(status: &Map<String, Value>, node: &NodeName, axis: u32) -> Option<Self> {
         let far = status.get("far")?.get(node.as_str())?.as_object()?;
@@ -73,21 +73,21 @@ impl Reading {
         expect: Expect,
         played: u64,
         (epoch, count): (u64, u64),
-    ) -> Outcome {
+    ) -> RuleOutcome {
         match expect {
             Expect::Used => self.used(before, played, count),
             Expect::Counted(name) => self.counted(before, name, played),
             Expect::Some(name) => match self.since(before, name) {
                 None => self.no_field(name),
-                Some(0) => Outcome::broken(format!("{name} + 0"), format!("{name} to go up")),
-                Some(by) => Outcome::kept(format!("{name} + {by}")),
+                Some(0) => RuleOutcome::broken(format!("{name} + 0"), format!("{name} to go up")),
+                Some(by) => RuleOutcome::kept(format!("{name} + {by}")),
             },
             Expect::Error(code) => match self.axis.get("received_error").and_then(Value::as_u64) {
-                None => Outcome::not_seen("its status has no received_error of the axis"),
+                None => RuleOutcome::not_seen("its status has no received_error of the axis"),
                 Some(shown) if shown == u64::from(code) => {
-                    Outcome::kept(format!("received_error {shown}"))
+                    RuleOutcome::kept(format!("received_error {shown}"))
                 }
-                Some(shown) => Outcome::broken(
+                Some(shown) => RuleOutcome::broken(
                     format!("received_error {shown}"),
                     format!("{code}, the nErrorCode that came"),
                 ),
@@ -96,41 +96,41 @@ impl Reading {
         }
     }
 
-    fn used(&self, before: &Self, played: u64, count: u64) -> Outcome {
+    fn used(&self, before: &Self, played: u64, count: u64) -> RuleOutcome {
         let (Some(received), Some(newest)) = (self.since(before, "received"), self.count("count"))
         else {
             return self.no_field("received, or no count");
         };
         let expected = format!("received + {played} or more, and nothing counted as wrong");
         if let Some(wrong) = self.besides(before, &[]) {
-            return Outcome::broken(wrong, expected);
+            return RuleOutcome::broken(wrong, expected);
         }
         if received < played {
-            return Outcome::broken(format!("received + {received}"), expected);
+            return RuleOutcome::broken(format!("received + {received}"), expected);
         }
         if newest < count {
-            return Outcome::broken(
+            return RuleOutcome::broken(
                 format!("count {newest}, which is what is used"),
                 format!("{count} or more, as was played"),
             );
         }
-        Outcome::kept(format!("received + {received}, nothing counted as wrong"))
+        RuleOutcome::kept(format!("received + {received}, nothing counted as wrong"))
     }
 
-    fn counted(&self, before: &Self, name: &str, played: u64) -> Outcome {
+    fn counted(&self, before: &Self, name: &str, played: u64) -> RuleOutcome {
         let Some(by) = self.since(before, name) else {
             return self.no_field(name);
         };
         let expected = format!("{name} + {played}");
         let besides = self.besides(before, &[name]);
         match besides {
-            None if by == played => Outcome::kept(expected),
-            None => Outcome::broken(format!("{name} + {by}"), expected),
-            Some(wrong) => Outcome::broken(format!("{name} + {by}, {wrong}"), expected),
+            None if by == played => RuleOutcome::kept(expected),
+            None => RuleOutcome::broken(format!("{name} + {by}"), expected),
+            Some(wrong) => RuleOutcome::broken(format!("{name} + {by}, {wrong}"), expected),
         }
     }
 
-    fn run(&self, before: &Self, epoch: u64) -> Outcome {
+    fn run(&self, before: &Self, epoch: u64) -> RuleOutcome {
         let (Some(followed), Some(restarts)) =
             (self.count("epoch"), self.since(before, "restarts"))
         else {
@@ -138,12 +138,12 @@ impl Reading {
         };
         let words = format!("epoch {followed:016x}, restarts + {restarts}");
         match followed == epoch && restarts == 1 {
-            true => Outcome::kept(words),
-            false => Outcome::broken(words, format!("epoch {epoch:016x}, restarts + 1")),
+            true => RuleOutcome::kept(words),
+            false => RuleOutcome::broken(words, format!("epoch {epoch:016x}, restarts + 1")),
         }
     }
 
-    fn no_field(&self, name: &str) -> Outcome {
-        Outcome::not_seen(format!("its status has no {}.{name}", self.place))
+    fn no_field(&self, name: &str) -> RuleOutcome {
+        RuleOutcome::not_seen(format!("its status has no {}.{name}", self.place))
     }
 }

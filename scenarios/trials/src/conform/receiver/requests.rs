@@ -10,14 +10,14 @@ use coaxle_node::{Channel, TimeRequest};
 use coaxle_os::Machine;
 
 use super::rules::REQUESTS;
-use crate::conform::rule::{Finding, Outcome, Tally};
+use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// Range of the mean pause between two requests, s: some ten come each second.
 const PAUSE: (f64, f64) = (0.02, 1.0);
 
 /// Takes time requests and responds.
 #[derive(Debug)]
-pub(super) struct Requests {
+pub(super) struct TimeResponder {
     requests: KeySeal,
     responses: KeySeal,
     sender: u32,
@@ -30,7 +30,7 @@ pub(super) struct Requests {
 
 /// The run and cycle of the response.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cycle {
+pub(super) struct ResponseCycle {
     pub(super) epoch: u64,
     pub(super) count: u64,
     pub(super) cycle_time: CycleTime,
@@ -40,7 +40,7 @@ pub(super) struct Cycle {
     pub(super) now: Instant<Machine>,
 }
 
-impl Requests {
+impl TimeResponder {
     /// Requests from the node `receiver` to the node `played`.
     pub(super) fn new(played: &NodeName, receiver: &NodeName) -> Self {
         Self {
@@ -81,7 +81,7 @@ impl Requests {
     }
 
     /// Responds to all waiting requests in a frame; with `bad`, adds a frame of wrong responses, and returns their number.
-    pub(super) fn respond(&mut self, cycle: &Cycle, bad: bool) -> (Vec<Vec<u8>>, u64) {
+    pub(super) fn respond(&mut self, cycle: &ResponseCycle, bad: bool) -> (Vec<Vec<u8>>, u64) {
         let waiting = std::mem::take(&mut self.waiting);
         let reply = |(at, request): &(Instant<Machine>, TimeRequest)| Reply {
             request: *request,
@@ -108,24 +108,24 @@ impl Requests {
         self.seen.all() > 0
     }
 
-    pub(super) fn finding(&self) -> Finding {
+    pub(super) fn finding(&self) -> RuleFinding {
         let none = "no time request came: it follows with a lag, or was told the delay";
         let outcome = match self.seen.outcome("requests", none) {
-            Outcome::Kept { seen } => self.pace(seen),
+            RuleOutcome::Kept { seen } => self.pace(seen),
             other => other,
         };
-        Finding::new(&REQUESTS, outcome)
+        RuleFinding::new(&REQUESTS, outcome)
     }
 
-    fn pace(&self, seen: String) -> Outcome {
+    fn pace(&self, seen: String) -> RuleOutcome {
         let Some((first, last)) = self.times.filter(|(first, last)| last > first) else {
-            return Outcome::kept(seen);
+            return RuleOutcome::kept(seen);
         };
         let pause = (last - first).as_secs_f64() / (self.seen.all() - 1) as f64;
         let words = format!("{seen}, one every {pause:.3} s");
         match (PAUSE.0..=PAUSE.1).contains(&pause) {
-            true => Outcome::kept(words),
-            false => Outcome::broken(words, "some ten a second"),
+            true => RuleOutcome::kept(words),
+            false => RuleOutcome::broken(words, "some ten a second"),
         }
     }
 
@@ -152,7 +152,7 @@ impl Requests {
         ))
     }
 
-    fn frame(&self, cycle: &Cycle, replies: &[Reply]) -> Vec<u8> {
+    fn frame(&self, cycle: &ResponseCycle, replies: &[Reply]) -> Vec<u8> {
         let header = TimeResponsesHeader {
             sender: self.sender,
             epoch: cycle.epoch,

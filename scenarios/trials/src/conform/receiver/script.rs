@@ -1,12 +1,12 @@
 //! The steps to play, and the reaction expected to each.
 
-use super::frames::{Bad, Writer};
+use super::frames::{BadFrames, FrameWriter};
 use super::rules;
 use crate::conform::rule::Rule;
 
 /// A step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
+pub(super) struct ScriptStep {
     pub(super) rule: &'static Rule,
     pub(super) play: Play,
     /// Number of cycles.
@@ -20,7 +20,7 @@ pub(super) enum Play {
     /// Good frames and nothing else.
     Good,
     /// Bad frames beside the good ones.
-    Beside(Bad),
+    Beside(BadFrames),
     /// Good ones whose index is unrelated to their count.
     AnyIndex,
     /// Good ones with stamps of all kinds, and without.
@@ -59,37 +59,53 @@ const FEW: u64 = 3;
 const MANY: u64 = 25;
 
 /// The whole script, in its order: steps that disturb a receiver's clock come before the run that restarts.
-pub(super) static SCRIPT: [Step; 21] = [
+pub(super) static SCRIPT: [ScriptStep; 21] = [
     step(&rules::FOLLOWS, Play::Good, MANY, Expect::Used),
     refused(
         &rules::WRONG_VERSION,
-        Writer::versions,
+        FrameWriter::versions,
         "rejected_wrong_version",
     ),
-    refused(&rules::TRUNCATED, Writer::truncated, "rejected_truncated"),
+    refused(
+        &rules::TRUNCATED,
+        FrameWriter::truncated,
+        "rejected_truncated",
+    ),
     refused(
         &rules::WRONG_CHECKSUM,
-        Writer::check_sums,
+        FrameWriter::check_sums,
         "rejected_wrong_checksum",
     ),
-    refused(&rules::MALFORMED, Writer::malformed, "rejected_malformed"),
+    refused(
+        &rules::MALFORMED,
+        FrameWriter::malformed,
+        "rejected_malformed",
+    ),
     refused(
         &rules::TRAILING_BYTES,
-        Writer::trailing,
+        FrameWriter::trailing,
         "rejected_trailing_bytes",
     ),
     refused(
         &rules::CYCLE_TIME_RANGE,
-        Writer::cycle_times,
+        FrameWriter::cycle_times,
         "rejected_cycle_time_out_of_range",
     ),
     refused(
         &rules::FOREIGN_SENDER,
-        Writer::senders,
+        FrameWriter::senders,
         "rejected_foreign_sender",
     ),
-    refused(&rules::AXIS_MISSING, Writer::axes, "rejected_axis_missing"),
-    refused(&rules::IMPLAUSIBLE, Writer::numbers, "rejected_implausible"),
+    refused(
+        &rules::AXIS_MISSING,
+        FrameWriter::axes,
+        "rejected_axis_missing",
+    ),
+    refused(
+        &rules::IMPLAUSIBLE,
+        FrameWriter::numbers,
+        "rejected_implausible",
+    ),
     step(&rules::ANY_INDEX, Play::AnyIndex, MANY, Expect::Used),
     step(
         &rules::DUPLICATES,
@@ -104,13 +120,13 @@ pub(super) static SCRIPT: [Step; 21] = [
         MANY,
         Expect::Error(ERROR),
     ),
-    refused(&rules::OTHER_RUN, Writer::runs, "foreign_frames"),
+    refused(&rules::OTHER_RUN, FrameWriter::runs, "foreign_frames"),
     refused(
         &rules::OTHER_CYCLE_TIME,
-        Writer::other_cycle_times,
+        FrameWriter::other_cycle_times,
         "foreign_frames",
     ),
-    refused(&rules::OTHER_COUNT, Writer::counts, "foreign_frames"),
+    refused(&rules::OTHER_COUNT, FrameWriter::counts, "foreign_frames"),
     step(&rules::ANY_STAMP, Play::AnyStamp, MANY, Expect::Used),
     step(&rules::TAKE_OVER, Play::NewRun, MANY, Expect::Run),
     step(
@@ -127,8 +143,8 @@ pub(super) static SCRIPT: [Step; 21] = [
     ),
 ];
 
-const fn step(rule: &'static Rule, play: Play, cycles: u64, expect: Expect) -> Step {
-    Step {
+const fn step(rule: &'static Rule, play: Play, cycles: u64, expect: Expect) -> ScriptStep {
+    ScriptStep {
         rule,
         play,
         cycles,
@@ -136,6 +152,6 @@ const fn step(rule: &'static Rule, play: Play, cycles: u64, expect: Expect) -> S
     }
 }
 
-const fn refused(rule: &'static Rule, bad: Bad, counter: &'static str) -> Step {
+const fn refused(rule: &'static Rule, bad: BadFrames, counter: &'static str) -> ScriptStep {
     step(rule, Play::Beside(bad), FEW, Expect::Counted(counter))
 }

@@ -9,9 +9,9 @@ use coaxle_node::{Channel, FrameHeader, Intake, Message, Reader};
 use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
 
-use super::player::{Part, Player};
+use super::player::{PlayedRole, Player};
 use super::script::SCRIPT;
-use crate::conform::rule::{Finding, Outcome};
+use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 const EPOCH: u64 = 77;
 
@@ -142,12 +142,12 @@ impl Toy {
 }
 
 /// Plays the script to a receiver; `spoil` changes each status.
-fn play(asks: bool, spoil: impl Fn(&mut Map<String, Value>)) -> Vec<Finding> {
+fn play(asks: bool, spoil: impl Fn(&mut Map<String, Value>)) -> Vec<RuleFinding> {
     let name = |name: &str| NodeName::new(name).unwrap();
     let (played, receiver) = (name("belt"), name("saw"));
     let mut toy = Toy::new(&played, &receiver);
     let start = Instant::from_nanos(5_000_000_000);
-    let part = Part {
+    let part = PlayedRole {
         played,
         axis: 3,
         receiver,
@@ -181,7 +181,7 @@ fn play(asks: bool, spoil: impl Fn(&mut Map<String, Value>)) -> Vec<Finding> {
     player.findings()
 }
 
-fn broken(findings: &[Finding]) -> Vec<&'static str> {
+fn broken(findings: &[RuleFinding]) -> Vec<&'static str> {
     let broken = findings.iter().filter(|finding| finding.is_broken());
     broken.map(|finding| finding.rule.name).collect()
 }
@@ -192,7 +192,7 @@ fn a_receiver_as_it_should_be_keeps_every_rule() {
     assert_eq!(findings.len(), SCRIPT.len() + 2);
     for (n, finding) in findings.iter().enumerate() {
         assert_eq!(finding.rule.number, format!("R{}", n + 1));
-        let is_kept = matches!(finding.outcome, Outcome::Kept { .. });
+        let is_kept = matches!(finding.outcome, RuleOutcome::Kept { .. });
         assert!(is_kept, "{finding:?}");
     }
 }
@@ -227,7 +227,7 @@ fn what_a_status_does_not_tell_is_not_seen() {
     assert_eq!(broken(&findings), Vec::<&str>::new());
     let unseen: Vec<_> = findings
         .iter()
-        .filter(|finding| matches!(finding.outcome, Outcome::NotSeen { .. }))
+        .filter(|finding| matches!(finding.outcome, RuleOutcome::NotSeen { .. }))
         .map(|finding| finding.rule.name)
         .collect();
     assert_eq!(unseen, ["malformed"]);
@@ -239,7 +239,7 @@ fn who_never_asks_for_the_time_breaks_nothing() {
     assert_eq!(broken(&findings), Vec::<&str>::new());
     let last: Vec<_> = findings.iter().rev().take(3).collect();
     for finding in last {
-        let is_unseen = matches!(finding.outcome, Outcome::NotSeen { .. });
+        let is_unseen = matches!(finding.outcome, RuleOutcome::NotSeen { .. });
         assert!(is_unseen, "{finding:?}");
     }
 }

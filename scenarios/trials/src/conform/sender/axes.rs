@@ -6,8 +6,8 @@ use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::Span;
 
 use super::rules::{AXIS_IDS, AXIS_NUMBERS, AXIS_ORDER, AXIS_STATE, AXIS_VELOCITY};
-use super::runs::Step;
-use crate::conform::rule::{Finding, Outcome, Tally};
+use super::runs::FramePlace;
+use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// Number of frames over which velocity and position are compared.
 const WINDOW: u32 = 50;
@@ -38,7 +38,7 @@ const CONTRADICTIONS: [(StateWord, &str); 4] = [
 
 /// The axes of all frames.
 #[derive(Debug, Default)]
-pub(super) struct Axes {
+pub(super) struct AxisChecks {
     /// The ids of the run's first frame.
     ids: Vec<u32>,
     once: Tally,
@@ -47,13 +47,13 @@ pub(super) struct Axes {
     state: Tally,
     /// Tally of each axis.
     velocity: BTreeMap<u32, Tally>,
-    windows: BTreeMap<u32, Window>,
+    windows: BTreeMap<u32, VelocityWindow>,
     empty: u64,
 }
 
 /// The way of an axis through some frames.
 #[derive(Clone, Copy, Debug)]
-struct Window {
+struct VelocityWindow {
     begin: f64,
     velocity: f64,
     /// Way by the velocity, signed and as path length.
@@ -62,12 +62,12 @@ struct Window {
     frames: u32,
 }
 
-impl Axes {
+impl AxisChecks {
     /// Takes the axes of a frame that has its place in a run.
-    pub(super) fn take(&mut self, axes: &[NcToPlcAxis], cycle: Span, step: Step) {
+    pub(super) fn take(&mut self, axes: &[NcToPlcAxis], cycle: Span, step: FramePlace) {
         self.empty += u64::from(axes.is_empty());
         let ids: Vec<_> = axes.iter().map(|axis| axis.axis_id).collect();
-        if step == Step::Begins {
+        if step == FramePlace::Begins {
             self.windows.clear();
             self.ids.clone_from(&ids);
         }
@@ -85,29 +85,29 @@ impl Axes {
         }
     }
 
-    pub(super) fn findings(&self) -> Vec<Finding> {
+    pub(super) fn findings(&self) -> Vec<RuleFinding> {
         let none = match self.empty {
             0 => "no good frame came",
             _ => "no frame has an axis: nobody can follow one",
         };
         vec![
-            Finding::new(&AXIS_IDS, self.once.outcome("frames", none)),
-            Finding::new(&AXIS_ORDER, self.order.outcome("frames", none)),
-            Finding::new(&AXIS_NUMBERS, self.numbers.outcome("axes", none)),
-            Finding::new(&AXIS_STATE, self.state.outcome("axes", none)),
-            Finding::new(&AXIS_VELOCITY, self.velocity()),
+            RuleFinding::new(&AXIS_IDS, self.once.outcome("frames", none)),
+            RuleFinding::new(&AXIS_ORDER, self.order.outcome("frames", none)),
+            RuleFinding::new(&AXIS_NUMBERS, self.numbers.outcome("axes", none)),
+            RuleFinding::new(&AXIS_STATE, self.state.outcome("axes", none)),
+            RuleFinding::new(&AXIS_VELOCITY, self.velocity()),
         ]
     }
 
     /// Outcome of the first axis that is not in order, or of any that moved.
-    fn velocity(&self) -> Outcome {
+    fn velocity(&self) -> RuleOutcome {
         let of = |tally: &Tally| tally.outcome_but_for(WINDOWS, "stretches", "");
         let mut all: Vec<_> = self.velocity.values().map(of).collect();
         let broken = all
             .iter()
-            .position(|outcome| matches!(outcome, Outcome::Broken { .. }));
+            .position(|outcome| matches!(outcome, RuleOutcome::Broken { .. }));
         match all.is_empty() {
-            true => Outcome::not_seen("no axis moved for long enough"),
+            true => RuleOutcome::not_seen("no axis moved for long enough"),
             false => all.swap_remove(broken.unwrap_or(0)),
         }
     }
@@ -160,9 +160,9 @@ impl Axes {
             });
     }
 
-    fn judge_velocity(&mut self, axis: &NcToPlcAxis, cycle: Span, step: Step) {
+    fn judge_velocity(&mut self, axis: &NcToPlcAxis, cycle: Span, step: FramePlace) {
         let (position, velocity) = (axis.set_position, axis.set_velocity);
-        let new = Window {
+        let new = VelocityWindow {
             begin: position,
             velocity,
             way: 0.0,
@@ -170,8 +170,8 @@ impl Axes {
             frames: 0,
         };
         let counts = match step {
-            Step::Begins => 0,
-            Step::Goes { counts } => counts,
+            FramePlace::Begins => 0,
+            FramePlace::Goes { counts } => counts,
         };
         let window = self.windows.entry(axis.axis_id).or_insert(new);
         let by = (window.velocity + velocity) / 2.0 * cycle.as_secs_f64() * counts as f64;

@@ -10,16 +10,16 @@ use coaxle_node::{Channel, TimeRequest};
 use coaxle_os::Machine;
 
 use super::rules::{ANSWER_ECHO, ANSWER_FRAME, ANSWER_ONCE, ANSWER_STAMPS, ANSWER_TIME};
-use crate::conform::rule::{Finding, Outcome, Tally};
+use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// Margin beyond two cycles within which a response may come: the machines are busy.
-const PATIENCE: Span = Span::from_millis(100);
+const RESPONSE_MARGIN: Span = Span::from_millis(100);
 /// Share of responses that may be missing or late.
 const MISSING: f64 = 0.2;
 /// Share of responses that may differ in run from the newest frame: a restarting node responds before it sends, or after.
 const BETWEEN_RUNS: f64 = 0.1;
 /// Greatest difference between the clocks of responses and frames. A comparison in one moment is no more accurate.
-const APART: Span = Span::from_secs(1);
+const MAX_CLOCK_DIFFERENCE: Span = Span::from_secs(1);
 
 /// The clock of the node, as the newest frame shows it.
 #[derive(Clone, Copy, Debug)]
@@ -34,12 +34,12 @@ pub(super) struct FrameClock {
 
 /// Requests sent, and their responses.
 #[derive(Debug)]
-pub(super) struct Exchange {
+pub(super) struct ExchangeChecks {
     seal: KeySeal,
     node: NodeName,
     requester: u32,
     run: u64,
-    asked: BTreeMap<u32, Asked>,
+    requests: BTreeMap<u32, SentRequest>,
     frame: Tally,
     echo: Tally,
     once: Tally,
@@ -49,7 +49,7 @@ pub(super) struct Exchange {
 
 /// A time request of this tool.
 #[derive(Clone, Copy, Debug)]
-struct Asked {
+struct SentRequest {
     request: TimeRequest,
     at: Instant<Machine>,
     /// True if a node may not refuse it.
@@ -58,14 +58,14 @@ struct Asked {
     answered: Option<Instant<Machine>>,
 }
 
-impl Exchange {
+impl ExchangeChecks {
     pub(super) fn new(node: &NodeName, requester: u32, run: u64) -> Self {
         Self {
             seal: KeySeal::new(&node.channel_key(Channel::TimeResponses)),
             node: node.clone(),
             requester,
             run,
-            asked: BTreeMap::new(),
+            requests: BTreeMap::new(),
             frame: Tally::default(),
             echo: Tally::default(),
             once: Tally::default(),
@@ -75,14 +75,19 @@ impl Exchange {
     }
 
     /// Notes a request that left at `at`; a node must refuse a bad one.
-    pub(super) fn asked(&mut self, at: Instant<Machine>, request: TimeRequest, is_good: bool) {
-        let asked = Asked {
+    pub(super) fn request_sent(
+        &mut self,
+        at: Instant<Machine>,
+        request: TimeRequest,
+        is_good: bool,
+    ) {
+        let sent = SentRequest {
             request,
             at,
             is_good,
             answered: None,
         };
-        self.asked.insert(request.number, asked);
+        self.requests.insert(request.number, sent);
     }
 
     /// Takes a frame of responses that came at `at`.
@@ -107,17 +112,17 @@ impl Exchange {
     }
 
     /// Findings at `end`, when no more messages come.
-    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<Finding> {
+    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<RuleFinding> {
         let none = "no request was answered: nobody can follow the node without lag";
         vec![
-            Finding::new(
+            RuleFinding::new(
                 &ANSWER_FRAME,
                 self.frame.outcome_but_for(BETWEEN_RUNS, "frames", none),
             ),
-            Finding::new(&ANSWER_TIME, self.time(end, none)),
-            Finding::new(&ANSWER_ECHO, self.echo.outcome("responses", none)),
-            Finding::new(&ANSWER_ONCE, self.once.outcome("responses", none)),
-            Finding::new(
+            RuleFinding::new(&ANSWER_TIME, self.time(end, none)),
+            RuleFinding::new(&ANSWER_ECHO, self.echo.outcome("responses", none)),
+            RuleFinding::new(&ANSWER_ONCE, self.once.outcome("responses", none)),
+            RuleFinding::new(
                 &ANSWER_STAMPS,
                 self.stamps.outcome_but_for(BETWEEN_RUNS, "responses", none),
             ),
@@ -170,8 +175,8 @@ impl Exchange {
             return;
         }
         let number = request.number;
-        let Some(asked) = self
-            .asked
+        let Some(sent) = self
+            .requests
             .get_mut(&number)
             .filter(|_| request.run == self.run)
         else {
@@ -180,12 +185,12 @@ impl Exchange {
                 .bad(received, "requester, run and number of a request");
             return;
         };
-        if !asked.is_good {
+        if !sent.is_good {
             let received = format!("a response to request {number}, whose check sum is wrong");
             self.once.bad(received, "none to what is no request");
             return;
         }
-        let is_first = asked.answered.is_none();
+        let is_first = sent.answered.is_none();
         self.once.check(is_first, || {
             let received = format!("another response to request {number}");
             (received, "one to each".to_owned())
@@ -193,28 +198,28 @@ impl Exchange {
         if !is_first {
             return;
         }
-        asked.answered = Some(at);
-        let asked = *asked;
+        sent.answered = Some(at);
+        let sent = *sent;
         self.echo
-            .check(request.requested == asked.request.requested, || {
+            .check(request.requested == sent.request.requested, || {
                 (
                     format!("t1 = {} ns of request {number}", request.requested),
-                    format!("{} ns, as it asked", asked.request.requested),
+                    format!("{} ns, as it asked", sent.request.requested),
                 )
             });
-        self.judge_stamps(at, &asked, (reply.received, left), frames);
+        self.judge_stamps(at, &sent, (reply.received, left), frames);
     }
 
     /// `received` is t2, `left` t3; t1 and t4 are of the clock of this tool.
     fn judge_stamps(
         &mut self,
         at: Instant<Machine>,
-        asked: &Asked,
+        sent: &SentRequest,
         (received, left): (Span, Span),
         frames: Option<&FrameClock>,
     ) {
-        let number = asked.request.number;
-        let (dwell, round_trip) = (left - received, at - asked.at);
+        let number = sent.request.number;
+        let (dwell, round_trip) = (left - received, at - sent.at);
         let expected_at = frames.map(|frames| frames.left + (at - frames.at));
         let wrong = if dwell.is_negative() {
             let received = format!("t3 {} before t2", -dwell);
@@ -227,7 +232,7 @@ impl Exchange {
             Some((format!("{dwell} from t2 to t3"), expected))
         } else {
             let apart = expected_at.map(|due| left - due);
-            let apart = apart.filter(|apart| apart.abs() > APART);
+            let apart = apart.filter(|apart| apart.abs() > MAX_CLOCK_DIFFERENCE);
             apart.map(|apart| {
                 let received = format!("t3 {apart} off the clock of the frames");
                 (
@@ -242,15 +247,15 @@ impl Exchange {
         });
     }
 
-    fn time(&self, end: Instant<Machine>, none: &str) -> Outcome {
-        let limit = self.cycle * 2 + PATIENCE;
-        let all = self.asked.values().filter(|asked| asked.is_good);
+    fn time(&self, end: Instant<Machine>, none: &str) -> RuleOutcome {
+        let limit = self.cycle * 2 + RESPONSE_MARGIN;
+        let all = self.requests.values().filter(|sent| sent.is_good);
         // A response to the most recent requests may still come.
-        let due = all.filter(|asked| end - asked.at > limit * 3);
+        let due = all.filter(|sent| end - sent.at > limit * 3);
         let mut tally = Tally::default();
         let mut some = false;
-        for asked in due {
-            let took = asked.answered.map(|at| at - asked.at);
+        for sent in due {
+            let took = sent.answered.map(|at| at - sent.at);
             some |= took.is_some();
             tally.check(took.is_some_and(|took| took <= limit), || {
                 let received = match took {
@@ -259,14 +264,14 @@ impl Exchange {
                 };
                 let expected = format!("one in the next cycle, {limit} at most");
                 (
-                    format!("{received} (request {})", asked.request.number),
+                    format!("{received} (request {})", sent.request.number),
                     expected,
                 )
             });
         }
         match some {
             true => tally.outcome_but_for(MISSING, "requests", none),
-            false => Outcome::not_seen(none),
+            false => RuleOutcome::not_seen(none),
         }
     }
 }

@@ -6,14 +6,14 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, Rejection};
 
 use super::rules::{CHECK_SUM, FRAME_FIELDS, SENDER_ID, VERSION};
-use crate::conform::rule::{Finding, Tally};
+use crate::conform::rule::{RuleFinding, Tally};
 
 /// The fields before the cycle time.
 const BEFORE_CYCLE_TIME: usize = 4;
 
 /// The frames under one key.
 #[derive(Debug)]
-pub(super) struct Frames {
+pub(super) struct FrameChecks {
     node: NodeName,
     key: String,
     seal: KeySeal,
@@ -26,7 +26,7 @@ pub(super) struct Frames {
 
 /// Result of opening a frame.
 #[derive(Debug)]
-pub(super) enum Opened {
+pub(super) enum OpenedFrame {
     /// A good one.
     Good(FrameHeader, Vec<NcToPlcAxis>),
     /// A frame with a cycle time out of range, if it can be read.
@@ -35,7 +35,7 @@ pub(super) enum Opened {
     Other,
 }
 
-impl Frames {
+impl FrameChecks {
     pub(super) fn new(node: &NodeName, channel: Channel) -> Self {
         let key = node.channel_key(channel);
         Self {
@@ -55,14 +55,14 @@ impl Frames {
         self.version.all()
     }
 
-    pub(super) fn open(&mut self, bytes: &[u8]) -> Opened {
+    pub(super) fn open(&mut self, bytes: &[u8]) -> OpenedFrame {
         let version = bytes.first().copied();
         self.version.check(version == Some(FORMAT_VERSION), || {
             let received = version.map_or("no byte".to_owned(), |byte| format!("{byte}"));
             (received, FORMAT_VERSION.to_string())
         });
         if version != Some(FORMAT_VERSION) {
-            return Opened::Other;
+            return OpenedFrame::Other;
         }
         let mut axes = Vec::new();
         let opened = self.seal.open(bytes, |axis| axes.push(*axis));
@@ -71,20 +71,20 @@ impl Frames {
             Err(Rejection::CycleTimeOutOfRange) => {
                 self.check_sum.good();
                 self.fields.good();
-                return Opened::CycleTime(varint_after(bytes, BEFORE_CYCLE_TIME));
+                return OpenedFrame::CycleTime(varint_after(bytes, BEFORE_CYCLE_TIME));
             }
             Err(Rejection::WrongChecksum) => {
                 self.check_sum.bad(
                     self.sum_of(bytes),
                     format!("the CRC-32 over the key {} and all before it", self.key),
                 );
-                return Opened::Other;
+                return OpenedFrame::Other;
             }
             Err(reason) => {
                 let received = format!("{} bytes: {reason}", bytes.len());
                 self.fields
                     .bad(received, "the fields of version 1, and nothing besides");
-                return Opened::Other;
+                return OpenedFrame::Other;
             }
         };
         self.check_sum.good();
@@ -94,20 +94,20 @@ impl Frames {
             (header.sender.to_string(), expected)
         });
         match header.sender == self.sender {
-            true => Opened::Good(header, axes),
-            false => Opened::Other,
+            true => OpenedFrame::Good(header, axes),
+            false => OpenedFrame::Other,
         }
     }
 
-    pub(super) fn findings(&self) -> Vec<Finding> {
+    pub(super) fn findings(&self) -> Vec<RuleFinding> {
         let none = "no frame came";
         let no_version = "no frame of version 1 came";
         let no_frame = "no whole frame came";
         vec![
-            Finding::new(&VERSION, self.version.outcome("frames", none)),
-            Finding::new(&FRAME_FIELDS, self.fields.outcome("frames", no_version)),
-            Finding::new(&CHECK_SUM, self.check_sum.outcome("frames", no_version)),
-            Finding::new(&SENDER_ID, self.sender_id.outcome("frames", no_frame)),
+            RuleFinding::new(&VERSION, self.version.outcome("frames", none)),
+            RuleFinding::new(&FRAME_FIELDS, self.fields.outcome("frames", no_version)),
+            RuleFinding::new(&CHECK_SUM, self.check_sum.outcome("frames", no_version)),
+            RuleFinding::new(&SENDER_ID, self.sender_id.outcome("frames", no_frame)),
         ]
     }
 

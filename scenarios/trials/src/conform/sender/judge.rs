@@ -7,15 +7,15 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
 use coaxle_os::Machine;
 
-use super::axes::Axes;
-use super::exchange::{Exchange, FrameClock};
-use super::frames::{Frames, Opened};
-use super::pace::Pace;
-use super::presence::Presence;
-use super::runs::{Runs, Step};
-use super::stamps::Stamps;
-use super::status::Status;
-use crate::conform::rule::Finding;
+use super::axes::AxisChecks;
+use super::exchange::{ExchangeChecks, FrameClock};
+use super::frames::{FrameChecks, OpenedFrame};
+use super::pace::PaceChecks;
+use super::presence::PresenceChecks;
+use super::runs::{FramePlace, RunChecks};
+use super::stamps::StampChecks;
+use super::status::StatusChecks;
+use crate::conform::rule::RuleFinding;
 
 /// Sender of time requests to a node.
 #[derive(Clone, Copy, Debug)]
@@ -28,19 +28,19 @@ pub(super) struct Requester {
 
 /// State of all checks of a node.
 #[derive(Debug)]
-pub(super) struct Judge {
-    frames: Frames,
-    runs: Runs,
-    pace: Pace,
-    stamps: Stamps,
-    axes: Axes,
-    exchange: Exchange,
-    status: Status,
-    presence: Presence,
+pub(super) struct SenderJudge {
+    frames: FrameChecks,
+    runs: RunChecks,
+    pace: PaceChecks,
+    stamps: StampChecks,
+    axes: AxisChecks,
+    exchange: ExchangeChecks,
+    status: StatusChecks,
+    presence: PresenceChecks,
     clock: Option<FrameClock>,
 }
 
-impl Judge {
+impl SenderJudge {
     /// Judges a node that publishes its axes on this channel, listening since `since`.
     pub(super) fn new(
         node: &NodeName,
@@ -49,14 +49,14 @@ impl Judge {
         since: Instant<Machine>,
     ) -> Self {
         Self {
-            frames: Frames::new(node, channel),
-            runs: Runs::default(),
-            pace: Pace::default(),
-            stamps: Stamps::default(),
-            axes: Axes::default(),
-            exchange: Exchange::new(node, requester.id, requester.run),
-            status: Status::new(node, since),
-            presence: Presence::new(node),
+            frames: FrameChecks::new(node, channel),
+            runs: RunChecks::default(),
+            pace: PaceChecks::default(),
+            stamps: StampChecks::default(),
+            axes: AxisChecks::default(),
+            exchange: ExchangeChecks::new(node, requester.id, requester.run),
+            status: StatusChecks::new(node, since),
+            presence: PresenceChecks::new(node),
             clock: None,
         }
     }
@@ -70,7 +70,7 @@ impl Judge {
     pub(super) fn frame(&mut self, at: Instant<Machine>, bytes: &[u8], delivery: Option<Delivery>) {
         self.presence.delivery(delivery);
         match self.frames.open(bytes) {
-            Opened::Good(header, axes) => {
+            OpenedFrame::Good(header, axes) => {
                 if let Some(step) = self.runs.take(&header) {
                     self.pace.take(at, &header, step);
                     self.stamps.take(&header, step);
@@ -78,17 +78,22 @@ impl Judge {
                     self.note(at, &header, step);
                 }
             }
-            Opened::CycleTime(nanos) => {
+            OpenedFrame::CycleTime(nanos) => {
                 let nanos = nanos.map_or("another one".to_owned(), |ns| format!("{ns} ns"));
                 self.runs.cycle_time_out_of_range(nanos);
             }
-            Opened::Other => {}
+            OpenedFrame::Other => {}
         }
     }
 
     /// Notes a time request of this tool; a node must refuse a bad one.
-    pub(super) fn asked(&mut self, at: Instant<Machine>, request: TimeRequest, is_good: bool) {
-        self.exchange.asked(at, request, is_good);
+    pub(super) fn request_sent(
+        &mut self,
+        at: Instant<Machine>,
+        request: TimeRequest,
+        is_good: bool,
+    ) {
+        self.exchange.request_sent(at, request, is_good);
     }
 
     /// Takes a frame of time responses.
@@ -113,7 +118,7 @@ impl Judge {
     }
 
     /// A finding about each rule, in their order, at `end`.
-    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<Finding> {
+    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<RuleFinding> {
         let epoch = self.clock.map(|clock| clock.epoch);
         [
             self.frames.findings(),
@@ -128,12 +133,12 @@ impl Judge {
         .concat()
     }
 
-    fn note(&mut self, at: Instant<Machine>, header: &FrameHeader, step: Step) {
+    fn note(&mut self, at: Instant<Machine>, header: &FrameHeader, step: FramePlace) {
         // A frame without a credible stamp left when it was due, as far as is known.
         let due = header.cycle_time.span() * header.count as i64;
         let left = match step {
-            Step::Begins => None,
-            Step::Goes { .. } => self.stamps.left(),
+            FramePlace::Begins => None,
+            FramePlace::Goes { .. } => self.stamps.left(),
         };
         self.clock = Some(FrameClock {
             epoch: header.epoch,

@@ -13,21 +13,21 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, TimeRequest};
 use coaxle_os::{Interrupt, Machine, machine};
 
-use super::judge::{Judge, Requester};
+use super::judge::{Requester, SenderJudge};
 
 /// Most messages that wait to be judged: some seconds at the shortest cycle time. A message without room is dropped, and
 /// counted as missing.
 const MOST: usize = 1 << 16;
 /// Startup time allowed for a node to appear.
-const PATIENCE: Span = Span::from_secs(5);
+const STARTUP_TIMEOUT: Span = Span::from_secs(5);
 /// Period of time requests, as receivers have it.
-const ASK: Span = Span::from_millis(100);
+const REQUEST_PERIOD: Span = Span::from_millis(100);
 /// Period of requests with a wrong check sum, in requests.
-const BAD: u32 = 5;
-const LOOK: Duration = Duration::from_millis(20);
+const BAD_REQUEST_PERIOD: u32 = 5;
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A received message.
-enum Heard {
+enum NodeMessage {
     Frame(Instant<Machine>, Vec<u8>, Option<Delivery>),
     Responses(Instant<Machine>, Vec<u8>, Option<Delivery>),
     Status(Instant<Machine>, Vec<u8>),
@@ -35,8 +35,8 @@ enum Heard {
 }
 
 /// Everything that comes of a node.
-pub(super) struct Listener {
-    heard: Receiver<Heard>,
+pub(super) struct NodeListener {
+    heard: Receiver<NodeMessage>,
     time_requests: TimeRequests,
     _declared: Vec<Declared>,
 }
@@ -52,7 +52,7 @@ struct TimeRequests {
 
 /// End of listening.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ended {
+pub(super) enum ListeningEnd {
     /// The time was up.
     InTime,
     /// No message came.
@@ -61,7 +61,7 @@ pub(super) enum Ended {
     Interrupted,
 }
 
-impl Listener {
+impl NodeListener {
     /// # Errors
     /// The transport refuses.
     pub(super) fn new(
@@ -93,17 +93,17 @@ impl Listener {
     /// The network is gone.
     pub(super) fn listen(
         &mut self,
-        judge: &mut Judge,
+        judge: &mut SenderJudge,
         listen_for: Span,
         interrupt: &Interrupt,
-    ) -> anyhow::Result<Ended> {
-        let mut end = machine::now() + PATIENCE;
+    ) -> anyhow::Result<ListeningEnd> {
+        let mut end = machine::now() + STARTUP_TIMEOUT;
         let mut has_begun = false;
         while machine::now() < end {
             if interrupt.is_asked() {
-                return Ok(Ended::Interrupted);
+                return Ok(ListeningEnd::Interrupted);
             }
-            match self.heard.recv_timeout(LOOK) {
+            match self.heard.recv_timeout(POLL_INTERVAL) {
                 Ok(heard) => judge.take(heard),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => bail!("the network is gone"),
@@ -113,39 +113,39 @@ impl Listener {
                 end = machine::now() + listen_for;
             }
             if has_begun {
-                self.time_requests.ask(judge);
+                self.time_requests.send_request(judge);
             }
         }
         Ok(if has_begun {
-            Ended::InTime
+            ListeningEnd::InTime
         } else {
-            Ended::Silent
+            ListeningEnd::Silent
         })
     }
 }
 
-impl Judge {
-    fn take(&mut self, heard: Heard) {
+impl SenderJudge {
+    fn take(&mut self, heard: NodeMessage) {
         match heard {
-            Heard::Frame(at, bytes, delivery) => self.frame(at, &bytes, delivery),
-            Heard::Responses(at, bytes, delivery) => self.responses(at, &bytes, delivery),
-            Heard::Status(at, bytes) => self.status(at, &bytes),
-            Heard::Token(key, is_there) => self.token(&key, is_there),
+            NodeMessage::Frame(at, bytes, delivery) => self.frame(at, &bytes, delivery),
+            NodeMessage::Responses(at, bytes, delivery) => self.responses(at, &bytes, delivery),
+            NodeMessage::Status(at, bytes) => self.status(at, &bytes),
+            NodeMessage::Token(key, is_there) => self.token(&key, is_there),
         }
     }
 }
 
 impl TimeRequests {
     /// Sends a request if one is due.
-    fn ask(&mut self, judge: &mut Judge) {
+    fn send_request(&mut self, judge: &mut SenderJudge) {
         let now = machine::now();
         if now < self.due {
             return;
         }
-        self.due = now + ASK;
+        self.due = now + REQUEST_PERIOD;
         let number = self.next;
         self.next += 1;
-        let is_good = number % BAD != BAD - 1;
+        let is_good = number % BAD_REQUEST_PERIOD != BAD_REQUEST_PERIOD - 1;
         let ideal_start = machine::local(now);
         let mut body = [0; TIME_REQUEST_CAPACITY];
         let Requester { id, run } = self.requester;
@@ -163,7 +163,7 @@ impl TimeRequests {
             number,
             requested: left.as_nanos(),
         };
-        judge.asked(left, request, is_good);
+        judge.request_sent(left, request, is_good);
         if let Err(error) = self.publisher.publish(sealed) {
             tracing::debug!(%error, "the transport refused a time request");
         }
@@ -174,24 +174,24 @@ fn declare(
     transport: &dyn Transport,
     node: &NodeName,
     channel: Channel,
-    queue: &Arc<SyncSender<Heard>>,
+    queue: &Arc<SyncSender<NodeMessage>>,
 ) -> anyhow::Result<Vec<Declared>> {
     // Messages that find no room are dropped.
     let (frames, responses, status) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
     let on_frame = move |at, bytes: &[u8], delivery| {
-        let _ = frames.try_send(Heard::Frame(at, bytes.to_vec(), delivery));
+        let _ = frames.try_send(NodeMessage::Frame(at, bytes.to_vec(), delivery));
     };
     let on_responses = move |at, bytes: &[u8], delivery| {
-        let _ = responses.try_send(Heard::Responses(at, bytes.to_vec(), delivery));
+        let _ = responses.try_send(NodeMessage::Responses(at, bytes.to_vec(), delivery));
     };
     let on_status = move |at, bytes: &[u8]| {
-        let _ = status.try_send(Heard::Status(at, bytes.to_vec()));
+        let _ = status.try_send(NodeMessage::Status(at, bytes.to_vec()));
     };
     let mut declared = Vec::new();
     for key in [node.alive_key(), node.runs_key()] {
         let tokens = Arc::clone(queue);
         let on_change = move |key: &str, is_there| {
-            let _ = tokens.try_send(Heard::Token(key.to_owned(), is_there));
+            let _ = tokens.try_send(NodeMessage::Token(key.to_owned(), is_there));
         };
         declared.push(transport.watch(&key, Box::new(on_change))?);
     }

@@ -24,9 +24,9 @@ use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
 use coaxle_os::{Interrupt, machine};
 
-use super::heard::Heard;
-use judge::{Judge, Requester};
-use listen::{Ended, Listener};
+use super::trial_result::TrialResult;
+use judge::{Requester, SenderJudge};
+use listen::{ListeningEnd, NodeListener};
 
 /// Arguments of `coaxle conform sender`.
 #[derive(Debug, Args)]
@@ -59,7 +59,7 @@ const NAME: &str = "conform";
 ///
 /// # Errors
 /// A wrong network section, or a network that cannot be joined.
-pub(super) fn judge(args: &SenderArgs) -> anyhow::Result<Heard> {
+pub(super) fn judge(args: &SenderArgs) -> anyhow::Result<TrialResult> {
     let interrupt = Interrupt::listen()?;
     let transport = OverZenoh::open_and_wait(&args.network.transport()?)?;
     let heard = listen(args, &transport, &interrupt);
@@ -71,7 +71,7 @@ fn listen(
     args: &SenderArgs,
     transport: &OverZenoh,
     interrupt: &Interrupt,
-) -> anyhow::Result<Heard> {
+) -> anyhow::Result<TrialResult> {
     let channel = match args.channel {
         Published::Axes => Channel::Axes,
         Published::Slaves => Channel::Slaves,
@@ -82,17 +82,17 @@ fn listen(
         // A new run each time: responses to an earlier tool do not match.
         run: now.as_nanos().unsigned_abs(),
     };
-    let mut listener = Listener::new(transport, &args.node, channel, requester)?;
-    let mut judge = Judge::new(&args.node, channel, requester, now);
+    let mut listener = NodeListener::new(transport, &args.node, channel, requester)?;
+    let mut judge = SenderJudge::new(&args.node, channel, requester, now);
     let ended = listener.listen(&mut judge, args.listen_for, interrupt)?;
     Ok(match ended {
-        Ended::InTime => Heard::Findings(judge.findings(machine::now())),
-        Ended::Interrupted => Heard::Interrupted,
-        Ended::Silent => {
+        ListeningEnd::InTime => TrialResult::Findings(judge.findings(machine::now())),
+        ListeningEnd::Interrupted => TrialResult::Interrupted,
+        ListeningEnd::Silent => {
             let key = args.node.channel_key(channel);
             let why = transport.why_unseen(args.node.as_str());
             let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
-            Heard::Nothing(format!(
+            TrialResult::Nothing(format!(
                 "nothing came on {key}, {}{why}",
                 transport.whereabouts()
             ))

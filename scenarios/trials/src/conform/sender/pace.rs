@@ -5,9 +5,9 @@ use coaxle_node::FrameHeader;
 use coaxle_os::Machine;
 
 use super::rules::{EVERY_CYCLE, NO_BURSTS, PACE};
-use super::runs::Step;
+use super::runs::FramePlace;
 use super::stamps::possible;
-use crate::conform::rule::{Finding, Outcome};
+use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 /// Greatest deviation of a quartz …
 const MOST_DRIFT: f64 = 1e-3;
@@ -25,10 +25,10 @@ const CROWDED: f64 = 0.5;
 
 /// The pace of all runs.
 #[derive(Debug, Default)]
-pub(super) struct Pace {
-    current: Option<Segment>,
+pub(super) struct PaceChecks {
+    current: Option<RunSegment>,
     /// The longest of those before.
-    longest: Option<Segment>,
+    longest: Option<RunSegment>,
     came: u64,
     missing: u64,
     stamped: u64,
@@ -41,7 +41,7 @@ pub(super) struct Pace {
 
 /// Frames of one run.
 #[derive(Clone, Debug)]
-struct Segment {
+struct RunSegment {
     since: Instant<Machine>,
     count: u64,
     cycle: Span,
@@ -49,16 +49,16 @@ struct Segment {
     least: Vec<Option<(f64, f64)>>,
 }
 
-impl Pace {
+impl PaceChecks {
     /// Takes a frame that has its place in a run.
-    pub(super) fn take(&mut self, at: Instant<Machine>, header: &FrameHeader, step: Step) {
+    pub(super) fn take(&mut self, at: Instant<Machine>, header: &FrameHeader, step: FramePlace) {
         let cycle = header.cycle_time.span();
         self.came += 1;
         if let Some(stamp) = possible(header) {
             self.stamped += 1;
             self.late += u64::from(stamp >= cycle);
         }
-        if let Step::Goes { counts } = step {
+        if let FramePlace::Goes { counts } = step {
             self.missing += counts - 1;
             if let (1, Some(before)) = (counts, self.before) {
                 self.next += 1;
@@ -73,16 +73,16 @@ impl Pace {
         }
     }
 
-    pub(super) fn findings(&self) -> Vec<Finding> {
+    pub(super) fn findings(&self) -> Vec<RuleFinding> {
         vec![
-            Finding::new(&PACE, self.pace()),
-            Finding::new(&EVERY_CYCLE, self.every_cycle()),
-            Finding::new(&NO_BURSTS, self.bursts()),
+            RuleFinding::new(&PACE, self.pace()),
+            RuleFinding::new(&EVERY_CYCLE, self.every_cycle()),
+            RuleFinding::new(&NO_BURSTS, self.bursts()),
         ]
     }
 
     fn begin(&mut self, at: Instant<Machine>, header: &FrameHeader) {
-        let new = Segment {
+        let new = RunSegment {
             since: at,
             count: header.count,
             cycle: header.cycle_time.span(),
@@ -95,38 +95,38 @@ impl Pace {
         }
     }
 
-    fn pace(&self) -> Outcome {
+    fn pace(&self) -> RuleOutcome {
         let all = self.longest.iter().chain(&self.current);
         let longest = all.max_by_key(|segment| segment.least.len());
-        let Some((rate, known)) = longest.and_then(Segment::rate) else {
-            return Outcome::not_seen("it takes a second of frames of one run");
+        let Some((rate, known)) = longest.and_then(RunSegment::rate) else {
+            return RuleOutcome::not_seen("it takes a second of frames of one run");
         };
         let cycle = longest.map_or(Span::ZERO, |segment| segment.cycle);
         let (rate_ppm, known_ppm) = (rate * 1e6, known * 1e6);
         let words = format!("counts {rate_ppm:+.0} ppm off the cycle time of {cycle}");
         if rate.abs() <= MOST_DRIFT + known {
-            return Outcome::kept(format!("{words}, known to ± {known_ppm:.0} ppm"));
+            return RuleOutcome::kept(format!("{words}, known to ± {known_ppm:.0} ppm"));
         }
         let most = MOST_DRIFT * 1e6;
-        Outcome::broken(
+        RuleOutcome::broken(
             words,
             format!("within {most:.0} ppm, and the ± {known_ppm:.0} ppm that arrivals leave open"),
         )
     }
 
-    fn every_cycle(&self) -> Outcome {
+    fn every_cycle(&self) -> RuleOutcome {
         let all = self.came + self.missing;
         if all < 2 {
-            return Outcome::not_seen("it takes two good frames");
+            return RuleOutcome::not_seen("it takes two good frames");
         }
         let words = format!("{} of {all} counts", self.came);
         if self.missing as f64 <= MISSING * all as f64 {
-            return Outcome::kept(words);
+            return RuleOutcome::kept(words);
         }
-        Outcome::broken(words, "a frame for each cycle")
+        RuleOutcome::broken(words, "a frame for each cycle")
     }
 
-    fn bursts(&self) -> Outcome {
+    fn bursts(&self) -> RuleOutcome {
         let ((part, all, most), words) = if self.stamped > 0 {
             let words = "left when their cycle was over already";
             ((self.late, self.stamped, LATE), words)
@@ -135,20 +135,20 @@ impl Pace {
             ((self.crowded, self.next, CROWDED), words)
         };
         if all < 2 {
-            return Outcome::not_seen("it takes two good frames");
+            return RuleOutcome::not_seen("it takes two good frames");
         }
         let words = format!("{part} of {all} frames that {words}");
         if part as f64 <= most * all as f64 {
-            return Outcome::kept(words);
+            return RuleOutcome::kept(words);
         }
-        Outcome::broken(
+        RuleOutcome::broken(
             words,
             "cycles that were missed to be skipped, not caught up",
         )
     }
 }
 
-impl Segment {
+impl RunSegment {
     fn take(&mut self, at: Instant<Machine>, count: u64) {
         let passed = (at - self.since).as_secs_f64();
         let counted = count.saturating_sub(self.count) as f64 * self.cycle.as_secs_f64();

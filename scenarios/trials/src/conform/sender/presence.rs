@@ -7,20 +7,20 @@ use coaxle_node::keys::NodeName;
 
 use super::rules::{ALIVE, QOS, RUN_TOKEN};
 use super::status::epoch_of;
-use crate::conform::rule::{Finding, Outcome, Tally};
+use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// Zenoh's real-time priority.
 const REAL_TIME: u8 = 1;
 
 /// Tokens present, and deliveries of frames.
 #[derive(Debug)]
-pub(super) struct Presence {
+pub(super) struct PresenceChecks {
     node: NodeName,
     tokens: BTreeSet<String>,
     qos: Tally,
 }
 
-impl Presence {
+impl PresenceChecks {
     pub(super) fn new(node: &NodeName) -> Self {
         Self {
             node: node.clone(),
@@ -62,28 +62,28 @@ impl Presence {
     }
 
     /// Findings; `epoch` is that of the newest frame.
-    pub(super) fn findings(&self, epoch: Option<u64>) -> Vec<Finding> {
+    pub(super) fn findings(&self, epoch: Option<u64>) -> Vec<RuleFinding> {
         vec![
-            Finding::new(&ALIVE, self.alive()),
-            Finding::new(&RUN_TOKEN, self.run(epoch)),
-            Finding::new(
+            RuleFinding::new(&ALIVE, self.alive()),
+            RuleFinding::new(&RUN_TOKEN, self.run(epoch)),
+            RuleFinding::new(
                 &QOS,
                 self.qos.outcome("frames", "the transport does not tell"),
             ),
         ]
     }
 
-    fn alive(&self) -> Outcome {
+    fn alive(&self) -> RuleOutcome {
         let key = self.node.alive_key();
         match self.tokens.contains(&key) {
-            true => Outcome::kept(key),
-            false => Outcome::broken("no token", format!("a liveliness token {key}")),
+            true => RuleOutcome::kept(key),
+            false => RuleOutcome::broken("no token", format!("a liveliness token {key}")),
         }
     }
 
-    fn run(&self, epoch: Option<u64>) -> Outcome {
+    fn run(&self, epoch: Option<u64>) -> RuleOutcome {
         let Some(epoch) = epoch else {
-            return Outcome::not_seen("no good frame came");
+            return RuleOutcome::not_seen("no good frame came");
         };
         let expected = self.node.run_key(epoch);
         let all = self.node.runs_key();
@@ -94,10 +94,10 @@ impl Presence {
             .filter_map(|key| key.strip_prefix(prefix));
         let runs: Vec<_> = runs.collect();
         match runs.as_slice() {
-            [] => Outcome::broken("no token", expected),
-            [run] if epoch_of(run) == Some(epoch) => Outcome::kept(expected),
-            [run] => Outcome::broken(format!("{prefix}{run}"), expected),
-            runs => Outcome::broken(
+            [] => RuleOutcome::broken("no token", expected),
+            [run] if epoch_of(run) == Some(epoch) => RuleOutcome::kept(expected),
+            [run] => RuleOutcome::broken(format!("{prefix}{run}"), expected),
+            runs => RuleOutcome::broken(
                 format!("the runs {}", runs.join(", ")),
                 format!("one, {expected}: is there a second node of the name?"),
             ),

@@ -4,14 +4,14 @@ use coaxle_clock::CycleTime;
 use coaxle_node::FrameHeader;
 
 use super::rules::{COUNT, CYCLE_TIME, EPOCH, INDEX};
-use crate::conform::rule::{Finding, Tally};
+use crate::conform::rule::{RuleFinding, Tally};
 
 /// Greatest distance of counts within a run. Frames are not lost or late by more: the node has restarted.
 const FAR: u64 = 64;
 
 /// Place of a frame in its run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(super) enum FramePlace {
     /// The first frame.
     Begins,
     /// A frame after the one before.
@@ -23,8 +23,8 @@ pub(super) enum Step {
 
 /// The runs of a node.
 #[derive(Debug, Default)]
-pub(super) struct Runs {
-    current: Option<Run>,
+pub(super) struct RunChecks {
+    current: Option<ObservedRun>,
     /// The epochs of those before.
     ended: Vec<u64>,
     epoch: Tally,
@@ -34,16 +34,16 @@ pub(super) struct Runs {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct ObservedRun {
     epoch: u64,
     cycle_time: CycleTime,
     count: u64,
     index: u16,
 }
 
-impl Runs {
+impl RunChecks {
     /// Place of the frame; none for a frame without a place, which other rules need not check.
-    pub(super) fn take(&mut self, header: &FrameHeader) -> Option<Step> {
+    pub(super) fn take(&mut self, header: &FrameHeader) -> Option<FramePlace> {
         let Some(run) = self.current else {
             self.epoch.good();
             self.cycle_time.good();
@@ -69,18 +69,18 @@ impl Runs {
         self.cycle_time.bad(received, "100 µs to 100 ms");
     }
 
-    pub(super) fn findings(&self) -> Vec<Finding> {
+    pub(super) fn findings(&self) -> Vec<RuleFinding> {
         const NONE: &str = "no good frame came";
         let one = "it takes two good frames of a run";
         vec![
-            Finding::new(&EPOCH, self.epoch.outcome("frames", NONE)),
-            Finding::new(&CYCLE_TIME, self.cycle_time.outcome("frames", NONE)),
-            Finding::new(&COUNT, self.count.outcome("frames", one)),
-            Finding::new(&INDEX, self.index.outcome("frames", one)),
+            RuleFinding::new(&EPOCH, self.epoch.outcome("frames", NONE)),
+            RuleFinding::new(&CYCLE_TIME, self.cycle_time.outcome("frames", NONE)),
+            RuleFinding::new(&COUNT, self.count.outcome("frames", one)),
+            RuleFinding::new(&INDEX, self.index.outcome("frames", one)),
         ]
     }
 
-    fn judge_epoch(&mut self, run: &Run, header: &FrameHeader) {
+    fn judge_epoch(&mut self, run: &ObservedRun, header: &FrameHeader) {
         let (new, old) = (header.epoch, run.epoch);
         let goes_on = header.count > run.count && header.count - run.count <= FAR;
         if self.ended.contains(&new) {
@@ -98,7 +98,7 @@ impl Runs {
         }
     }
 
-    fn place(&mut self, run: Run, header: &FrameHeader) -> Option<Step> {
+    fn place(&mut self, run: ObservedRun, header: &FrameHeader) -> Option<FramePlace> {
         let Some(counts) = header.count.checked_sub(run.count).filter(|n| *n > 0) else {
             if run.count - header.count > FAR {
                 let received = format!(
@@ -125,22 +125,22 @@ impl Runs {
             );
             (received, due.to_string())
         });
-        self.current = Some(Run::of(header));
-        Some(Step::Goes { counts })
+        self.current = Some(ObservedRun::of(header));
+        Some(FramePlace::Goes { counts })
     }
 
-    fn begin(&mut self, header: &FrameHeader) -> Option<Step> {
-        let before = self.current.replace(Run::of(header));
+    fn begin(&mut self, header: &FrameHeader) -> Option<FramePlace> {
+        let before = self.current.replace(ObservedRun::of(header));
         self.ended.extend(
             before
                 .map(|run| run.epoch)
                 .filter(|epoch| *epoch != header.epoch),
         );
-        Some(Step::Begins)
+        Some(FramePlace::Begins)
     }
 }
 
-impl Run {
+impl ObservedRun {
     const fn of(header: &FrameHeader) -> Self {
         Self {
             epoch: header.epoch,

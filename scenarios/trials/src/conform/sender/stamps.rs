@@ -4,8 +4,8 @@ use coaxle_clock::Span;
 use coaxle_node::FrameHeader;
 
 use super::rules::{STAMP_ORDER, STAMP_PRESENT, STAMP_RANGE};
-use super::runs::Step;
-use crate::conform::rule::{Finding, Outcome, Tally};
+use super::runs::FramePlace;
+use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// Greatest lateness of a node.
 const MOST: Span = Span::from_secs(1);
@@ -22,7 +22,7 @@ pub(super) fn possible(header: &FrameHeader) -> Option<Span> {
 
 /// Checks of the stamps.
 #[derive(Debug, Default)]
-pub(super) struct Stamps {
+pub(super) struct StampChecks {
     with: u64,
     without: u64,
     zeros: u64,
@@ -32,10 +32,10 @@ pub(super) struct Stamps {
     left: Option<Span>,
 }
 
-impl Stamps {
+impl StampChecks {
     /// Takes a frame that has its place in a run.
-    pub(super) fn take(&mut self, header: &FrameHeader, step: Step) {
-        if step == Step::Begins {
+    pub(super) fn take(&mut self, header: &FrameHeader, step: FramePlace) {
+        if step == FramePlace::Begins {
             self.left = None;
         }
         let Some(stamp) = header.send_stamp else {
@@ -65,15 +65,15 @@ impl Stamps {
         self.left
     }
 
-    pub(super) fn findings(&self) -> Vec<Finding> {
+    pub(super) fn findings(&self) -> Vec<RuleFinding> {
         let none = match self.without {
             0 => "no good frame came",
             _ => "no frame has one: the jitter of the sender counts as the network's",
         };
         vec![
-            Finding::new(&STAMP_PRESENT, self.present(none)),
-            Finding::new(&STAMP_RANGE, self.range(none)),
-            Finding::new(&STAMP_ORDER, self.order.outcome("stamps", none)),
+            RuleFinding::new(&STAMP_PRESENT, self.present(none)),
+            RuleFinding::new(&STAMP_RANGE, self.range(none)),
+            RuleFinding::new(&STAMP_ORDER, self.order.outcome("stamps", none)),
         ]
     }
 
@@ -92,20 +92,20 @@ impl Stamps {
         }
     }
 
-    fn present(&self, none: &str) -> Outcome {
+    fn present(&self, none: &str) -> RuleOutcome {
         match (self.with, self.without) {
-            (0, _) => Outcome::not_seen(none),
-            (with, 0) => Outcome::kept(format!("{with} frames")),
-            (with, without) => Outcome::broken(
+            (0, _) => RuleOutcome::not_seen(none),
+            (with, 0) => RuleOutcome::kept(format!("{with} frames")),
+            (with, without) => RuleOutcome::broken(
                 format!("{without} of {} frames without one", with + without),
                 "one in every frame of a client that knows, none in those of one that does not",
             ),
         }
     }
 
-    fn range(&self, none: &str) -> Outcome {
+    fn range(&self, none: &str) -> RuleOutcome {
         if self.zeros == self.with && self.zeros >= ZEROS {
-            return Outcome::broken(
+            return RuleOutcome::broken(
                 format!("0 in all of {} frames", self.zeros),
                 "none from a client that cannot tell",
             );

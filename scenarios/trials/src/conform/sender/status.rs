@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::exchange::FrameClock;
 use super::rules::{STATUS_FIELDS, STATUS_JSON, STATUS_PACE, STATUS_TRUE};
-use crate::conform::rule::{Finding, Outcome, Tally};
+use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// The longest that is read, bytes.
 const LONGEST: usize = 16 << 20;
@@ -15,17 +15,17 @@ const LONGEST: usize = 16 << 20;
 const SHORTEST: f64 = 0.1;
 const LONGEST_PAUSE: f64 = 1.0;
 /// Time without a status that counts as none at all.
-const PATIENCE: Span = Span::from_secs(2);
+const STATUS_TIMEOUT: Span = Span::from_secs(2);
 /// Share of statuses that may differ in run from the newest frame: a restarting node reports before it sends, or after.
 const BETWEEN_RUNS: f64 = 0.1;
 /// Greatest difference between its cycle and that of the frames, s.
 const BEHIND: f64 = 1.5;
 
 /// A field, its kind in words, and a check of a value.
-type Field = (&'static str, &'static str, fn(&Value) -> bool);
+type StatusField = (&'static str, &'static str, fn(&Value) -> bool);
 
 /// Required fields of every node's status.
-const FIELDS: [Field; 7] = [
+const FIELDS: [StatusField; 7] = [
     ("node", "a text", Value::is_string),
     ("role", "a text", Value::is_string),
     ("health", "a text", Value::is_string),
@@ -51,7 +51,7 @@ pub(super) fn epoch_of(text: &str) -> Option<u64> {
 
 /// Checks of the received statuses.
 #[derive(Debug)]
-pub(super) struct Status {
+pub(super) struct StatusChecks {
     node: NodeName,
     json: Tally,
     fields: Tally,
@@ -61,7 +61,7 @@ pub(super) struct Status {
     last: Option<Instant<Machine>>,
 }
 
-impl Status {
+impl StatusChecks {
     /// Listening since `since`.
     pub(super) fn new(node: &NodeName, since: Instant<Machine>) -> Self {
         Self {
@@ -115,21 +115,21 @@ impl Status {
     }
 
     /// Findings at `end`.
-    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<Finding> {
+    pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<RuleFinding> {
         let none = "no status came";
         let some = "no status with all fields came";
         vec![
-            Finding::new(&STATUS_JSON, self.json.outcome("messages", none)),
-            Finding::new(
+            RuleFinding::new(&STATUS_JSON, self.json.outcome("messages", none)),
+            RuleFinding::new(
                 &STATUS_FIELDS,
                 self.fields
                     .outcome("messages", "no status came that is JSON"),
             ),
-            Finding::new(
+            RuleFinding::new(
                 &STATUS_TRUE,
                 self.is_true.outcome_but_for(BETWEEN_RUNS, "messages", some),
             ),
-            Finding::new(&STATUS_PACE, self.pace(end)),
+            RuleFinding::new(&STATUS_PACE, self.pace(end)),
         ]
     }
 
@@ -176,28 +176,32 @@ impl Status {
         None
     }
 
-    fn pace(&self, end: Instant<Machine>) -> Outcome {
+    fn pace(&self, end: Instant<Machine>) -> RuleOutcome {
         let count = self.json.all();
         let (Some(first), Some(last)) = (self.first, self.last) else {
             let waited = end - self.since;
-            return match waited >= PATIENCE {
-                true => Outcome::broken(
+            return match waited >= STATUS_TIMEOUT {
+                true => RuleOutcome::broken(
                     format!("none in {:.1} s", waited.as_secs_f64()),
                     "four a second",
                 ),
-                false => Outcome::not_seen("it takes two seconds"),
+                false => RuleOutcome::not_seen("it takes two seconds"),
             };
         };
         // The silence behind the last one counts, too.
-        let until = if end - last > PATIENCE { end } else { last };
-        if count < 3 && until - first < PATIENCE {
-            return Outcome::not_seen("it takes three of them");
+        let until = if end - last > STATUS_TIMEOUT {
+            end
+        } else {
+            last
+        };
+        if count < 3 && until - first < STATUS_TIMEOUT {
+            return RuleOutcome::not_seen("it takes three of them");
         }
         let pause = (until - first).as_secs_f64() / (count.max(2) - 1) as f64;
         let words = format!("one every {pause:.3} s");
         if (SHORTEST..=LONGEST_PAUSE).contains(&pause) {
-            return Outcome::kept(words);
+            return RuleOutcome::kept(words);
         }
-        Outcome::broken(words, "four a second")
+        RuleOutcome::broken(words, "four a second")
     }
 }

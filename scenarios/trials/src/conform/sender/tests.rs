@@ -12,8 +12,8 @@ use coaxle_node::{Channel, FrameHeader, TimeRequest};
 use coaxle_os::Machine;
 use serde_json::{Value, json};
 
-use super::judge::{Judge, Requester};
-use crate::conform::rule::{Finding, Outcome};
+use super::judge::{Requester, SenderJudge};
+use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 const EPOCH: u64 = 0x0123_4567_89ab_cdef;
 const CYCLE: Span = Span::from_millis(10);
@@ -23,7 +23,7 @@ const REQUESTER: Requester = Requester { id: 5, run: 6 };
 /// A node that publishes for four seconds, and the changes applied to its messages.
 struct Bench {
     node: NodeName,
-    judge: Judge,
+    judge: SenderJudge,
     frame: fn(u64, &mut FrameHeader, &mut Vec<NcToPlcAxis>),
     bytes: fn(u64, Vec<u8>) -> Vec<Vec<u8>>,
     /// Arrival of a message.
@@ -38,7 +38,7 @@ impl Bench {
     fn new() -> Self {
         let node = NodeName::new("belt").unwrap();
         Self {
-            judge: Judge::new(&node, Channel::Axes, REQUESTER, START),
+            judge: SenderJudge::new(&node, Channel::Axes, REQUESTER, START),
             node,
             frame: |_, _, _| {},
             bytes: |_, bytes| vec![bytes],
@@ -60,7 +60,7 @@ impl Bench {
         bench
     }
 
-    fn findings(mut self) -> Vec<Finding> {
+    fn findings(mut self) -> Vec<RuleFinding> {
         for key in (self.tokens)(&self.node) {
             self.judge.token(&key, true);
         }
@@ -126,7 +126,7 @@ impl Bench {
             number: count as u32,
             requested: asked.as_nanos(),
         };
-        self.judge.asked(asked, request, true);
+        self.judge.request_sent(asked, request, true);
         let mut header = TimeResponsesHeader {
             sender: sender_id(&self.node),
             epoch: EPOCH,
@@ -148,7 +148,7 @@ impl Bench {
     }
 }
 
-fn broken(findings: &[Finding]) -> Vec<&'static str> {
+fn broken(findings: &[RuleFinding]) -> Vec<&'static str> {
     let broken = findings.iter().filter(|finding| finding.is_broken());
     broken.map(|finding| finding.rule.name).collect()
 }
@@ -159,17 +159,17 @@ fn a_node_as_it_should_be_keeps_every_rule() {
     assert_eq!(findings.len(), 31);
     for (n, finding) in findings.iter().enumerate() {
         assert_eq!(finding.rule.number, format!("S{}", n + 1));
-        let is_kept = matches!(finding.outcome, Outcome::Kept { .. });
+        let is_kept = matches!(finding.outcome, RuleOutcome::Kept { .. });
         assert!(is_kept, "{finding:?}");
     }
 }
 
 /// Expects exactly this rule to be broken.
 #[track_caller]
-fn finds(rule: &str, change: impl FnOnce(&mut Bench)) -> Outcome {
+fn finds(rule: &str, change: impl FnOnce(&mut Bench)) -> RuleOutcome {
     let findings = Bench::with(change).findings();
     assert_eq!(broken(&findings), [rule], "{findings:#?}");
-    let found = findings.into_iter().find(Finding::is_broken);
+    let found = findings.into_iter().find(RuleFinding::is_broken);
     found.expect("one is broken").outcome
 }
 
@@ -205,7 +205,7 @@ fn what_is_wrong_with_a_run_is_found() {
         };
     });
     assert!(
-        matches!(epoch, Outcome::Broken { received, .. } if received.contains("though the count goes on"))
+        matches!(epoch, RuleOutcome::Broken { received, .. } if received.contains("though the count goes on"))
     );
     finds("cycle-time", |bench| {
         bench.frame = |count, header, _| {
@@ -226,7 +226,7 @@ fn what_is_wrong_with_a_run_is_found() {
 fn a_restart_has_another_epoch() {
     let restarted = |epoch: u64| {
         let node = NodeName::new("belt").unwrap();
-        let mut runs = super::runs::Runs::default();
+        let mut runs = super::runs::RunChecks::default();
         let header = |epoch, count| FrameHeader {
             sender: sender_id(&node),
             epoch,

@@ -60,7 +60,7 @@ fn with_one_clock_delays_are_true_to_the_nanosecond() {
     let recording = convert(&raw, &scale);
     assert_eq!(recording.left_out, 0);
     for (k, message) in (0..).zip(&recording.messages) {
-        let expected = Message {
+        let expected = RecordedMessage {
             count: k as i32,
             send_stamp_ns: stamp(k) as i32,
             delay_ns: delay(k) as i32,
@@ -69,7 +69,7 @@ fn with_one_clock_delays_are_true_to_the_nanosecond() {
     }
     for (k, exchange) in (0..).zip(&recording.exchanges) {
         let t1 = k * CYCLE;
-        let expected = Exchange {
+        let expected = RecordedExchange {
             t1_ns: t1,
             t2_ns: t1 + 30_000,
             t3_ns: t1 + 400_000,
@@ -138,7 +138,7 @@ fn counts_begin_with_the_message_that_was_sent_first() {
     let mut raw = raw(0.0, 100);
     raw.messages.swap(0, 1);
     let recording = convert(&raw, &TimeScale::of_one_clock(local(0, 0.0)));
-    let of_message = |message: &Message| (message.count, i64::from(message.delay_ns));
+    let of_message = |message: &RecordedMessage| (message.count, i64::from(message.delay_ns));
     let messages: Vec<_> = recording.messages.iter().map(of_message).collect();
     let expected = [(1, delay(1)), (0, delay(0)), (2, delay(2))];
     assert_eq!(messages[..3], expected, "in the order of arrival");

@@ -4,14 +4,14 @@ use coaxle_clock::{CycleTime, Span};
 use coaxle_node::keys::NodeName;
 use serde_json::{Map, Value};
 
-use super::player::Part;
+use super::player::PlayedRole;
 
 /// Shortest period of frames: the machine has other things to do.
 const SHORTEST: Span = Span::from_millis(5);
 
 /// Choices of the user.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Wishes {
+pub(super) struct PlayOptions {
     pub(super) played: Option<NodeName>,
     pub(super) axis: Option<u32>,
     pub(super) cycle_time: Option<CycleTime>,
@@ -21,19 +21,19 @@ pub(super) struct Wishes {
 ///
 /// # Errors
 /// The reason why no node can be played, in words.
-pub(super) fn part(
+pub(super) fn chosen_role(
     receiver: &NodeName,
     status: &Map<String, Value>,
-    wishes: &Wishes,
+    options: &PlayOptions,
     chance: u64,
-) -> Result<Part, String> {
-    let played = played(status, wishes.played.as_ref())?;
-    let axis = axis(status, &played, wishes.axis)?;
-    let cycle_time = match wishes.cycle_time {
+) -> Result<PlayedRole, String> {
+    let played = played(status, options.played.as_ref())?;
+    let axis = axis(status, &played, options.axis)?;
+    let cycle_time = match options.cycle_time {
         Some(cycle_time) => cycle_time,
         None => cycle_time(status)?,
     };
-    Ok(Part {
+    Ok(PlayedRole {
         played,
         axis,
         receiver: receiver.clone(),
@@ -125,9 +125,9 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn cast(status: &Value, wishes: &Wishes) -> Result<Part, String> {
+    fn cast(status: &Value, options: &PlayOptions) -> Result<PlayedRole, String> {
         let receiver = NodeName::new("saw").unwrap();
-        part(&receiver, status.as_object().unwrap(), wishes, 1)
+        chosen_role(&receiver, status.as_object().unwrap(), options, 1)
     }
 
     fn status() -> Value {
@@ -138,9 +138,9 @@ mod tests {
 
     #[test]
     fn whom_the_receiver_follows_is_played() {
-        let belt = Wishes {
+        let belt = PlayOptions {
             played: NodeName::new("belt").ok(),
-            ..Wishes::default()
+            ..PlayOptions::default()
         };
         let part = cast(&status(), &belt).unwrap();
         assert_eq!((part.played.as_str(), part.axis), ("belt", 3));
@@ -149,7 +149,7 @@ mod tests {
             Span::from_millis(6),
             "a multiple of its own"
         );
-        let other = Wishes {
+        let other = PlayOptions {
             axis: Some(4),
             ..belt
         };
@@ -158,13 +158,13 @@ mod tests {
 
     #[test]
     fn who_cannot_be_played_is_told_with_who_can() {
-        let wish = |name: &str, axis| Wishes {
+        let wish = |name: &str, axis| PlayOptions {
             played: NodeName::new(name).ok(),
             axis,
-            ..Wishes::default()
+            ..PlayOptions::default()
         };
-        for (wishes, expected) in [
-            (Wishes::default(), "belt, line, expected --as"),
+        for (options, expected) in [
+            (PlayOptions::default(), "belt, line, expected --as"),
             (
                 wish("press", None),
                 "received --as press, expected one that it follows: belt, line",
@@ -175,10 +175,10 @@ mod tests {
                 "received --axis 9, expected one that it follows: 3, 4",
             ),
         ] {
-            let error = cast(&status(), &wishes).unwrap_err();
+            let error = cast(&status(), &options).unwrap_err();
             assert!(error.contains(expected), "{error}");
         }
-        let error = cast(&json!({ "role": "sender" }), &Wishes::default()).unwrap_err();
+        let error = cast(&json!({ "role": "sender" }), &PlayOptions::default()).unwrap_err();
         assert!(error.contains("without sources"), "{error}");
     }
 }

@@ -7,7 +7,7 @@ use serde_json::Value;
 /// The page's choices; none of them is in the file.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct Asked {
+pub(super) struct ViewSettings {
     /// x/s, not 0.
     pub(super) master_velocity: f64,
     /// Over time, in seconds and derivatives over time; otherwise over the master.
@@ -24,7 +24,7 @@ pub(super) struct Asked {
     pub(super) selected: Option<usize>,
 }
 
-impl Default for Asked {
+impl Default for ViewSettings {
     fn default() -> Self {
         Self {
             master_velocity: 360.0,
@@ -43,27 +43,27 @@ impl Default for Asked {
 /// Most turns drawn: more are a stripe.
 const MOST_TURNS: u32 = 20;
 
-impl Asked {
+impl ViewSettings {
     /// # Errors
     /// The first field that is wrong.
     pub(super) fn of(json: &Value) -> Result<Self, String> {
-        let asked = match json {
+        let settings = match json {
             Value::Null => Self::default(),
             json => Self::deserialize(json).map_err(|error| error.to_string())?,
         };
-        let velocity = asked.master_velocity;
+        let velocity = settings.master_velocity;
         if !(velocity.is_finite() && velocity != 0.0) {
             return Err(format!(
                 "master velocity: received {velocity}, expected a finite number other than 0"
             ));
         }
-        if !(1..=MOST_TURNS).contains(&asked.turns) {
-            let received = asked.turns;
+        if !(1..=MOST_TURNS).contains(&settings.turns) {
+            let received = settings.turns;
             return Err(format!(
                 "turns: received {received}, expected 1 to {MOST_TURNS}"
             ));
         }
-        Ok(asked)
+        Ok(settings)
     }
 
     pub(super) const fn limits(&self) -> LawLimits {

@@ -6,11 +6,11 @@ use coaxle_node::faults::{Random, seed_of};
 use super::{Draw as _, QUIET_FROM};
 
 /// The separate random stream.
-pub(super) struct Apart {
+pub(super) struct ExtraDraws {
     random: Random,
 }
 
-impl Apart {
+impl ExtraDraws {
     pub(super) fn new(seed: u64) -> Self {
         Self {
             random: Random::new(seed_of(seed, "apart")),
