@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
 use coaxle_os::exit::Exit;
-use coaxle_os::{ArrivalsTrace, Ended, arrivals_beside};
+use coaxle_os::{ArrivalsTrace, EndReason, arrivals_beside};
 
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
@@ -86,7 +86,7 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
         arrivals_not_recorded = outcome.arrivals_dropped,
         "cycles of this run"
     );
-    if outcome.ended == Ended::TimeUp && follows && outcome.received == 0 {
+    if outcome.ended == EndReason::TimeUp && follows && outcome.received == 0 {
         tracing::error!("no data came of any node that is followed");
         return Ok(Exit::NoData);
     }

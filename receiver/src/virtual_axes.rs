@@ -4,7 +4,7 @@ use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
 use coaxle_clock::{Instant, Local};
 use coaxle_curve::profile::Kinematics;
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{AxisSample, ReplayError, SourceAxis};
+use coaxle_source::{ReplayError, SourceAxis, SourceSample};
 
 use crate::signals::VirtualAxisSignals;
 use crate::slaves::Master;
@@ -104,7 +104,7 @@ fn master(axis: &NcToPlcAxis) -> Master {
     }
 }
 
-fn show(axis: &NcToPlcAxis, sample: &AxisSample) -> VirtualAxisSignals {
+fn show(axis: &NcToPlcAxis, sample: &SourceSample) -> VirtualAxisSignals {
     VirtualAxisSignals {
         position: axis.set_position,
         velocity: axis.set_velocity,

@@ -12,7 +12,7 @@ use coaxle_node::{
     TimeServerCounters,
 };
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{AxisSample, ReplayError, SourceAxis};
+use coaxle_source::{ReplayError, SourceAxis, SourceSample};
 
 use crate::config::SenderConfig;
 use crate::signals::AxisSignals;
@@ -217,7 +217,7 @@ fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), SenderErr
     Ok(())
 }
 
-fn signals_of(sample: &AxisSample) -> AxisSignals {
+fn signals_of(sample: &SourceSample) -> AxisSignals {
     let Kinematics {
         position,
         velocity,

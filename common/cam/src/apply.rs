@@ -1,9 +1,9 @@
 //! Applying a planned command: changes that wait for their moment are queued. Nothing here can fail.
 
+use super::coupling::CamCoupling;
 use super::layer::Pending;
-use super::machine::CamCoupling;
-use super::plan::{CamChange, Change};
-use super::request::Terms;
+use super::plan::{CamChange, PlannedCamChange};
+use super::request::CamInputs;
 use super::tables::{TableRef, Tables};
 use coaxle_axis::{CommandState, Job};
 
@@ -12,16 +12,16 @@ impl CamCoupling {
     /// [`update`](Self::update).
     pub fn apply(&mut self, tables: &mut Tables, change: &CamChange, job: Job) {
         match change.0 {
-            Change::End => {
+            PlannedCamChange::End => {
                 self.end(tables);
                 self.finish(job, CommandState::Done);
             }
-            Change::DeleteQueued { index } => self.delete_queued(tables, index, job),
-            Change::Nothing => self.finish(job, CommandState::Done),
-            Change::Plate {
+            PlannedCamChange::DeleteQueued { index } => self.delete_queued(tables, index, job),
+            PlannedCamChange::Nothing => self.finish(job, CommandState::Done),
+            PlannedCamChange::Plate {
                 index,
                 table,
-                terms,
+                inputs,
                 first,
             } => {
                 if let Some(first) = first {
@@ -33,24 +33,24 @@ impl CamCoupling {
                 if let Some(table) = &table {
                     tables.hold(table);
                 }
-                self.queues[index].table = Some(pending(job, table, terms));
+                self.queues[index].table = Some(pending(job, table, inputs));
                 self.has_queue = true;
             }
-            Change::Scaling { index, terms } => {
-                self.queues[index].scaling = Some(pending(job, None, terms));
+            PlannedCamChange::Scaling { index, inputs } => {
+                self.queues[index].scaling = Some(pending(job, None, inputs));
                 self.has_queue = true;
             }
         }
     }
 }
 
-const fn pending(job: Job, table: Option<TableRef>, terms: Terms) -> Pending {
+const fn pending(job: Job, table: Option<TableRef>, inputs: CamInputs) -> Pending {
     Pending {
         job,
         table,
-        activation: terms.activation,
-        scaling: terms.scaling,
-        jump: terms.jump,
+        activation: inputs.activation,
+        scaling: inputs.scaling,
+        jump: inputs.jump,
         first: true,
     }
 }

@@ -240,8 +240,8 @@ impl Cam {
     }
 
     /// Returns the reason why written points did not take effect when they were due, once for each write.
-    pub fn take_held_back(&mut self) -> Option<CouplingError> {
-        self.coupling.as_mut()?.take_held_back()
+    pub fn take_rejected_points(&mut self) -> Option<CouplingError> {
+        self.coupling.as_mut()?.take_rejected_points()
     }
 
     /// `MC_CamInfo`, as [`CamCoupling::info`]: of a coupling that ended with an error, its last state.

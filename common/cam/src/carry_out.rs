@@ -1,14 +1,14 @@
 //! Execution of changes that are due.
 
-use super::bridge::Crossing;
+use super::change_moment::{ChangeMoment, MasterStep};
 use super::command::ScalingData;
+use super::coupling::{CamCoupling, MOST_PLATES};
+use super::course_change::CourseChange;
 use super::error::CouplingError;
 use super::layer::{CouplingStart, Layer, Pending, Undo};
-use super::machine::{CamCoupling, MOST_PLATES};
 use super::modes::JumpHandling;
-use super::moment::{Moment, Step};
-use super::placement::{Placed, Placement, Situation};
-use super::ramp::Ramp;
+use super::placement::{PlacedPlate, Placement, PlacementContext};
+use super::ramp::GapRamp;
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
 use super::trigger::due;
@@ -23,7 +23,7 @@ impl CamCoupling {
     pub(super) fn carry_out(
         &mut self,
         tables: &mut Tables,
-        step: Step,
+        step: MasterStep,
     ) -> Result<(), CouplingError> {
         let was_coupled = self.is_coupled();
         for index in 0..MOST_PLATES {
@@ -43,13 +43,13 @@ impl CamCoupling {
         &mut self,
         tables: &Tables,
         index: usize,
-        step: Step,
+        step: MasterStep,
     ) -> Result<(), CouplingError> {
         let Some(pending) = self.queues[index].scaling else {
             return Ok(());
         };
         let moment = self.moment_of(tables, index, &pending, step)?;
-        self.queues[index].scaling = moment.is_none().then_some(pending.looked_at());
+        self.queues[index].scaling = moment.is_none().then_some(pending.checked());
         if let Some(moment) = moment
             && let Err(error) = self.scale(tables, index, &pending, &moment)
         {
@@ -62,13 +62,13 @@ impl CamCoupling {
         &mut self,
         tables: &mut Tables,
         index: usize,
-        step: Step,
+        step: MasterStep,
     ) -> Result<(), CouplingError> {
         let Some(pending) = self.queues[index].table else {
             return Ok(());
         };
         let moment = self.moment_of(tables, index, &pending, step)?;
-        self.queues[index].table = moment.is_none().then_some(pending.looked_at());
+        self.queues[index].table = moment.is_none().then_some(pending.checked());
         let Some(moment) = moment else {
             return Ok(());
         };
@@ -92,22 +92,23 @@ impl CamCoupling {
         tables: &Tables,
         index: usize,
         pending: &Pending,
-        step: Step,
-    ) -> Result<Option<Moment>, CouplingError> {
-        let due =
-            |placed: Option<&Placed<'_>>| due(&pending.activation, placed, step, pending.first);
+        step: MasterStep,
+    ) -> Result<Option<ChangeMoment>, CouplingError> {
+        let due = |placed: Option<&PlacedPlate<'_>>| {
+            due(&pending.activation, placed, step, pending.first)
+        };
         Ok(match (&self.layers[index], pending.table) {
             (Some(layer), _) => due(Some(&layer.placed(tables)?)),
             (None, Some(table)) if pending.activation.mode.refers_to_plate() => {
                 let plate = tables.versions(&table)?.plate();
-                let situation = Situation {
-                    moment: Moment::at(step.from),
+                let context = PlacementContext {
+                    moment: ChangeMoment::at(step.from),
                     before: None,
                     strokes: 0.0,
                     reference: 0.0,
                 };
-                let placement = Placement::settle(&pending.scaling, plate, &situation);
-                due(Some(&Placed {
+                let placement = Placement::settle(&pending.scaling, plate, &context);
+                due(Some(&PlacedPlate {
                     placement: &placement,
                     plate,
                 }))
@@ -123,9 +124,9 @@ impl CamCoupling {
         index: usize,
         pending: &Pending,
         table: TableRef,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
-        let (placement, ramp) = self.placing(
+        let (placement, ramp) = self.placement_after_placing(
             tables,
             index,
             (&pending.scaling, &pending.jump),
@@ -138,7 +139,7 @@ impl CamCoupling {
         let lease = tables.acquire(&table)?;
         self.ramp = ramp;
         self.clear_for_another(tables, index);
-        self.keep_or_drop(tables, index, pending, moment);
+        self.suspend_or_remove(tables, index, pending, moment);
         self.layers[index] = Some(Layer {
             table,
             lease,
@@ -156,18 +157,18 @@ impl CamCoupling {
     }
 
     /// Returns the placement of another plate in a place, and the ramp onto it.
-    pub(super) fn placing(
+    pub(super) fn placement_after_placing(
         &self,
         tables: &Tables,
         index: usize,
         (scaling, jump): (&ScalingData, &JumpHandling),
         table: TableRef,
-        moment: &Moment,
-    ) -> Result<(Placement, Option<Ramp>), CouplingError> {
+        moment: &ChangeMoment,
+    ) -> Result<(Placement, Option<GapRamp>), CouplingError> {
         let before = self.layers[index];
         let reference = self.reference(tables, index, moment)?;
         let plate = tables.versions(&table)?.plate();
-        let situation = Situation {
+        let context = PlacementContext {
             moment: *moment,
             before: before
                 .as_ref()
@@ -176,14 +177,14 @@ impl CamCoupling {
             strokes: 0.0,
             reference: reference.position,
         };
-        let placement = Placement::settle(scaling, plate, &situation);
-        let next = Placed {
+        let placement = Placement::settle(scaling, plate, &context);
+        let next = PlacedPlate {
             placement: &placement,
             plate,
         };
         let ramp = self.bridge(
             tables,
-            &Crossing {
+            &CourseChange {
                 moment,
                 index,
                 next: Some(next),
@@ -195,21 +196,21 @@ impl CamCoupling {
     }
 
     /// Returns the ramp of a slave that continues without the plate in a place, which is not the last.
-    pub(super) fn removing(
+    pub(super) fn ramp_after_removal(
         &self,
         tables: &Tables,
         index: usize,
         jump: &JumpHandling,
-        moment: &Moment,
-    ) -> Result<Option<Ramp>, CouplingError> {
-        let crossing = Crossing {
+        moment: &ChangeMoment,
+    ) -> Result<Option<GapRamp>, CouplingError> {
+        let course_change = CourseChange {
             moment,
             index,
             next: None,
             gap: self.reference(tables, index, moment)?,
             jump,
         };
-        self.bridge(tables, &crossing)
+        self.bridge(tables, &course_change)
     }
 
     fn remove(
@@ -217,7 +218,7 @@ impl CamCoupling {
         tables: &mut Tables,
         index: usize,
         pending: &Pending,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
         if self.is_last_plate() {
             if pending.is_once() {
@@ -226,12 +227,12 @@ impl CamCoupling {
                     mode: pending.activation.mode,
                 });
             }
-            self.leave_slave_at(tables, moment)?;
+            self.hand_over_slave(tables, moment)?;
         } else {
-            self.ramp = self.removing(tables, index, &pending.jump, moment)?;
+            self.ramp = self.ramp_after_removal(tables, index, &pending.jump, moment)?;
         }
         self.clear_for_another(tables, index);
-        self.keep_or_drop(tables, index, pending, moment);
+        self.suspend_or_remove(tables, index, pending, moment);
         self.layers[index] = None;
         if !pending.is_once() {
             self.finish(pending.job, CommandState::Done);
@@ -244,7 +245,7 @@ impl CamCoupling {
         tables: &Tables,
         index: usize,
         pending: &Pending,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
         let before = self.layers[index].ok_or(CouplingError::NotCoupled)?;
         if pending.is_once() && self.queues[index].undo.is_some() {
@@ -253,7 +254,7 @@ impl CamCoupling {
             });
         }
         let (placement, ramp) =
-            self.scaled(tables, index, &pending.scaling, &pending.jump, moment)?;
+            self.placement_after_scaling(tables, index, &pending.scaling, &pending.jump, moment)?;
         self.ramp = ramp;
         if pending.is_once() {
             self.queues[index].undo = Some(Undo {
@@ -276,62 +277,63 @@ impl CamCoupling {
     }
 
     /// Returns the placement of the present plate by `scaling`, and the ramp to it.
-    pub(super) fn scaled(
+    pub(super) fn placement_after_scaling(
         &self,
         tables: &Tables,
         index: usize,
         scaling: &ScalingData,
         jump: &JumpHandling,
-        moment: &Moment,
-    ) -> Result<(Placement, Option<Ramp>), CouplingError> {
+        moment: &ChangeMoment,
+    ) -> Result<(Placement, Option<GapRamp>), CouplingError> {
         let layer = self.layers[index].ok_or(CouplingError::NotCoupled)?;
         let placed = layer.placed(tables)?;
-        let placement = self.moved(tables, index, scaling, placed, placed.plate, moment)?;
-        let next = Placed {
+        let placement =
+            self.placement_after_move(tables, index, scaling, placed, placed.plate, moment)?;
+        let next = PlacedPlate {
             placement: &placement,
             plate: placed.plate,
         };
-        let ramp = self.moving(tables, index, next, jump, moment)?;
+        let ramp = self.ramp_after_move(tables, index, next, jump, moment)?;
         Ok((placement, ramp))
     }
 
     /// Returns the ramp of a slave whose plate in a place continues as `next`.
-    pub(super) fn moving(
+    pub(super) fn ramp_after_move(
         &self,
         tables: &Tables,
         index: usize,
-        next: Placed<'_>,
+        next: PlacedPlate<'_>,
         jump: &JumpHandling,
-        moment: &Moment,
-    ) -> Result<Option<Ramp>, CouplingError> {
+        moment: &ChangeMoment,
+    ) -> Result<Option<GapRamp>, CouplingError> {
         let reference = self.reference(tables, index, moment)?;
-        let crossing = Crossing {
+        let course_change = CourseChange {
             moment,
             index,
             next: Some(next),
             gap: reference - next.placement.at(next.plate, moment.master),
             jump,
         };
-        self.bridge(tables, &crossing)
+        self.bridge(tables, &course_change)
     }
 
     /// Returns the placement of a plate that continues with another scaling, or as another version of
     /// itself, and keeps its strokes.
-    pub(super) fn moved(
+    pub(super) fn placement_after_move(
         &self,
         tables: &Tables,
         index: usize,
         scaling: &ScalingData,
-        before: Placed<'_>,
+        before: PlacedPlate<'_>,
         plate: &Plate,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<Placement, CouplingError> {
-        let situation = Situation {
+        let context = PlacementContext {
             moment: *moment,
             before: Some(before),
             strokes: before.placement.strokes_at(before.plate, moment.master),
             reference: self.reference(tables, index, moment)?.position,
         };
-        Ok(Placement::settle(scaling, plate, &situation))
+        Ok(Placement::settle(scaling, plate, &context))
     }
 }

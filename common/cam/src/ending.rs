@@ -1,7 +1,7 @@
 //! The end of a coupling, and of the changes queued in it.
 
+use super::coupling::{CamCoupling, MOST_PLATES};
 use super::layer::{Queue, Undo};
-use super::machine::{CamCoupling, MOST_PLATES};
 use super::tables::Tables;
 use coaxle_axis::{CommandState, Job};
 

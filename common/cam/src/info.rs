@@ -1,11 +1,11 @@
 //! `MC_CamInfo`, `MC_CamInfo_V2`: state of a coupling.
 
+use super::change_moment::ChangeMoment;
 use super::command::Activation;
+use super::coupling::CamCoupling;
 use super::error::{CouplingError, TableId};
 use super::layer::Pending;
-use super::machine::CamCoupling;
 use super::modes::ScalingMode;
-use super::moment::Moment;
 use super::tables::Tables;
 use coaxle_plate::{Course, Interpolation, TableType};
 
@@ -158,7 +158,7 @@ impl CamCoupling {
         let placement = &layer.placement;
         let master = at_master_position.unwrap_or(self.master.position);
         let slave = match at_master_position {
-            Some(_) => self.path_at(tables, &Moment::at(master))?.position,
+            Some(_) => self.path_at(tables, &ChangeMoment::at(master))?.position,
             None => self.slave.position,
         };
         let (start, _) = plate.master_range();

@@ -3,7 +3,7 @@
 use super::command::{Activation, ScalingData};
 use super::error::CouplingError;
 use super::modes::{ActivationMode, JumpHandling};
-use super::placement::{Path, Placed, Placement};
+use super::placement::{Path, PlacedPlate, Placement};
 use super::tables::{TableRef, Tables};
 use super::versions::Lease;
 use coaxle_axis::Job;
@@ -37,8 +37,11 @@ impl Layer {
         Ok(tables.versions(&self.table)?.plate_of(&self.lease))
     }
 
-    pub(super) fn placed<'a>(&'a self, tables: &'a Tables) -> Result<Placed<'a>, CouplingError> {
-        Ok(Placed {
+    pub(super) fn placed<'a>(
+        &'a self,
+        tables: &'a Tables,
+    ) -> Result<PlacedPlate<'a>, CouplingError> {
+        Ok(PlacedPlate {
             placement: &self.placement,
             plate: self.plate(tables)?,
         })
@@ -78,7 +81,7 @@ impl Pending {
     }
 
     /// Returns the change, no longer new.
-    pub(super) const fn looked_at(self) -> Self {
+    pub(super) const fn checked(self) -> Self {
         Self {
             first: false,
             ..self

@@ -81,22 +81,22 @@ extern crate alloc;
 extern crate std;
 
 mod apply;
-mod bridge;
 mod cam;
 mod carry_out;
+mod change_moment;
 mod checks;
 mod command;
-mod course;
+mod coupling;
+mod course_ahead;
+mod course_change;
+mod early_check;
 mod ending;
 mod error;
-mod foresee;
 mod info;
 mod layer;
 mod limits;
-mod machine;
 mod modes;
-mod moment;
-mod once;
+mod one_cycle;
 mod online;
 mod placement;
 mod plan;
@@ -120,10 +120,10 @@ pub use command::{
     Activation, AxisScaling, CamAdd, CamExchange, CamIn, CamInV2, CamOut, CamRemove, CamScaling,
     CamScalingV2, ScalingData,
 };
+pub use coupling::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
 pub use error::{CouplingError, TableId};
 pub use info::{CamInfo, CamState, QueuedChange, QueuedTable};
 pub use limits::CamLimits;
-pub use machine::{CamCoupling, CouplingParameters, CouplingState, MOST_PLATES};
 pub use modes::{ActivationMode, JumpHandling, OperationMode, ScalingMode, StartMode};
 pub use plan::CamChange;
 pub use prepared::{PreparedTable, ReservedPlate};

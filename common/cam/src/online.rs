@@ -1,13 +1,13 @@
 //! Activation of points that were written while the slave was on them.
 
+use super::change_moment::{ChangeMoment, MasterStep};
+use super::coupling::CamCoupling;
 use super::error::CouplingError;
-use super::machine::CamCoupling;
 use super::modes::ActivationMode;
-use super::moment::{Moment, Step};
-use super::placement::{Placed, Placement};
+use super::placement::{PlacedPlate, Placement};
 use super::tables::Tables;
 use super::trigger::{due, next_cycle};
-use super::versions::{Next, Versions};
+use super::versions::{LeaseAction, Versions};
 
 impl CamCoupling {
     /// Applies a queued online change, or reverts it, when it is due. One that is not possible now stays
@@ -16,7 +16,7 @@ impl CamCoupling {
         &mut self,
         tables: &mut Tables,
         index: usize,
-        step: Step,
+        step: MasterStep,
     ) -> Result<(), CouplingError> {
         let Some(layer) = self.layers[index] else {
             return Ok(());
@@ -27,18 +27,18 @@ impl CamCoupling {
         };
         let placed = layer.placed(tables)?;
         let moment = match next {
-            Next::GiveBack => next_cycle(&placed, step),
-            Next::Take if mode.activation.mode == ActivationMode::AsSoonAsPossible => {
+            LeaseAction::GiveBack => next_cycle(&placed, step),
+            LeaseAction::Take if mode.activation.mode == ActivationMode::AsSoonAsPossible => {
                 safe_moment(versions, &placed, step)
             }
-            Next::Take => due(&mode.activation, Some(&placed), step, false),
+            LeaseAction::Take => due(&mode.activation, Some(&placed), step, false),
         };
         let Some(moment) = moment else {
             return Ok(());
         };
         let plate = match next {
-            Next::Take => versions.changed_plate(),
-            Next::GiveBack => versions.plate(),
+            LeaseAction::Take => versions.changed_plate(),
+            LeaseAction::GiveBack => versions.plate(),
         };
         let Placement {
             master_scaling,
@@ -46,20 +46,21 @@ impl CamCoupling {
             ..
         } = layer.placement;
         let scaling = mode.scaling(master_scaling, slave_scaling);
-        let placement = self.moved(tables, index, &scaling, placed, plate, &moment)?;
-        let next_placed = Placed {
+        let placement =
+            self.placement_after_move(tables, index, &scaling, placed, plate, &moment)?;
+        let next_placed = PlacedPlate {
             placement: &placement,
             plate,
         };
-        let ramp = self.moving(tables, index, next_placed, &mode.jump, &moment);
+        let ramp = self.ramp_after_move(tables, index, next_placed, &mode.jump, &moment);
         // As soon as possible: another place is tried in the next cycle.
         let has_a_place = mode.activation.mode != ActivationMode::AsSoonAsPossible;
         if let Err(error) = ramp
             && has_a_place
-            && self.held_back_writes != Some(tables.writes())
+            && self.rejected_points_writes != Some(tables.writes())
         {
-            self.held_back_writes = Some(tables.writes());
-            self.held_back = Some(error);
+            self.rejected_points_writes = Some(tables.writes());
+            self.rejected_points = Some(error);
         }
         if let Ok(ramp) = ramp
             && let (Some(layer), Some(versions)) =
@@ -75,7 +76,11 @@ impl CamCoupling {
 
 /// Returns the present moment, unless the slave is in a segment that changes. If every segment does, the
 /// seam of the cycles.
-fn safe_moment(versions: &Versions, placed: &Placed<'_>, step: Step) -> Option<Moment> {
+fn safe_moment(
+    versions: &Versions,
+    placed: &PlacedPlate<'_>,
+    step: MasterStep,
+) -> Option<ChangeMoment> {
     let (start, end) = placed.plate.master_range();
     let changed = versions.changed();
     let master = placed.placement.on_plate(step.from);
@@ -85,5 +90,5 @@ fn safe_moment(versions: &Versions, placed: &Placed<'_>, step: Step) -> Option<M
         let all = changed.start <= start && end <= changed.end;
         return if all { next_cycle(placed, step) } else { None };
     }
-    Some(Moment::at(step.from))
+    Some(ChangeMoment::at(step.from))
 }

@@ -2,9 +2,9 @@
 
 use core::ops::{Add, AddAssign, Sub};
 
+use super::change_moment::{ChangeMoment, Direction};
 use super::command::{AxisScaling, ScalingData};
 use super::modes::ScalingMode;
-use super::moment::{Direction, Moment};
 use coaxle_curve::law::Motion;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{Course, Plate};
@@ -83,18 +83,18 @@ pub(super) struct Placement {
 
 /// A plate and its placement.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placed<'a> {
+pub(super) struct PlacedPlate<'a> {
     pub(super) placement: &'a Placement,
     pub(super) plate: &'a Plate,
 }
 
 /// Inputs of a new placement.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Situation<'a> {
+pub(super) struct PlacementContext<'a> {
     /// Moment of the placement.
-    pub(super) moment: Moment,
+    pub(super) moment: ChangeMoment,
     /// The plate that it replaces; the plate itself if it is only scaled.
-    pub(super) before: Option<Placed<'a>>,
+    pub(super) before: Option<PlacedPlate<'a>>,
     /// Strokes completed so far, u; 0 for a plate that starts in its base cycle.
     pub(super) strokes: f64,
     /// Slave value of the plate for which the slave does not jump, u.
@@ -103,7 +103,7 @@ pub(super) struct Situation<'a> {
 
 impl Placement {
     /// Finds the placement for `scaling`, first of the master, then of the slave.
-    pub(super) fn settle(scaling: &ScalingData, plate: &Plate, at: &Situation<'_>) -> Self {
+    pub(super) fn settle(scaling: &ScalingData, plate: &Plate, at: &PlacementContext<'_>) -> Self {
         let (master_offset, master_scaling) = master_place(&scaling.master, plate, at);
         let AxisScaling {
             relative, offset, ..
@@ -210,7 +210,7 @@ impl Placement {
 }
 
 /// Returns the offset and scaling of the master.
-fn master_place(master: &AxisScaling, plate: &Plate, at: &Situation<'_>) -> (f64, f64) {
+fn master_place(master: &AxisScaling, plate: &Plate, at: &PlacementContext<'_>) -> (f64, f64) {
     match (master.mode, at.before) {
         (ScalingMode::Off, Some(before)) => {
             let Placement {
@@ -239,7 +239,7 @@ fn master_place(master: &AxisScaling, plate: &Plate, at: &Situation<'_>) -> (f64
 }
 
 /// Returns the position of the master in the cycle, as a part of it, equal in the new and the old plate.
-fn fraction_kept(before: &Placed<'_>, plate: &Plate, moment: &Moment) -> f64 {
+fn fraction_kept(before: &PlacedPlate<'_>, plate: &Plate, moment: &ChangeMoment) -> f64 {
     let linear = |plate: &Plate| plate.course() == Course::Linear;
     // At an edge from one plate to the next: the end of one is the start of the other.
     if let Some(direction) = moment.edge

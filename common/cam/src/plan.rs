@@ -1,11 +1,11 @@
 //! Planning a command: all refusals that are possible before it is due, and its change.
 
 use super::checks::{check_activation, check_mode};
+use super::coupling::{CamCoupling, CouplingKind, MOST_PLATES, is_finite};
 use super::error::{CouplingError, TableId};
 use super::layer::{Layer, Pending, Queue};
-use super::machine::{CamCoupling, Kind, MOST_PLATES, is_finite};
 use super::modes::{ActivationMode, JumpHandling, OperationMode};
-use super::request::{CamRequest, Terms, What};
+use super::request::{CamInputs, CamOperation, CamRequest};
 use super::rules::Operation;
 use super::tables::{TableRef, Tables};
 use coaxle_axis::Awaits;
@@ -14,10 +14,10 @@ use coaxle_plate::Course;
 
 /// Change by a command to a coupling by cam plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CamChange(pub(super) Change);
+pub struct CamChange(pub(super) PlannedCamChange);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Change {
+pub(super) enum PlannedCamChange {
     /// End of the coupling.
     End,
     /// Discards the queue of a place.
@@ -28,25 +28,25 @@ pub(super) enum Change {
     Plate {
         index: usize,
         table: Option<TableRef>,
-        terms: Terms,
+        inputs: CamInputs,
         /// Set for the first plate of a coupling.
-        first: Option<First>,
+        first: Option<CouplingBegin>,
     },
     /// Queues a scaling of the plate in a place.
-    Scaling { index: usize, terms: Terms },
+    Scaling { index: usize, inputs: CamInputs },
 }
 
 /// Begin of a coupling.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct First {
-    pub(super) kind: Kind,
+pub(super) struct CouplingBegin {
+    pub(super) kind: CouplingKind,
     pub(super) master: Kinematics,
     pub(super) slave: Kinematics,
 }
 
 /// The axes' set values at the command.
 #[derive(Clone, Copy)]
-struct Axes<'a> {
+struct CouplingAxes<'a> {
     master: &'a Kinematics,
     slave: &'a Kinematics,
 }
@@ -54,18 +54,22 @@ struct Axes<'a> {
 impl CamChange {
     /// Conditions with which it can still be refused when it is due.
     pub(super) fn awaits(&self) -> Awaits {
-        let (terms, more) = match &self.0 {
-            Change::End | Change::DeleteQueued { .. } | Change::Nothing => return Awaits::empty(),
-            Change::Plate {
-                table: None, terms, ..
-            } if terms.is_once() => (terms, Awaits::NOT_THE_LAST),
-            Change::Plate { terms, .. } => (terms, Awaits::empty()),
-            Change::Scaling { terms, .. } if terms.is_once() => {
-                (terms, Awaits::STILL_COUPLED | Awaits::NOTHING_PENDING)
+        let (inputs, more) = match &self.0 {
+            PlannedCamChange::End
+            | PlannedCamChange::DeleteQueued { .. }
+            | PlannedCamChange::Nothing => return Awaits::empty(),
+            PlannedCamChange::Plate {
+                table: None,
+                inputs,
+                ..
+            } if inputs.is_once() => (inputs, Awaits::NOT_THE_LAST),
+            PlannedCamChange::Plate { inputs, .. } => (inputs, Awaits::empty()),
+            PlannedCamChange::Scaling { inputs, .. } if inputs.is_once() => {
+                (inputs, Awaits::STILL_COUPLED | Awaits::NOTHING_PENDING)
             }
-            Change::Scaling { terms, .. } => (terms, Awaits::STILL_COUPLED),
+            PlannedCamChange::Scaling { inputs, .. } => (inputs, Awaits::STILL_COUPLED),
         };
-        let jump = match terms.jump {
+        let jump = match inputs.jump {
             JumpHandling::Allow => Awaits::empty(),
             JumpHandling::Refuse | JumpHandling::RampIn { .. } => Awaits::JUMP,
         };
@@ -73,7 +77,7 @@ impl CamChange {
     }
 }
 
-impl Terms {
+impl CamInputs {
     const fn is_once(&self) -> bool {
         matches!(self.activation.mode, ActivationMode::NextCycleOnce)
     }
@@ -94,49 +98,49 @@ impl CamCoupling {
         master: &Kinematics,
         slave: &Kinematics,
     ) -> Result<CamChange, CouplingError> {
-        if request.what == What::Out {
+        if request.operation == CamOperation::Out {
             return match self.kind {
                 None => Err(CouplingError::NotCoupled),
-                Some(_) => Ok(CamChange(Change::End)),
+                Some(_) => Ok(CamChange(PlannedCamChange::End)),
             };
         }
         if let Some(error) = self.error {
             return Err(error);
         }
-        let (terms, axes) = (request.terms, Axes { master, slave });
-        let change = match request.what {
-            What::Out => Change::End,
-            What::In(table) => {
-                self.is_kind(Kind::Single)?;
-                self.plan_plate(tables, Kind::Single, 0, table, terms, axes)?
+        let (inputs, axes) = (request.inputs, CouplingAxes { master, slave });
+        let change = match request.operation {
+            CamOperation::Out => PlannedCamChange::End,
+            CamOperation::In(table) => {
+                self.is_kind(CouplingKind::Single)?;
+                self.plan_plate(tables, CouplingKind::Single, 0, table, inputs, axes)?
             }
-            What::Scale => {
-                let index = self.coupled_place(Kind::Single, 0)?;
-                self.plan_scaling(tables, index, terms, master)?
+            CamOperation::Scale => {
+                let index = self.coupled_place(CouplingKind::Single, 0)?;
+                self.plan_scaling(tables, index, inputs, master)?
             }
-            What::InOfSeveral(operation, table, reference) => {
-                self.is_kind(Kind::Multi)?;
+            CamOperation::InOfSeveral(operation, table, reference) => {
+                self.is_kind(CouplingKind::Multi)?;
                 match operation {
                     OperationMode::Default | OperationMode::Additive => {
-                        self.plan_one_more(tables, table, terms, axes)?
+                        self.plan_one_more(tables, table, inputs, axes)?
                     }
                     OperationMode::Exchange => {
-                        self.plan_exchange(tables, table, reference, terms, axes)?
+                        self.plan_exchange(tables, table, reference, inputs, axes)?
                     }
-                    OperationMode::Remove => self.plan_removal(tables, table, terms, master)?,
+                    OperationMode::Remove => self.plan_removal(tables, table, inputs, master)?,
                 }
             }
-            What::Add(table) => {
-                self.coupled_as(Kind::Multi)?;
-                self.plan_one_more(tables, table, terms, axes)?
+            CamOperation::Add(table) => {
+                self.coupled_as(CouplingKind::Multi)?;
+                self.plan_one_more(tables, table, inputs, axes)?
             }
-            What::Exchange(table, reference) => {
-                self.plan_exchange(tables, table, reference, terms, axes)?
+            CamOperation::Exchange(table, reference) => {
+                self.plan_exchange(tables, table, reference, inputs, axes)?
             }
-            What::Remove(table) => self.plan_removal(tables, table, terms, master)?,
-            What::ScaleOfSeveral(table) => {
-                let index = self.coupled_place(Kind::Multi, table)?;
-                self.plan_scaling(tables, index, terms, master)?
+            CamOperation::Remove(table) => self.plan_removal(tables, table, inputs, master)?,
+            CamOperation::ScaleOfSeveral(table) => {
+                let index = self.coupled_place(CouplingKind::Multi, table)?;
+                self.plan_scaling(tables, index, inputs, master)?
             }
         };
         Ok(CamChange(change))
@@ -146,14 +150,14 @@ impl CamCoupling {
         &self,
         tables: &Tables,
         table: TableId,
-        terms: Terms,
-        axes: Axes<'_>,
-    ) -> Result<Change, CouplingError> {
+        inputs: CamInputs,
+        axes: CouplingAxes<'_>,
+    ) -> Result<PlannedCamChange, CouplingError> {
         self.is_new_here(table, None)?;
         let free = (0..MOST_PLATES)
             .find(|&index| self.layers[index].is_none() && self.queues[index].is_empty());
         let index = free.ok_or(CouplingError::TooManyTables { most: MOST_PLATES })?;
-        self.plan_plate(tables, Kind::Multi, index, table, terms, axes)
+        self.plan_plate(tables, CouplingKind::Multi, index, table, inputs, axes)
     }
 
     fn plan_exchange(
@@ -161,37 +165,37 @@ impl CamCoupling {
         tables: &Tables,
         table: TableId,
         reference: TableId,
-        terms: Terms,
-        axes: Axes<'_>,
-    ) -> Result<Change, CouplingError> {
-        let index = self.coupled_place(Kind::Multi, reference)?;
+        inputs: CamInputs,
+        axes: CouplingAxes<'_>,
+    ) -> Result<PlannedCamChange, CouplingError> {
+        let index = self.coupled_place(CouplingKind::Multi, reference)?;
         self.is_new_here(table, Some(index))?;
-        self.plan_plate(tables, Kind::Multi, index, table, terms, axes)
+        self.plan_plate(tables, CouplingKind::Multi, index, table, inputs, axes)
     }
 
     fn plan_removal(
         &self,
         tables: &Tables,
         table: TableId,
-        terms: Terms,
+        inputs: CamInputs,
         master: &Kinematics,
-    ) -> Result<Change, CouplingError> {
+    ) -> Result<PlannedCamChange, CouplingError> {
         if let Some(index) = self.place_to_come(table)
-            && terms.activation.mode == ActivationMode::DeleteQueuedData
+            && inputs.activation.mode == ActivationMode::DeleteQueuedData
         {
-            return Ok(Change::DeleteQueued { index });
+            return Ok(PlannedCamChange::DeleteQueued { index });
         }
-        let index = self.coupled_place(Kind::Multi, table)?;
-        check_mode(Operation::Switch, terms.activation.mode)?;
-        if terms.activation.mode == ActivationMode::DeleteQueuedData {
-            return Ok(Change::DeleteQueued { index });
+        let index = self.coupled_place(CouplingKind::Multi, table)?;
+        check_mode(Operation::Switch, inputs.activation.mode)?;
+        if inputs.activation.mode == ActivationMode::DeleteQueuedData {
+            return Ok(PlannedCamChange::DeleteQueued { index });
         }
-        self.check_terms(tables, index, Operation::Switch, None, terms, master)?;
-        self.foresee_removal(tables, index, &terms)?;
-        Ok(Change::Plate {
+        self.check_terms(tables, index, Operation::Switch, None, inputs, master)?;
+        self.check_removal_early(tables, index, &inputs)?;
+        Ok(PlannedCamChange::Plate {
             index,
             table: None,
-            terms,
+            inputs,
             first: None,
         })
     }
@@ -200,23 +204,23 @@ impl CamCoupling {
     fn plan_plate(
         &self,
         tables: &Tables,
-        kind: Kind,
+        kind: CouplingKind,
         index: usize,
         table: TableId,
-        terms: Terms,
-        axes: Axes<'_>,
-    ) -> Result<Change, CouplingError> {
+        inputs: CamInputs,
+        axes: CouplingAxes<'_>,
+    ) -> Result<PlannedCamChange, CouplingError> {
         let operation = match self.layers[index] {
             Some(_) => Operation::Switch,
             None => Operation::Couple,
         };
-        let mode = terms.activation.mode;
+        let mode = inputs.activation.mode;
         check_mode(operation, mode)?;
         if mode == ActivationMode::DeleteQueuedData {
-            return Ok(Change::DeleteQueued { index });
+            return Ok(PlannedCamChange::DeleteQueued { index });
         }
         let table = tables.find(table)?;
-        self.check_terms(tables, index, operation, Some(table), terms, axes.master)?;
+        self.check_terms(tables, index, operation, Some(table), inputs, axes.master)?;
         let mut first = None;
         if self.kind.is_none() {
             if !is_finite(axes.master) || !is_finite(axes.slave) {
@@ -231,17 +235,17 @@ impl CamCoupling {
             if mode != ActivationMode::Instantaneous && moves {
                 return Err(CouplingError::SlaveMoving { velocity });
             }
-            first = Some(First {
+            first = Some(CouplingBegin {
                 kind,
                 master: *axes.master,
                 slave: *axes.slave,
             });
         }
-        self.foresee_plate(tables, index, table, &terms, first.as_ref())?;
-        Ok(Change::Plate {
+        self.check_plate_early(tables, index, table, &inputs, first.as_ref())?;
+        Ok(PlannedCamChange::Plate {
             index,
             table: Some(table),
-            terms,
+            inputs,
             first,
         })
     }
@@ -250,16 +254,16 @@ impl CamCoupling {
         &self,
         tables: &Tables,
         index: usize,
-        terms: Terms,
+        inputs: CamInputs,
         master: &Kinematics,
-    ) -> Result<Change, CouplingError> {
-        check_mode(Operation::Scale, terms.activation.mode)?;
-        if terms.activation.mode == ActivationMode::Off {
-            return Ok(Change::Nothing);
+    ) -> Result<PlannedCamChange, CouplingError> {
+        check_mode(Operation::Scale, inputs.activation.mode)?;
+        if inputs.activation.mode == ActivationMode::Off {
+            return Ok(PlannedCamChange::Nothing);
         }
-        self.check_terms(tables, index, Operation::Scale, None, terms, master)?;
-        self.foresee_scaling(tables, index, &terms)?;
-        Ok(Change::Scaling { index, terms })
+        self.check_terms(tables, index, Operation::Scale, None, inputs, master)?;
+        self.check_scaling_early(tables, index, &inputs)?;
+        Ok(PlannedCamChange::Scaling { index, inputs })
     }
 
     /// Checks of every change of a place. `table`: the plate to come, if there is one.
@@ -269,14 +273,14 @@ impl CamCoupling {
         index: usize,
         operation: Operation,
         table: Option<TableRef>,
-        terms: Terms,
+        inputs: CamInputs,
         master: &Kinematics,
     ) -> Result<(), CouplingError> {
-        let Terms {
+        let CamInputs {
             activation,
             scaling,
             jump,
-        } = terms;
+        } = inputs;
         let layer = &self.layers[index];
         scaling.check(layer.is_some())?;
         jump.check()?;
@@ -313,20 +317,24 @@ impl CamCoupling {
         Ok(())
     }
 
-    fn is_kind(&self, kind: Kind) -> Result<(), CouplingError> {
+    fn is_kind(&self, kind: CouplingKind) -> Result<(), CouplingError> {
         match self.kind {
             Some(other) if other != kind => Err(CouplingError::OtherKindOfCoupling),
             _ => Ok(()),
         }
     }
 
-    fn coupled_as(&self, kind: Kind) -> Result<(), CouplingError> {
+    fn coupled_as(&self, kind: CouplingKind) -> Result<(), CouplingError> {
         self.is_kind(kind)?;
         self.kind.map(|_| ()).ok_or(CouplingError::NotCoupled)
     }
 
     /// Returns the place of an active plate; of the only one for 0.
-    pub(super) fn coupled_place(&self, kind: Kind, table: TableId) -> Result<usize, CouplingError> {
+    pub(super) fn coupled_place(
+        &self,
+        kind: CouplingKind,
+        table: TableId,
+    ) -> Result<usize, CouplingError> {
         self.coupled_as(kind)?;
         self.place_of(table)
     }

@@ -8,13 +8,13 @@ use super::placement::Path;
 /// The slave follows the new course plus this remainder, so it needs no plan that a moving plate could
 /// break.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ramp {
+pub(super) struct GapRamp {
     start: f64,
     length: f64,
     gap: Path,
 }
 
-impl Ramp {
+impl GapRamp {
     /// Makes a ramp from a gap (old course less new one) where the master is at `start`, u, over a
     /// `length` above 0, u.
     pub(super) const fn new(start: f64, length: f64, gap: Path) -> Self {
@@ -28,13 +28,13 @@ impl Ramp {
 
     /// Returns the deviation of the slave from the new course; none once that is reached.
     pub(super) fn at(&self, master: f64) -> Option<Path> {
-        let way = master - self.start;
-        let z = way.abs() / self.length;
+        let distance = master - self.start;
+        let z = distance.abs() / self.length;
         if z >= 1.0 {
             return None;
         }
         // Mirrored behind the start, where the slope has the opposite sign.
-        let side = if way < 0.0 { -1.0 } else { 1.0 };
+        let side = if distance < 0.0 { -1.0 } else { 1.0 };
         let Path {
             position,
             slope,
@@ -71,7 +71,7 @@ mod tests {
             slope: -2.0,
             curvature: 0.5,
         };
-        let ramp = Ramp::new(10.0, 4.0, gap);
+        let ramp = GapRamp::new(10.0, 4.0, gap);
         assert_eq!(ramp.at(10.0), Some(gap));
         for end in [14.0, 6.0] {
             assert_eq!(ramp.at(end), None);
@@ -90,7 +90,7 @@ mod tests {
             curvature: -0.3,
         };
         let length = 2.5;
-        let ramp = Ramp::new(0.0, length, gap);
+        let ramp = GapRamp::new(0.0, length, gap);
         let at = |master: f64| ramp.at(master).unwrap();
         for i in -9..=9 {
             let master = f64::from(i) * 0.25;

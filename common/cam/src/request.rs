@@ -12,13 +12,13 @@ use super::modes::{JumpHandling, OperationMode};
 pub struct CamRequest {
     /// The command, by its PLC name.
     pub(super) name: &'static str,
-    pub(super) what: What,
-    pub(super) terms: Terms,
+    pub(super) operation: CamOperation,
+    pub(super) inputs: CamInputs,
 }
 
 /// Operation of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum What {
+pub(super) enum CamOperation {
     Out,
     /// Couples by the only plate, or exchanges it.
     In(TableId),
@@ -37,7 +37,7 @@ pub(super) enum What {
 
 /// Inputs that all commands have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Terms {
+pub(super) struct CamInputs {
     pub(super) activation: Activation,
     pub(super) scaling: ScalingData,
     pub(super) jump: JumpHandling,
@@ -51,8 +51,8 @@ impl CamRequest {
     }
 }
 
-const fn terms(activation: Activation, scaling: ScalingData, jump: JumpHandling) -> Terms {
-    Terms {
+const fn inputs(activation: Activation, scaling: ScalingData, jump: JumpHandling) -> CamInputs {
+    CamInputs {
         activation,
         scaling,
         jump,
@@ -63,8 +63,8 @@ impl From<CamOut> for CamRequest {
     fn from(CamOut {}: CamOut) -> Self {
         Self {
             name: CamOut::NAME,
-            what: What::Out,
-            terms: Terms::default(),
+            operation: CamOperation::Out,
+            inputs: CamInputs::default(),
         }
     }
 }
@@ -73,8 +73,8 @@ impl From<CamIn> for CamRequest {
     fn from(command: CamIn) -> Self {
         Self {
             name: CamIn::NAME,
-            what: What::In(command.table),
-            terms: terms(command.activation, command.scaling(), command.jump),
+            operation: CamOperation::In(command.table),
+            inputs: inputs(command.activation, command.scaling(), command.jump),
         }
     }
 }
@@ -83,8 +83,8 @@ impl From<CamScaling> for CamRequest {
     fn from(command: CamScaling) -> Self {
         Self {
             name: CamScaling::NAME,
-            what: What::Scale,
-            terms: terms(command.activation, command.scaling, command.jump),
+            operation: CamOperation::Scale,
+            inputs: inputs(command.activation, command.scaling, command.jump),
         }
     }
 }
@@ -94,8 +94,8 @@ impl From<CamInV2> for CamRequest {
         let (operation, reference) = (command.operation, command.reference);
         Self {
             name: CamInV2::NAME,
-            what: What::InOfSeveral(operation, command.table, reference),
-            terms: terms(command.activation, command.scaling, command.jump),
+            operation: CamOperation::InOfSeveral(operation, command.table, reference),
+            inputs: inputs(command.activation, command.scaling, command.jump),
         }
     }
 }
@@ -104,8 +104,8 @@ impl From<CamAdd> for CamRequest {
     fn from(command: CamAdd) -> Self {
         Self {
             name: CamAdd::NAME,
-            what: What::Add(command.table),
-            terms: terms(command.activation, command.scaling, command.jump),
+            operation: CamOperation::Add(command.table),
+            inputs: inputs(command.activation, command.scaling, command.jump),
         }
     }
 }
@@ -114,8 +114,8 @@ impl From<CamExchange> for CamRequest {
     fn from(command: CamExchange) -> Self {
         Self {
             name: CamExchange::NAME,
-            what: What::Exchange(command.table, command.reference),
-            terms: terms(command.activation, command.scaling, command.jump),
+            operation: CamOperation::Exchange(command.table, command.reference),
+            inputs: inputs(command.activation, command.scaling, command.jump),
         }
     }
 }
@@ -124,8 +124,8 @@ impl From<CamRemove> for CamRequest {
     fn from(command: CamRemove) -> Self {
         Self {
             name: CamRemove::NAME,
-            what: What::Remove(command.table),
-            terms: terms(command.activation, ScalingData::default(), command.jump),
+            operation: CamOperation::Remove(command.table),
+            inputs: inputs(command.activation, ScalingData::default(), command.jump),
         }
     }
 }
@@ -134,8 +134,8 @@ impl From<CamScalingV2> for CamRequest {
     fn from(command: CamScalingV2) -> Self {
         Self {
             name: CamScalingV2::NAME,
-            what: What::ScaleOfSeveral(command.table),
-            terms: terms(command.activation, command.scaling, command.jump),
+            operation: CamOperation::ScaleOfSeveral(command.table),
+            inputs: inputs(command.activation, command.scaling, command.jump),
         }
     }
 }

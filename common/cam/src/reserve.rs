@@ -2,7 +2,7 @@
 //!
 //! Each is kept twice: as it was made, and with its memory in a store. Taken out of the store, by a
 //! program or an order, it returns here and is restored. A table of an order that a program takes out
-//! waits on a shelf until an order can take it along. An order brings at most one table, and takes one
+//! waits until an order can take it along. An order brings at most one table, and takes one
 //! along if any waits, so the tables of others are never more than a store has places.
 
 use alloc::boxed::Box;
@@ -13,36 +13,36 @@ use super::prepared::{PreparedTable, ReservedPlate};
 
 #[derive(Debug, Default)]
 pub(super) struct Reserve {
-    pub(super) kept: Vec<Kept>,
+    pub(super) kept: Vec<ReservedTable>,
     /// Tables of others that were taken out and wait to be freed.
     #[expect(
         clippy::vec_box,
         reason = "they come and go as boxes: taking one out of its box would free that in the cycle"
     )]
-    shelf: Vec<Box<PreparedTable>>,
+    to_be_freed: Vec<Box<PreparedTable>>,
 }
 
 #[derive(Debug)]
-pub(super) struct Kept {
+pub(super) struct ReservedTable {
     pub(super) id: TableId,
     /// Table as it was made; never in a store.
-    pub(super) made: PreparedTable,
+    pub(super) original: PreparedTable,
     /// Table for the store; none while it is there.
-    pub(super) at_hand: Option<Box<PreparedTable>>,
+    pub(super) available: Option<Box<PreparedTable>>,
 }
 
 impl Reserve {
     /// Returns the number of points and rows.
     pub(super) fn rows(&self) -> usize {
-        self.kept.iter().map(|kept| kept.made.rows()).sum()
+        self.kept.iter().map(|kept| kept.original.rows()).sum()
     }
 
     /// Puts away a table that is no longer needed: it returns to its place, or waits to be freed.
-    pub(super) fn put_away(&mut self, table: Box<PreparedTable>) {
+    pub(super) fn return_or_queue(&mut self, table: Box<PreparedTable>) {
         let home = table.home.and_then(|ReservedPlate(n)| self.kept.get_mut(n));
         match home {
             Some(kept) => kept.take_back(table),
-            None => self.shelf.push(table),
+            None => self.to_be_freed.push(table),
         }
     }
 
@@ -52,24 +52,25 @@ impl Reserve {
         if table.home.is_none() {
             return Some(table);
         }
-        self.put_away(table);
+        self.return_or_queue(table);
         self.take_out()
     }
 
     /// Reserves space for this number of tables that wait to be freed. Allocates.
     pub(super) fn make_room(&mut self, places: usize) {
-        self.shelf.reserve(places.saturating_sub(self.shelf.len()));
+        self.to_be_freed
+            .reserve(places.saturating_sub(self.to_be_freed.len()));
     }
 
     /// Takes out a table that waits to be freed, if there is one.
     pub(super) fn take_out(&mut self) -> Option<Box<PreparedTable>> {
-        self.shelf.pop()
+        self.to_be_freed.pop()
     }
 }
 
-impl Kept {
+impl ReservedTable {
     fn take_back(&mut self, mut table: Box<PreparedTable>) {
-        table.versions.restore(self.made.versions.plate());
-        self.at_hand = Some(table);
+        table.versions.restore(self.original.versions.plate());
+        self.available = Some(table);
     }
 }

@@ -7,11 +7,11 @@ use super::error::{CouplingError, TableId};
 use super::modes::ActivationMode;
 use super::prepared::PreparedTable;
 use super::rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
-use super::tables::{Table, TableRef, Tables, check_id};
+use super::tables::{StoredTable, TableRef, Tables, check_id};
 
 /// Kind of selection of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Way {
+pub(super) enum TableSelection {
     /// A new number.
     New,
     /// Replacement of a table without slaves.
@@ -39,22 +39,22 @@ impl Tables {
         table: &mut Option<Box<PreparedTable>>,
         room: usize,
     ) -> Result<(), CouplingError> {
-        let way = self.way_to_select(id, replace, table.as_deref(), room)?;
+        let selection = self.selection_of(id, replace, table.as_deref(), room)?;
         let Some(mut new) = table.take() else {
             return Err(CouplingError::NoTable);
         };
-        match way {
-            Way::New => {
+        match selection {
+            TableSelection::New => {
                 self.put(id, new);
                 *table = self.reserve.take_out();
             }
-            Way::InPlaceOf(slot) => {
+            TableSelection::InPlaceOf(slot) => {
                 if let Some(place) = &mut self.slots[slot] {
                     core::mem::swap(&mut place.prepared, &mut new);
                 }
                 *table = self.reserve.exchange(new);
             }
-            Way::Online(slot) => {
+            TableSelection::Online(slot) => {
                 self.note_write();
                 if let Some(place) = &mut self.slots[slot] {
                     place.prepared.versions.replace(&mut new.versions);
@@ -76,7 +76,7 @@ impl Tables {
         table: Option<&PreparedTable>,
         room: usize,
     ) -> Result<(), CouplingError> {
-        self.way_to_select(id, replace, table, room).map(drop)
+        self.selection_of(id, replace, table, room).map(drop)
     }
 
     /// Removes a table from the store. On return, `table` holds what is to be freed.
@@ -111,20 +111,20 @@ impl Tables {
         }
     }
 
-    pub(super) fn way_to_select(
+    pub(super) fn selection_of(
         &self,
         id: TableId,
         replace: bool,
         new: Option<&PreparedTable>,
         room: usize,
-    ) -> Result<Way, CouplingError> {
+    ) -> Result<TableSelection, CouplingError> {
         check_id(id)?;
         let new = new.ok_or(CouplingError::NoTable)?;
         let rows = new.rows();
         let Ok(found) = self.find(id) else {
             self.check_free_slot()?;
             check_rows(rows, room)?;
-            return Ok(Way::New);
+            return Ok(TableSelection::New);
         };
         if !replace {
             return Err(CouplingError::TableExists { table: id });
@@ -137,10 +137,10 @@ impl Tables {
         };
         check_rows(rows, room.saturating_add(freed))?;
         if place.uses == 0 {
-            return Ok(Way::InPlaceOf(found.slot));
+            return Ok(TableSelection::InPlaceOf(found.slot));
         }
         check_online(id, place, new)?;
-        Ok(Way::Online(found.slot))
+        Ok(TableSelection::Online(found.slot))
     }
 }
 
@@ -152,7 +152,11 @@ const fn check_rows(received: usize, room: usize) -> Result<(), CouplingError> {
 }
 
 /// Checks whether all points of a plate in use can change to those of another.
-fn check_online(id: TableId, place: &Table, new: &PreparedTable) -> Result<(), CouplingError> {
+fn check_online(
+    id: TableId,
+    place: &StoredTable,
+    new: &PreparedTable,
+) -> Result<(), CouplingError> {
     let (present, next) = (place.prepared.versions.plate(), new.versions.plate());
     let functions = present.function().zip(next.function());
     let points = functions

@@ -5,9 +5,9 @@ use alloc::sync::Arc;
 
 use super::error::{CouplingError, TableId};
 use super::prepared::{PreparedTable, ReservedPlate};
-use super::reserve::Kept;
+use super::reserve::ReservedTable;
 use super::rules::MOST_POINTS_REPLACED_IN_USE;
-use super::select::Way;
+use super::select::TableSelection;
 use super::tables::{TableRef, Tables, check_id};
 use coaxle_plate::PlateSource;
 
@@ -23,20 +23,20 @@ impl Tables {
         source: Arc<PlateSource>,
     ) -> Result<ReservedPlate, CouplingError> {
         check_id(id)?;
-        let made = PreparedTable::new(Arc::clone(&source))?;
-        let points = made.versions.plate().function();
+        let original = PreparedTable::new(Arc::clone(&source))?;
+        let points = original.versions.plate().function();
         let received = points.map_or(0, |function| function.points().len());
         if received > MOST_POINTS_REPLACED_IN_USE {
             let room = MOST_POINTS_REPLACED_IN_USE;
             return Err(CouplingError::TooManyRows { received, room });
         }
         let reserved = ReservedPlate(self.reserve.kept.len());
-        let mut at_hand = Box::new(PreparedTable::new(source)?);
-        at_hand.home = Some(reserved);
-        self.reserve.kept.push(Kept {
+        let mut available = Box::new(PreparedTable::new(source)?);
+        available.home = Some(reserved);
+        self.reserve.kept.push(ReservedTable {
             id,
-            made,
-            at_hand: Some(at_hand),
+            original,
+            available: Some(available),
         });
         self.reserve.make_room(self.slots.len());
         Ok(reserved)
@@ -52,33 +52,36 @@ impl Tables {
         reserved: ReservedPlate,
         replace: bool,
     ) -> Result<(), CouplingError> {
-        let way = self.way_to_select_reserved(reserved, replace)?;
+        let selection = self.selection_of_reserved(reserved, replace)?;
         let Some(kept) = self.reserve.kept.get_mut(reserved.0) else {
             return Err(CouplingError::NoTable);
         };
-        match way {
-            Way::New => {
+        match selection {
+            TableSelection::New => {
                 let id = kept.id;
-                let table = kept.at_hand.take().ok_or(CouplingError::NoTable)?;
+                let table = kept.available.take().ok_or(CouplingError::NoTable)?;
                 self.put(id, table);
             }
-            Way::InPlaceOf(slot) => {
+            TableSelection::InPlaceOf(slot) => {
                 let Some(place) = &mut self.slots[slot] else {
                     return Err(CouplingError::NoTable);
                 };
-                match kept.at_hand.take() {
+                match kept.available.take() {
                     Some(new) => {
                         let old = core::mem::replace(&mut place.prepared, new);
-                        self.reserve.put_away(old);
+                        self.reserve.return_or_queue(old);
                     }
                     // It is in the store itself, perhaps with other points.
-                    None => place.prepared.versions.restore(kept.made.versions.plate()),
+                    None => place
+                        .prepared
+                        .versions
+                        .restore(kept.original.versions.plate()),
                 }
             }
-            Way::Online(slot) => {
+            TableSelection::Online(slot) => {
                 if let Some(place) = &mut self.slots[slot] {
                     let versions = &mut place.prepared.versions;
-                    versions.replace_by_copy(kept.made.versions.plate());
+                    versions.replace_by_copy(kept.original.versions.plate());
                 }
                 self.note_write();
             }
@@ -95,7 +98,7 @@ impl Tables {
         reserved: ReservedPlate,
         replace: bool,
     ) -> Result<(), CouplingError> {
-        self.way_to_select_reserved(reserved, replace).map(drop)
+        self.selection_of_reserved(reserved, replace).map(drop)
     }
 
     /// Removes a table from the store, as [`Self::delete`], for a caller that cannot free it.
@@ -105,19 +108,19 @@ impl Tables {
     pub fn put_away(&mut self, id: TableId) -> Result<(), CouplingError> {
         let TableRef { slot, .. } = self.find_unused(id)?;
         if let Some(table) = self.slots[slot].take() {
-            self.reserve.put_away(table.prepared);
+            self.reserve.return_or_queue(table.prepared);
         }
         self.note_selection();
         Ok(())
     }
 
-    fn way_to_select_reserved(
+    fn selection_of_reserved(
         &self,
         ReservedPlate(n): ReservedPlate,
         replace: bool,
-    ) -> Result<Way, CouplingError> {
+    ) -> Result<TableSelection, CouplingError> {
         let kept = self.reserve.kept.get(n).ok_or(CouplingError::NoTable)?;
         // Its memory was counted when it was reserved.
-        self.way_to_select(kept.id, replace, Some(&kept.made), usize::MAX)
+        self.selection_of(kept.id, replace, Some(&kept.original), usize::MAX)
     }
 }

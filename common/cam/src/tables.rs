@@ -26,7 +26,7 @@ pub const MOST_TABLES: usize = 255;
 #[derive(Debug)]
 pub struct Tables {
     /// A table keeps its slot as long as it is there.
-    pub(super) slots: Vec<Option<Table>>,
+    pub(super) slots: Vec<Option<StoredTable>>,
     /// Counter of writes, so that couplings need not look for them in every cycle.
     writes: u32,
     /// Counter of inserted and removed tables, for readers of the ids.
@@ -36,7 +36,7 @@ pub struct Tables {
 }
 
 #[derive(Debug)]
-pub(super) struct Table {
+pub(super) struct StoredTable {
     id: TableId,
     pub(super) prepared: Box<PreparedTable>,
     pub(super) uses: u32,
@@ -89,7 +89,7 @@ impl Tables {
             Some(table) if table.uses == 0 => {
                 self.note_selection();
                 let plate = table.prepared.versions.plate().clone();
-                self.reserve.put_away(table.prepared);
+                self.reserve.return_or_queue(table.prepared);
                 Ok(plate)
             }
             table => {
@@ -209,7 +209,7 @@ impl Tables {
     }
 
     pub(super) fn find(&self, id: TableId) -> Result<TableRef, CouplingError> {
-        let is_it = |slot: &Option<Table>| slot.as_ref().is_some_and(|table| table.id == id);
+        let is_it = |slot: &Option<StoredTable>| slot.as_ref().is_some_and(|table| table.id == id);
         match self.slots.iter().position(is_it) {
             Some(slot) => Ok(TableRef { slot, id }),
             None => Err(CouplingError::TableUnknown { table: id }),
@@ -272,7 +272,7 @@ impl Tables {
     pub(super) fn put(&mut self, id: TableId, prepared: Box<PreparedTable>) {
         if let Some(free) = self.slots.iter_mut().find(|slot| slot.is_none()) {
             let uses = 0;
-            *free = Some(Table { id, prepared, uses });
+            *free = Some(StoredTable { id, prepared, uses });
             self.note_selection();
         }
     }
@@ -288,14 +288,14 @@ impl Tables {
     }
 
     #[inline]
-    pub(super) fn get(&self, table: &TableRef) -> Result<&Table, CouplingError> {
+    pub(super) fn get(&self, table: &TableRef) -> Result<&StoredTable, CouplingError> {
         match self.slots.get(table.slot) {
             Some(Some(found)) if found.id == table.id => Ok(found),
             _ => Err(CouplingError::TableUnknown { table: table.id }),
         }
     }
 
-    pub(super) fn get_mut(&mut self, id: TableId) -> Result<&mut Table, CouplingError> {
+    pub(super) fn get_mut(&mut self, id: TableId) -> Result<&mut StoredTable, CouplingError> {
         let TableRef { slot, .. } = self.find(id)?;
         let unknown = CouplingError::TableUnknown { table: id };
         self.slots[slot].as_mut().ok_or(unknown)

@@ -1,9 +1,9 @@
 //! Moment at which a queued change is due.
 
+use super::change_moment::{ChangeMoment, Direction, MasterStep};
 use super::command::Activation;
 use super::modes::ActivationMode;
-use super::moment::{Direction, Moment, Step};
-use super::placement::Placed;
+use super::placement::PlacedPlate;
 use coaxle_plate::Course;
 
 /// Returns the moment of the activation, if it falls in this step. `first`: the first step after the
@@ -11,16 +11,16 @@ use coaxle_plate::Course;
 /// refer to.
 pub(super) fn due(
     activation: &Activation,
-    plate: Option<&Placed<'_>>,
-    step: Step,
+    plate: Option<&PlacedPlate<'_>>,
+    step: MasterStep,
     first: bool,
-) -> Option<Moment> {
+) -> Option<ChangeMoment> {
     let position = activation.position;
     let passed = |forwards, backwards| {
-        passes(step, position, first, forwards, backwards).then(|| Moment::at(position))
+        passes(step, position, first, forwards, backwards).then(|| ChangeMoment::at(position))
     };
     match activation.mode {
-        ActivationMode::Instantaneous => Some(Moment::at(step.from)),
+        ActivationMode::Instantaneous => Some(ChangeMoment::at(step.from)),
         ActivationMode::AtMasterAxisPos => passed(true, true),
         ActivationMode::AtMasterAxisPosPositiveDirection => passed(true, false),
         ActivationMode::AtMasterAxisPosNegativeDirection => passed(false, true),
@@ -33,20 +33,25 @@ pub(super) fn due(
 }
 
 /// True if the step passes a position in one of the requested directions.
-fn passes(step: Step, position: f64, first: bool, forwards: bool, backwards: bool) -> bool {
-    let Step { from, to } = step;
+fn passes(step: MasterStep, position: f64, first: bool, forwards: bool, backwards: bool) -> bool {
+    let MasterStep { from, to } = step;
     let stands_there = first && from == position;
     let up = from < position && position <= to || stands_there && to > from;
     let down = from > position && position >= to || stands_there && to < from;
     forwards && up || backwards && down || forwards && backwards && stands_there
 }
 
-fn at_cam_position(placed: &Placed<'_>, position: f64, step: Step, first: bool) -> Option<Moment> {
+fn at_cam_position(
+    placed: &PlacedPlate<'_>,
+    position: f64,
+    step: MasterStep,
+    first: bool,
+) -> Option<ChangeMoment> {
     if placed.plate.course() == Course::Linear {
         let on_axis = placed.placement.on_axis(position);
-        return passes(step, on_axis, first, true, true).then(|| Moment::at(on_axis));
+        return passes(step, on_axis, first, true, true).then(|| ChangeMoment::at(on_axis));
     }
-    passed_in_a_cycle(placed, position, step, first).map(|moment| Moment {
+    passed_in_a_cycle(placed, position, step, first).map(|moment| ChangeMoment {
         edge: None,
         ..moment
     })
@@ -54,7 +59,7 @@ fn at_cam_position(placed: &Placed<'_>, position: f64, step: Step, first: bool) 
 
 /// Returns the place at which the plate passes to another cycle; of a linear one, at which the master
 /// leaves its range.
-pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
+pub(super) fn next_cycle(placed: &PlacedPlate<'_>, step: MasterStep) -> Option<ChangeMoment> {
     let (start, end) = placed.plate.master_range();
     if placed.plate.course() == Course::Cyclic {
         return passed_in_a_cycle(placed, start, step, false);
@@ -74,7 +79,7 @@ pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
     } else {
         return None;
     };
-    Some(Moment {
+    Some(ChangeMoment {
         master,
         edge: Some(direction),
     })
@@ -82,11 +87,11 @@ pub(super) fn next_cycle(placed: &Placed<'_>, step: Step) -> Option<Moment> {
 
 /// Returns the first time in the step that a cyclic plate passes a position.
 fn passed_in_a_cycle(
-    placed: &Placed<'_>,
+    placed: &PlacedPlate<'_>,
     position: f64,
-    step: Step,
+    step: MasterStep,
     first: bool,
-) -> Option<Moment> {
+) -> Option<ChangeMoment> {
     let period = placed.plate.period();
     let turns = |master| placed.placement.turns_from(position, placed.plate, master);
     let (from, to) = (turns(step.from), turns(step.to));
@@ -102,7 +107,7 @@ fn passed_in_a_cycle(
         Direction::Forwards => turn <= to,
         Direction::Backwards => turn >= to,
     };
-    reached.then(|| Moment {
+    reached.then(|| ChangeMoment {
         master: placed.placement.on_axis(position + turn * period),
         edge: Some(direction),
     })

@@ -62,11 +62,11 @@ impl OnlineChangeMode {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lease {
     epoch: u32,
-    phase: Phase,
+    phase: LeasePhase,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+enum LeasePhase {
     /// Slave on the version in force.
     Old,
     /// Slave on the changed version.
@@ -77,7 +77,7 @@ enum Phase {
 
 /// Next action of a slave for a queued change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Next {
+pub(super) enum LeaseAction {
     Take,
     GiveBack,
 }
@@ -140,8 +140,8 @@ impl Versions {
     #[inline]
     pub(super) fn plate_of(&self, lease: &Lease) -> &Plate {
         match self.phase(lease) {
-            Phase::New => self.changed_plate(),
-            Phase::Old | Phase::Returned => self.plate(),
+            LeasePhase::New => self.changed_plate(),
+            LeasePhase::Old | LeasePhase::Returned => self.plate(),
         }
     }
 
@@ -303,7 +303,7 @@ impl Versions {
         self.leases += 1;
         Lease {
             epoch: self.epoch,
-            phase: Phase::Old,
+            phase: LeasePhase::Old,
         }
     }
 
@@ -311,34 +311,34 @@ impl Versions {
     pub(super) fn leave(&mut self, lease: &Lease) {
         self.leases = self.leases.saturating_sub(1);
         match self.phase(lease) {
-            Phase::Old => {}
-            Phase::New => self.taken = self.taken.saturating_sub(1),
-            Phase::Returned => self.returned = self.returned.saturating_sub(1),
+            LeasePhase::Old => {}
+            LeasePhase::New => self.taken = self.taken.saturating_sub(1),
+            LeasePhase::Returned => self.returned = self.returned.saturating_sub(1),
         }
         self.settle();
     }
 
     /// Returns the next action of a slave for the queued change, if there is one.
-    pub(super) fn next_of(&self, lease: &Lease) -> Option<(Next, &OnlineChangeMode)> {
+    pub(super) fn next_of(&self, lease: &Lease) -> Option<(LeaseAction, &OnlineChangeMode)> {
         let mode = self.queued.as_ref()?;
         match self.phase(lease) {
-            Phase::Old => Some((Next::Take, mode)),
-            Phase::New if is_once(mode) => Some((Next::GiveBack, mode)),
-            Phase::New | Phase::Returned => None,
+            LeasePhase::Old => Some((LeaseAction::Take, mode)),
+            LeasePhase::New if is_once(mode) => Some((LeaseAction::GiveBack, mode)),
+            LeasePhase::New | LeasePhase::Returned => None,
         }
     }
 
     /// Applies the change for a slave, or gives it back after its cycle.
-    pub(super) fn advance(&mut self, lease: &mut Lease, next: Next) {
+    pub(super) fn advance(&mut self, lease: &mut Lease, next: LeaseAction) {
         let phase = match next {
-            Next::Take => {
+            LeaseAction::Take => {
                 self.taken += 1;
-                Phase::New
+                LeasePhase::New
             }
-            Next::GiveBack => {
+            LeaseAction::GiveBack => {
                 self.taken = self.taken.saturating_sub(1);
                 self.returned += 1;
-                Phase::Returned
+                LeasePhase::Returned
             }
         };
         *lease = Lease {
@@ -401,11 +401,11 @@ impl Versions {
     }
 
     #[inline]
-    fn phase(&self, lease: &Lease) -> Phase {
+    fn phase(&self, lease: &Lease) -> LeasePhase {
         if lease.epoch == self.epoch {
             lease.phase
         } else {
-            Phase::Old
+            LeasePhase::Old
         }
     }
 }

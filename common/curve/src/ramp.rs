@@ -72,21 +72,21 @@ impl Ramp {
         let (before, was_there) = (self.slave, self.is_there());
         let landing = 2.0 * (reachable - before.velocity) / dt - before.acceleration;
         if self.can_follow(seen) && self.can_land(landing, seen, dt) {
-            self.go(landing, dt);
+            self.step_to(landing, dt);
             self.slave.velocity = reachable;
             if was_there {
                 self.slave.acceleration = seen + FADING * (landing - seen);
             }
         } else {
             let at = self.acceleration_of(reachable, stated_acceleration, dt);
-            self.go(self.towards(reachable, at, dt), dt);
+            self.step_to(self.towards(reachable, at, dt), dt);
             self.slave.velocity = self.slave.velocity.max(-fastest).min(fastest);
         }
         self.target = target;
     }
 
     /// Runs a cycle of constant jerk that ends with this acceleration.
-    fn go(&mut self, acceleration: f64, dt: f64) {
+    fn step_to(&mut self, acceleration: f64, dt: f64) {
         let before = self.slave;
         let change = acceleration - before.acceleration;
         self.slave = Kinematics {

@@ -26,7 +26,7 @@ pub struct SplineKnot {
 
 /// Condition at an end of an open spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum End {
+pub enum SplineEnd {
     /// No curvature.
     Natural,
     /// A given slope.
@@ -37,9 +37,9 @@ pub enum End {
 
 /// Conditions at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ends {
+pub enum SplineEnds {
     /// An open spline: conditions at its start and at its end.
-    Open(End, End),
+    Open(SplineEnd, SplineEnd),
     /// Slope and curvature at the end are those of the start.
     Periodic,
 }
@@ -48,14 +48,14 @@ pub enum Ends {
 #[derive(Clone, Debug, Default)]
 pub struct SplineSolver {
     knots: Vec<SplineKnot>,
-    rows: Vec<Row>,
+    rows: Vec<SplineRow>,
     slopes: Vec<f64>,
 }
 
 /// Equation: `below`·previous slope + `diagonal`·slope + `above`·next slope = `right`. `border` is a
 /// second right-hand side, used by periodic splines only.
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
+struct SplineRow {
     below: f64,
     diagonal: f64,
     above: f64,
@@ -91,16 +91,16 @@ impl SplineSolver {
     }
 
     /// Finds the slopes at the knots, of which there are at least two, or three for a periodic spline.
-    fn solve(&mut self, ends: Ends) {
+    fn solve(&mut self, ends: SplineEnds) {
         self.rows.clear();
         self.slopes.clear();
         match ends {
-            Ends::Open(start, end) => self.solve_open(start, end),
-            Ends::Periodic => self.solve_periodic(),
+            SplineEnds::Open(start, end) => self.solve_open(start, end),
+            SplineEnds::Periodic => self.solve_periodic(),
         }
     }
 
-    fn solve_open(&mut self, start: End, end: End) {
+    fn solve_open(&mut self, start: SplineEnd, end: SplineEnd) {
         let last = self.knots.len() - 1;
         let (first, second) = (secant(&self.knots[..2]), secant(&self.knots[last - 1..]));
         self.rows.push(start_row(start, first));
@@ -109,7 +109,7 @@ impl SplineSolver {
             self.rows.push(inner_row(before, after));
         }
         let mirrored = start_row(end, second);
-        self.rows.push(Row {
+        self.rows.push(SplineRow {
             below: mirrored.above,
             above: 0.0,
             ..mirrored
@@ -150,10 +150,10 @@ fn secant(knots: &[SplineKnot]) -> Secant {
 
 /// Makes the equation of a second derivative that is equal on both sides of a knot. Widths are relative
 /// to each other, so that no product of two can overflow.
-fn inner_row(before: Secant, after: Secant) -> Row {
+fn inner_row(before: Secant, after: Secant) -> SplineRow {
     let both = before.width + after.width;
     let (below, above) = (after.width / both, before.width / both);
-    Row {
+    SplineRow {
         below,
         diagonal: 2.0,
         above,
@@ -162,23 +162,23 @@ fn inner_row(before: Secant, after: Secant) -> Row {
     }
 }
 
-fn start_row(end: End, secant: Secant) -> Row {
+fn start_row(end: SplineEnd, secant: Secant) -> SplineRow {
     let (diagonal, above, right) = match end {
-        End::Natural => (2.0, 1.0, 3.0 * secant.slope),
-        End::Slope(slope) => (1.0, 0.0, slope),
-        End::Secant => (1.0, 0.0, secant.slope),
+        SplineEnd::Natural => (2.0, 1.0, 3.0 * secant.slope),
+        SplineEnd::Slope(slope) => (1.0, 0.0, slope),
+        SplineEnd::Secant => (1.0, 0.0, secant.slope),
     };
-    Row {
+    SplineRow {
         diagonal,
         above,
         right,
-        ..Row::default()
+        ..SplineRow::default()
     }
 }
 
 /// Leaves the solutions of the three-diagonal system in `right` and `border`.
-fn eliminate(rows: &mut [Row]) {
-    let mut previous = Row::default();
+fn eliminate(rows: &mut [SplineRow]) {
+    let mut previous = SplineRow::default();
     for row in rows.iter_mut() {
         let pivot = row.diagonal - row.below * previous.above;
         row.right = (row.right - row.below * previous.right) / pivot;
@@ -186,7 +186,7 @@ fn eliminate(rows: &mut [Row]) {
         row.above /= pivot;
         previous = *row;
     }
-    let mut next = Row::default();
+    let mut next = SplineRow::default();
     for row in rows.iter_mut().rev() {
         row.right -= row.above * next.right;
         row.border -= row.above * next.border;
@@ -196,7 +196,7 @@ fn eliminate(rows: &mut [Row]) {
 
 /// Solves the system whose first row also has the last unknown by its `below`, and whose last row has the
 /// first unknown by its `above`. The corners are w·vᵀ with w = (γ, 0…, above), v = (1, 0…, below/γ).
-fn solve_bordered(rows: &mut [Row]) {
+fn solve_bordered(rows: &mut [SplineRow]) {
     let last = rows.len() - 1;
     let gamma = -rows[0].diagonal;
     let corner = rows[0].below / gamma;
@@ -221,7 +221,7 @@ fn solve_bordered(rows: &mut [Row]) {
 /// [`NoFiniteSlopes`]; the curve may have some of the segments then.
 pub fn push_spline(
     splines: &mut SplineSolver,
-    ends: Ends,
+    ends: SplineEnds,
     curve: &mut Curve,
 ) -> Result<(), NoFiniteSlopes> {
     splines.solve(ends);

@@ -39,7 +39,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::signals::{GatewaySignals, PlcAxisSignals};
-pub use address::{HostPort, NetId, WrongAddress};
+pub use address::{HostPort, NetId, WrongPlcAddress};
 pub use wrong::WrongGateway;
 
 mod address;

@@ -17,16 +17,16 @@ const SAMPLES_OF_A_RUN: u32 = 5;
 #[derive(Clone, Debug)]
 pub struct IndexCounter {
     cycle_time: CycleTime,
-    newest: Option<Counted>,
+    newest: Option<CountedSample>,
     run: u64,
     /// A run that may have begun, and the number of its samples.
-    suspect: Option<(Counted, u32)>,
+    suspect: Option<(CountedSample, u32)>,
     /// True if the next sample begins a run in any case.
     begins: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Counted {
+struct CountedSample {
     count: u64,
     index: CycleIndex,
     at: Instant<Local>,
@@ -34,7 +34,7 @@ struct Counted {
 
 /// Classification of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sighting {
+pub enum SampleClass {
     /// A new cycle of the run.
     New {
         /// Count of the cycle.
@@ -69,13 +69,13 @@ impl IndexCounter {
     }
 
     /// Discards the state of the PLC's count: the next sample begins a run.
-    pub const fn lose_track(&mut self) {
+    pub const fn reset(&mut self) {
         self.begins = true;
         self.suspect = None;
     }
 
     /// Classifies a sample with this index that arrived at `at`.
-    pub fn see(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
+    pub fn classify(&mut self, index: CycleIndex, at: Instant<Local>) -> SampleClass {
         let Some(newest) = self.newest else {
             return self.begin(index, at);
         };
@@ -84,31 +84,31 @@ impl IndexCounter {
             return self.begin(index, at);
         }
         match self.steps(newest, index, at) {
-            Some(0) => Sighting::Repeated,
-            Some(steps) if steps < 0 => Sighting::Outdated,
+            Some(0) => SampleClass::Repeated,
+            Some(steps) if steps < 0 => SampleClass::Outdated,
             Some(steps) => {
                 let count = newest.count.saturating_add(steps.unsigned_abs());
-                self.newest = Some(Counted { count, index, at });
+                self.newest = Some(CountedSample { count, index, at });
                 self.suspect = None;
-                Sighting::New { count }
+                SampleClass::New { count }
             }
             None => self.suspect(index, at),
         }
     }
 
-    fn begin(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
+    fn begin(&mut self, index: CycleIndex, at: Instant<Local>) -> SampleClass {
         let count = u64::from(index.0);
-        self.newest = Some(Counted { count, index, at });
+        self.newest = Some(CountedSample { count, index, at });
         self.begins = false;
         self.suspect = None;
         let run = self.run;
-        Sighting::Begun { count, run }
+        SampleClass::Begun { count, run }
     }
 
     /// Remembers a sample that is not of this run.
-    fn suspect(&mut self, index: CycleIndex, at: Instant<Local>) -> Sighting {
+    fn suspect(&mut self, index: CycleIndex, at: Instant<Local>) -> SampleClass {
         let count = u64::from(index.0);
-        let this = Counted { count, index, at };
+        let this = CountedSample { count, index, at };
         let (newest, seen) = match self.suspect {
             Some((before, seen)) => match self.steps(before, index, at) {
                 Some(steps) if steps > 0 => (this, seen + 1),
@@ -122,11 +122,11 @@ impl IndexCounter {
             return self.begin(index, at);
         }
         self.suspect = Some((newest, seen));
-        Sighting::Foreign
+        SampleClass::Foreign
     }
 
     /// Returns the number of cycles from a counted one to an index; none if it does not match the time.
-    fn steps(&self, from: Counted, index: CycleIndex, at: Instant<Local>) -> Option<i64> {
+    fn steps(&self, from: CountedSample, index: CycleIndex, at: Instant<Local>) -> Option<i64> {
         let passed = (at - from.at).as_secs_f64();
         let expected = passed / self.cycle_time.as_secs_f64();
         let least = f64::from(index.0.wrapping_sub(from.index.0));
@@ -156,61 +156,70 @@ mod tests {
     #[test]
     fn the_index_is_the_low_bits_of_the_count_through_wraps_and_gaps() {
         let mut counter = counter();
-        let first = counter.see(CycleIndex(65_530), ms(0));
+        let first = counter.classify(CycleIndex(65_530), ms(0));
         let (count, run) = (65_530, 0);
-        assert_eq!(first, Sighting::Begun { count, run });
+        assert_eq!(first, SampleClass::Begun { count, run });
         // Ten cycles, then two turns and a short silence.
         for passed in [1, 2, 5, 6, 10, 11, 12, 140_000, 140_001] {
             let count = 65_530 + passed as u64;
-            let seen = counter.see(CycleIndex(count as u16), ms(passed));
-            assert_eq!(seen, Sighting::New { count }, "after {passed} ms");
+            let seen = counter.classify(CycleIndex(count as u16), ms(passed));
+            assert_eq!(seen, SampleClass::New { count }, "after {passed} ms");
         }
     }
 
     #[test]
     fn a_repeated_and_an_older_index_are_told_apart_from_new_ones() {
         let mut counter = counter();
-        let _ = counter.see(CycleIndex(7), ms(0));
-        assert_eq!(counter.see(CycleIndex(7), ms(0)), Sighting::Repeated);
+        let _ = counter.classify(CycleIndex(7), ms(0));
         assert_eq!(
-            counter.see(CycleIndex(9), ms(2)),
-            Sighting::New { count: 9 }
+            counter.classify(CycleIndex(7), ms(0)),
+            SampleClass::Repeated
         );
-        assert_eq!(counter.see(CycleIndex(8), ms(2)), Sighting::Outdated);
-        assert_eq!(counter.see(CycleIndex(9), ms(3)), Sighting::Repeated);
+        assert_eq!(
+            counter.classify(CycleIndex(9), ms(2)),
+            SampleClass::New { count: 9 }
+        );
+        assert_eq!(
+            counter.classify(CycleIndex(8), ms(2)),
+            SampleClass::Outdated
+        );
+        assert_eq!(
+            counter.classify(CycleIndex(9), ms(3)),
+            SampleClass::Repeated
+        );
     }
 
     #[test]
     fn another_index_is_followed_only_after_it_came_five_times() {
         let mut counter = counter();
-        let _ = counter.see(CycleIndex(5_000), ms(0));
+        let _ = counter.classify(CycleIndex(5_000), ms(0));
         for k in 1..5 {
-            let seen = counter.see(CycleIndex(k), ms(i64::from(k)));
-            assert_eq!(seen, Sighting::Foreign);
+            let seen = counter.classify(CycleIndex(k), ms(i64::from(k)));
+            assert_eq!(seen, SampleClass::Foreign);
         }
         // A damaged one only delays it.
         let (count, run) = (5, 1);
         assert_eq!(
-            counter.see(CycleIndex(5), ms(5)),
-            Sighting::Begun { count, run }
+            counter.classify(CycleIndex(5), ms(5)),
+            SampleClass::Begun { count, run }
         );
         assert_eq!(
-            counter.see(CycleIndex(6), ms(6)),
-            Sighting::New { count: 6 }
+            counter.classify(CycleIndex(6), ms(6)),
+            SampleClass::New { count: 6 }
         );
     }
 
     #[test]
     fn single_foreign_samples_are_left_out() {
         let mut counter = counter();
-        let _ = counter.see(CycleIndex(0), ms(0));
+        let _ = counter.classify(CycleIndex(0), ms(0));
         for k in 1..1_000_i64 {
-            let good = counter.see(CycleIndex(k as u16), ms(k));
-            assert_eq!(good, Sighting::New { count: k as u64 });
+            let good = counter.classify(CycleIndex(k as u16), ms(k));
+            assert_eq!(good, SampleClass::New { count: k as u64 });
             // Far from this run, and from each other.
             let wild = k + 20_000 + k * 7_919 % 20_000;
-            let seen = counter.see(CycleIndex(wild as u16), ms(k));
-            assert_eq!(seen, Sighting::Foreign);
+            let seen = counter.classify(CycleIndex(wild as u16), ms(k));
+            assert_eq!(seen, SampleClass::Foreign);
         }
         assert_eq!(counter.run, 0);
     }
@@ -218,13 +227,13 @@ mod tests {
     #[test]
     fn after_track_was_lost_the_next_sample_begins_a_run() {
         let mut counter = counter();
-        counter.lose_track();
-        let _ = counter.see(CycleIndex(3), ms(0));
-        counter.lose_track();
+        counter.reset();
+        let _ = counter.classify(CycleIndex(3), ms(0));
+        counter.reset();
         let (count, run) = (4, 1);
         assert_eq!(
-            counter.see(CycleIndex(4), ms(1)),
-            Sighting::Begun { count, run }
+            counter.classify(CycleIndex(4), ms(1)),
+            SampleClass::Begun { count, run }
         );
     }
 
@@ -242,11 +251,11 @@ mod tests {
             let at = |count: i64, jitter: i64| {
                 Instant::from_nanos(count * (1_000_000 + drift_ppm) + jitter)
             };
-            let _ = counter.see(CycleIndex(first), at(count, 0));
+            let _ = counter.classify(CycleIndex(first), at(count, 0));
             for (gap, jitter) in gaps.iter().zip(&jitter) {
                 count += gap;
-                let seen = counter.see(CycleIndex::of_count(count as u64), at(count, *jitter));
-                prop_assert_eq!(seen, Sighting::New { count: count as u64 });
+                let seen = counter.classify(CycleIndex::of_count(count as u64), at(count, *jitter));
+                prop_assert_eq!(seen, SampleClass::New { count: count as u64 });
             }
         }
     }

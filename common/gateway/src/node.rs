@@ -7,7 +7,7 @@ use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{AxisSample, Channel, Message, Node, Outgoing, TimeServerCounters};
 
 use crate::config::{GatewayConfig, OutputConfig};
-use crate::index_counter::{IndexCounter, Sighting};
+use crate::index_counter::{IndexCounter, SampleClass};
 use crate::plc_clock::PlcClock;
 use crate::port::{PlcOutput, PlcSample, Port};
 use crate::signals::PlcAxisSignals;
@@ -90,7 +90,7 @@ impl<P: Port> Gateway<P> {
     fn take_samples(&mut self, now: Instant<Local>) -> bool {
         let mut is_new = false;
         for _ in 0..SAMPLES_PER_CYCLE {
-            if !self.port.take(now, &mut self.incoming) {
+            if !self.port.receive(now, &mut self.incoming) {
                 break;
             }
             is_new |= self.take_sample();
@@ -106,31 +106,31 @@ impl<P: Port> Gateway<P> {
             ..
         } = self.incoming;
         if self.newest_count.is_some() && connection != self.newest.connection {
-            self.counter.lose_track();
+            self.counter.reset();
         }
         let signals = &mut self.snapshot.signals.node;
-        let count = match self.counter.see(index, at) {
-            Sighting::New { count } => {
+        let count = match self.counter.classify(index, at) {
+            SampleClass::New { count } => {
                 let before = self.newest_count.unwrap_or(count);
                 signals.plc_missed += count.saturating_sub(before + 1);
                 count
             }
-            Sighting::Begun { count, run } => {
+            SampleClass::Begun { count, run } => {
                 self.clock.begin(run);
                 signals.plc_runs += 1;
                 count
             }
-            Sighting::Repeated | Sighting::Outdated => {
+            SampleClass::Repeated | SampleClass::Outdated => {
                 signals.plc_repeated += 1;
                 return false;
             }
-            Sighting::Foreign => {
+            SampleClass::Foreign => {
                 signals.plc_foreign += 1;
                 return false;
             }
         };
         signals.plc_cycles += 1;
-        self.clock.saw(count, at);
+        self.clock.observe(count, at);
         self.newest_count = Some(count);
         std::mem::swap(&mut self.incoming, &mut self.newest);
         true
@@ -159,10 +159,10 @@ impl<P: Port> Gateway<P> {
     }
 
     /// Forwards the axes for the PLC.
-    fn hand_on(&mut self) {
+    fn forward_outputs(&mut self) {
         for (number, output) in self.outputs.iter_mut().enumerate() {
             if let Some(index) = output.index.take() {
-                self.port.give(&PlcOutput {
+                self.port.send(&PlcOutput {
                     number,
                     index,
                     axes: &output.axes,
@@ -214,7 +214,7 @@ impl<P: Port> Node for Gateway<P> {
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
         let signals = &mut self.snapshot.signals.node;
         match (subscription, message) {
-            (_, Message::TimeRequest(request)) => self.clock.ask(at, request),
+            (_, Message::TimeRequest(request)) => self.clock.receive_request(at, request),
             (OUTPUTS.., Message::Frame(frame)) => {
                 signals.outputs += 1;
                 if let Some(output) = self.outputs.get_mut(subscription - OUTPUTS) {
@@ -239,7 +239,7 @@ impl<P: Port> Node for Gateway<P> {
             self.publish(now);
         }
         self.clock.respond(now);
-        self.hand_on();
+        self.forward_outputs();
         self.show(&tick);
         tick
     }

@@ -24,7 +24,7 @@ pub struct PlcClock {
     /// Counters of the previous runs.
     counted: TimeServerCounters,
     /// The line in the newest cycle.
-    line: Option<Line>,
+    line: Option<ClockLine>,
     drift_ppm: f64,
     /// Cycle start of the newest responses.
     answered_in: Instant<Local>,
@@ -32,7 +32,7 @@ pub struct PlcClock {
 
 /// Ideal start `start` of the PLC's cycle `count`, and rate of its clock, `rate` times the own one's.
 #[derive(Clone, Copy, Debug)]
-struct Line {
+struct ClockLine {
     count: u64,
     start: Instant<Local>,
     rate: f64,
@@ -76,7 +76,7 @@ impl PlcClock {
     }
 
     /// Takes the arrival of the axes of cycle `count` at `at`.
-    pub fn saw(&mut self, count: u64, at: Instant<Local>) {
+    pub fn observe(&mut self, count: u64, at: Instant<Local>) {
         self.clock.message(self.epoch(), count, at, None);
     }
 
@@ -89,7 +89,7 @@ impl PlcClock {
         self.line = newest.and_then(|count| {
             let since = self.clock.correction(count)?.0 / rate;
             let start = now - Span::from_secs_f64(since);
-            Some(Line { count, start, rate })
+            Some(ClockLine { count, start, rate })
         });
     }
 
@@ -110,24 +110,24 @@ impl PlcClock {
     }
 
     /// Takes a time request. As long as the clock is not known, there is no response.
-    pub fn ask(&mut self, at: Instant<Local>, request: &TimeRequest) {
-        if let Some(at) = self.shows(at) {
+    pub fn receive_request(&mut self, at: Instant<Local>, request: &TimeRequest) {
+        if let Some(at) = self.time_at(at) {
             self.server.receive(at, request);
         }
     }
 
     /// Responds to the requests received before `now`, in the cycle of the newest frame.
     pub fn respond(&mut self, now: Instant<Local>) {
-        let (Some(line), Some(shows)) = (self.line, self.shows(now)) else {
+        let (Some(line), Some(time)) = (self.line, self.time_at(now)) else {
             return;
         };
         self.answered_in = line.start;
         let tick = Tick {
             count: line.count,
-            ideal_start: self.reading(line.count),
+            ideal_start: self.time_of_cycle(line.count),
             elapsed: 1,
         };
-        self.server.respond(&tick, shows);
+        self.server.respond(&tick, time);
     }
 
     /// Returns the responses, once.
@@ -151,14 +151,14 @@ impl PlcClock {
     }
 
     /// Returns the time of the PLC's clock at a local instant, since the ideal start of its cycle 0.
-    fn shows(&self, at: Instant<Local>) -> Option<Instant<Local>> {
+    fn time_at(&self, at: Instant<Local>) -> Option<Instant<Local>> {
         let line = self.line?;
         let passed = (at - line.start).as_secs_f64() * line.rate;
-        Some(self.reading(line.count) + Span::from_secs_f64(passed))
+        Some(self.time_of_cycle(line.count) + Span::from_secs_f64(passed))
     }
 
     /// Returns the time of the PLC's clock at the ideal start of a cycle.
-    fn reading(&self, count: u64) -> Instant<Local> {
+    fn time_of_cycle(&self, count: u64) -> Instant<Local> {
         Instant::EPOCH + self.cycle_time.span() * count as i64
     }
 }

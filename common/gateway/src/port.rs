@@ -68,10 +68,10 @@ pub struct LinkState {
 pub trait Port {
     /// Takes the next sample that has arrived, into `sample`; false if there is none. `now` is the ideal
     /// start of the current cycle.
-    fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool;
+    fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool;
 
     /// Passes axes to the PLC; axes without room in the queue are dropped.
-    fn give(&mut self, output: &PlcOutput<'_>);
+    fn send(&mut self, output: &PlcOutput<'_>);
 
     /// Returns the state of the connection to the PLC.
     fn state(&self) -> LinkState;

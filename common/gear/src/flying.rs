@@ -6,14 +6,14 @@ use coaxle_curve::profile::Kinematics;
 mod coupling;
 mod demands;
 mod error;
-mod stretch;
+mod range;
 mod window;
 
 pub use coupling::{FlyingGearChange, FlyingGearCoupling};
-use demands::Ability;
+use demands::SlaveDynamics;
 pub use error::FlyingGearError;
-pub use stretch::FlyingGearStretch;
-use window::{Course, Window};
+pub use range::FlyingGearRange;
+use window::{GearWindow, WindowCourse};
 
 /// Parameters of a flying gear.
 ///
@@ -108,8 +108,8 @@ pub struct FlyingGear {
     /// Working directions, ±1.
     master_direction: f64,
     slave_direction: f64,
-    engaging: Window,
-    releasing: Window,
+    engaging: GearWindow,
+    releasing: GearWindow,
     /// True if the release leads back against the working direction.
     returns: bool,
     /// True if the slave is released at its start position.
@@ -157,8 +157,8 @@ impl FlyingGear {
             slave_sync,
             master_direction: slave_direction * parameters.ratio.signum(),
             slave_direction,
-            engaging: Window::between(0.0, progress(slave_start), slope),
-            releasing: Window::between(desync, stop, slope),
+            engaging: GearWindow::between(0.0, progress(slave_start), slope),
+            releasing: GearWindow::between(desync, stop, slope),
             returns: stop < desync,
             stops_at_start: parameters.slave_stop_position == slave_start,
             phase: FlyingGearPhase::Waiting,
@@ -205,12 +205,12 @@ impl FlyingGear {
     /// Checks whether a slave can follow while its master keeps this speed, u/s.
     fn check_demands(
         &self,
-        ability: &Ability,
+        dynamics: &SlaveDynamics,
         speed: f64,
         cycle: f64,
     ) -> Result<(), FlyingGearError> {
-        ability.check(&self.engaging, speed, cycle)?;
-        ability.check(&self.releasing, speed, cycle)
+        dynamics.check(&self.engaging, speed, cycle)?;
+        dynamics.check(&self.releasing, speed, cycle)
     }
 
     /// Returns the position of the master at which engaging begins, master u.
@@ -302,7 +302,7 @@ impl FlyingGear {
         }
     }
 
-    fn slave_of(&self, course: &Course, master: &Kinematics) -> Kinematics {
+    fn slave_of(&self, course: &WindowCourse, master: &Kinematics) -> Kinematics {
         let v = master.velocity;
         let direction = self.slave_direction;
         let slope = direction * self.master_direction * course.slope;

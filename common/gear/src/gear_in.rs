@@ -11,7 +11,7 @@ use super::linear::{LinearGear, RatioZero};
 use super::ramp_limits::ramp_limits;
 
 /// Part of the slave's limits per cycle that counts as none: the guard of the axis accepts it.
-const NEARLY: f64 = 0.05;
+const NEGLIGIBLE_PART: f64 = 0.05;
 
 /// `MC_GearIn`: couples the slave by a constant ratio.
 ///
@@ -55,11 +55,11 @@ impl GearIn {
 /// The coupling by [`GearIn`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gear {
-    state: State,
+    state: GearState,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum State {
+enum GearState {
     #[default]
     Idle,
     Ramping(Ramping),
@@ -79,13 +79,13 @@ struct Ramping {
 /// Change by a [`GearIn`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearChange {
-    state: State,
+    state: GearState,
 }
 
 impl From<LinearGear> for GearChange {
     /// Couples at once: the slave is in its position of the gear.
     fn from(gear: LinearGear) -> Self {
-        let state = State::Rigid(gear);
+        let state = GearState::Rigid(gear);
         Self { state }
     }
 }
@@ -108,10 +108,10 @@ impl Engage for Gear {
         let coupled = ratio * master.velocity;
         inputs.guard.check_speed(coupled)?;
         let ramp = ramp_limits(&command.dynamics, inputs)?;
-        let state = if moves_as(slave, &gear.slave_of(master), inputs) {
-            State::Rigid(gear)
+        let state = if moves_like(slave, &gear.slave_of(master), inputs) {
+            GearState::Rigid(gear)
         } else {
-            State::Ramping(Ramping::new(ratio, ramp, slave, master))
+            GearState::Ramping(Ramping::new(ratio, ramp, slave, master))
         };
         Ok(Planned {
             change: GearChange { state },
@@ -127,9 +127,9 @@ impl Engage for Gear {
 
 /// True if the slave moves with its gear, but for a small part of its limits per cycle: of its jerk, and
 /// of its acceleration where the jerk is not the limit.
-fn moves_as(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
+fn moves_like(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
     let cycle = inputs.cycle.0;
-    let jerk = NEARLY * inputs.guard.limits().binding_in_cycles(cycle).jerk();
+    let jerk = NEGLIGIBLE_PART * inputs.guard.limits().binding_in_cycles(cycle).jerk();
     (gear.velocity - slave.velocity).abs() <= jerk * cycle * cycle
         && (gear.acceleration - slave.acceleration).abs() <= jerk * cycle
 }
@@ -140,12 +140,12 @@ impl Coupling for Gear {
             return Step::MasterLost;
         };
         match &mut self.state {
-            State::Idle => Step::Failed,
-            State::Rigid(gear) => Step::Set(gear.slave_of(master)),
-            State::Ramping(ramping) => {
+            GearState::Idle => Step::Failed,
+            GearState::Rigid(gear) => Step::Set(gear.slave_of(master)),
+            GearState::Ramping(ramping) => {
                 let set = ramping.update(master, scan.elapsed.0);
                 if ramping.ramp.is_there() {
-                    self.state = State::Rigid(ramping.gear());
+                    self.state = GearState::Rigid(ramping.gear());
                 }
                 Step::Set(set)
             }
@@ -154,21 +154,21 @@ impl Coupling for Gear {
 
     fn phase(&self) -> Option<CouplingPhase> {
         match self.state {
-            State::Idle => None,
-            State::Ramping(_) => Some(CouplingPhase::Synchronizing),
-            State::Rigid(_) => Some(CouplingPhase::InSync),
+            GearState::Idle => None,
+            GearState::Ramping(_) => Some(CouplingPhase::Synchronizing),
+            GearState::Rigid(_) => Some(CouplingPhase::InSync),
         }
     }
 
     fn end(&mut self) {
-        self.state = State::Idle;
+        self.state = GearState::Idle;
     }
 
     fn gain(&self) -> Option<f64> {
         match self.state {
-            State::Idle => None,
-            State::Ramping(ramping) => Some(ramping.ratio),
-            State::Rigid(gear) => Some(gear.ratio()),
+            GearState::Idle => None,
+            GearState::Ramping(ramping) => Some(ramping.ratio),
+            GearState::Rigid(gear) => Some(gear.ratio()),
         }
     }
 }

@@ -46,7 +46,7 @@ mod ramp_limits;
 
 pub use flying::{
     FlyingGear, FlyingGearChange, FlyingGearCoupling, FlyingGearError, FlyingGearParameters,
-    FlyingGearPhase, FlyingGearStretch,
+    FlyingGearPhase, FlyingGearRange,
 };
 pub use gear_in::{Gear, GearChange, GearIn};
 pub use linear::{LinearGear, RatioZero};

@@ -140,14 +140,14 @@ impl Ratios {
 
     /// Returns the distance of the slave for the masters' motion since `before`; none if a master with a
     /// ratio is missing.
-    fn way(&self, masters: &Masters, before: &[f64; Masters::MOST]) -> Option<f64> {
-        let mut way = 0.0;
+    fn displacement(&self, masters: &Masters, before: &[f64; Masters::MOST]) -> Option<f64> {
+        let mut displacement = 0.0;
         for ((number, ratio), before) in self.all.iter().enumerate().zip(before) {
             if *ratio != 0.0 {
-                way += ratio * (masters.get(number)?.position - before);
+                displacement += ratio * (masters.get(number)?.position - before);
             }
         }
-        Some(way)
+        Some(displacement)
     }
 
     /// Returns the sum of the masters; none if a master with a ratio is missing.
@@ -198,13 +198,13 @@ pub struct MultiMasterGear {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Engaged {
     ratios: Ratios,
-    way: Way,
+    approach: Approach,
 }
 
 /// Motion of the slave to the masters.
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated in a cycle")]
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
+enum Approach {
     /// Motion to their velocity.
     Velocity(ToVelocity),
     /// Motion to their velocity and to their position.
@@ -236,7 +236,7 @@ pub struct MultiMasterChange {
     ratios: Ratios,
     limits: Limits,
     /// Motion of the slave to the masters, from its state and theirs at the same moment.
-    way: Way,
+    approach: Approach,
 }
 
 impl Engage for MultiMasterGear {
@@ -255,18 +255,18 @@ impl Engage for MultiMasterGear {
         let masters = ratios.sum(&inputs.masters).ok_or(NotPlanned::NoMaster)?;
         inputs.guard.check_speed(masters.velocity)?;
         let limits = ramp_limits(&command.dynamics, inputs)?;
-        let way = match command.sync_mode {
-            MultiMasterSync::PosSync1 => Way::Velocity(ToVelocity {
+        let approach = match command.sync_mode {
+            MultiMasterSync::PosSync1 => Approach::Velocity(ToVelocity {
                 ramp: Ramp::new(&inputs.slave, masters.velocity, limits),
                 offset: None,
             }),
-            MultiMasterSync::PosSync2 => Way::Position(ToPosition::new(inputs, limits)?),
+            MultiMasterSync::PosSync2 => Approach::Position(ToPosition::new(inputs, limits)?),
         };
         Ok(Planned {
             change: MultiMasterChange {
                 ratios,
                 limits,
-                way,
+                approach,
             },
             awaits: Awaits::empty(),
             manner: if inputs.is_engaged {
@@ -281,30 +281,32 @@ impl Engage for MultiMasterGear {
         let MultiMasterChange {
             ratios,
             limits,
-            way,
+            approach,
         } = *change;
-        let way = match self.engaged {
-            None => way,
-            Some(engaged) => engaged.way.with(way, limits, ratios == engaged.ratios),
+        let approach = match self.engaged {
+            None => approach,
+            Some(engaged) => engaged
+                .approach
+                .with(approach, limits, ratios == engaged.ratios),
         };
-        self.engaged = Some(Engaged { ratios, way });
+        self.engaged = Some(Engaged { ratios, approach });
     }
 }
 
-impl Way {
+impl Approach {
     /// Returns the motion of the next command, from the slave's state in this one.
     fn with(self, next: Self, limits: Limits, same_ratios: bool) -> Self {
         match (self, next) {
-            (Self::Velocity(way), Self::Velocity(_)) => {
-                let mut ramp = way.ramp;
+            (Self::Velocity(approach), Self::Velocity(_)) => {
+                let mut ramp = approach.ramp;
                 ramp.limit(limits);
-                let offset = way.offset.filter(|_| same_ratios);
+                let offset = approach.offset.filter(|_| same_ratios);
                 Self::Velocity(ToVelocity { ramp, offset })
             }
-            (Self::Position(mut way), Self::Position(_)) => {
-                way.guard.set_limits(&limits);
-                way.in_sync &= same_ratios;
-                Self::Position(way)
+            (Self::Position(mut approach), Self::Position(_)) => {
+                approach.guard.set_limits(&limits);
+                approach.in_sync &= same_ratios;
+                Self::Position(approach)
             }
             _ => next,
         }
@@ -312,8 +314,8 @@ impl Way {
 
     const fn is_in_sync(&self) -> bool {
         match self {
-            Self::Velocity(way) => way.offset.is_some(),
-            Self::Position(way) => way.in_sync,
+            Self::Velocity(approach) => approach.offset.is_some(),
+            Self::Position(approach) => approach.in_sync,
         }
     }
 }
@@ -322,9 +324,9 @@ impl Engaged {
     /// Computes one cycle; none if a master with a ratio is missing.
     fn update(&mut self, scan: &Scan) -> Option<Kinematics> {
         let sum = self.ratios.sum(&scan.masters)?;
-        match &mut self.way {
-            Way::Velocity(way) => Some(way.update(sum, scan.elapsed.0)),
-            Way::Position(way) => way.update(&self.ratios, &sum, scan),
+        match &mut self.approach {
+            Approach::Velocity(approach) => Some(approach.update(sum, scan.elapsed.0)),
+            Approach::Position(approach) => approach.update(&self.ratios, &sum, scan),
         }
     }
 }
@@ -353,19 +355,19 @@ impl ToPosition {
         let slave = &inputs.slave;
         let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
         let guard = SetValueGuard::new(&limits, min, max, inputs.cycle, slave)?;
-        let mut way = Self {
+        let mut approach = Self {
             target: slave.position,
             masters: [0.0; Masters::MOST],
             guard,
             window: CouplingPhase::in_sync_window(&limits, inputs.cycle),
             in_sync: false,
         };
-        way.remember(&inputs.masters);
-        Ok(way)
+        approach.remember(&inputs.masters);
+        Ok(approach)
     }
 
     fn update(&mut self, ratios: &Ratios, sum: &Kinematics, scan: &Scan) -> Option<Kinematics> {
-        self.target += ratios.way(&scan.masters, &self.masters)?;
+        self.target += ratios.displacement(&scan.masters, &self.masters)?;
         self.remember(&scan.masters);
         let target = Kinematics {
             position: self.target,
@@ -396,7 +398,7 @@ impl Coupling for MultiMasterGear {
     }
 
     fn phase(&self) -> Option<CouplingPhase> {
-        Some(if self.engaged?.way.is_in_sync() {
+        Some(if self.engaged?.approach.is_in_sync() {
             CouplingPhase::InSync
         } else {
             CouplingPhase::Synchronizing

@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use clap::Parser;
     use coaxle_node::config::ConfigError;
-    use coaxle_os::exit::NotThere;
+    use coaxle_os::exit::NodeNotFound;
 
     #[derive(Parser)]
     struct Args {
@@ -204,10 +204,10 @@ mod tests {
         let wrong = ConfigError::whole("a.toml", "no").into();
         assert_eq!(code(Err(wrong)), ExitCode::from(78));
         assert_eq!(
-            code(Err(NotThere("saw".to_owned()).into())),
+            code(Err(NodeNotFound("saw".to_owned()).into())),
             ExitCode::from(5)
         );
-        assert_eq!(Exit::NotMet.unless(true), Exit::Done);
-        assert_eq!(Exit::NotMet.unless(false), Exit::NotMet);
+        assert_eq!(Exit::NotMet.done_if(true), Exit::Done);
+        assert_eq!(Exit::NotMet.done_if(false), Exit::NotMet);
     }
 }

@@ -5,7 +5,7 @@ use anyhow::Context;
 use coaxle_clock::Span;
 use coaxle_node::config::RealTimeConfig;
 use coaxle_os::machine;
-use coaxle_os::{Facts, Firewall, Os, System};
+use coaxle_os::{Firewall, Os, System, SystemFacts};
 
 use crate::real_time::{self, Denied};
 
@@ -177,18 +177,18 @@ impl WakeUps {
 
 fn of_firewall(known: Result<Firewall, String>) -> Finding {
     let (weight, text, remedy) = match known {
-        Ok(Firewall { asked, drops, .. }) if !drops => {
-            let asked = asked.join(", ");
+        Ok(Firewall { sources, drops, .. }) if !drops => {
+            let sources = sources.join(", ");
             (
                 Weight::Good,
-                format!("firewall: nothing is kept out ({asked})"),
+                format!("firewall: nothing is kept out ({sources})"),
                 None,
             )
         }
         Ok(firewall) => {
             let text = format!(
                 "firewall: what no rule names is kept out ({})",
-                firewall.asked.join(", ")
+                firewall.sources.join(", ")
             );
             let remedy = "`coaxle doctor CONFIG` says whether others reach the ports that a config listens on";
             (Weight::Note, text, Some(remedy))
@@ -228,7 +228,7 @@ fn unknown_system() -> Finding {
     }
 }
 
-fn findings(facts: &Facts) -> Vec<Finding> {
+fn findings(facts: &SystemFacts) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut say = |is_good: bool, text: String, remedy: &'static str| {
         let remedy = (!is_good).then_some(remedy);
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn what_is_well_set_is_told_and_what_is_not_has_a_remedy() {
-        let good = Facts {
+        let good = SystemFacts {
             kernel: "6.12.1".to_owned(),
             is_real_time_kernel: true,
             is_virtual: false,
@@ -324,14 +324,14 @@ mod tests {
                 .all(|finding| finding.weight == Weight::Good && finding.remedy.is_none()),
             "{all:?}"
         );
-        let bad = Facts {
+        let bad = SystemFacts {
             is_virtual: true,
             clock_source: "hpet".to_owned(),
             processors: 8,
             governor: "powersave".to_owned(),
             priority: Some(0),
             memory: Some(8 << 20),
-            ..Facts::default()
+            ..SystemFacts::default()
         };
         let all = findings(&bad);
         assert!(

@@ -7,7 +7,7 @@
 use coaxle_clock::{Instant, Local};
 use coaxle_node::command::CommandOrder;
 use coaxle_node::frame::MAX_AXES;
-use coaxle_node::{AxisSample, KeptMessage, Message, Received, Scan};
+use coaxle_node::{AxisSample, KeptMessage, Message, NodeScan, ReceivedMessage};
 use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -26,7 +26,7 @@ pub struct InputRecord {
     /// Actual start of the cycle.
     pub woke: Instant<Machine>,
     /// Inputs of the node.
-    pub scan: Scan,
+    pub scan: NodeScan,
     /// True if scans before it are missing.
     pub after_gap: bool,
 }
@@ -64,7 +64,7 @@ pub(crate) struct Inputs {
     axes: Consumer<Option<AxisSample>>,
     orders: Consumer<CommandOrder>,
     /// Inputs of the scan that is not complete yet.
-    open: Scan,
+    open: NodeScan,
     /// True if the last scan was incomplete.
     gap: bool,
 }
@@ -84,7 +84,7 @@ pub(crate) fn inputs() -> (InputTap, Inputs) {
         entries: entries_out,
         axes: axes_out,
         orders: orders_out,
-        open: Scan::default(),
+        open: NodeScan::default(),
         gap: false,
     };
     (tap, inputs)
@@ -159,7 +159,7 @@ impl Inputs {
                     axes,
                 } => {
                     let axes: Vec<_> = (0..axes).map_while(|_| self.axes.pop().ok()).collect();
-                    self.open.received.push(Received {
+                    self.open.received.push(ReceivedMessage {
                         at,
                         subscription,
                         message: KeptMessage::new(&message.with_axes(&axes)),
@@ -180,7 +180,7 @@ impl Inputs {
                     return Some(InputRecord {
                         ideal_start,
                         woke,
-                        scan: Scan { now, ..told },
+                        scan: NodeScan { now, ..told },
                         after_gap: std::mem::take(&mut self.gap),
                     });
                 }

@@ -181,7 +181,7 @@ impl NodeArgs {
         let Some(parent) = self.parent else {
             return Ok(());
         };
-        Os::die_with(parent).context("cannot be tied to the process that started it")
+        Os::die_with_parent(parent).context("cannot be tied to the process that started it")
     }
 
     /// Reports on standard output that the config is valid.

@@ -10,7 +10,7 @@ use coaxle_node::config::{ClockConfig, RealTimeConfig, TimingEndpoints, Transpor
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
-use coaxle_os::Ended;
+use coaxle_os::EndReason;
 use coaxle_os::machine;
 use coaxle_os::{EndSignals, Os, System};
 use rtrb::RingBuffer;
@@ -86,7 +86,7 @@ pub type BuildNode<N> = Box<dyn FnOnce(Instant<Local>, u64) -> anyhow::Result<N>
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
     /// Reason for the end.
-    pub ended: Ended,
+    pub ended: EndReason,
     /// The random epoch of this run.
     pub epoch: u64,
     /// Cycles run.
@@ -300,7 +300,7 @@ where
     let mut service = Service::ready();
     let why = tokio::select! {
         thread = panics.next() => Err(anyhow!("the {thread} thread panicked")),
-        _ = cycle.ended => Ok(Ended::TimeUp),
+        _ = cycle.ended => Ok(EndReason::TimeUp),
         why = signals.next() => Ok(why),
         never = service.feed_watchdog(&counters.cycles) => match never {},
     };
@@ -389,7 +389,7 @@ fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>
     subscriptions.iter().map(mailbox).unzip()
 }
 
-fn outcome(ended: Ended, epoch: u64, counters: &Counters) -> Outcome {
+fn outcome(ended: EndReason, epoch: u64, counters: &Counters) -> Outcome {
     Outcome {
         ended,
         epoch,

@@ -48,7 +48,7 @@ impl Service {
 }
 
 fn tell(state: ServiceState) {
-    if let Err(error) = Os::tell_service_manager(state) {
+    if let Err(error) = Os::notify_service_manager(state) {
         tracing::debug!(%error, "the service manager cannot be told");
     }
 }

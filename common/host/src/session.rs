@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use coaxle_clock::Instant;
 use coaxle_node::CommandAnswer;
-use coaxle_node::command::BadOrder;
+use coaxle_node::command::InvalidOrder;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::{ANY_ALIVE_KEY, NodeName};
 use coaxle_node::wiring::{Publication, Subscription};
@@ -237,7 +237,7 @@ impl Orders {
             Some(by) => self.requests.send(arrival, request, by),
             None => {
                 let received = request.key().to_owned();
-                let many = BadOrder::ManyNodes { received };
+                let many = InvalidOrder::AmbiguousKey { received };
                 answer(&*request, &CommandAnswer::malformed(&many));
             }
         }

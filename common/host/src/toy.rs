@@ -66,7 +66,7 @@ impl Node for Toy {
     fn execute_with(&mut self, order: &CommandOrder, _: &mut OrderCargo) -> CommandOutcome {
         let order = match order {
             CommandOrder::Slave(order) if order.slave.as_str() == "toy" => order,
-            other => return other.for_nobody(),
+            other => return other.without_addressee(),
         };
         let mut slave = SlaveView {
             status: AxisStatus::Standstill,

@@ -43,7 +43,7 @@ pub trait Node {
     /// `cargo` is [that of the order](CommandOrder::cargo): memory that it brings, and takes back
     /// to be freed elsewhere.
     fn execute_with(&mut self, order: &CommandOrder, _cargo: &mut OrderCargo) -> CommandOutcome {
-        order.for_nobody()
+        order.without_addressee()
     }
 
     /// Executes a command where there is time to allocate and free its cargo.

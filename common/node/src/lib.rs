@@ -23,10 +23,10 @@ pub mod wiring;
 pub use arrival::{Arrival, Arrived};
 pub use coaxle_wire::{
     AxisSample, BeaconIntake, BeaconRequest, BeaconResponse, BeaconServer, BeaconServerCounters,
-    CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake, KeptMessage,
-    MOST_CHARACTERS, NoScan, Reader, Received, Rejection, RejectionCounters, Scan, Stamps,
-    TimeRequest, TimeServer, TimeServerCounters, beacon, command, exchange, frame, intake, keys,
-    one_line, time_server,
+    CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake, InvalidScan,
+    KeptMessage, MOST_CHARACTERS, NodeScan, Reader, ReceivedMessage, Rejection, RejectionCounters,
+    Stamps, TimeRequest, TimeServer, TimeServerCounters, beacon, command, exchange, frame, intake,
+    keys, one_line, time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};
 pub use fields::fields_of;

@@ -31,7 +31,7 @@ pub enum Exit {
 /// Error of a named node that is not there: with the nodes present, or the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct NotThere(pub String);
+pub struct NodeNotFound(pub String);
 
 /// Unusable input of a user: the value received, and the value expected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -44,7 +44,7 @@ pub struct Mistake {
 impl Exit {
     /// Returns `Done` if `good`, else this one.
     #[must_use]
-    pub const fn unless(self, good: bool) -> Self {
+    pub const fn done_if(self, good: bool) -> Self {
         if good { Self::Done } else { self }
     }
 }
@@ -74,7 +74,7 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
     let mistake = (error.chain()).find_map(|cause| cause.downcast_ref::<Mistake>());
     if let Some(mistake) = mistake {
         mistake.exit
-    } else if error.downcast_ref::<NotThere>().is_some() {
+    } else if error.downcast_ref::<NodeNotFound>().is_some() {
         Exit::NoData
     } else if is(|cause| {
         cause.is::<ConfigError>() || cause.is::<Unreadable>() || cause.is::<CamFileError>()

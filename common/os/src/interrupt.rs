@@ -19,7 +19,7 @@ impl Interrupt {
     /// The system refuses a thread or the signals.
     pub fn listen() -> anyhow::Result<Self> {
         let interrupt = Self::default();
-        let asked = Arc::clone(&interrupt.0);
+        let received = Arc::clone(&interrupt.0);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
             .build();
@@ -31,7 +31,7 @@ impl Interrupt {
         let listening = move || {
             runtime.block_on(async {
                 let _ = signals.next().await;
-                asked.store(true, Ordering::Relaxed);
+                received.store(true, Ordering::Relaxed);
                 let _ = signals.next().await;
             });
             std::process::exit(Exit::Interrupted as i32);
@@ -45,7 +45,7 @@ impl Interrupt {
 
     /// True if a signal has been received.
     #[must_use]
-    pub fn is_asked(&self) -> bool {
+    pub fn is_received(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }

@@ -13,7 +13,7 @@
 
 mod arrivals;
 #[cfg(feature = "signals")]
-mod ended;
+mod end_reason;
 pub mod exit;
 #[cfg(feature = "signals")]
 mod interrupt;
@@ -23,7 +23,7 @@ mod trace;
 
 pub use arrivals::{ArrivalsTrace, arrivals_beside, exchanges_beside};
 #[cfg(feature = "signals")]
-pub use ended::Ended;
+pub use end_reason::EndReason;
 #[cfg(feature = "signals")]
 pub use interrupt::Interrupt;
 pub use machine::Machine;

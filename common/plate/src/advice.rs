@@ -46,7 +46,7 @@ pub struct LawLimits {
 
 /// Criteria of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LawQuestion {
+pub struct LawCriteria {
     /// The constant velocity of the master, x/s.
     pub master_velocity: f64,
     /// Limits of the slave.
@@ -128,16 +128,16 @@ impl PlateSource {
     pub fn law_advice(
         &self,
         point: u32,
-        question: &LawQuestion,
+        criteria: &LawCriteria,
     ) -> Result<Vec<LawAdvice>, CamError> {
-        question.check()?;
-        let stretch = Stretch::of(self, point)?;
+        criteria.check()?;
+        let context = SegmentContext::of(self, point)?;
         let laws = MotionLaw::ALL.iter().filter(|law| !law.is_spline());
         let mut advice: Vec<_> = laws
-            .filter_map(|law| stretch.advice(*law, question))
+            .filter_map(|law| context.advice(*law, criteria))
             .collect();
         let late = |advice: &LawAdvice| (!advice.passes, advice.acceleration_step > 0.0);
-        let much = |advice: &LawAdvice| advice.demand(question.least);
+        let much = |advice: &LawAdvice| advice.demand(criteria.least);
         advice.sort_by(|one, other| {
             let by_much = much(one).total_cmp(&much(other));
             late(one).cmp(&late(other)).then(by_much)
@@ -146,7 +146,7 @@ impl PlateSource {
     }
 }
 
-impl LawQuestion {
+impl LawCriteria {
     fn check(&self) -> Result<(), CamError> {
         let velocity = self.master_velocity;
         if !velocity.is_finite() || velocity == 0.0 {
@@ -178,17 +178,17 @@ impl LawQuestion {
 }
 
 /// Two points, and the motion of the slave before and after.
-struct Stretch {
+struct SegmentContext {
     point: MotionPoint,
     next: MotionPoint,
     /// Motion on arrival and after departure.
-    before: Beyond,
-    after: Beyond,
+    before: NeighbourMotion,
+    after: NeighbourMotion,
 }
 
 /// Motion of the slave on the other side of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Beyond {
+enum NeighbourMotion {
     /// Acceleration there, and the greatest of that segment, u/x².
     Acceleration(f64, f64),
     /// The examined segment, which follows itself: the only one of a cyclic plate.
@@ -197,7 +197,7 @@ enum Beyond {
     Unknown,
 }
 
-impl Beyond {
+impl NeighbourMotion {
     /// Returns the size of the step from here, or to here; 0 within rounding, of the magnitudes on both
     /// sides.
     fn step(self, here: f64, other_end: f64, size: f64) -> f64 {
@@ -210,7 +210,7 @@ impl Beyond {
     }
 }
 
-impl Stretch {
+impl SegmentContext {
     fn of(source: &PlateSource, index: u32) -> Result<Self, CamError> {
         let points = match &source.rows {
             SourceRows::Points(points) => points,
@@ -253,14 +253,14 @@ impl Stretch {
     }
 
     /// Returns the demands of a law; none if the points do not allow it.
-    fn advice(&self, law: MotionLaw, question: &LawQuestion) -> Option<LawAdvice> {
+    fn advice(&self, law: MotionLaw, criteria: &LawCriteria) -> Option<LawAdvice> {
         let point = MotionPoint {
             function: law,
             ..self.point
         };
         let segment = segment(&point, &self.next).ok()?;
         let (first, last) = (segment.at(segment.start()), segment.at(segment.end()));
-        let v = question.master_velocity.abs();
+        let v = criteria.master_velocity.abs();
         let extremes = segment.extremes();
         let demands = [
             extremes.velocity.magnitude() * v,
@@ -283,7 +283,7 @@ impl Stretch {
             passes: false,
         };
         advice.passes =
-            advice.velocity_step == 0.0 && advice.broken(&question.limits).next().is_none();
+            advice.velocity_step == 0.0 && advice.broken(&criteria.limits).next().is_none();
         Some(advice)
     }
 }
@@ -325,38 +325,38 @@ impl<'a> Neighbours<'a> {
 
     /// Returns the motion at the end of the segment that leads to a row. Before a linear plate the slave
     /// rests.
-    fn before(&self, row: usize) -> Beyond {
+    fn before(&self, row: usize) -> NeighbourMotion {
         let last = self.points.len() - 1;
         let here = match (row, self.course) {
-            (0, Course::Linear) => return Beyond::Acceleration(0.0, 0.0),
+            (0, Course::Linear) => return NeighbourMotion::Acceleration(0.0, 0.0),
             (0, Course::Cyclic) => last,
             (row, _) => row,
         };
         let leads_here = |from: &usize| next_of(self.points, *from) == Ok(here);
         match (0..here).rev().find(leads_here) {
-            Some(from) if from == row => Beyond::Itself,
-            Some(from) => self.beyond(from, here, Segment::end),
-            None => Beyond::Unknown,
+            Some(from) if from == row => NeighbourMotion::Itself,
+            Some(from) => self.motion_beyond(from, here, Segment::end),
+            None => NeighbourMotion::Unknown,
         }
     }
 
     /// Returns the motion at the start of the segment that begins at the row `next`. After a linear plate
     /// the slave rests.
-    fn after(&self, row: usize, next: usize) -> Beyond {
+    fn after(&self, row: usize, next: usize) -> NeighbourMotion {
         let last = self.points.len() - 1;
         let here = match (next == last, self.course) {
-            (true, Course::Linear) => return Beyond::Acceleration(0.0, 0.0),
+            (true, Course::Linear) => return NeighbourMotion::Acceleration(0.0, 0.0),
             (true, Course::Cyclic) => 0,
             (false, _) => next,
         };
         match next_of(self.points, here) {
-            Ok(_) if here == row => Beyond::Itself,
-            Ok(to) => self.beyond(here, to, Segment::start),
-            Err(_) => Beyond::Unknown,
+            Ok(_) if here == row => NeighbourMotion::Itself,
+            Ok(to) => self.motion_beyond(here, to, Segment::start),
+            Err(_) => NeighbourMotion::Unknown,
         }
     }
 
-    fn beyond(&self, from: usize, to: usize, side: fn(&Segment) -> f64) -> Beyond {
+    fn motion_beyond(&self, from: usize, to: usize, side: fn(&Segment) -> f64) -> NeighbourMotion {
         let (from, to) = (&self.points[from], &self.points[to]);
         let compiled = self.plate.as_ref().and_then(|plate| {
             let segments = plate.curve().segments();
@@ -374,10 +374,13 @@ impl<'a> Neighbours<'a> {
             })
         });
         match compiled.or_else(|| segment(from, to).ok()) {
-            None => Beyond::Unknown,
+            None => NeighbourMotion::Unknown,
             Some(piece) => {
                 let acceleration = piece.at(side(&piece)).acceleration;
-                Beyond::Acceleration(acceleration, piece.extremes().acceleration.magnitude())
+                NeighbourMotion::Acceleration(
+                    acceleration,
+                    piece.extremes().acceleration.magnitude(),
+                )
             }
         }
     }

@@ -128,12 +128,12 @@ impl Plate {
         (&segments[0], &segments[segments.len() - 1])
     }
 
-    fn demands(&self) -> Demands {
+    fn demands(&self) -> SegmentDemands {
         let (first, _) = self.ends();
         self.curve().segments()[1..]
             .iter()
-            .map(Demands::of)
-            .fold(Demands::of(first), Demands::joined)
+            .map(SegmentDemands::of)
+            .fold(SegmentDemands::of(first), SegmentDemands::joined)
     }
 }
 
@@ -167,7 +167,7 @@ fn scaled(range: MinMax, factor: f64) -> MinMax {
 }
 
 /// Demands of a part of the plate at a master velocity of 1.
-struct Demands {
+struct SegmentDemands {
     extremes: Extremes,
     velocity_at_minimum_acceleration: f64,
     velocity_at_maximum_acceleration: f64,
@@ -178,7 +178,7 @@ struct Demands {
     square: f64,
 }
 
-impl Demands {
+impl SegmentDemands {
     fn of(segment: &Segment) -> Self {
         let extremes = segment.extremes();
         let velocity_at = |extreme: Extreme| segment.at(extreme.master).velocity;
@@ -187,7 +187,7 @@ impl Demands {
             velocity_at_minimum_acceleration: velocity_at(extremes.acceleration.minimum),
             velocity_at_maximum_acceleration: velocity_at(extremes.acceleration.maximum),
             momentum: segment.momentum(),
-            path: segment.way(),
+            path: segment.path_length(),
             square: segment.squared_acceleration(),
         }
     }

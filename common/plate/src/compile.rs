@@ -1,10 +1,10 @@
 //! From points to segments.
 
-use super::error::{CamError, Place};
+use super::error::{CamError, PlateLocation};
 use super::point::{MotionPoint, PointType};
 use coaxle_curve::curve::Curve;
 use coaxle_curve::law::{Knot, LawError, Motion, MotionLaw, Segment, Turn};
-use coaxle_curve::spline::{End, Ends, SplineKnot, SplineSolver, push_spline};
+use coaxle_curve::spline::{SplineEnd, SplineEnds, SplineKnot, SplineSolver, push_spline};
 
 /// Checks all points and leaves the segments between those in use in `curve`. Allocates only if its
 /// capacity is less than the number of rows.
@@ -69,7 +69,7 @@ fn check_values(point: &MotionPoint) -> Result<(), CamError> {
     ];
     if let Some((field, received)) = fields.into_iter().find(|(_, value)| !value.is_finite()) {
         return Err(CamError::NotFinite {
-            place: Place::Point(point.index),
+            place: PlateLocation::Point(point.index),
             field,
             received,
         });
@@ -113,7 +113,7 @@ pub(super) fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamEr
     }
     if next.master <= point.master {
         return Err(CamError::NotAscending {
-            place: Place::Point(next.index),
+            place: PlateLocation::Point(next.index),
             received: next.master,
             above: point.master,
         });
@@ -187,7 +187,7 @@ fn push_spline_from(
         });
     }
     push_spline(splines, ends, curve)
-        .map_err(|error| CamError::from_spline(error, Place::Point(start.index)))?;
+        .map_err(|error| CamError::from_spline(error, PlateLocation::Point(start.index)))?;
     Ok(end_row)
 }
 
@@ -215,7 +215,7 @@ fn collect_knots(
 
 /// Returns the end conditions. The last point of a spline may name its own; if another law continues from
 /// there, or it names none, both ends are equal.
-fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<Ends, CamError> {
+fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<SplineEnds, CamError> {
     let start_law = start.function;
     let end_law = match end.function {
         MotionLaw::Spline => start_law,
@@ -226,8 +226,8 @@ fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<Ends, CamError> {
         start_law == MotionLaw::SplinePeriodic,
         end_law == MotionLaw::SplinePeriodic,
     ) {
-        (true, true) => Ok(Ends::Periodic),
-        (false, false) => Ok(Ends::Open(
+        (true, true) => Ok(SplineEnds::Periodic),
+        (false, false) => Ok(SplineEnds::Open(
             end_condition(start_law, start.velocity),
             end_condition(end_law, end.velocity),
         )),
@@ -238,19 +238,19 @@ fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<Ends, CamError> {
     }
 }
 
-fn end_condition(law: MotionLaw, velocity: f64) -> End {
+fn end_condition(law: MotionLaw, velocity: f64) -> SplineEnd {
     match law {
-        MotionLaw::SplineTangential => End::Slope(velocity),
-        MotionLaw::SplineLinear => End::Secant,
-        _ => End::Natural,
+        MotionLaw::SplineTangential => SplineEnd::Slope(velocity),
+        MotionLaw::SplineLinear => SplineEnd::Secant,
+        _ => SplineEnd::Natural,
     }
 }
 
 /// Returns the least number of points: a spline through two points is one cubic, but one period needs a
 /// point inside.
-fn least_points(ends: Ends) -> usize {
+fn least_points(ends: SplineEnds) -> usize {
     match ends {
-        Ends::Open(..) => 2,
-        Ends::Periodic => 3,
+        SplineEnds::Open(..) => 2,
+        SplineEnds::Periodic => 3,
     }
 }

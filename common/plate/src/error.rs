@@ -45,7 +45,7 @@ pub enum CamError {
     #[error("{:#06x}: {place}, {field}: received {received}, expected a finite number", self.code())]
     NotFinite {
         /// Place in the plate.
-        place: Place,
+        place: PlateLocation,
         /// Field or column.
         field: &'static str,
         /// Value received.
@@ -55,7 +55,7 @@ pub enum CamError {
     #[error("{:#06x}: {place}, {field}: received {received:e}, expected a number from -1e15 to 1e15", self.code())]
     TooLarge {
         /// Place in the plate.
-        place: Place,
+        place: PlateLocation,
         /// Field or column.
         field: &'static str,
         /// Value received.
@@ -65,7 +65,7 @@ pub enum CamError {
     #[error("{:#06x}: {place}, master: received {received}, expected above {above}", self.code())]
     NotAscending {
         /// Place in the plate.
-        place: Place,
+        place: PlateLocation,
         /// The master position there.
         received: f64,
         /// The master position it must be above.
@@ -114,7 +114,7 @@ pub enum CamError {
         point: u32,
     },
     /// The code of the law's own error: the law cannot lead from this point to the next one.
-    #[error("{:#06x}: {}", self.code(), Between { point: *point, next: *next, law: *law, error })]
+    #[error("{:#06x}: {}", self.code(), LawBetween { point: *point, next: *next, law: *law, error })]
     Law {
         /// The point the segment starts at.
         point: u32,
@@ -154,7 +154,7 @@ pub enum CamError {
     #[error("{:#06x}: from {start}: received slopes that are not finite, expected less extreme positions", self.code())]
     NoFiniteSlopes {
         /// Start of the spline or the table.
-        start: Place,
+        start: PlateLocation,
     },
     /// 0x4B36: a position table has no rows. 0x4A02: it has too few.
     #[doc(alias = "MC_ERROR_NUMROWS_INVALID")]
@@ -223,14 +223,14 @@ pub enum CamError {
 
 /// Place in a plate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum PlateLocation {
     /// The point with that index, in a motion function.
     Point(u32),
     /// The row, from 0, in a position table.
     Row(usize),
 }
 
-impl Place {
+impl PlateLocation {
     /// Returns the row, from 0.
     const fn row(self) -> usize {
         match self {
@@ -242,7 +242,7 @@ impl Place {
 
 impl CamError {
     /// Makes the error of a spline, with the start of the spline or the table.
-    pub(super) const fn from_spline(error: NoFiniteSlopes, start: Place) -> Self {
+    pub(super) const fn from_spline(error: NoFiniteSlopes, start: PlateLocation) -> Self {
         let NoFiniteSlopes = error;
         Self::NoFiniteSlopes { start }
     }
@@ -272,7 +272,9 @@ impl CamError {
             | Self::AddNotAvailable { point }
             | Self::SplineNotBegun { point }
             | Self::SplineHalfPeriodic { start: point, .. }
-            | Self::TooFewSplinePoints { start: point, .. } => Some(Place::Point(point).row()),
+            | Self::TooFewSplinePoints { start: point, .. } => {
+                Some(PlateLocation::Point(point).row())
+            }
             Self::TooFewPoints { .. }
             | Self::UnknownPoint { .. }
             | Self::NoPoints
@@ -317,7 +319,7 @@ impl CamError {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for PlateLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Point(index) => write!(f, "point {index}"),
@@ -327,14 +329,14 @@ impl fmt::Display for Place {
 }
 
 /// Error between two points, in the words of a cam file.
-struct Between<'a> {
+struct LawBetween<'a> {
     point: u32,
     next: u32,
     law: MotionLaw,
     error: &'a LawError,
 }
 
-impl fmt::Display for Between<'_> {
+impl fmt::Display for LawBetween<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             point,

@@ -26,10 +26,10 @@ pub struct MotionFunction {
     curve: Curve,
     /// A change is built here in full before it replaces the function in force. Its remains are not part
     /// of the function.
-    stage: RefCell<Stage>,
+    stage: RefCell<StagedPoints>,
 }
 
-struct Stage {
+struct StagedPoints {
     points: Vec<MotionPoint>,
     curve: Curve,
     splines: SplineSolver,
@@ -105,7 +105,7 @@ impl MotionFunction {
             let row = self.row(point.index)?;
             stage.points[row] = *point;
         }
-        let Stage {
+        let StagedPoints {
             points,
             curve,
             splines,
@@ -162,7 +162,7 @@ impl MotionFunction {
         Self {
             points,
             curve: Curve::with_capacity(rows),
-            stage: RefCell::new(Stage {
+            stage: RefCell::new(StagedPoints {
                 points: Vec::with_capacity(rows),
                 curve: Curve::with_capacity(rows),
                 splines: SplineSolver::with_capacity(rows),

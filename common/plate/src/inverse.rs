@@ -90,14 +90,14 @@ impl Plate {
     /// `accuracy` above counts too. In x and u, raw.
     #[must_use]
     pub fn master_below(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
-        self.neighbour(slave, start, accuracy, Side::Below)
+        self.neighbour(slave, start, accuracy, SearchDirection::Below)
     }
 
     /// Returns the least master not below `start` at which the slave is at `slave`; one up to `accuracy`
     /// below counts too. In x and u, raw.
     #[must_use]
     pub fn master_above(&self, slave: f64, start: f64, accuracy: f64) -> Option<f64> {
-        self.neighbour(slave, start, accuracy, Side::Above)
+        self.neighbour(slave, start, accuracy, SearchDirection::Above)
     }
 
     /// Returns the masters of the base cycle at which the slave is at `slave`, ascending, in x and u,
@@ -144,7 +144,13 @@ impl Plate {
         }
     }
 
-    fn neighbour(&self, slave: f64, start: f64, accuracy: f64, side: Side) -> Option<f64> {
+    fn neighbour(
+        &self,
+        slave: f64,
+        start: f64,
+        accuracy: f64,
+        side: SearchDirection,
+    ) -> Option<f64> {
         if self.rests_at(slave, start) {
             return Some(start);
         }
@@ -156,10 +162,10 @@ impl Plate {
                     .crossings(self.base_slave(slave, turn, range))
                     .map(|master| master + turn * self.period());
                 match side {
-                    Side::Below => masters
+                    SearchDirection::Below => masters
                         .take_while(|&m| m <= start + accuracy.max(0.0))
                         .last(),
-                    Side::Above => masters.find(|&m| m >= start - accuracy.max(0.0)),
+                    SearchDirection::Above => masters.find(|&m| m >= start - accuracy.max(0.0)),
                 }
             })
     }
@@ -200,12 +206,12 @@ impl Plate {
         slave: f64,
         start: f64,
         range: MinMax,
-        side: Side,
+        side: SearchDirection,
     ) -> impl Iterator<Item = f64> {
         let here = self.turn(start);
         let (first, step) = match side {
-            Side::Below => (here.min(self.turns_reaching(slave, range).1), -1.0),
-            Side::Above => (here.max(self.turns_reaching(slave, range).0), 1.0),
+            SearchDirection::Below => (here.min(self.turns_reaching(slave, range).1), -1.0),
+            SearchDirection::Above => (here.max(self.turns_reaching(slave, range).0), 1.0),
         };
         let all = match self.course() {
             Course::Linear => 0..1,
@@ -265,7 +271,7 @@ impl MasterQuery {
 }
 
 #[derive(Clone, Copy)]
-enum Side {
+enum SearchDirection {
     Below,
     Above,
 }

@@ -42,7 +42,7 @@ impl Joint {
         ]
     }
 
-    fn between(master: f64, sides: [Motion; 2], before: &Side, after: &Side) -> Self {
+    fn between(master: f64, sides: [Motion; 2], before: &JointSide, after: &JointSide) -> Self {
         let slack = |of: fn(&Motion) -> f64| ROUNDING * of(&before.size).max(of(&after.size));
         let [came, goes] = sides;
         Self {
@@ -62,12 +62,12 @@ impl Joint {
 /// A segment at a joint, and the magnitudes of its derivatives: their extremes, and those of its stroke
 /// over its length.
 #[derive(Clone, Copy)]
-struct Side<'a> {
+struct JointSide<'a> {
     segment: &'a Segment,
     size: Motion,
 }
 
-impl<'a> Side<'a> {
+impl<'a> JointSide<'a> {
     fn of(segment: &'a Segment) -> Self {
         let extremes = segment.extremes();
         let rate = 1.0 / (segment.end() - segment.start());
@@ -100,7 +100,7 @@ impl Plate {
     /// returns to it.
     pub fn joints(&self) -> impl Iterator<Item = Joint> + '_ {
         let segments = self.curve().segments();
-        let [first, last] = [&segments[0], &segments[segments.len() - 1]].map(Side::of);
+        let [first, last] = [&segments[0], &segments[segments.len() - 1]].map(JointSide::of);
         let (master, end_master) = self.master_range();
         let (start, end) = (first.start(), last.end());
         let standing = |motion: Motion| Motion {
@@ -119,7 +119,7 @@ impl Plate {
         };
         let inner = segments[1..]
             .iter()
-            .map(Side::of)
+            .map(JointSide::of)
             .scan(first, |before, after| {
                 let sides = [before.end(), after.start()];
                 let joint = Joint::between(after.segment.start(), sides, before, &after);

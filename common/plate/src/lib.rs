@@ -73,9 +73,9 @@ mod written;
 #[cfg(test)]
 mod tests;
 
-pub use advice::{Demand, LawAdvice, LawLimits, LawQuestion};
+pub use advice::{Demand, LawAdvice, LawCriteria, LawLimits};
 pub use characteristics::{Characteristics, PlateEnd};
-pub use error::{CamError, Place};
+pub use error::{CamError, PlateLocation};
 pub use function::MotionFunction;
 pub use inverse::{MasterPosition, MasterQuery};
 pub use joints::Joint;

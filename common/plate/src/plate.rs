@@ -18,13 +18,13 @@ use coaxle_curve::profile::Kinematics;
 #[doc(alias = "MC_CAM_REF")]
 #[derive(Clone, Debug)]
 pub struct Plate {
-    source: Source,
+    source: PlateForm,
     course: Course,
     lift: f64,
 }
 
 #[derive(Clone, Debug)]
-enum Source {
+enum PlateForm {
     Function(MotionFunction),
     Table(PositionTable),
 }
@@ -52,7 +52,7 @@ impl Plate {
     pub fn from_function(function: MotionFunction, course: Course) -> Self {
         Self {
             lift: lift_of_points(function.points()),
-            source: Source::Function(function),
+            source: PlateForm::Function(function),
             course,
         }
     }
@@ -63,7 +63,7 @@ impl Plate {
         Self {
             lift: lift_of_rows(table.rows()),
             course: table.course(),
-            source: Source::Table(table),
+            source: PlateForm::Table(table),
         }
     }
 
@@ -71,8 +71,8 @@ impl Plate {
     #[must_use]
     pub const fn table_type(&self) -> TableType {
         match &self.source {
-            Source::Function(_) => TableType::MotionFunction,
-            Source::Table(table) => table.table_type(),
+            PlateForm::Function(_) => TableType::MotionFunction,
+            PlateForm::Table(table) => table.table_type(),
         }
     }
 
@@ -86,8 +86,8 @@ impl Plate {
     #[must_use]
     pub const fn function(&self) -> Option<&MotionFunction> {
         match &self.source {
-            Source::Function(function) => Some(function),
-            Source::Table(_) => None,
+            PlateForm::Function(function) => Some(function),
+            PlateForm::Table(_) => None,
         }
     }
 
@@ -95,8 +95,8 @@ impl Plate {
     #[must_use]
     pub const fn table(&self) -> Option<&PositionTable> {
         match &self.source {
-            Source::Function(_) => None,
-            Source::Table(table) => Some(table),
+            PlateForm::Function(_) => None,
+            PlateForm::Table(table) => Some(table),
         }
     }
 
@@ -111,8 +111,8 @@ impl Plate {
     #[must_use]
     pub fn rows(&self) -> usize {
         match &self.source {
-            Source::Function(function) => function.points().len(),
-            Source::Table(table) => table.rows().len(),
+            PlateForm::Function(function) => function.points().len(),
+            PlateForm::Table(table) => table.rows().len(),
         }
     }
 
@@ -120,8 +120,8 @@ impl Plate {
     #[must_use]
     pub const fn columns(&self) -> usize {
         match self.source {
-            Source::Function(_) => 1,
-            Source::Table(_) => 2,
+            PlateForm::Function(_) => 1,
+            PlateForm::Table(_) => 2,
         }
     }
 
@@ -200,7 +200,9 @@ impl Plate {
     /// points.
     pub fn copy_from(&mut self, other: &Self) {
         match (&mut self.source, &other.source) {
-            (Source::Function(function), Source::Function(other)) => function.copy_from(other),
+            (PlateForm::Function(function), PlateForm::Function(other)) => {
+                function.copy_from(other)
+            }
             (source, other) => *source = other.clone(),
         }
         self.course = other.course;
@@ -251,8 +253,8 @@ impl Plate {
 
     pub(super) fn curve(&self) -> &Curve {
         match &self.source {
-            Source::Function(function) => function.curve(),
-            Source::Table(table) => table.curve(),
+            PlateForm::Function(function) => function.curve(),
+            PlateForm::Table(table) => table.curve(),
         }
     }
 
@@ -266,8 +268,8 @@ impl Plate {
 
     fn function_mut(&mut self) -> Result<&mut MotionFunction, CamError> {
         match &mut self.source {
-            Source::Function(function) => Ok(function),
-            Source::Table(table) => Err(CamError::NotAMotionFunction {
+            PlateForm::Function(function) => Ok(function),
+            PlateForm::Table(table) => Err(CamError::NotAMotionFunction {
                 received: table.table_type(),
             }),
         }

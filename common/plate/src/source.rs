@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::error::{CamError, Place};
+use super::error::{CamError, PlateLocation};
 use super::function::MotionFunction;
 use super::kind::{Course, TableType};
 use super::plate::Plate;
@@ -48,7 +48,7 @@ impl PlateSource {
     /// # Errors
     /// 0x4A1C with the first one that is too large.
     pub fn check_size(&self) -> Result<(), CamError> {
-        let check = |place: Place, field: &'static str, received: f64| {
+        let check = |place: PlateLocation, field: &'static str, received: f64| {
             if received.is_finite() && received.abs() > Self::LARGEST {
                 return Err(CamError::TooLarge {
                     place,
@@ -60,7 +60,7 @@ impl PlateSource {
         };
         match &self.rows {
             SourceRows::Points(points) => points.iter().enumerate().try_for_each(|(row, point)| {
-                let place = Place::Point(row as u32 + 1);
+                let place = PlateLocation::Point(row as u32 + 1);
                 check(place, "master", point.master)?;
                 check(place, "slave", point.slave)?;
                 check(place, "velocity", point.velocity)?;
@@ -69,8 +69,8 @@ impl PlateSource {
             }),
             SourceRows::Positions { rows, .. } => {
                 rows.iter().enumerate().try_for_each(|(row, position)| {
-                    check(Place::Row(row), "master", position.0)?;
-                    check(Place::Row(row), "slave", position.1)
+                    check(PlateLocation::Row(row), "master", position.0)?;
+                    check(PlateLocation::Row(row), "slave", position.1)
                 })
             }
         }

@@ -2,11 +2,12 @@
 
 use alloc::vec::Vec;
 
-use super::error::{CamError, Place};
+use super::error::{CamError, PlateLocation};
 use super::kind::{Course, TableType};
 use coaxle_curve::curve::Curve;
 use coaxle_curve::spline::{
-    End, Ends, NoFiniteSlopes, SplineKnot, SplineSolver, push_hermite, push_lines, push_spline,
+    NoFiniteSlopes, SplineEnd, SplineEnds, SplineKnot, SplineSolver, push_hermite, push_lines,
+    push_spline,
 };
 
 /// `MC_InterpolationType`, TF5050 chapter 8.6: the course from one row of a position table to the next.
@@ -105,7 +106,7 @@ impl PositionTable {
                 push_lines(rows.iter().copied().map(knot), &mut curve)
             }
         }
-        .map_err(|error| CamError::from_spline(error, Place::Row(0)))?;
+        .map_err(|error| CamError::from_spline(error, PlateLocation::Row(0)))?;
         Ok(Self {
             rows: rows.to_vec(),
             interpolation,
@@ -202,7 +203,7 @@ fn check(rows: &[(f64, f64)], interpolation: Interpolation) -> Result<(), CamErr
         for (field, received) in [("master", master), ("slave", slave)] {
             if !received.is_finite() {
                 return Err(CamError::NotFinite {
-                    place: Place::Row(row),
+                    place: PlateLocation::Row(row),
                     field,
                     received,
                 });
@@ -212,7 +213,7 @@ fn check(rows: &[(f64, f64)], interpolation: Interpolation) -> Result<(), CamErr
     for (row, pair) in rows.windows(2).enumerate() {
         if pair[1].0 <= pair[0].0 {
             return Err(CamError::NotAscending {
-                place: Place::Row(row + 1),
+                place: PlateLocation::Row(row + 1),
                 received: pair[1].0,
                 above: pair[0].0,
             });
@@ -232,10 +233,10 @@ fn push_global_spline(
     }
     let last = rows.len() - 1;
     let ends = match course {
-        Course::Cyclic => Ends::Periodic,
-        Course::Linear => Ends::Open(
-            End::Slope(parabola_slope(rows[0], rows[1], rows[2])),
-            End::Slope(parabola_slope(rows[last], rows[last - 1], rows[last - 2])),
+        Course::Cyclic => SplineEnds::Periodic,
+        Course::Linear => SplineEnds::Open(
+            SplineEnd::Slope(parabola_slope(rows[0], rows[1], rows[2])),
+            SplineEnd::Slope(parabola_slope(rows[last], rows[last - 1], rows[last - 2])),
         ),
     };
     push_spline(&mut splines, ends, curve)

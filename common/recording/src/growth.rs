@@ -27,7 +27,7 @@ impl Growth {
 
     /// Returns the growth of a file by this number of bytes in this number of seconds.
     #[must_use]
-    pub fn seen(bytes: u64, seconds: f64) -> Self {
+    pub fn measured(bytes: u64, seconds: f64) -> Self {
         Self {
             bytes_per_s: bytes as f64 / seconds,
         }
@@ -54,8 +54,8 @@ mod tests {
         // 11 signals.
         let expected = Growth::expected(&boiler(), 1e-3);
         assert_eq!(expected.to_string(), "about 270 MB per hour");
-        let seen = Growth::seen(305_000, 1.0);
-        assert_eq!(seen.to_string(), "about 1.1 GB per hour");
-        assert_eq!(Growth::seen(0, 1.0).to_string(), "about 1 MB per hour");
+        let measured = Growth::measured(305_000, 1.0);
+        assert_eq!(measured.to_string(), "about 1.1 GB per hour");
+        assert_eq!(Growth::measured(0, 1.0).to_string(), "about 1 MB per hour");
     }
 }

@@ -8,14 +8,14 @@ use mcap::records::{Channel, MessageHeader, Metadata, Record};
 use mcap::write::NoSeek;
 
 use crate::format::{ABOUT, CLOCK_OFFSET, EPOCH, FORMAT, INSTANCE, PIECE, PLACE, TABLE, VERSION};
-use crate::records::{Damage, Records};
+use crate::records::{Damage, RecordReader};
 use crate::writer::{FLUSH_PERIOD_NS, Facts, WriteError, options};
 
 /// A recording that grows by [`Pieces`](crate::Pieces), of one node or of several.
 pub struct Join<W: Write> {
     mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
     of_many: bool,
-    nodes: BTreeMap<String, Node>,
+    nodes: BTreeMap<String, NodeState>,
     flushed_ns: Option<u64>,
 }
 
@@ -69,7 +69,7 @@ impl<W: Write> Join<W> {
             flushed_ns: None,
         };
         if of_many {
-            join.say([(CLOCK_OFFSET, "0")])?;
+            join.write_metadata([(CLOCK_OFFSET, "0")])?;
         }
         Ok(join)
     }
@@ -79,14 +79,14 @@ impl<W: Write> Join<W> {
     /// # Errors
     /// [`JoinError`]: nothing of the piece has been added then, unless writing failed.
     pub fn piece(&mut self, name: &str, piece: &[u8]) -> Result<(), JoinError> {
-        let piece = Piece::read(piece)?;
+        let piece = ReadPiece::read(piece)?;
         if let Some(received) = piece.foreign(name) {
             let expected = name.to_owned();
             return Err(JoinError::Foreign { received, expected });
         }
         let mut node = match self.nodes.remove(name) {
             Some(node) => node,
-            None => self.meet(name, &piece)?,
+            None => self.add_node(name, &piece)?,
         };
         let is_changed = node.channels != piece.channels;
         let added = match is_changed {
@@ -105,7 +105,7 @@ impl<W: Write> Join<W> {
     /// Nodes joined so far, by name.
     #[must_use]
     pub fn nodes(&self) -> Vec<JoinedNode> {
-        let joined = |(name, node): (&String, &Node)| JoinedNode {
+        let joined = |(name, node): (&String, &NodeState)| JoinedNode {
             name: name.clone(),
             rows: node.rows,
             missing: node.missing,
@@ -120,7 +120,7 @@ impl<W: Write> Join<W> {
     pub fn finish(mut self) -> Result<W, WriteError> {
         for node in self.nodes() {
             let key = self.fact_of(&node.name, "missing");
-            self.say([(key.as_str(), node.missing.to_string().as_str())])?;
+            self.write_metadata([(key.as_str(), node.missing.to_string().as_str())])?;
         }
         self.mcap.finish()?;
         let written = self.mcap.into_inner().into_inner().into_inner();
@@ -128,9 +128,9 @@ impl<W: Write> Join<W> {
     }
 
     /// Adds the channels of a new node.
-    fn meet(&mut self, name: &str, piece: &Piece) -> Result<Node, WriteError> {
+    fn add_node(&mut self, name: &str, piece: &ReadPiece) -> Result<NodeState, WriteError> {
         let mut to = Vec::new();
-        for Described { channel, schema } in &piece.channels {
+        for TypedChannel { channel, schema } in &piece.channels {
             let schema = (self.mcap).add_schema(&schema.name, &schema.encoding, &schema.data)?;
             let topic = match self.of_many {
                 true => format!("{name}/{}", channel.topic),
@@ -139,19 +139,24 @@ impl<W: Write> Join<W> {
             let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
             to.push(self.mcap.add_channel(schema, &topic, encoding, metadata)?);
         }
-        Ok(Node {
+        Ok(NodeState {
             channels: piece.channels.clone(),
             to,
-            ..Node::default()
+            ..NodeState::default()
         })
     }
 
-    fn add(&mut self, name: &str, node: &mut Node, piece: &Piece) -> Result<(), WriteError> {
+    fn add(
+        &mut self,
+        name: &str,
+        node: &mut NodeState,
+        piece: &ReadPiece,
+    ) -> Result<(), WriteError> {
         if node.epoch != piece.facts.get(EPOCH).cloned() {
             node.epoch = piece.facts.get(EPOCH).cloned();
             // A new run counts from its own beginning.
             node.next_row = None;
-            self.tell(name, &piece.facts)?;
+            self.write_facts(name, &piece.facts)?;
         }
         for (header, data) in &piece.messages {
             let known = node.channels.iter().zip(&node.to);
@@ -174,15 +179,15 @@ impl<W: Write> Join<W> {
     }
 
     /// Writes the facts of a piece about the node and its run.
-    fn tell(&mut self, name: &str, facts: &Facts) -> Result<(), WriteError> {
+    fn write_facts(&mut self, name: &str, facts: &Facts) -> Result<(), WriteError> {
         let is_ours = |key: &str| [FORMAT, PIECE].contains(&key);
         let of_many = self.of_many;
-        let told = facts.iter().filter(|(key, _)| !is_ours(key));
-        let told = told.filter(|(key, _)| !of_many || *key != CLOCK_OFFSET);
-        let told: Vec<_> = told
+        let written = facts.iter().filter(|(key, _)| !is_ours(key));
+        let written = written.filter(|(key, _)| !of_many || *key != CLOCK_OFFSET);
+        let written: Vec<_> = written
             .map(|(key, fact)| (self.fact_of(name, key), fact.as_str()))
             .collect();
-        self.say(told.iter().map(|(key, fact)| (key.as_str(), *fact)))
+        self.write_metadata(written.iter().map(|(key, fact)| (key.as_str(), *fact)))
     }
 
     fn fact_of(&self, node: &str, key: &str) -> String {
@@ -192,7 +197,7 @@ impl<W: Write> Join<W> {
         }
     }
 
-    fn say<'a>(
+    fn write_metadata<'a>(
         &mut self,
         facts: impl IntoIterator<Item = (&'a str, &'a str)>,
     ) -> Result<(), WriteError> {
@@ -216,8 +221,8 @@ impl<W: Write> Join<W> {
 
 /// A node that sends pieces.
 #[derive(Default)]
-struct Node {
-    channels: Vec<Described>,
+struct NodeState {
+    channels: Vec<TypedChannel>,
     /// Destination channel of the messages of each.
     to: Vec<u16>,
     epoch: Option<String>,
@@ -235,35 +240,35 @@ fn begins_a_row(channel: &Channel) -> bool {
 
 /// A piece, parsed.
 #[derive(Default)]
-struct Piece {
+struct ReadPiece {
     facts: Facts,
-    channels: Vec<Described>,
+    channels: Vec<TypedChannel>,
     messages: Vec<(MessageHeader, Vec<u8>)>,
 }
 
 /// A channel and the type of its messages.
 #[derive(Clone, PartialEq)]
-struct Described {
+struct TypedChannel {
     channel: Channel,
-    schema: Schema,
+    schema: ChannelSchema,
 }
 
 #[derive(Clone, Default, PartialEq)]
-struct Schema {
+struct ChannelSchema {
     name: String,
     encoding: String,
     data: Vec<u8>,
 }
 
-impl Piece {
+impl ReadPiece {
     fn read(bytes: &[u8]) -> Result<Self, Damage> {
         let mut piece = Self::default();
         let mut schemas = BTreeMap::new();
-        for record in Records::new(bytes) {
+        for record in RecordReader::new(bytes) {
             match record? {
                 Record::Metadata(about) if about.name == ABOUT => piece.facts = about.metadata,
                 Record::Schema { header, data } => {
-                    let schema = Schema {
+                    let schema = ChannelSchema {
                         name: header.name,
                         encoding: header.encoding,
                         data: data.into_owned(),
@@ -272,7 +277,7 @@ impl Piece {
                 }
                 Record::Channel(channel) => {
                     let schema = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                    piece.channels.push(Described { channel, schema });
+                    piece.channels.push(TypedChannel { channel, schema });
                 }
                 Record::Message { header, data } => {
                     piece.messages.push((header, data.into_owned()));

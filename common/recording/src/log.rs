@@ -1,6 +1,6 @@
 //! Log lines in the format of `foxglove.Log`, for its viewers.
 
-use crate::protobuf::{Fields, Wire, put_bytes, put_count, put_message};
+use crate::protobuf::{MessageFields, WireValue, put_bytes, put_count, put_message};
 use crate::schema::{ENUM, FIXED32, INT32, INT64, MESSAGE, Schema, TEXT, put_field};
 
 /// Severity of a line of the log.
@@ -77,11 +77,11 @@ pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
         name: String::new(),
         text: String::new(),
     };
-    for field in Fields(message).map_while(Result::ok) {
+    for field in MessageFields(message).map_while(Result::ok) {
         match field {
-            (2, Wire::Varint(level)) => line.level = Level::of(level),
-            (3, Wire::Bytes(text)) => line.text = String::from_utf8_lossy(text).into_owned(),
-            (4, Wire::Bytes(name)) => line.name = String::from_utf8_lossy(name).into_owned(),
+            (2, WireValue::Varint(level)) => line.level = Level::of(level),
+            (3, WireValue::Bytes(text)) => line.text = String::from_utf8_lossy(text).into_owned(),
+            (4, WireValue::Bytes(name)) => line.name = String::from_utf8_lossy(name).into_owned(),
             _ => {}
         }
     }

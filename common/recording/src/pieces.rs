@@ -6,7 +6,7 @@ use crate::encoded_row::EncodedRow;
 use crate::format::PIECE;
 use crate::log::LogLine;
 use crate::table::Table;
-use crate::writer::{self, Facts, WriteError, Writer, Written};
+use crate::writer::{self, Facts, WriteError, Writer, WrittenCount};
 
 /// Rows of a node, cut into pieces. Each is a small recording that any reader can read by itself, so that
 /// an observer may begin at any of them. The sequence numbers of their messages continue, so that a
@@ -16,7 +16,7 @@ pub struct Pieces {
     facts: Facts,
     clock_offset_ns: i64,
     open: Option<Writer<Vec<u8>>>,
-    written: Written,
+    written: WrittenCount,
     number: u64,
 }
 
@@ -29,7 +29,7 @@ impl Pieces {
             facts,
             clock_offset_ns,
             open: None,
-            written: Written::NOTHING,
+            written: WrittenCount::NOTHING,
             number: 0,
         }
     }

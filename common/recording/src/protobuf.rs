@@ -3,7 +3,7 @@
 
 /// An encoded value in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Wire<'a> {
+pub(crate) enum WireValue<'a> {
     Varint(u64),
     Fixed64(u64),
     Bytes(&'a [u8]),
@@ -13,7 +13,7 @@ pub(crate) enum Wire<'a> {
 /// Error of bytes that are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received bytes that are no Protocol Buffers message, expected one")]
-pub(crate) struct NoMessage;
+pub(crate) struct InvalidMessage;
 
 const VARINT: u32 = 0;
 const FIXED64: u32 = 1;
@@ -69,9 +69,9 @@ pub(crate) const fn unzigzag(value: u64) -> i64 {
 }
 
 /// The fields of a message, each with its number, in their order there.
-pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
+pub(crate) struct MessageFields<'a>(pub(crate) &'a [u8]);
 
-impl<'a> Fields<'a> {
+impl<'a> MessageFields<'a> {
     fn varint(&mut self) -> Option<u64> {
         let mut value = 0;
         for shift in (0..64).step_by(7) {
@@ -98,27 +98,27 @@ impl<'a> Fields<'a> {
         Some(bytes)
     }
 
-    fn field(&mut self) -> Option<(u32, Wire<'a>)> {
+    fn field(&mut self) -> Option<(u32, WireValue<'a>)> {
         let tag = u32::try_from(self.varint()?).ok()?;
         let wire = match tag & 7 {
-            VARINT => Wire::Varint(self.varint()?),
-            FIXED64 => Wire::Fixed64(u64::from_le_bytes(self.array()?)),
-            BYTES => Wire::Bytes(self.bytes()?),
-            FIXED32 => Wire::Fixed32(u32::from_le_bytes(self.array()?)),
+            VARINT => WireValue::Varint(self.varint()?),
+            FIXED64 => WireValue::Fixed64(u64::from_le_bytes(self.array()?)),
+            BYTES => WireValue::Bytes(self.bytes()?),
+            FIXED32 => WireValue::Fixed32(u32::from_le_bytes(self.array()?)),
             _ => return None,
         };
         Some((tag >> 3, wire))
     }
 }
 
-impl<'a> Iterator for Fields<'a> {
-    type Item = Result<(u32, Wire<'a>), NoMessage>;
+impl<'a> Iterator for MessageFields<'a> {
+    type Item = Result<(u32, WireValue<'a>), InvalidMessage>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.0.is_empty() {
             return None;
         }
-        let field = self.field().ok_or(NoMessage);
+        let field = self.field().ok_or(InvalidMessage);
         if field.is_err() {
             // The fields that follow cannot be parsed.
             self.0 = &[];
@@ -147,16 +147,16 @@ mod tests {
         put_count(&mut bytes, 1, 300);
         put_number(&mut bytes, 90, -0.5);
         put_bytes(&mut bytes, 3, b"word");
-        let fields: Result<Vec<_>, _> = Fields(&bytes).collect();
+        let fields: Result<Vec<_>, _> = MessageFields(&bytes).collect();
         let expected = [
-            (1, Wire::Varint(300)),
-            (90, Wire::Fixed64((-0.5_f64).to_bits())),
-            (3, Wire::Bytes(b"word")),
+            (1, WireValue::Varint(300)),
+            (90, WireValue::Fixed64((-0.5_f64).to_bits())),
+            (3, WireValue::Bytes(b"word")),
         ];
         assert_eq!(fields.unwrap(), expected);
         for end in 1..bytes.len() {
-            assert!(Fields(&bytes[..end]).count() <= 3, "{end}");
+            assert!(MessageFields(&bytes[..end]).count() <= 3, "{end}");
         }
-        assert_eq!(Fields(&[0x80; 11]).last(), Some(Err(NoMessage)));
+        assert_eq!(MessageFields(&[0x80; 11]).last(), Some(Err(InvalidMessage)));
     }
 }

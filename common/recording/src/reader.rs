@@ -10,11 +10,11 @@ use crate::format::{
     ABOUT, CLOCK_OFFSET, GROUP, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT,
 };
 use crate::log::{self, LogLine};
-use crate::protobuf::NoMessage;
+use crate::protobuf::InvalidMessage;
 use crate::read_table::{Column, ReadTable, Row};
-use crate::records::{Damage, Fault, MOST_SIGNALS, Records};
+use crate::records::{Damage, Fault, MOST_SIGNALS, RecordReader};
 use crate::row_assembly::{OpenInstance, OpenTable};
-use crate::schema::{Field, fields_of};
+use crate::schema::{SchemaField, fields_of};
 use crate::writer::Facts;
 
 /// Content of a recording, in its order.
@@ -52,7 +52,7 @@ pub enum Item {
         at_ns: i64,
         /// Real start of the cycle.
         woke_ns: i64,
-        /// Bytes of a `coaxle_wire::Scan`.
+        /// Bytes of a `coaxle_wire::NodeScan`.
         bytes: Vec<u8>,
     },
 }
@@ -60,10 +60,10 @@ pub enum Item {
 /// A recording that is being read. Of an unfinished or damaged file it returns the valid parts, and the
 /// places of the damage. An error is not the end, unless nothing follows it.
 pub struct Reader<R> {
-    records: Records<R>,
+    records: RecordReader<R>,
     clock_offset_ns: i64,
     schemas: BTreeMap<u16, (String, Vec<u8>)>,
-    channels: BTreeMap<u16, Known>,
+    channels: BTreeMap<u16, ChannelContent>,
     tables: Vec<ReadTable>,
     open: Vec<OpenTable>,
     /// Number of signals of all channels.
@@ -74,7 +74,7 @@ pub struct Reader<R> {
 
 /// A channel by its content.
 #[derive(Clone)]
-enum Known {
+enum ChannelContent {
     Instance {
         table: usize,
         place: usize,
@@ -90,7 +90,7 @@ impl<R: Read> Reader<R> {
     /// Reads a recording from its beginning.
     pub const fn new(input: R) -> Self {
         Self {
-            records: Records::new(input),
+            records: RecordReader::new(input),
             clock_offset_ns: 0,
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
@@ -161,34 +161,38 @@ impl<R: Read> Reader<R> {
         if self.channels.contains_key(&channel.id) {
             return Ok(());
         }
-        let known = self.known(&channel)?;
-        self.channels.insert(channel.id, known);
+        let content = self.content_of(&channel)?;
+        self.channels.insert(channel.id, content);
         Ok(())
     }
 
-    fn known(&mut self, channel: &Channel) -> Result<Known, Fault> {
+    fn content_of(&mut self, channel: &Channel) -> Result<ChannelContent, Fault> {
         let schema = self.schemas.get(&channel.schema_id);
         let (schema, data) = schema.map_or(("", &[][..]), |(name, data)| (name, data));
         let Some(name) = channel.metadata.get(TABLE) else {
-            return Ok(Known::Other);
+            return Ok(ChannelContent::Other);
         };
         if channel.metadata.contains_key(INSTANCE) {
-            let fields = fields_of(schema, data).map_err(|NoMessage| Fault::Message {
+            let fields = fields_of(schema, data).map_err(|InvalidMessage| Fault::Message {
                 topic: channel.topic.clone(),
             })?;
             return self.instance(channel, fields);
         }
         if channel.message_encoding == INPUTS_ENCODING {
-            return Ok(Known::Inputs(name.as_str().into()));
+            return Ok(ChannelContent::Inputs(name.as_str().into()));
         }
         Ok(match schema {
-            "foxglove.Log" => Known::Log,
-            "coaxle.Status" => Known::Status(name.as_str().into()),
-            _ => Known::Other,
+            "foxglove.Log" => ChannelContent::Log,
+            "coaxle.Status" => ChannelContent::Status(name.as_str().into()),
+            _ => ChannelContent::Other,
         })
     }
 
-    fn instance(&mut self, channel: &Channel, fields: Vec<Field>) -> Result<Known, Fault> {
+    fn instance(
+        &mut self,
+        channel: &Channel,
+        fields: Vec<SchemaField>,
+    ) -> Result<ChannelContent, Fault> {
         let text = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
         let count = |field: &'static str| {
             let received = text(field);
@@ -227,7 +231,7 @@ impl<R: Read> Reader<R> {
         open.instances.insert(place, instance);
         open.lay_out(&mut self.tables[table]);
         let topic = channel.topic.as_str().into();
-        Ok(Known::Instance {
+        Ok(ChannelContent::Instance {
             table,
             place,
             topic,
@@ -251,39 +255,40 @@ impl<R: Read> Reader<R> {
     fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<Option<Item>, Fault> {
         let at_ns = self.clock_ns(header.log_time);
         // Messages of a lost channel are lost, too.
-        let known = self.channels.get(&header.channel_id).cloned();
-        Ok(match known.unwrap_or(Known::Other) {
-            Known::Other => None,
-            Known::Log => Some(Item::Log(log::decode(data, at_ns))),
-            Known::Status(table) => Some(Item::Status {
+        let content = self.channels.get(&header.channel_id).cloned();
+        Ok(match content.unwrap_or(ChannelContent::Other) {
+            ChannelContent::Other => None,
+            ChannelContent::Log => Some(Item::Log(log::decode(data, at_ns))),
+            ChannelContent::Status(table) => Some(Item::Status {
                 table: table.to_string(),
                 at_ns,
                 json: String::from_utf8_lossy(data).into_owned(),
             }),
-            Known::Inputs(table) => Some(Item::Inputs {
+            ChannelContent::Inputs(table) => Some(Item::Inputs {
                 table: table.to_string(),
                 at_ns,
                 woke_ns: self.clock_ns(header.publish_time),
                 bytes: data.to_vec(),
             }),
-            Known::Instance {
+            ChannelContent::Instance {
                 table,
                 place,
                 topic,
             } => {
                 let open = &mut self.open[table];
                 if open.sequence != Some(header.sequence) {
-                    self.incomplete += u64::from(open.came > 0);
+                    self.incomplete += u64::from(open.received > 0);
                     open.begin(header.sequence);
                     open.at_ns = at_ns;
                 }
-                open.put(place, data).map_err(|NoMessage| Fault::Message {
-                    topic: topic.to_string(),
-                })?;
+                open.put(place, data)
+                    .map_err(|InvalidMessage| Fault::Message {
+                        topic: topic.to_string(),
+                    })?;
                 let woke_ns = self.clock_ns(header.publish_time);
                 let open = &mut self.open[table];
                 open.woke_ns = woke_ns;
-                open.taken(table).map(Item::Row)
+                open.take_row(table).map(Item::Row)
             }
         })
     }

@@ -75,28 +75,28 @@ pub enum Fault {
 }
 
 /// The records of a file.
-pub(crate) struct Records<R> {
+pub(crate) struct RecordReader<R> {
     input: R,
     offset: u64,
     chunk: VecDeque<Record<'static>>,
-    state: State,
+    state: ReadState,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
+enum ReadState {
     Start,
     Data,
     /// End of the records: the last one has been read, or no more can be found.
     Over,
 }
 
-impl<R: Read> Records<R> {
+impl<R: Read> RecordReader<R> {
     pub(crate) const fn new(input: R) -> Self {
         Self {
             input,
             offset: 0,
             chunk: VecDeque::new(),
-            state: State::Start,
+            state: ReadState::Start,
         }
     }
 
@@ -110,7 +110,7 @@ impl<R: Read> Records<R> {
             if let Some(record) = self.chunk.pop_front() {
                 return Some(Ok(record));
             }
-            if self.state == State::Over {
+            if self.state == ReadState::Over {
                 return None;
             }
             let offset = self.offset;
@@ -125,17 +125,17 @@ impl<R: Read> Records<R> {
     /// Reads one record of the file. Returns none for a chunk, whose records are queued, and for one
     /// without content.
     fn read_on(&mut self) -> Result<Option<Record<'static>>, Fault> {
-        if self.state == State::Start {
+        if self.state == ReadState::Start {
             return self.begin().map(|()| None);
         }
         let frame = self.frame();
         let Ok((opcode, data)) = frame else {
-            self.state = State::Over;
+            self.state = ReadState::Over;
             return frame.map(|_| None);
         };
         match opcode {
             op::DATA_END => {
-                self.state = State::Over;
+                self.state = ReadState::Over;
                 Ok(None)
             }
             op::CHUNK => {
@@ -150,7 +150,7 @@ impl<R: Read> Records<R> {
     }
 
     fn begin(&mut self) -> Result<(), Fault> {
-        self.state = State::Over;
+        self.state = ReadState::Over;
         let mut magic = [0; MAGIC.len()];
         match self.fill(&mut magic) {
             Err(Fault::CutOff | Fault::Unfinished) => return Err(Fault::NoMcap),
@@ -159,7 +159,7 @@ impl<R: Read> Records<R> {
         if magic != *MAGIC {
             return Err(Fault::NoMcap);
         }
-        self.state = State::Data;
+        self.state = ReadState::Data;
         Ok(())
     }
 
@@ -201,7 +201,7 @@ impl<R: Read> Records<R> {
     }
 }
 
-impl<R: Read> Iterator for Records<R> {
+impl<R: Read> Iterator for RecordReader<R> {
     type Item = Result<Record<'static>, Damage>;
 
     fn next(&mut self) -> Option<Self::Item> {

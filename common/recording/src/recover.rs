@@ -6,7 +6,7 @@ use mcap::records::Record;
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError};
 
-use crate::records::{Damage, Records};
+use crate::records::{Damage, RecordReader};
 use crate::writer::{WriteError, options};
 
 /// Recovered part of a file.
@@ -56,7 +56,7 @@ impl Recovered {
 pub fn recover(from: impl Read, to: impl Write) -> Result<Recovered, WriteError> {
     let mut writer = options().create(NoSeek::new(BufWriter::new(to)))?;
     let mut recovered = Recovered::default();
-    for record in Records::new(from) {
+    for record in RecordReader::new(from) {
         match record {
             Ok(record) => copy(record, &mut writer, &mut recovered)?,
             Err(damage) => recovered.note(damage),

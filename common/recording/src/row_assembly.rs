@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use coaxle_node::signal::Kind;
 
-use crate::protobuf::{Fields, NoMessage, Wire, unzigzag};
+use crate::protobuf::{InvalidMessage, MessageFields, WireValue, unzigzag};
 use crate::read_table::{Column, ReadTable, Row};
-use crate::schema::Field;
+use crate::schema::SchemaField;
 use crate::value::Value;
 
 /// A table while its channels are read, and its current row.
@@ -16,7 +16,7 @@ pub(crate) struct OpenTable {
     pub(crate) expected: usize,
     pub(crate) instances: BTreeMap<usize, OpenInstance>,
     pub(crate) sequence: Option<u32>,
-    pub(crate) came: usize,
+    pub(crate) received: usize,
     pub(crate) at_ns: i64,
     pub(crate) woke_ns: i64,
     values: Vec<Option<Value>>,
@@ -24,19 +24,19 @@ pub(crate) struct OpenTable {
 
 pub(crate) struct OpenInstance {
     columns: Vec<Column>,
-    fields: Vec<Field>,
+    fields: Vec<SchemaField>,
     /// Start of its values in a row; known when all channels have been read.
     start: usize,
-    has_come: bool,
+    is_received: bool,
 }
 
 impl OpenInstance {
-    pub(crate) const fn new(columns: Vec<Column>, fields: Vec<Field>) -> Self {
+    pub(crate) const fn new(columns: Vec<Column>, fields: Vec<SchemaField>) -> Self {
         Self {
             columns,
             fields,
             start: 0,
-            has_come: false,
+            is_received: false,
         }
     }
 }
@@ -64,42 +64,42 @@ impl OpenTable {
 
     pub(crate) fn begin(&mut self, sequence: u32) {
         self.sequence = Some(sequence);
-        self.came = 0;
+        self.received = 0;
         self.values.fill(None);
         for instance in self.instances.values_mut() {
-            instance.has_come = false;
+            instance.is_received = false;
         }
     }
 
-    pub(crate) fn put(&mut self, place: usize, data: &[u8]) -> Result<(), NoMessage> {
+    pub(crate) fn put(&mut self, place: usize, data: &[u8]) -> Result<(), InvalidMessage> {
         let Some(instance) = self.instances.get_mut(&place) else {
             return Ok(());
         };
-        for field in Fields(data) {
+        for field in MessageFields(data) {
             let (number, wire) = field?;
             let known = instance.fields.binary_search_by_key(&number, |f| f.number);
             let Ok(known) = known else {
                 continue;
             };
-            let value = value(instance.fields[known].kind, wire).ok_or(NoMessage)?;
+            let value = value(instance.fields[known].kind, wire).ok_or(InvalidMessage)?;
             // No values of an incomplete table: its rows are incomplete, too.
             if let Some(place) = self.values.get_mut(instance.start + known) {
                 *place = Some(value);
             }
         }
-        if !instance.has_come {
-            instance.has_come = true;
-            self.came += 1;
+        if !instance.is_received {
+            instance.is_received = true;
+            self.received += 1;
         }
         Ok(())
     }
 
     /// Takes the row, if it is complete.
-    pub(crate) fn taken(&mut self, table: usize) -> Option<Row> {
-        if self.came < self.expected {
+    pub(crate) fn take_row(&mut self, table: usize) -> Option<Row> {
+        if self.received < self.expected {
             return None;
         }
-        self.came = 0;
+        self.received = 0;
         self.sequence = None;
         Some(Row {
             table,
@@ -110,13 +110,13 @@ impl OpenTable {
     }
 }
 
-fn value(kind: Kind, wire: Wire<'_>) -> Option<Value> {
+fn value(kind: Kind, wire: WireValue<'_>) -> Option<Value> {
     Some(match (kind, wire) {
-        (Kind::Number, Wire::Fixed64(bits)) => Value::Number(f64::from_bits(bits)),
-        (Kind::Count, Wire::Varint(count)) => Value::Count(count),
-        (Kind::Integer, Wire::Varint(integer)) => Value::Integer(unzigzag(integer)),
-        (Kind::Flag, Wire::Varint(flag)) => Value::Flag(flag != 0),
-        (Kind::Text, Wire::Bytes(text)) => Value::Text(str::from_utf8(text).ok()?.to_owned()),
+        (Kind::Number, WireValue::Fixed64(bits)) => Value::Number(f64::from_bits(bits)),
+        (Kind::Count, WireValue::Varint(count)) => Value::Count(count),
+        (Kind::Integer, WireValue::Varint(integer)) => Value::Integer(unzigzag(integer)),
+        (Kind::Flag, WireValue::Varint(flag)) => Value::Flag(flag != 0),
+        (Kind::Text, WireValue::Bytes(text)) => Value::Text(str::from_utf8(text).ok()?.to_owned()),
         _ => return None,
     })
 }

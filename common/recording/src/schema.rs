@@ -2,7 +2,9 @@
 
 use coaxle_node::signal::{Group, Instance, Kind, Signal};
 
-use crate::protobuf::{Fields, NoMessage, Wire, put_bytes, put_count, put_message, put_varint};
+use crate::protobuf::{
+    InvalidMessage, MessageFields, WireValue, put_bytes, put_count, put_message, put_varint,
+};
 
 /// A schema, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,7 +17,7 @@ pub(crate) struct Schema {
 
 /// A field of a message in its schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Field {
+pub(crate) struct SchemaField {
     pub(crate) number: u32,
     pub(crate) name: String,
     pub(crate) kind: Kind,
@@ -155,7 +157,7 @@ fn put_meanings(out: &mut Vec<u8>, signals: &[Signal]) {
 
 /// Returns the fields of the message `name`, in the order of their numbers, in a schema of a file. Fields
 /// of types that no signal has are left out.
-pub(crate) fn fields_of(name: &str, data: &[u8]) -> Result<Vec<Field>, NoMessage> {
+pub(crate) fn fields_of(name: &str, data: &[u8]) -> Result<Vec<SchemaField>, InvalidMessage> {
     for file in inner(data, 1) {
         let file = file?;
         let package = text_in(file, 2)?.unwrap_or_default();
@@ -167,10 +169,10 @@ pub(crate) fn fields_of(name: &str, data: &[u8]) -> Result<Vec<Field>, NoMessage
             }
         }
     }
-    Err(NoMessage)
+    Err(InvalidMessage)
 }
 
-fn signals_of(message: &[u8]) -> Result<Vec<Field>, NoMessage> {
+fn signals_of(message: &[u8]) -> Result<Vec<SchemaField>, InvalidMessage> {
     let mut fields = Vec::new();
     for field in inner(message, 2) {
         let field = field?;
@@ -178,7 +180,7 @@ fn signals_of(message: &[u8]) -> Result<Vec<Field>, NoMessage> {
         let number = count_in(field, 3)?.and_then(|number| u32::try_from(number).ok());
         if let (Some(number), Some(name), Some(kind)) = (number, text_in(field, 1)?, kind) {
             let name = name.to_owned();
-            fields.push(Field { number, name, kind });
+            fields.push(SchemaField { number, name, kind });
         }
     }
     fields.sort_by_key(|field| field.number);
@@ -186,23 +188,23 @@ fn signals_of(message: &[u8]) -> Result<Vec<Field>, NoMessage> {
 }
 
 /// Returns the messages in the field with this number.
-fn inner(message: &[u8], number: u32) -> impl Iterator<Item = Result<&[u8], NoMessage>> {
-    Fields(message).filter_map(move |field| match field {
-        Ok((n, Wire::Bytes(bytes))) if n == number => Some(Ok(bytes)),
+fn inner(message: &[u8], number: u32) -> impl Iterator<Item = Result<&[u8], InvalidMessage>> {
+    MessageFields(message).filter_map(move |field| match field {
+        Ok((n, WireValue::Bytes(bytes))) if n == number => Some(Ok(bytes)),
         Ok(_) => None,
         Err(error) => Some(Err(error)),
     })
 }
 
-fn text_in(message: &[u8], number: u32) -> Result<Option<&str>, NoMessage> {
+fn text_in(message: &[u8], number: u32) -> Result<Option<&str>, InvalidMessage> {
     let bytes = inner(message, number).next().transpose()?;
-    let text = bytes.map(|bytes| str::from_utf8(bytes).map_err(|_| NoMessage));
+    let text = bytes.map(|bytes| str::from_utf8(bytes).map_err(|_| InvalidMessage));
     text.transpose()
 }
 
-fn count_in(message: &[u8], number: u32) -> Result<Option<u64>, NoMessage> {
-    for field in Fields(message) {
-        if let (n, Wire::Varint(count)) = field?
+fn count_in(message: &[u8], number: u32) -> Result<Option<u64>, InvalidMessage> {
+    for field in MessageFields(message) {
+        if let (n, WireValue::Varint(count)) = field?
             && n == number
         {
             return Ok(Some(count));
@@ -243,7 +245,7 @@ pub(crate) mod tests {
         assert_eq!(schema.name, "coaxle.boiler.Node2");
         assert_eq!(
             fields_of("coaxle.boiler.Node", &schema.data),
-            Err(NoMessage)
+            Err(InvalidMessage)
         );
     }
 }

@@ -52,19 +52,19 @@ struct Channels {
     /// Topic and metadata of `inputs`.
     name: String,
     metadata: BTreeMap<String, String>,
-    written: Written,
+    written: WrittenCount,
 }
 
 /// Number of messages of each kind of a table so far: their sequence numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Written {
+pub(crate) struct WrittenCount {
     rows: u32,
     statuses: u32,
     lines: u32,
     inputs: u32,
 }
 
-impl Written {
+impl WrittenCount {
     pub(crate) const NOTHING: Self = Self {
         rows: 0,
         statuses: 0,
@@ -216,7 +216,7 @@ impl<W: Write> Writer<W> {
         Ok(self.mcap.write_to_known_channel(&header, json.as_bytes())?)
     }
 
-    /// Adds the inputs of the n-th table's node before a scan, as the bytes of a `coaxle_wire::Scan`.
+    /// Adds the inputs of the n-th table's node before a scan, as the bytes of a `coaxle_wire::NodeScan`.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -263,13 +263,13 @@ impl<W: Write> Writer<W> {
     }
 
     /// Returns the number of messages of the n-th table.
-    pub(crate) fn written(&self, table: usize) -> Written {
+    pub(crate) fn written(&self, table: usize) -> WrittenCount {
         let channels = self.tables.get(table);
-        channels.map_or(Written::NOTHING, |channels| channels.written)
+        channels.map_or(WrittenCount::NOTHING, |channels| channels.written)
     }
 
     /// Continues the count of the messages of the n-th table from there.
-    pub(crate) fn count_on(&mut self, table: usize, written: Written) {
+    pub(crate) fn count_on(&mut self, table: usize, written: WrittenCount) {
         if let Some(channels) = self.tables.get_mut(table) {
             channels.written = written;
         }
@@ -304,7 +304,7 @@ impl<W: Write> Writer<W> {
             let schema = self.schema(&schema, "protobuf")?;
             let topic = topic(table, instance, prefix);
             let mut metadata = units(instance);
-            metadata.extend(whose(table));
+            metadata.extend(table_metadata(table));
             let pairs = [
                 (INSTANCE, instance.name.clone()),
                 (GROUP, instance.group.to_string()),
@@ -317,7 +317,7 @@ impl<W: Write> Writer<W> {
                     .add_channel(schema, &topic, "protobuf", &metadata)?,
             );
         }
-        let metadata = whose(table).into();
+        let metadata = table_metadata(table).into();
         let log = self.schema(&log::schema(), "protobuf")?;
         let topic = format!("{}/log", table.name);
         let log = self.mcap.add_channel(log, &topic, "protobuf", &metadata)?;
@@ -335,7 +335,7 @@ impl<W: Write> Writer<W> {
             inputs: None,
             name: table.name.clone(),
             metadata,
-            written: Written::NOTHING,
+            written: WrittenCount::NOTHING,
         })
     }
 
@@ -355,7 +355,7 @@ fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
 }
 
 /// Returns the metadata common to the channels of a table.
-fn whose(table: &Table) -> [(String, String); 2] {
+fn table_metadata(table: &Table) -> [(String, String); 2] {
     let pairs = [(TABLE, &table.name), (ROLE, &table.role)];
     pairs.map(|(key, value)| (key.to_owned(), value.clone()))
 }

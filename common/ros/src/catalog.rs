@@ -7,31 +7,31 @@ use coaxle_wire::command::SlaveName;
 use coaxle_wire::keys::NodeName;
 use serde_json::{Map, Value};
 
-use crate::unit::Scale;
+use crate::unit::UnitScale;
 
 /// An axis as a joint.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct RosJoint {
     /// `conveyor/belt`, an axis of a sender; `saw/carriage`, a slave of a receiver; `saw/far/belt`, an
     /// axis that a receiver follows, as corrected.
     pub name: String,
     /// The unit of the axis; none if the node does not state it.
     pub unit: Option<String>,
     /// Scale of its unit; none if the unit is not known.
-    pub scale: Option<Scale>,
+    pub scale: Option<UnitScale>,
     /// The slave behind it, if it is one that takes orders.
     pub slave: Option<SlaveName>,
 }
 
 /// The joints of a node, from its status (docs/WIRE.md).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Catalog(BTreeMap<(&'static str, u32), Joint>);
+pub struct Catalog(BTreeMap<(&'static str, u32), RosJoint>);
 
-impl Joint {
+impl RosJoint {
     /// Returns the scale of its values: 1 if the unit is not known.
     #[must_use]
-    pub fn scale(&self) -> Scale {
-        self.scale.unwrap_or(Scale::NONE)
+    pub fn scale(&self) -> UnitScale {
+        self.scale.unwrap_or(UnitScale::NONE)
     }
 
     fn new(node: &NodeName, channel: Channel, axis: &str, unit: Option<&str>) -> Self {
@@ -40,7 +40,7 @@ impl Joint {
                 Channel::FarAxes => format!("{node}/far/{axis}"),
                 _ => format!("{node}/{axis}"),
             },
-            scale: unit.and_then(Scale::of),
+            scale: unit.and_then(UnitScale::of),
             unit: unit.map(str::to_owned),
             slave: match channel {
                 Channel::Slaves => SlaveName::new(axis).ok(),
@@ -59,7 +59,7 @@ impl Catalog {
             let id = fields.get(id).and_then(Value::as_u64);
             if let Some(id) = id.and_then(|id| u32::try_from(id).ok()) {
                 let unit = fields.get("unit").and_then(Value::as_str);
-                let joint = Joint::new(node, channel, axis, unit);
+                let joint = RosJoint::new(node, channel, axis, unit);
                 joints.insert((channel.name(), id), joint);
             }
         };
@@ -80,23 +80,23 @@ impl Catalog {
     /// contain all of them: one that it does not contain is named by its id, `conveyor/axis-7`, and its
     /// unit is not known.
     #[must_use]
-    pub fn joint(&self, node: &NodeName, channel: Channel, id: u32) -> Joint {
+    pub fn joint(&self, node: &NodeName, channel: Channel, id: u32) -> RosJoint {
         let known = self.0.get(&(channel.name(), id)).cloned();
-        known.unwrap_or_else(|| Joint {
+        known.unwrap_or_else(|| RosJoint {
             slave: None,
-            ..Joint::new(node, channel, &format!("axis-{id}"), None)
+            ..RosJoint::new(node, channel, &format!("axis-{id}"), None)
         })
     }
 
     /// Returns the joints that take orders, each with the axis id of its slave.
-    pub fn slaves(&self) -> impl Iterator<Item = (u32, &Joint)> {
+    pub fn slaves(&self) -> impl Iterator<Item = (u32, &RosJoint)> {
         let slaves = self.0.iter().filter(|(_, joint)| joint.slave.is_some());
         slaves.map(|((_, id), joint)| (*id, joint))
     }
 
     /// Returns the joints with a unit that is stated but not known.
-    pub fn unknown_units(&self) -> impl Iterator<Item = &Joint> {
-        let unknown = |joint: &&Joint| joint.unit.is_some() && joint.scale.is_none();
+    pub fn unknown_units(&self) -> impl Iterator<Item = &RosJoint> {
+        let unknown = |joint: &&RosJoint| joint.unit.is_some() && joint.scale.is_none();
         self.0.values().filter(unknown)
     }
 }
@@ -132,7 +132,10 @@ mod tests {
         );
         let unknown: Vec<_> = told.unknown_units().map(|joint| &joint.name).collect();
         assert_eq!(unknown, ["conveyor/drum"]);
-        assert_eq!(told.joint(&conveyor, Channel::Axes, 2).scale(), Scale::NONE);
+        assert_eq!(
+            told.joint(&conveyor, Channel::Axes, 2).scale(),
+            UnitScale::NONE
+        );
     }
 
     #[test]

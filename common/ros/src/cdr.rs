@@ -52,9 +52,9 @@ const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
 const MOST_PADDING: usize = 3;
 
 /// Writes a message.
-pub(crate) struct Writer(Vec<u8>);
+pub(crate) struct CdrWriter(Vec<u8>);
 
-impl Writer {
+impl CdrWriter {
     pub(crate) fn new() -> Self {
         Self(LITTLE_ENDIAN.to_vec())
     }
@@ -107,13 +107,13 @@ impl Writer {
 }
 
 /// Reads a message. Never allocates more than the message received.
-pub(crate) struct Reader<'a> {
+pub(crate) struct CdrReader<'a> {
     rest: &'a [u8],
     read: usize,
     low_first: bool,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CdrReader<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, CdrError> {
         let low_first = match bytes {
             [0, order @ (0 | 1), _, _, ..] => *order == 1,

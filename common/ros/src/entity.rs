@@ -11,11 +11,11 @@ use crate::message::MessageType;
 
 /// A ROS domain: nodes of other domains receive nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Domain(u16);
+pub struct RosDomain(u16);
 
 /// A namespace: `/`, or `/line1`, `/plant/line1`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Namespace(String);
+pub struct RosNamespace(String);
 
 /// The name of a ROS node, or of a topic in its namespace.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub enum WrongName {
     /// An invalid domain.
     #[error(
         "received {received:?}, expected a whole number from 0 to {}",
-        Domain::LARGEST
+        RosDomain::LARGEST
     )]
     Domain {
         /// Text received.
@@ -54,7 +54,7 @@ pub enum WrongName {
 /// Greatest length of a name, in characters (`rmw/validate_node_name.h`, `validate_namespace.h`).
 const LONGEST: usize = 255;
 
-impl Domain {
+impl RosDomain {
     /// The greatest domain for which DDS has ports.
     pub const LARGEST: u16 = 232;
 
@@ -81,7 +81,7 @@ impl RosName {
     }
 }
 
-impl Namespace {
+impl RosNamespace {
     /// # Errors
     /// [`WrongName`] unless it is a namespace. The first slash may be omitted.
     pub fn new(text: &str) -> Result<Self, WrongName> {
@@ -111,13 +111,13 @@ fn is_name(name: &str) -> bool {
     starts_well && name.len() <= LONGEST && name.chars().all(is_plain)
 }
 
-impl fmt::Display for Domain {
+impl fmt::Display for RosDomain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
     }
 }
 
-impl fmt::Display for Namespace {
+impl fmt::Display for RosNamespace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
@@ -133,18 +133,18 @@ impl fmt::Display for RosName {
 #[derive(Clone, Debug)]
 pub struct RosNode {
     /// Domain of the node.
-    pub domain: Domain,
+    pub domain: RosDomain,
     /// The id of its Zenoh session, in hexadecimal digits.
     pub session: String,
     /// Namespace of the node.
-    pub namespace: Namespace,
+    pub namespace: RosNamespace,
     /// Name of the node.
     pub name: RosName,
 }
 
 /// Role of a node for a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum EndpointRole {
     /// Publisher: `MP`.
     Publisher,
     /// Subscription: `MS`.
@@ -185,10 +185,16 @@ impl RosNode {
 
     /// Returns the endpoint number `id`, from 1 on, of a topic in its namespace.
     #[must_use]
-    pub fn endpoint(&self, id: u32, role: Role, topic: &RosName, message: MessageType) -> Endpoint {
+    pub fn endpoint(
+        &self,
+        id: u32,
+        role: EndpointRole,
+        topic: &RosName,
+        message: MessageType,
+    ) -> Endpoint {
         let role = match role {
-            Role::Publisher => "MP",
-            Role::Subscription => "MS",
+            EndpointRole::Publisher => "MP",
+            EndpointRole::Subscription => "MS",
         };
         let MessageType { name, hash } = message;
         let topic = self.topic(topic);
@@ -228,9 +234,9 @@ mod tests {
 
     fn node(namespace: &str) -> RosNode {
         RosNode {
-            domain: Domain::new("2").unwrap(),
+            domain: RosDomain::new("2").unwrap(),
             session: "8b20917502ee955ac4476e0266340d5c".to_owned(),
-            namespace: Namespace::new(namespace).unwrap(),
+            namespace: RosNamespace::new(namespace).unwrap(),
             name: RosName::new("talker").unwrap(),
         }
     }
@@ -246,7 +252,7 @@ mod tests {
             "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/0/NN/%/%/talker"
         );
         let chatter = RosName::new("chatter").unwrap();
-        let endpoint = node("/").endpoint(10, Role::Publisher, &chatter, string);
+        let endpoint = node("/").endpoint(10, EndpointRole::Publisher, &chatter, string);
         assert_eq!(
             endpoint.token,
             format!(
@@ -263,7 +269,8 @@ mod tests {
     #[test]
     fn a_namespace_is_in_key_and_token() {
         let topic = RosName::new("joint_states").unwrap();
-        let endpoint = node("plant/line1").endpoint(1, Role::Subscription, &topic, JOINT_STATE);
+        let endpoint =
+            node("plant/line1").endpoint(1, EndpointRole::Subscription, &topic, JOINT_STATE);
         assert!(endpoint.key.starts_with(
             "2/plant/line1/joint_states/sensor_msgs::msg::dds_::JointState_/RIHS01_a13e"
         ));
@@ -293,14 +300,14 @@ mod tests {
             );
         }
         for wrong in ["//", "/a/", "a//b", "/1", "a-b"] {
-            let error = Namespace::new(wrong).unwrap_err().to_string();
+            let error = RosNamespace::new(wrong).unwrap_err().to_string();
             assert!(
                 error.starts_with(&format!("received {wrong:?}, expected names with")),
                 "{error}"
             );
         }
         for wrong in ["", "-1", "233", "1.5", "70000"] {
-            let error = Domain::new(wrong).unwrap_err().to_string();
+            let error = RosDomain::new(wrong).unwrap_err().to_string();
             assert!(
                 error.ends_with("expected a whole number from 0 to 232"),
                 "{error}"

@@ -3,7 +3,7 @@
 //! Sources: `sensor_msgs/msg/JointState.msg` and `trajectory_msgs/msg/JointTrajectory.msg` of ROS 2's common_interfaces, CDR of
 //! OMG's DDSI-RTPS, 9.3. Lengths are metres and angles radians (REP 103).
 
-use crate::cdr::{CdrError, Reader, Writer};
+use crate::cdr::{CdrError, CdrReader, CdrWriter};
 
 /// A message type, as named on Zenoh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,12 +100,12 @@ impl Time {
         i64::from(self.sec) * NANOS + i64::from(self.nanosec)
     }
 
-    fn read(reader: &mut Reader<'_>, field: &str) -> Result<Self, CdrError> {
+    fn read(reader: &mut CdrReader<'_>, field: &str) -> Result<Self, CdrError> {
         let (sec, nanosec) = (reader.i32(field)?, reader.u32(field)?);
         Ok(Self { sec, nanosec })
     }
 
-    fn write(self, writer: &mut Writer) {
+    fn write(self, writer: &mut CdrWriter) {
         writer.i32(self.sec);
         writer.u32(self.nanosec);
     }
@@ -115,7 +115,7 @@ impl JointState {
     /// Writes the payload of a sample.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut writer = Writer::new();
+        let mut writer = CdrWriter::new();
         self.stamp.write(&mut writer);
         writer.text(&self.frame_id);
         writer.texts(&self.name);
@@ -130,7 +130,7 @@ impl JointState {
     /// # Errors
     /// [`CdrError`] with the field.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CdrError> {
-        let mut reader = Reader::new(bytes)?;
+        let mut reader = CdrReader::new(bytes)?;
         let message = Self {
             stamp: Time::read(&mut reader, "header.stamp")?,
             frame_id: reader.text("header.frame_id")?,
@@ -147,7 +147,7 @@ impl JointTrajectory {
     /// Writes the payload of a sample.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut writer = Writer::new();
+        let mut writer = CdrWriter::new();
         self.stamp.write(&mut writer);
         writer.text(&self.frame_id);
         writer.texts(&self.joint_names);
@@ -163,7 +163,7 @@ impl JointTrajectory {
     /// # Errors
     /// [`CdrError`] with the field.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CdrError> {
-        let mut reader = Reader::new(bytes)?;
+        let mut reader = CdrReader::new(bytes)?;
         let stamp = Time::read(&mut reader, "header.stamp")?;
         let frame_id = reader.text("header.frame_id")?;
         let joint_names = reader.texts("joint_names")?;
@@ -187,7 +187,7 @@ impl JointTrajectoryPoint {
     /// Four lengths and a time.
     const LEAST_BYTES: usize = 24;
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, CdrError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, CdrError> {
         Ok(Self {
             positions: reader.f64s("positions")?,
             velocities: reader.f64s("velocities")?,
@@ -197,7 +197,7 @@ impl JointTrajectoryPoint {
         })
     }
 
-    fn write(&self, writer: &mut Writer) {
+    fn write(&self, writer: &mut CdrWriter) {
         for values in [
             &self.positions,
             &self.velocities,

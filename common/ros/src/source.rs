@@ -7,12 +7,12 @@ use coaxle_wire::keys::NodeName;
 use coaxle_wire::{Channel, FrameHeader, Rejection};
 
 use crate::catalog::Catalog;
+use crate::cycle_starts::CycleStarts;
 use crate::message::{JointState, Time};
-use crate::stamps::Stamps;
 
 /// Values of an axis to publish.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Values {
+pub enum PublishedValues {
     /// `fPosSoll` and `fVeloSoll`.
     #[default]
     Set,
@@ -31,25 +31,25 @@ pub struct SlaveMotion {
 
 /// The frames of a channel that carries axes.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct FrameSource {
     node: NodeName,
     channel: Channel,
     seal: KeySeal,
     sender: u32,
-    stamps: Stamps,
-    newest: Option<Newest>,
+    cycle_starts: CycleStarts,
+    newest: Option<NewestFrame>,
     is_new: bool,
 }
 
 /// The newest frame.
 #[derive(Clone, Debug)]
-struct Newest {
+struct NewestFrame {
     header: FrameHeader,
-    came: Instant<Local>,
+    received_at: Instant<Local>,
     axes: Vec<NcToPlcAxis>,
 }
 
-impl Source {
+impl FrameSource {
     /// Makes the source of the frames of a node on a channel.
     #[must_use]
     pub fn new(node: NodeName, channel: Channel) -> Self {
@@ -58,7 +58,7 @@ impl Source {
             sender: sender_id(&node),
             node,
             channel,
-            stamps: Stamps::default(),
+            cycle_starts: CycleStarts::default(),
             newest: None,
             is_new: false,
         }
@@ -68,21 +68,25 @@ impl Source {
     ///
     /// # Errors
     /// [`Rejection`]: not a frame, or another node's.
-    pub fn frame(&mut self, came: Instant<Local>, payload: &[u8]) -> Result<(), Rejection> {
+    pub fn frame(&mut self, received_at: Instant<Local>, payload: &[u8]) -> Result<(), Rejection> {
         let mut axes = Vec::new();
         let header = self.seal.open(payload, |axis| axes.push(*axis))?;
         if header.sender != self.sender {
             return Err(Rejection::ForeignSender);
         }
-        self.stamps.frame(&header, came);
-        let is_late = |newest: &Newest| {
+        self.cycle_starts.frame(&header, received_at);
+        let is_late = |newest: &NewestFrame| {
             newest.header.epoch == header.epoch && newest.header.count >= header.count
         };
         if self.newest.as_ref().is_some_and(is_late) {
             return Ok(());
         }
         axes.retain(|axis| axis.implausible_field().is_none());
-        self.newest = Some(Newest { header, came, axes });
+        self.newest = Some(NewestFrame {
+            header,
+            received_at,
+            axes,
+        });
         self.is_new = true;
         Ok(())
     }
@@ -93,24 +97,26 @@ impl Source {
         &mut self,
         now: Instant<Local>,
         catalog: &Catalog,
-        values: Values,
+        values: PublishedValues,
         unix: Span,
     ) -> Option<JointState> {
-        self.stamps.cycle(now);
+        self.cycle_starts.cycle(now);
         if !std::mem::take(&mut self.is_new) {
             return None;
         }
         let newest = self.newest.as_ref()?;
-        let began = self.stamps.began(newest.header.count, newest.came);
+        let cycle_start = self
+            .cycle_starts
+            .cycle_start(newest.header.count, newest.received_at);
         let mut state = JointState {
-            stamp: Time::from_nanos((began.since_epoch() + unix).as_nanos()),
+            stamp: Time::from_nanos((cycle_start.since_epoch() + unix).as_nanos()),
             ..JointState::default()
         };
         for axis in &newest.axes {
             let joint = catalog.joint(&self.node, self.channel, axis.axis_id);
             let (position, velocity) = match values {
-                Values::Set => (axis.set_position, axis.set_velocity),
-                Values::Actual => (axis.actual_position, axis.actual_velocity),
+                PublishedValues::Set => (axis.set_position, axis.set_velocity),
+                PublishedValues::Actual => (axis.actual_position, axis.actual_velocity),
             };
             state.position.push(joint.scale().to_ros(position));
             state.velocity.push(joint.scale().to_ros(velocity));
@@ -128,7 +134,7 @@ impl Source {
             position: axis.set_position,
             velocity: axis.set_velocity,
         };
-        Some((newest.came, motion))
+        Some((newest.received_at, motion))
     }
 }
 
@@ -172,13 +178,13 @@ mod tests {
         let node = NodeName::new("conveyor").unwrap();
         let status = json!({ "axes": { "belt": { "id": 1, "unit": "mm" } } });
         let catalog = Catalog::of_status(&node, status.as_object().unwrap());
-        let mut source = Source::new(node.clone(), Channel::Axes);
+        let mut source = FrameSource::new(node.clone(), Channel::Axes);
         let key = node.channel_key(Channel::Axes);
         source.frame(at(1), &frame(&key, &node, 2, 1500.0)).unwrap();
         source.frame(at(2), &frame(&key, &node, 1, 1000.0)).unwrap();
         let unix = Span::from_secs(1_700_000_000);
         let state = source
-            .joint_state(at(3), &catalog, Values::Set, unix)
+            .joint_state(at(3), &catalog, PublishedValues::Set, unix)
             .unwrap();
         assert_eq!(
             state.name,
@@ -193,10 +199,13 @@ mod tests {
             (state.stamp.sec, state.stamp.nanosec),
             (1_700_000_000, 1_000_000)
         );
-        assert_eq!(source.joint_state(at(4), &catalog, Values::Set, unix), None);
+        assert_eq!(
+            source.joint_state(at(4), &catalog, PublishedValues::Set, unix),
+            None
+        );
         source.frame(at(5), &frame(&key, &node, 3, 2000.0)).unwrap();
         let actual = source
-            .joint_state(at(6), &catalog, Values::Actual, unix)
+            .joint_state(at(6), &catalog, PublishedValues::Actual, unix)
             .unwrap();
         assert_eq!((actual.position[0], actual.velocity[0]), (1.999, 0.0));
     }
@@ -204,7 +213,7 @@ mod tests {
     #[test]
     fn what_is_no_frame_of_the_node_is_refused() {
         let (node, other) = (NodeName::new("a").unwrap(), NodeName::new("b").unwrap());
-        let mut source = Source::new(node.clone(), Channel::Axes);
+        let mut source = FrameSource::new(node.clone(), Channel::Axes);
         let key = node.channel_key(Channel::Axes);
         assert_eq!(source.frame(at(1), &[]), Err(Rejection::Truncated));
         let foreign = frame(&key, &other, 1, 0.0);

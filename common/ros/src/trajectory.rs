@@ -10,7 +10,7 @@ use coaxle_wire::keys::NodeName;
 use coaxle_wire::one_line;
 
 use crate::message::{JointTrajectory, JointTrajectoryPoint, Time};
-use crate::unit::Scale;
+use crate::unit::UnitScale;
 
 /// A joint that takes orders.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,23 +24,23 @@ pub struct Address {
     /// The axis id of the slave in the frames of the receiver.
     pub axis_id: u32,
     /// Scale of its unit.
-    pub scale: Scale,
+    pub scale: UnitScale,
 }
 
 /// A trajectory that can be executed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct TrajectoryPlan {
     /// Joints of the trajectory.
     pub joints: Vec<Address>,
     /// Start, from now on.
     pub begins: Span,
     /// Consecutive segments; none: the joints halt.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<TrajectorySegment>,
 }
 
 /// The motion to a point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Segment {
+pub struct TrajectorySegment {
     /// Begin, since the start of the trajectory.
     pub begins: Span,
     /// Duration; zero: within the limits of the slave.
@@ -52,7 +52,7 @@ pub struct Segment {
 /// Reason why a trajectory is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: received {received}, expected {expected}")]
-pub struct Refusal {
+pub struct TrajectoryRefusal {
     /// The field of the message.
     pub field: String,
     /// Value received.
@@ -61,7 +61,7 @@ pub struct Refusal {
     pub expected: String,
 }
 
-impl Refusal {
+impl TrajectoryRefusal {
     fn new(
         field: impl Into<String>,
         received: impl fmt::Display,
@@ -77,7 +77,7 @@ impl Refusal {
 
 /// Greatest number of joints of a trajectory, and of names listed in a refusal.
 const MOST_JOINTS: usize = 128;
-const MOST_TOLD: usize = 10;
+const MAX_LISTED: usize = 10;
 /// Greatest age of a stamp, s: that of a node that meant now.
 const OLDEST_S: i64 = 1;
 /// Greatest time ahead of a trajectory, s.
@@ -89,43 +89,43 @@ const NANOS: i64 = 1_000_000_000;
 /// Plans a trajectory. `unix_now` is CLOCK_REALTIME, ns; `known` are the joints that take orders.
 ///
 /// # Errors
-/// [`Refusal`], the first reason that applies: nothing of the trajectory is executed.
+/// [`TrajectoryRefusal`], the first reason that applies: nothing of the trajectory is executed.
 pub fn plan(
     trajectory: &JointTrajectory,
     unix_now: i64,
     known: &[Address],
-) -> Result<Plan, Refusal> {
+) -> Result<TrajectoryPlan, TrajectoryRefusal> {
     let joints = joints(&trajectory.joint_names, known)?;
     let begins = begins(trajectory.stamp, unix_now)?;
     let mut before = Span::ZERO;
     let mut segments = Vec::with_capacity(trajectory.points.len());
     for (k, point) in trajectory.points.iter().enumerate() {
         let end = time_from_start(k, point.time_from_start, before)?;
-        segments.push(Segment {
+        segments.push(TrajectorySegment {
             begins: before,
             lasts: end - before,
             positions: positions(k, point, &joints)?,
         });
         before = end;
     }
-    Ok(Plan {
+    Ok(TrajectoryPlan {
         joints,
         begins,
         segments,
     })
 }
 
-fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, Refusal> {
+fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, TrajectoryRefusal> {
     if !(1..=MOST_JOINTS).contains(&names.len()) {
         let expected = format!("1 to {MOST_JOINTS}");
-        return Err(Refusal::new("joint_names", names.len(), expected));
+        return Err(TrajectoryRefusal::new("joint_names", names.len(), expected));
     }
     let mut found: Vec<Address> = Vec::with_capacity(names.len());
     for (k, name) in names.iter().enumerate() {
         let field = format!("joint_names[{k}]");
         let received = one_line(&format!("{name:?}"));
         if found.iter().any(|address| address.joint == *name) {
-            return Err(Refusal::new(
+            return Err(TrajectoryRefusal::new(
                 field,
                 format!("{received} again"),
                 "each joint once",
@@ -133,27 +133,29 @@ fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, Refusal> 
         }
         match known.iter().find(|address| address.joint == *name) {
             Some(address) => found.push(address.clone()),
-            None => return Err(Refusal::new(field, received, those(known))),
+            None => return Err(TrajectoryRefusal::new(field, received, list_joints(known))),
         }
     }
     Ok(found)
 }
 
 /// Lists the known joints, for a message.
-fn those(known: &[Address]) -> String {
+fn list_joints(known: &[Address]) -> String {
     let names: Vec<_> = known.iter().map(|address| address.joint.as_str()).collect();
     match names.as_slice() {
         [] => "a slave of a receiver, and none is there".to_owned(),
-        names if names.len() <= MOST_TOLD => format!("a slave that is there: {}", names.join(", ")),
+        names if names.len() <= MAX_LISTED => {
+            format!("a slave that is there: {}", names.join(", "))
+        }
         names => {
-            let (first, rest) = names.split_at(MOST_TOLD);
+            let (first, rest) = names.split_at(MAX_LISTED);
             let first = first.join(", ");
             format!("a slave that is there: {first} and {} more", rest.len())
         }
     }
 }
 
-fn begins(stamp: Time, unix_now: i64) -> Result<Span, Refusal> {
+fn begins(stamp: Time, unix_now: i64) -> Result<Span, TrajectoryRefusal> {
     let nanos = stamp.as_nanos();
     if nanos == 0 {
         return Ok(Span::ZERO);
@@ -167,11 +169,11 @@ fn begins(stamp: Time, unix_now: i64) -> Result<Span, Refusal> {
         _ => format!("an instant {:.3} s ahead", ahead as f64 * 1e-9),
     };
     let expected = format!("0 for now, or from {OLDEST_S} s ago to {FARTHEST_S} s ahead");
-    Err(Refusal::new("header.stamp", received, expected))
+    Err(TrajectoryRefusal::new("header.stamp", received, expected))
 }
 
 /// Returns the time of the `k`-th point; that of the first one may be zero.
-fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, Refusal> {
+fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, TrajectoryRefusal> {
     let span = Span::from_nanos(time.as_nanos());
     let is_later = span > before || (k == 0 && span == before);
     if is_later && span <= Span::from_secs(LONGEST_S) {
@@ -186,7 +188,7 @@ fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, Refusal> 
         ),
     };
     let received = format!("{} s", span.as_secs_f64());
-    Err(Refusal::new(
+    Err(TrajectoryRefusal::new(
         field,
         received,
         format!("{least} to {LONGEST_S} s"),
@@ -198,23 +200,27 @@ fn positions(
     k: usize,
     point: &JointTrajectoryPoint,
     joints: &[Address],
-) -> Result<Vec<f64>, Refusal> {
+) -> Result<Vec<f64>, TrajectoryRefusal> {
     let received = point.positions.len();
     if received != joints.len() {
         let field = format!("points[{k}].positions");
         let expected = format!("{}, one for each joint", joints.len());
-        return Err(Refusal::new(field, format!("{received} numbers"), expected));
+        return Err(TrajectoryRefusal::new(
+            field,
+            format!("{received} numbers"),
+            expected,
+        ));
     }
     for (name, values) in [
         ("velocities", &point.velocities),
         ("accelerations", &point.accelerations),
     ] {
-        stands(&format!("points[{k}].{name}"), values)?;
+        check_standstill(&format!("points[{k}].{name}"), values)?;
     }
     if !point.effort.is_empty() {
         let received = format!("{} numbers", point.effort.len());
         let expected = "none: a slave is ordered to a position";
-        return Err(Refusal::new(
+        return Err(TrajectoryRefusal::new(
             format!("points[{k}].effort"),
             received,
             expected,
@@ -227,7 +233,7 @@ fn positions(
             return Ok(position);
         }
         let expected = "a number that is -1e15 to 1e15 in the unit of the axis";
-        Err(Refusal::new(
+        Err(TrajectoryRefusal::new(
             format!("points[{k}].positions[{n}]"),
             ros,
             expected,
@@ -237,13 +243,13 @@ fn positions(
 }
 
 /// Checks that a point requires a standstill: a slave stands at the end of a move.
-fn stands(field: &str, values: &[f64]) -> Result<(), Refusal> {
+fn check_standstill(field: &str, values: &[f64]) -> Result<(), TrajectoryRefusal> {
     match values.iter().position(|value| *value != 0.0) {
         None => Ok(()),
         Some(n) => {
             let field = format!("{field}[{n}]");
             let expected = "0, or none: a slave stands at the end of a move";
-            Err(Refusal::new(field, values[n], expected))
+            Err(TrajectoryRefusal::new(field, values[n], expected))
         }
     }
 }
@@ -259,7 +265,7 @@ pub(crate) mod tests {
             node: NodeName::new(node).unwrap(),
             slave: SlaveName::new(slave).unwrap(),
             axis_id: 1,
-            scale: Scale::of("mm").unwrap(),
+            scale: UnitScale::of("mm").unwrap(),
         }
     }
 

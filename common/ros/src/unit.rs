@@ -4,12 +4,12 @@ use std::f64::consts::{PI, TAU};
 
 /// Number of metres or radians in a unit of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale(f64);
+pub struct UnitScale(f64);
 
 /// The units that are known.
 pub const KNOWN: &str = "m, dm, cm, mm, µm, um, nm, in, inch, rad, mrad, °, deg, rev";
 
-impl Scale {
+impl UnitScale {
     /// Scale of values that are passed on unchanged.
     pub const NONE: Self = Self(1.0);
 
@@ -52,13 +52,13 @@ mod tests {
 
     #[test]
     fn lengths_are_metres_and_angles_radians() {
-        let ros = |unit: &str, value| Scale::of(unit).unwrap().to_ros(value);
+        let ros = |unit: &str, value| UnitScale::of(unit).unwrap().to_ros(value);
         assert_eq!(ros("mm", 1500.0), 1.5);
         assert_eq!(ros("m", 2.0), 2.0);
         assert!((ros("°", 180.0) - PI).abs() < 1e-15);
         assert!((ros("rev", 0.5) - PI).abs() < 1e-15);
         for unknown in ["u", "", "pcs", "MM", "m/s", "%"] {
-            assert_eq!(Scale::of(unknown), None, "{unknown}");
+            assert_eq!(UnitScale::of(unknown), None, "{unknown}");
         }
     }
 
@@ -66,7 +66,7 @@ mod tests {
         #[test]
         fn there_and_back_is_the_same(known in 0..14_usize, value in -1e9..1e9) {
             let unit = KNOWN.split(", ").nth(known).unwrap();
-            let scale = Scale::of(unit).unwrap();
+            let scale = UnitScale::of(unit).unwrap();
             let back = scale.from_ros(scale.to_ros(value));
             prop_assert!((back - value).abs() <= 1e-12 * value.abs());
         }

@@ -5,10 +5,10 @@ use alloc::vec::Vec;
 use coaxle_curve::law::{Extreme, Extremes, MinMax, Motion, MotionLaw};
 use coaxle_plate::{CamError, MotionFunction, MotionPoint, PointType, TableType};
 
-use super::piece::Piece;
+use super::path_piece::PathPiece;
 use super::plan::SawPlan;
 use super::refusal::SawRefusal;
-use super::way::Way;
+use super::slave_path::SlavePath;
 
 /// `MC_FlyingSawCharacValues`, TS5055 12.3.2, TF5055 5.3: the synchronisation phase of a master
 /// that keeps its velocity.
@@ -185,8 +185,8 @@ impl SawPlan {
     #[doc(alias = "MC_ReadFlyingSawCharacteristics")]
     #[must_use]
     pub fn characteristics(&self, table_id: u32) -> FlyingSawCharacteristics {
-        match self.way() {
-            Some((way, velocity)) => self.characteristics_of(&way, velocity, table_id),
+        match self.path() {
+            Some((path, velocity)) => self.characteristics_of(&path, velocity, table_id),
             None => self.characteristics_of_nothing(table_id),
         }
     }
@@ -195,21 +195,21 @@ impl SawPlan {
     /// depends on: the master or the time.
     fn characteristics_of(
         &self,
-        way: &Way,
+        path: &SlavePath,
         velocity: f64,
         table_id: u32,
     ) -> FlyingSawCharacteristics {
-        let demands = way.demands(velocity);
-        let (first, last) = (way.first(), way.last());
-        let velocity_at = |extreme: Extreme| way.at(extreme.master).velocity * velocity;
+        let demands = path.demands(velocity);
+        let (first, last) = (path.first(), path.last());
+        let velocity_at = |extreme: Extreme| path.at(extreme.master).velocity * velocity;
         let acceleration = demands.course.acceleration;
-        let moment = way
+        let moment = path
             .pieces()
             .skip(1)
             .map(|piece| piece.dynamic_moment(velocity))
             .fold(first.dynamic_moment(velocity), MinMax::joined);
-        let path: f64 = way.pieces().map(Piece::path).sum();
-        let squares = way
+        let distance: f64 = path.pieces().map(PathPiece::path).sum();
+        let squares = path
             .pieces()
             .map(|piece| piece.squared_acceleration(velocity));
         let duration = self.duration().0;
@@ -240,10 +240,10 @@ impl SawPlan {
             velocity_at_minimum_acceleration: velocity_at(acceleration.minimum),
             velocity_at_maximum_acceleration: velocity_at(acceleration.maximum),
             dynamic_moment: moment,
-            mean_velocity: path / duration,
+            mean_velocity: distance / duration,
             effective_acceleration: libm::sqrt(squares.sum::<f64>() / duration),
             extremes: demands.with_places(place).course,
-            table: table(table_id, way.pieces().count() + 1),
+            table: table(table_id, path.pieces().count() + 1),
         }
     }
 
@@ -282,20 +282,20 @@ impl SawPlan {
     /// a time-based plan, which does not depend on it.
     #[must_use]
     pub fn motion_points(&self) -> Vec<MotionPoint> {
-        let Some((way, _)) = self.way().filter(|_| self.time_profile().is_none()) else {
+        let Some((path, _)) = self.path().filter(|_| self.time_profile().is_none()) else {
             return Vec::new();
         };
-        let begins = way.pieces().map(|piece| (piece.begin, piece));
-        let end = (way.last().end(), way.last());
-        let mut knots: Vec<(f64, &Piece)> = begins.chain([end]).collect();
-        let backward = way.last().length < 0.0;
+        let begins = path.pieces().map(|piece| (piece.begin, piece));
+        let end = (path.last().end(), path.last());
+        let mut knots: Vec<(f64, &PathPiece)> = begins.chain([end]).collect();
+        let backward = path.last().length < 0.0;
         if backward {
             knots.reverse();
         }
-        let pieces: Vec<&Piece> = if backward {
-            way.pieces().rev().collect()
+        let pieces: Vec<&PathPiece> = if backward {
+            path.pieces().rev().collect()
         } else {
-            way.pieces().collect()
+            path.pieces().collect()
         };
         let laws = pieces.iter().map(|piece| piece.law());
         // The last point's law leads nowhere.

@@ -4,7 +4,7 @@ use coaxle_curve::law::Extreme;
 use coaxle_curve::profile::Limits;
 
 use super::SyncMask;
-use super::demands::Demands;
+use super::demands::SlaveDemands;
 use super::refusal::{Check, Violation};
 
 /// Tolerance of a limit for rounding, relative to the magnitudes involved.
@@ -28,7 +28,7 @@ pub(super) struct Checklist {
 
 /// Start and end of a path: position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ends {
+pub(super) struct SyncEnds {
     pub(super) start: (f64, f64),
     pub(super) sync: (f64, f64),
 }
@@ -64,7 +64,7 @@ impl Checklist {
 
     /// # Errors
     /// The first violation, in the order of the manual.
-    pub(super) fn pass(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
+    pub(super) fn pass(&self, demands: &SlaveDemands, ends: &SyncEnds) -> Result<(), Violation> {
         self.positions(demands, ends)?;
         self.speed(demands)?;
         self.velocity_shoots(demands, ends)?;
@@ -73,7 +73,7 @@ impl Checklist {
     }
 
     /// Checks whether the path is too fast, and in which direction.
-    pub(super) fn speed(&self, demands: &Demands) -> Result<(), Violation> {
+    pub(super) fn speed(&self, demands: &SlaveDemands) -> Result<(), Violation> {
         let velocity = &demands.course.velocity;
         let slack = ROUNDING * self.velocity;
         let checked = SyncMask::MAX_VELO;
@@ -82,7 +82,7 @@ impl Checklist {
         self.at_least(checked, Check::MinVelo, velocity.minimum, down, slack)
     }
 
-    fn positions(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
+    fn positions(&self, demands: &SlaveDemands, ends: &SyncEnds) -> Result<(), Violation> {
         let position = &demands.course.position;
         let (low, high) = (position.minimum, position.maximum);
         let (start, sync) = (ends.start.0, ends.sync.0);
@@ -107,7 +107,7 @@ impl Checklist {
         self.at_most(SyncMask::OVERSHOOT_POS, over, high, upper, slack)
     }
 
-    fn velocity_shoots(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
+    fn velocity_shoots(&self, demands: &SlaveDemands, ends: &SyncEnds) -> Result<(), Violation> {
         let velocity = &demands.course.velocity;
         let (start, sync) = (ends.start.1, ends.sync.1);
         let slack = ROUNDING * velocity.magnitude();
@@ -148,7 +148,7 @@ impl Checklist {
 
     /// Checks for reversals. A velocity beyond zero counts only if the slave neither starts nor ends
     /// there.
-    fn reversals(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
+    fn reversals(&self, demands: &SlaveDemands, ends: &SyncEnds) -> Result<(), Violation> {
         let velocity = &demands.course.velocity;
         let (start, sync) = (ends.start.1, ends.sync.1);
         let slack = ROUNDING * velocity.magnitude();
@@ -172,7 +172,7 @@ impl Checklist {
     }
 
     /// Checks acceleration, deceleration and jerk.
-    pub(super) fn dynamics(&self, demands: &Demands) -> Result<(), Violation> {
+    pub(super) fn dynamics(&self, demands: &SlaveDemands) -> Result<(), Violation> {
         let (limit, slack) = (self.acceleration, ROUNDING * self.acceleration);
         let faster = demands.speeding_up;
         self.at_most(SyncMask::MAX_ACC, Check::MaxAcc, faster, limit, slack)?;

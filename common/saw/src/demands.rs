@@ -1,58 +1,62 @@
 //! Demands of a path on the slave: the greatest values along it.
 
 use coaxle_curve::law::polynomial::Polynomial;
-use coaxle_curve::law::roots::roots_between_turns;
+use coaxle_curve::law::roots::roots_between_extremes;
 use coaxle_curve::law::{Extreme, Extremes, MinMax, Roots};
 
-use super::piece::Piece;
+use super::path_piece::PathPiece;
 
-impl Piece {
+impl PathPiece {
     /// Computes the demands on the slave while the master runs at `master_velocity`.
-    pub(super) fn demands(&self, master_velocity: f64) -> Demands {
+    pub(super) fn demands(&self, master_velocity: f64) -> SlaveDemands {
         let rate = master_velocity / self.length;
         if self.is_line() {
             return self.demands_of_line(rate);
         }
         match self.rise_of_ramp() {
             Some(rise) => self.demands_of_ramp(rise, rate),
-            None => self.demands_by_turns(rate),
+            None => self.demands_from_extremes(rate),
         }
     }
 
     /// Computes the demands of any course, by the extremes of its quantities.
-    fn demands_by_turns(&self, rate: f64) -> Demands {
-        let velocity = self.way.derivative();
+    fn demands_from_extremes(&self, rate: f64) -> SlaveDemands {
+        let velocity = self.displacement.derivative();
         let acceleration = velocity.derivative();
         let jerk = acceleration.derivative();
 
         // The turns of each quantity are the roots of the next one.
-        let jerk_turns = jerk.derivative().roots_in(0.0, 1.0);
-        let acceleration_turns = roots_between_turns(&jerk, &jerk_turns, 0.0, 1.0);
-        let velocity_turns = roots_between_turns(&acceleration, &acceleration_turns, 0.0, 1.0);
+        let jerk_extremes = jerk.derivative().roots_in(0.0, 1.0);
+        let acceleration_extremes = roots_between_extremes(&jerk, &jerk_extremes, 0.0, 1.0);
+        let velocity_extremes =
+            roots_between_extremes(&acceleration, &acceleration_extremes, 0.0, 1.0);
         // By the slope, not the velocity: a master at rest hides no reversal.
-        let slope = self.range(&velocity, &velocity_turns, 1.0);
+        let slope = self.range(&velocity, &velocity_extremes, 1.0);
         let reverses = slope.minimum.value < 0.0 && slope.maximum.value > 0.0;
-        let position_turns = if reverses {
-            roots_between_turns(&velocity, &velocity_turns, 0.0, 1.0)
+        let position_extremes = if reverses {
+            roots_between_extremes(&velocity, &velocity_extremes, 0.0, 1.0)
         } else {
             Roots::none()
         };
 
         let square = rate * rate;
         let mut effort = Effort::none(self.begin);
-        effort.add(&position_turns, &acceleration_turns, |x| Sample {
-            master: self.master_at(x),
-            velocity: velocity.derivatives(x)[0] * rate,
-            acceleration: acceleration.derivatives(x)[0] * square,
+        effort.add(&position_extremes, &acceleration_extremes, |x| {
+            DemandSample {
+                master: self.master_at(x),
+                velocity: velocity.derivatives(x)[0] * rate,
+                acceleration: acceleration.derivatives(x)[0] * square,
+            }
         });
-        Demands {
+        SlaveDemands {
             course: Extremes {
-                position: mapped(self.range(&self.way, &position_turns, 1.0), |way| {
-                    self.position + way
-                }),
+                position: mapped(
+                    self.range(&self.displacement, &position_extremes, 1.0),
+                    |displacement| self.position + displacement,
+                ),
                 velocity: mapped(slope, |slope| slope * rate),
-                acceleration: self.range(&acceleration, &acceleration_turns, square),
-                jerk: self.range(&jerk, &jerk_turns, square * rate),
+                acceleration: self.range(&acceleration, &acceleration_extremes, square),
+                jerk: self.range(&jerk, &jerk_extremes, square * rate),
             },
             speeding_up: effort.speeding_up,
             slowing_down: effort.slowing_down,
@@ -62,17 +66,17 @@ impl Piece {
     /// Returns the growth of the slope from begin to end, per length, of a [ramp](Self::ramp) without a
     /// reversal; none for any other course.
     fn rise_of_ramp(&self) -> Option<f64> {
-        let [_, from, bend, rise, fourth, fifth] = self.way.0;
+        let [_, from, bend, rise, fourth, fifth] = self.displacement.0;
         let is_ramp = bend == 0.0 && fourth == -rise / 2.0 && fifth == 0.0;
         (is_ramp && from * (from + rise) >= 0.0).then_some(rise)
     }
 
     /// Computes the demands of a ramp: velocity, position and jerk are extreme at its ends, the
     /// acceleration in the middle.
-    fn demands_of_ramp(&self, rise: f64, rate: f64) -> Demands {
-        let (from, square) = (self.way.0[1], rate * rate);
+    fn demands_of_ramp(&self, rise: f64, rate: f64) -> SlaveDemands {
+        let (from, square) = (self.displacement.0[1], rate * rate);
         let to = from + rise;
-        let middle = Sample {
+        let middle = DemandSample {
             master: self.master_at(0.5),
             velocity: (from + to) / 2.0 * rate,
             acceleration: 1.5 * rise * square,
@@ -80,7 +84,7 @@ impl Piece {
         let mut effort = Effort::none(self.begin);
         effort.add_at(&middle, middle.velocity.signum());
         let jerk = 6.0 * rise * square * rate;
-        Demands {
+        SlaveDemands {
             course: Extremes {
                 position: self.at_ends(self.position, self.position + self.distance()),
                 velocity: self.at_ends(from * rate, to * rate),
@@ -93,12 +97,12 @@ impl Piece {
         }
     }
 
-    fn demands_of_line(&self, rate: f64) -> Demands {
+    fn demands_of_line(&self, rate: f64) -> SlaveDemands {
         let still = MinMax::at(self.begin, 0.0);
-        Demands {
+        SlaveDemands {
             course: Extremes {
-                position: self.at_ends(self.position, self.position + self.way.0[1]),
-                velocity: MinMax::at(self.begin, self.way.0[1] * rate),
+                position: self.at_ends(self.position, self.position + self.displacement.0[1]),
+                velocity: MinMax::at(self.begin, self.displacement.0[1] * rate),
                 acceleration: still,
                 jerk: still,
             },
@@ -133,7 +137,7 @@ impl Piece {
 
 /// Greatest values along a path, over the master's position and per second.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Demands {
+pub(super) struct SlaveDemands {
     /// Extremes of position, velocity, acceleration and jerk.
     pub(super) course: Extremes,
     /// Greatest acceleration where the slave speeds up, as a magnitude.
@@ -142,7 +146,7 @@ pub(super) struct Demands {
     pub(super) slowing_down: Extreme,
 }
 
-impl Demands {
+impl SlaveDemands {
     /// Returns the demands with other places: the master's positions where the path depends on time.
     pub(super) fn with_places(self, place: impl Fn(f64) -> f64) -> Self {
         let at = |extreme: Extreme| Extreme {
@@ -182,7 +186,7 @@ struct Effort {
 }
 
 /// State of the slave at one place of its path.
-struct Sample {
+struct DemandSample {
     master: f64,
     velocity: f64,
     acceleration: f64,
@@ -199,7 +203,7 @@ impl Effort {
 
     /// Adds a range. Between two standstills the velocity keeps its sign; there, the acceleration is
     /// extreme at its turns and at the two ends.
-    fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> Sample) {
+    fn add(&mut self, standstills: &[f64], turns: &[f64], at: impl Fn(f64) -> DemandSample) {
         let mut from = 0.0;
         for &to in standstills.iter().chain(core::iter::once(&1.0)) {
             // A path that begins or ends at a standstill has nothing before or behind it, and a velocity
@@ -217,7 +221,7 @@ impl Effort {
         }
     }
 
-    fn add_at(&mut self, sample: &Sample, direction: f64) {
+    fn add_at(&mut self, sample: &DemandSample, direction: f64) {
         let along = sample.acceleration * direction;
         let extreme = Extreme {
             master: sample.master,
@@ -257,7 +261,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Returns the values of both, and their places.
-    fn values(demands: &Demands) -> [(f64, f64); 10] {
+    fn values(demands: &SlaveDemands) -> [(f64, f64); 10] {
         let course = &demands.course;
         let extremes = [
             course.position.minimum,
@@ -278,11 +282,11 @@ mod tests {
     #[test]
     fn a_start_from_rest_slows_nothing_down_either_way() {
         for side in [1.0, -1.0] {
-            let ramp = Piece::curved_ramp(0.0, 2.0, 0.0, (0.0, side * 3.0), side * 4.0);
+            let ramp = PathPiece::curved_ramp(0.0, 2.0, 0.0, (0.0, side * 3.0), side * 4.0);
             let demands = ramp.demands(1.0);
             assert!(demands.speeding_up.value >= 2.99, "{side}: {demands:?}");
             assert!(demands.slowing_down.value < 1e-9, "{side}: {demands:?}");
-            let back = Piece::quintic(0.0, 2.0, (0.0, side * 2.0, 0.0), (side * 2.0, 0.0));
+            let back = PathPiece::quintic(0.0, 2.0, (0.0, side * 2.0, 0.0), (side * 2.0, 0.0));
             assert!(back.demands(1.0).speeding_up.value < 1e-9, "{side}");
         }
     }
@@ -297,9 +301,9 @@ mod tests {
             (from, to) in (prop_oneof![Just(0.0), -3.0..3.0], prop_oneof![Just(0.0), -3.0..3.0]),
             speed in 0.0..2e3_f64,
         ) {
-            let ramp = Piece::ramp(begin, length, position, from, to);
+            let ramp = PathPiece::ramp(begin, length, position, from, to);
             let rate = speed.copysign(length) / length;
-            let expected = values(&ramp.demands_by_turns(rate));
+            let expected = values(&ramp.demands_from_extremes(rate));
             prop_assume!(!ramp.is_line());
             for (got, expected) in values(&ramp.demands(rate * length)).into_iter().zip(expected) {
                 let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs().max(b.abs()));

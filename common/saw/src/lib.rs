@@ -101,16 +101,16 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+mod by_strategy;
 mod characteristics;
-mod chase;
 mod checks;
 mod command;
-mod curved;
+mod coupling_moment;
+mod curved_ramp;
 mod demands;
 mod diagonal;
-mod limited;
-mod moment;
-mod piece;
+mod path_limits;
+mod path_piece;
 mod plan;
 mod plateau;
 mod position;
@@ -119,19 +119,19 @@ mod refusal;
 mod remedy;
 mod rollback;
 mod running;
-mod span;
+mod slave_path;
 mod strategy;
 #[cfg(feature = "serde")]
 mod sync_mask_names;
 mod sync_mode;
+mod sync_span;
 mod task;
 mod velocity;
-mod way;
 
 pub use characteristics::{FlyingSawCharacteristics, SawEnd, SawTable, saw_table_id};
 pub use command::{GearInPos, GearInVelo, Ratio, SyncLimits};
+pub use coupling_moment::{CouplingMoment, EncoderNoise, LimitGuard, SlaveLimits};
 pub use diagonal::{DiagonalAngle, diagonal_ratio};
-pub use moment::{CouplingMoment, EncoderMaster, LimitGuard, SlaveLimits};
 pub use plan::{SawForm, SawPlan, SyncLine};
 pub use refusal::{Check, SawRefusal, Violation};
 pub use remedy::SawRemedy;

@@ -6,9 +6,9 @@ use coaxle_clock::Seconds;
 use coaxle_curve::law::{Knot, LawError, Motion, Segment};
 use coaxle_curve::profile::{Kinematics, Profile};
 
-use super::piece::Piece;
-use super::task::Task;
-use super::way::Way;
+use super::path_piece::PathPiece;
+use super::slave_path::SlavePath;
+use super::task::SyncTask;
 
 /// A planned synchronisation: the slave's path from the coupling moment to the synchronous phase. Plain
 /// data of a fixed size.
@@ -49,7 +49,7 @@ pub enum SawForm {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SawProfile {
     Nothing,
-    OverMaster(Way),
+    OverMaster(SlavePath),
     OverTime(Profile),
 }
 
@@ -88,12 +88,17 @@ impl SyncLine {
 }
 
 impl SawPlan {
-    pub(super) fn over_master(task: &Task, form: SawForm, way: Way, line: SyncLine) -> Self {
-        Self::new(task, form, SawProfile::OverMaster(way), line)
+    pub(super) fn over_master(
+        task: &SyncTask,
+        form: SawForm,
+        path: SlavePath,
+        line: SyncLine,
+    ) -> Self {
+        Self::new(task, form, SawProfile::OverMaster(path), line)
     }
 
     #[inline]
-    pub(super) fn over_time(task: &Task, profile: Profile, line: SyncLine) -> Self {
+    pub(super) fn over_time(task: &SyncTask, profile: Profile, line: SyncLine) -> Self {
         Self::new(
             task,
             SawForm::JerkPhases,
@@ -103,7 +108,7 @@ impl SawPlan {
     }
 
     /// Makes the plan of a slave that already has the gear's velocity.
-    pub(super) fn synchronous(task: &Task) -> Self {
+    pub(super) fn synchronous(task: &SyncTask) -> Self {
         let line = SyncLine {
             ratio: task.ratio,
             master: task.master_position,
@@ -113,7 +118,7 @@ impl SawPlan {
     }
 
     #[inline]
-    fn new(task: &Task, form: SawForm, profile: SawProfile, line: SyncLine) -> Self {
+    fn new(task: &SyncTask, form: SawForm, profile: SawProfile, line: SyncLine) -> Self {
         Self {
             form,
             profile,
@@ -183,14 +188,14 @@ impl SawPlan {
     /// phase if the last piece is part of that line already.
     pub(super) fn joins_line_at(&self) -> f64 {
         match &self.profile {
-            SawProfile::OverMaster(way) if self.ends_on_line(way) => way.last().begin,
+            SawProfile::OverMaster(path) if self.ends_on_line(path) => path.last().begin,
             _ => self.line.master,
         }
     }
 
-    fn ends_on_line(&self, way: &Way) -> bool {
+    fn ends_on_line(&self, path: &SlavePath) -> bool {
         let by_form = self.form == SawForm::QuinticLine;
-        by_form || self.form == SawForm::JerkPhases && way.last().is_line()
+        by_form || self.form == SawForm::JerkPhases && path.last().is_line()
     }
 
     /// Returns the slave and its derivatives with respect to a master position: along the profile within
@@ -209,7 +214,7 @@ impl SawPlan {
             SawProfile::OverMaster(_) if (master - self.line.master) * towards >= 0.0 => {
                 Some(on_line)
             }
-            SawProfile::OverMaster(way) => Some(way.at(master)),
+            SawProfile::OverMaster(path) => Some(path.at(master)),
             SawProfile::OverTime(_) => None,
         }
     }
@@ -258,10 +263,10 @@ impl SawPlan {
     }
 
     /// Returns the path, and the velocity of the variable it depends on: of the master, or of time.
-    pub(super) fn way(&self) -> Option<(Way, f64)> {
+    pub(super) fn path(&self) -> Option<(SlavePath, f64)> {
         match &self.profile {
             SawProfile::Nothing => None,
-            SawProfile::OverMaster(way) => Some((*way, self.master_velocity)),
+            SawProfile::OverMaster(path) => Some((*path, self.master_velocity)),
             SawProfile::OverTime(profile) => Some((over_time(profile)?, 1.0)),
         }
     }
@@ -272,20 +277,20 @@ impl SawPlan {
     /// # Errors
     /// [`LawError`] if the master's path is so short that it vanishes in the last digit of its position.
     pub fn segments(&self) -> impl Iterator<Item = Result<Segment, LawError>> + '_ {
-        let way = match &self.profile {
-            SawProfile::OverMaster(way) => Some(way),
+        let path = match &self.profile {
+            SawProfile::OverMaster(path) => Some(path),
             SawProfile::Nothing | SawProfile::OverTime(_) => None,
         };
-        let count = way.map_or(0, |way| way.pieces().count());
+        let count = path.map_or(0, |path| path.pieces().count());
         let backward = self.line.master < self.master_start;
         (0..count).filter_map(move |i| {
             let nth = if backward { count - 1 - i } else { i };
-            way?.pieces().nth(nth).map(segment)
+            path?.pieces().nth(nth).map(segment)
         })
     }
 }
 
-fn segment(piece: &Piece) -> Result<Segment, LawError> {
+fn segment(piece: &PathPiece) -> Result<Segment, LawError> {
     let knot = |master| Knot {
         master,
         motion: piece.at(master),
@@ -300,14 +305,14 @@ fn segment(piece: &Piece) -> Result<Segment, LawError> {
 }
 
 /// Returns the phases of a profile as pieces over time; none if its duration is zero.
-pub(super) fn over_time(profile: &Profile) -> Option<Way> {
+pub(super) fn over_time(profile: &Profile) -> Option<SlavePath> {
     let ends = profile.phase_begins().skip(1).chain([profile.duration()]);
     let pieces = profile.phase_begins().zip(ends).map(|(begin, end)| {
         let state = profile.at(begin);
         let constants = (state.velocity, state.acceleration, profile.jerk_at(begin));
-        Piece::phase(begin.0, end.0 - begin.0, state.position, constants)
+        PathPiece::phase(begin.0, end.0 - begin.0, state.position, constants)
     });
     pieces
-        .map(Way::of)
-        .reduce(|way, next| way.then(*next.first()))
+        .map(SlavePath::of)
+        .reduce(|path, next| path.then(*next.first()))
 }

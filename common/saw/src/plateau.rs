@@ -3,7 +3,7 @@
 use coaxle_curve::profile::bracket;
 
 use super::ramp::{RampBounds, shortest_ramp};
-use super::span::Span;
+use super::sync_span::SyncSpan;
 
 /// P5+P1+P5: the slope of P1, and the signed lengths of the ramps to it and from it.
 pub(super) struct Plateau {
@@ -14,7 +14,7 @@ pub(super) struct Plateau {
 
 impl Plateau {
     /// Returns the plateau between the shortest ramps, if the distance has room for them.
-    pub(super) fn with_shortest_ramps(span: &Span) -> Option<Self> {
+    pub(super) fn with_shortest_ramps(span: &SyncSpan) -> Option<Self> {
         // As seen by a master that moves forwards.
         let direction = span.master.signum();
         let problem = PlateauProblem {

@@ -1,16 +1,16 @@
 //! Planning `MC_GearInPos`: the optimisation steps of TS5055 7, in their order.
 
-use super::checks::Ends;
+use super::checks::SyncEnds;
 use super::command::GearInPos;
-use super::demands::Demands;
-use super::moment::CouplingMoment;
-use super::piece::Piece;
+use super::coupling_moment::CouplingMoment;
+use super::demands::SlaveDemands;
+use super::path_piece::PathPiece;
 use super::plan::{SawForm, SawPlan, SyncLine};
 use super::plateau::Plateau;
 use super::refusal::{SawRefusal, Violation};
-use super::span::Span;
-use super::task::{NEGLIGIBLE, Task};
-use super::way::Way;
+use super::slave_path::SlavePath;
+use super::sync_span::SyncSpan;
+use super::task::{NEGLIGIBLE, SyncTask};
 use super::{GearInSyncMode, SyncMask};
 
 impl GearInPos {
@@ -34,25 +34,25 @@ impl GearInPos {
             return Err(SawRefusal::TimeBasedPosition);
         }
         let ahead = self.master_sync_position - moment.master.position;
-        let moving = moment.going(self.limits.master_velocity, ahead)?;
+        let moving = moment.with_expected_velocity(self.limits.master_velocity, ahead)?;
         if let Some(strategy) = self.strategy {
             return self.plan_by(strategy, moment);
         }
-        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, &moving)?;
+        let task = SyncTask::new(&self.ratio, &self.sync_mode, &self.limits, &moving)?;
         task.check_master()?;
-        let span = Span::new(&task, self)?;
-        let (form, way) = span.best_way()?;
+        let span = SyncSpan::new(&task, self)?;
+        let (form, path) = span.best_path()?;
         let line = SyncLine {
             ratio: task.ratio,
             master: self.master_sync_position,
             slave: self.slave_sync_position,
         };
-        Ok(SawPlan::over_master(&task, form, way, line))
+        Ok(SawPlan::over_master(&task, form, path, line))
     }
 }
 
-impl Span<'_> {
-    fn best_way(&self) -> Result<(SawForm, Way), SawRefusal> {
+impl SyncSpan<'_> {
+    fn best_path(&self) -> Result<(SawForm, SlavePath), SawRefusal> {
         let checklist = &self.task.checklist;
         let quintic = self.quintic();
         if !quintic.is_finite() {
@@ -67,24 +67,24 @@ impl Span<'_> {
         }
         if free {
             let preferred = || self.passing(self.with_preferred_plateau());
-            if let Some(way) = self.passing(self.without_shoot()).or_else(preferred) {
-                return Ok(way);
+            if let Some(path) = self.passing(self.without_shoot()).or_else(preferred) {
+                return Ok(path);
             }
         }
         let demands = self.demands(&quintic);
         if free
             && checklist.speed(&demands).is_err()
-            && let Some(way) = self.passing(self.at_highest_velocity(&demands))
+            && let Some(path) = self.passing(self.at_highest_velocity(&demands))
         {
-            return Ok(way);
+            return Ok(path);
         }
         self.check(demands)?;
         Ok((SawForm::Quintic, quintic))
     }
 
     /// Makes P5.
-    fn quintic(&self) -> Way {
-        Way::of(Piece::quintic(
+    fn quintic(&self) -> SlavePath {
+        SlavePath::of(PathPiece::quintic(
             self.task.master_position,
             self.master,
             (self.task.slave_position, self.from, self.curvature),
@@ -94,7 +94,7 @@ impl Span<'_> {
 
     /// Makes P1+P5 or P5+P1: one ramp, and for the rest of the distance the start or the synchronous
     /// slope, so that the velocity has no overshoot or undershoot by construction.
-    fn without_shoot(&self) -> Option<(SawForm, Way)> {
+    fn without_shoot(&self) -> Option<(SawForm, SlavePath)> {
         let shoots = SyncMask::OVERSHOOT_VELO.union(SyncMask::UNDERSHOOT_VELO);
         if !self.task.checklist.mask.intersects(shoots) || self.has_sync_slope() {
             return None;
@@ -108,36 +108,36 @@ impl Span<'_> {
         if share <= 0.5 {
             let ramp = 2.0 * share * self.master;
             let rest = self.master - ramp;
-            let line = Piece::line(start, rest, position, self.from);
-            let way = Way::of(line).then(Piece::ramp(
+            let line = PathPiece::line(start, rest, position, self.from);
+            let path = SlavePath::of(line).then(PathPiece::ramp(
                 self.sync.0 - ramp,
                 ramp,
                 position + line.distance(),
                 self.from,
                 gear,
             ));
-            Some((SawForm::LineQuintic, way))
+            Some((SawForm::LineQuintic, path))
         } else {
-            let ramp = Piece::ramp(
+            let ramp = PathPiece::ramp(
                 start,
                 2.0 * (1.0 - share) * self.master,
                 position,
                 self.from,
                 gear,
             );
-            let way = Way::of(ramp).then(Piece::line(
+            let path = SlavePath::of(ramp).then(PathPiece::line(
                 ramp.end(),
                 self.sync.0 - ramp.end(),
                 position + ramp.distance(),
                 gear,
             ));
-            Some((SawForm::QuinticLine, way))
+            Some((SawForm::QuinticLine, path))
         }
     }
 
     /// Makes P5+P1+P5 with the peak velocity at the limit that P5 breaks, both ramps with the same peak
     /// of acceleration.
-    fn at_highest_velocity(&self, quintic: &Demands) -> Option<(SawForm, Way)> {
+    fn at_highest_velocity(&self, quintic: &SlaveDemands) -> Option<(SawForm, SlavePath)> {
         let limit = self.task.checklist.velocity;
         let velocity = &quintic.course.velocity;
         let too_fast = velocity.maximum.value > limit;
@@ -158,7 +158,7 @@ impl Span<'_> {
             .flatten()
     }
 
-    fn with_preferred_plateau(&self) -> Option<(SawForm, Way)> {
+    fn with_preferred_plateau(&self) -> Option<(SawForm, SlavePath)> {
         if !self.wants_plateau() {
             return None;
         }
@@ -188,7 +188,7 @@ impl Span<'_> {
     }
 
     /// Makes P5+P1+P5.
-    fn plateau(&self, ramps: &Plateau) -> Option<(SawForm, Way)> {
+    fn plateau(&self, ramps: &Plateau) -> Option<(SawForm, SlavePath)> {
         let between = self.master - ramps.first - ramps.last;
         // Rounding remainder between two ramps that touch.
         let none_left = between.abs() <= f64::EPSILON * 4.0 * self.master.abs();
@@ -196,35 +196,35 @@ impl Span<'_> {
             return None;
         }
         let (start, position) = (self.task.master_position, self.task.slave_position);
-        let first = Piece::ramp(start, ramps.first, position, self.from, ramps.slope);
+        let first = PathPiece::ramp(start, ramps.first, position, self.from, ramps.slope);
         let position = position + first.distance();
-        let line = Piece::line(first.end(), between, position, ramps.slope);
+        let line = PathPiece::line(first.end(), between, position, ramps.slope);
         let position = position + line.distance();
-        let last = Piece::ramp(
+        let last = PathPiece::ramp(
             self.sync.0 - ramps.last,
             ramps.last,
             position,
             ramps.slope,
             self.task.ratio,
         );
-        let way = Way::of(first).then(line).then(last);
-        Some((SawForm::QuinticLineQuintic, way))
+        let path = SlavePath::of(first).then(line).then(last);
+        Some((SawForm::QuinticLineQuintic, path))
     }
 
     /// Returns the path if it passes all checks.
-    fn passing(&self, way: Option<(SawForm, Way)>) -> Option<(SawForm, Way)> {
-        way.filter(|(_, way)| self.check(self.demands(way)).is_ok())
+    fn passing(&self, path: Option<(SawForm, SlavePath)>) -> Option<(SawForm, SlavePath)> {
+        path.filter(|(_, path)| self.check(self.demands(path)).is_ok())
     }
 
-    fn demands(&self, way: &Way) -> Demands {
-        way.demands(self.task.master_velocity)
+    fn demands(&self, path: &SlavePath) -> SlaveDemands {
+        path.demands(self.task.master_velocity)
     }
 
-    fn check(&self, demands: Demands) -> Result<(), Violation> {
+    fn check(&self, demands: SlaveDemands) -> Result<(), Violation> {
         let task = self.task;
         task.check(
             &demands,
-            &Ends {
+            &SyncEnds {
                 start: (task.slave_position, self.from * task.master_velocity),
                 sync: (self.sync.1, task.sync_velocity()),
             },

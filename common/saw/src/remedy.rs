@@ -1,7 +1,7 @@
 //! Changes with which a refused synchronisation would be accepted.
 
 use super::command::{GearInPos, GearInVelo};
-use super::moment::CouplingMoment;
+use super::coupling_moment::CouplingMoment;
 use super::running::starts;
 use super::{SawCommand, SyncMask, SyncStrategy};
 
@@ -141,8 +141,8 @@ fn first_distance(command: &GearInPos, moment: &CouplingMoment) -> f64 {
     if distance * velocity > 0.0 || velocity == 0.0 {
         return distance;
     }
-    let way = command.slave_sync_position - moment.slave.position;
-    (way * 1e-3).abs().copysign(velocity)
+    let distance = command.slave_sync_position - moment.slave.position;
+    (distance * 1e-3).abs().copysign(velocity)
 }
 
 fn speed(moment: &CouplingMoment, passes: impl Fn(&CouplingMoment) -> bool) -> Option<f64> {

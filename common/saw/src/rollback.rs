@@ -5,7 +5,7 @@ use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_velocity};
 
 use super::SyncMask;
-use super::piece::Piece;
+use super::path_piece::PathPiece;
 use super::ramp::{RampBounds, shortest_ramp};
 
 /// Reaction of the slave.
@@ -49,7 +49,7 @@ impl RollbackReaction {
 /// jerk, which start with its acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollbackStop {
-    course: Course,
+    course: RollbackMotion,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,8 +57,8 @@ pub struct RollbackStop {
     clippy::large_enum_variant,
     reason = "it lives in place: nothing is allocated on the cycle path"
 )]
-enum Course {
-    Ramp(Piece),
+enum RollbackMotion {
+    Ramp(PathPiece),
     Phases(Profile),
 }
 
@@ -73,14 +73,14 @@ impl RollbackStop {
             jerk,
         };
         let duration = shortest_ramp(slave.velocity, 0.0, &bounds);
-        let ramp = Piece::ramp(0.0, duration, slave.position, slave.velocity, 0.0);
-        let course = Course::Ramp(ramp);
+        let ramp = PathPiece::ramp(0.0, duration, slave.position, slave.velocity, 0.0);
+        let course = RollbackMotion::Ramp(ramp);
         Self { course }
     }
 
     /// Plans the shortest stop of a slave that accelerates.
     pub(super) fn from_acceleration(slave: &Kinematics, limits: &Limits) -> Self {
-        let course = Course::Phases(stop_from(slave, limits));
+        let course = RollbackMotion::Phases(stop_from(slave, limits));
         Self { course }
     }
 
@@ -88,8 +88,8 @@ impl RollbackStop {
     #[must_use]
     pub const fn duration(&self) -> Seconds {
         match &self.course {
-            Course::Ramp(ramp) => Seconds(ramp.length),
-            Course::Phases(profile) => profile.duration(),
+            RollbackMotion::Ramp(ramp) => Seconds(ramp.length),
+            RollbackMotion::Phases(profile) => profile.duration(),
         }
     }
 
@@ -97,8 +97,8 @@ impl RollbackStop {
     #[must_use]
     pub fn end_position(&self) -> f64 {
         match &self.course {
-            Course::Ramp(ramp) => ramp.position() + ramp.distance(),
-            Course::Phases(profile) => profile.end().position,
+            RollbackMotion::Ramp(ramp) => ramp.position() + ramp.distance(),
+            RollbackMotion::Phases(profile) => profile.end().position,
         }
     }
 
@@ -106,11 +106,11 @@ impl RollbackStop {
     #[must_use]
     pub fn at(&self, since: Seconds) -> Kinematics {
         match &self.course {
-            Course::Phases(profile) => profile.at(since),
-            Course::Ramp(ramp) if since.0 >= ramp.length => {
+            RollbackMotion::Phases(profile) => profile.at(since),
+            RollbackMotion::Ramp(ramp) if since.0 >= ramp.length => {
                 Kinematics::at_rest(self.end_position())
             }
-            Course::Ramp(ramp) => {
+            RollbackMotion::Ramp(ramp) => {
                 let motion = ramp.at(since.0.max(0.0));
                 Kinematics {
                     position: motion.position,

@@ -16,7 +16,7 @@ impl Serialize for SyncMask {
         }
         let mut names = serializer.serialize_seq(Some(self.iter().count()))?;
         for (name, _) in self.iter_names() {
-            names.serialize_element(&Name(name))?;
+            names.serialize_element(&SpelledFlag(name))?;
         }
         names.end()
     }
@@ -38,16 +38,16 @@ impl<'de> Deserialize<'de> for SyncMask {
 }
 
 /// A flag's name as files spell it: `MAX_VELO` is `max-velo`.
-struct Name(&'static str);
+struct SpelledFlag(&'static str);
 
-impl fmt::Display for Name {
+impl fmt::Display for SpelledFlag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut letters = self.0.chars().map(spelled);
         letters.try_for_each(|letter| write!(f, "{letter}"))
     }
 }
 
-impl Serialize for Name {
+impl Serialize for SpelledFlag {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
@@ -95,7 +95,7 @@ impl Visitor<'_> for FlagName {
         write!(f, "one of")?;
         SyncMask::all()
             .iter_names()
-            .try_for_each(|(name, _)| write!(f, " {}", Name(name)))
+            .try_for_each(|(name, _)| write!(f, " {}", SpelledFlag(name)))
     }
 
     fn visit_str<E: Error>(self, received: &str) -> Result<Flag, E> {
@@ -118,7 +118,7 @@ impl schemars::JsonSchema for SyncMask {
         let flags = Self::all();
         let names = flags
             .iter_names()
-            .map(|(name, _)| alloc::format!("{}", Name(name)));
+            .map(|(name, _)| alloc::format!("{}", SpelledFlag(name)));
         let names: alloc::vec::Vec<_> = names.collect();
         schemars::json_schema!({
             "description": "Flags of the sync mode: checks of the profile, and how errors are told.",
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn every_flag_reads_as_it_is_written() {
         for (name, flag) in SyncMask::all().iter_names() {
-            let spelled = Name(name).to_string();
+            let spelled = SpelledFlag(name).to_string();
             let read = Flag::deserialize(IntoDeserializer::<Error>::into_deserializer(
                 spelled.as_str(),
             ));

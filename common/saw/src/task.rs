@@ -2,10 +2,10 @@
 
 use coaxle_curve::profile::{InvalidLimit, Kinematics, Limits};
 
-use super::checks::{Checklist, Ends};
+use super::checks::{Checklist, SyncEnds};
 use super::command::{Ratio, SyncLimits};
-use super::demands::Demands;
-use super::moment::CouplingMoment;
+use super::coupling_moment::CouplingMoment;
+use super::demands::SlaveDemands;
 use super::ramp::RampBounds;
 use super::refusal::{SawRefusal, Violation};
 use super::{SyncMask, SyncMode};
@@ -15,7 +15,7 @@ pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
 /// Input of every plan. All numbers are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Task {
+pub(super) struct SyncTask {
     /// Slave units per master unit; not 0.
     pub(super) ratio: f64,
     pub(super) master_position: f64,
@@ -32,7 +32,7 @@ pub(super) struct Task {
     guard: Option<Checklist>,
 }
 
-impl Task {
+impl SyncTask {
     /// # Errors
     /// The first invalid input, by name.
     pub(super) fn new(
@@ -103,7 +103,7 @@ impl Task {
     }
 
     /// Makes the checks of the sync mode, then those of the axis.
-    pub(super) fn check(&self, demands: &Demands, ends: &Ends) -> Result<(), Violation> {
+    pub(super) fn check(&self, demands: &SlaveDemands, ends: &SyncEnds) -> Result<(), Violation> {
         self.checklist.pass(demands, ends)?;
         match &self.guard {
             Some(guard) => guard.pass(demands, ends),

@@ -3,17 +3,17 @@
 use coaxle_curve::profile::{Kinematics, to_velocity};
 
 use super::GearInSyncMode;
-use super::checks::Ends;
+use super::checks::SyncEnds;
 use super::command::GearInVelo;
-use super::curved;
-use super::demands::Demands;
-use super::moment::CouplingMoment;
-use super::piece::Piece;
+use super::coupling_moment::CouplingMoment;
+use super::curved_ramp;
+use super::demands::SlaveDemands;
+use super::path_piece::PathPiece;
 use super::plan::{SawForm, SawPlan, SyncLine, over_time};
 use super::ramp::shortest_ramp;
 use super::refusal::SawRefusal;
-use super::task::{NEGLIGIBLE, Task};
-use super::way::Way;
+use super::slave_path::SlavePath;
+use super::task::{NEGLIGIBLE, SyncTask};
 
 impl GearInVelo {
     /// Plans the synchronisation of this command from this coupling moment: a dry run, as it moves
@@ -27,8 +27,8 @@ impl GearInVelo {
     pub fn plan(&self, moment: &CouplingMoment) -> Result<SawPlan, SawRefusal> {
         // A slave that stands beside its master is synchronous at once, but has to reach its future
         // velocity.
-        let moving = moment.going(self.limits.master_velocity, 1.0)?;
-        let task = |moment| Task::new(&self.ratio, &self.sync_mode, &self.limits, moment);
+        let moving = moment.with_expected_velocity(self.limits.master_velocity, 1.0)?;
+        let task = |moment| SyncTask::new(&self.ratio, &self.sync_mode, &self.limits, moment);
         task(&moving)?;
         let task = task(moment)?;
         task.check_master()?;
@@ -39,28 +39,28 @@ impl GearInVelo {
     }
 }
 
-fn over_master(task: &Task) -> Result<SawPlan, SawRefusal> {
+fn over_master(task: &SyncTask) -> Result<SawPlan, SawRefusal> {
     let Some(ramp) = ramp(task)? else {
         return Ok(SawPlan::synchronous(task));
     };
-    let way = Way::of(ramp);
+    let path = SlavePath::of(ramp);
     let line = SyncLine {
         ratio: task.ratio,
         master: ramp.end(),
         slave: task.slave_position + ramp.distance(),
     };
-    if !way.is_finite() {
+    if !path.is_finite() {
         return Err(SawRefusal::NotFinite {
             field: "profile",
             received: f64::NAN,
         });
     }
-    check(task, &line, || way.demands(task.master_velocity))?;
-    Ok(SawPlan::over_master(task, SawForm::Ramp, way, line))
+    check(task, &line, || path.demands(task.master_velocity))?;
+    Ok(SawPlan::over_master(task, SawForm::Ramp, path, line))
 }
 
 /// Returns the shortest ramp over the master's position; none if there is nothing to change.
-fn ramp(task: &Task) -> Result<Option<Piece>, SawRefusal> {
+fn ramp(task: &SyncTask) -> Result<Option<PathPiece>, SawRefusal> {
     if task.master_velocity == 0.0 {
         return Ok(None);
     }
@@ -69,14 +69,14 @@ fn ramp(task: &Task) -> Result<Option<Piece>, SawRefusal> {
     let length = shortest_ramp(from, to, &task.ramp_bounds(task.checklist.jerk)) * direction;
     let bend = task.curvature() * length;
     if task.curvature() != 0.0 && bend.abs() >= NEGLIGIBLE * (to - from).abs() {
-        return curved::shortest(task).map(Some);
+        return curved_ramp::shortest(task).map(Some);
     }
     let (start, position) = (task.master_position, task.slave_position);
-    Ok((length != 0.0).then(|| Piece::ramp(start, length, position, from, to)))
+    Ok((length != 0.0).then(|| PathPiece::ramp(start, length, position, from, to)))
 }
 
 #[inline]
-fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
+fn over_time_of(task: &SyncTask) -> Result<SawPlan, SawRefusal> {
     let start = Kinematics {
         position: task.slave_position,
         velocity: task.slave_velocity,
@@ -103,9 +103,9 @@ fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
         });
     }
     if !task.checks_nothing()
-        && let Some(way) = over_time(&profile)
+        && let Some(path) = over_time(&profile)
     {
-        let demands = way.demands(1.0);
+        let demands = path.demands(1.0);
         let places = |time| task.master_position + task.master_velocity * time;
         check(task, &line, || demands.with_places(places))?;
     }
@@ -114,14 +114,14 @@ fn over_time_of(task: &Task) -> Result<SawPlan, SawRefusal> {
 
 /// Makes the checks, if there are any.
 fn check(
-    task: &Task,
+    task: &SyncTask,
     line: &SyncLine,
-    demands: impl FnOnce() -> Demands,
+    demands: impl FnOnce() -> SlaveDemands,
 ) -> Result<(), SawRefusal> {
     if task.checks_nothing() {
         return Ok(());
     }
-    let ends = Ends {
+    let ends = SyncEnds {
         start: (task.slave_position, task.slave_velocity),
         sync: (line.slave, task.sync_velocity()),
     };

@@ -7,14 +7,14 @@ use crate::axis_struct::write_axis_struct;
 use crate::config::AxisConfig;
 use crate::open::open;
 use crate::replay::ReplayError;
-use crate::source::{AxisSample, Source};
+use crate::source::{AxisSource, SourceSample};
 
 /// An axis of a config with the source that moves it.
 #[derive(Debug)]
 pub struct SourceAxis {
     id: u32,
     modulo: Option<Modulo>,
-    source: Box<dyn Source>,
+    source: Box<dyn AxisSource>,
 }
 
 impl SourceAxis {
@@ -38,7 +38,7 @@ impl SourceAxis {
 
     /// Returns its motion at a time after the start of its node, which must not go back, and writes its
     /// axis structure to `shown`.
-    pub fn at(&mut self, since_start: Span, shown: &mut NcToPlcAxis) -> AxisSample {
+    pub fn at(&mut self, since_start: Span, shown: &mut NcToPlcAxis) -> SourceSample {
         let sample = self.source.sample(since_start);
         write_axis_struct(self.id, self.modulo, &sample, shown);
         sample

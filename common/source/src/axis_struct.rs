@@ -3,13 +3,13 @@
 use coaxle_axis::{AxisState, CoupleState, Modulo, NcToPlcAxis, StateWord};
 use coaxle_curve::profile::Kinematics;
 
-use crate::source::{Activity, AxisSample};
+use crate::source::{Activity, SourceSample};
 
 /// Writes all fields of the axis structure of an axis, in its units, into the published structure.
 pub fn write_axis_struct(
     axis_id: u32,
     modulo: Option<Modulo>,
-    sample: &AxisSample,
+    sample: &SourceSample,
     axis: &mut NcToPlcAxis,
 ) {
     let seen = &sample.seen;
@@ -30,7 +30,7 @@ pub fn write_axis_struct(
     axis.count_turns(modulo);
 }
 
-fn state_word(sample: &AxisSample) -> StateWord {
+fn state_word(sample: &SourceSample) -> StateWord {
     let mut word = StateWord::HOMED;
     word.set(
         StateWord::OPERATIONAL | StateWord::CONTROL_LOOP_CLOSED,
@@ -61,7 +61,7 @@ fn state_word(sample: &AxisSample) -> StateWord {
     }
 }
 
-fn axis_state(sample: &AxisSample) -> AxisState {
+fn axis_state(sample: &SourceSample) -> AxisState {
     let Kinematics {
         velocity,
         acceleration,
@@ -86,13 +86,13 @@ fn stands(seen: &Kinematics) -> bool {
 mod tests {
     use super::*;
 
-    fn sample(activity: Activity, velocity: f64, acceleration: f64) -> AxisSample {
+    fn sample(activity: Activity, velocity: f64, acceleration: f64) -> SourceSample {
         let seen = Kinematics {
             position: 1.0,
             velocity,
             acceleration,
         };
-        AxisSample {
+        SourceSample {
             motion: seen,
             seen,
             enabled: true,
@@ -102,7 +102,7 @@ mod tests {
         }
     }
 
-    fn axis_struct(axis_id: u32, sample: &AxisSample) -> NcToPlcAxis {
+    fn axis_struct(axis_id: u32, sample: &SourceSample) -> NcToPlcAxis {
         let mut axis = NcToPlcAxis::default();
         write_axis_struct(axis_id, None, sample, &mut axis);
         axis
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn an_axis_that_is_not_enabled_is_not_operational() {
-        let asleep = AxisSample {
+        let asleep = SourceSample {
             enabled: false,
             ..sample(Activity::Idle, 0.0, 0.0)
         };

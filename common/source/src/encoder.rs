@@ -6,37 +6,37 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 
 use crate::config::EncoderConfig;
-use crate::program::Program;
-use crate::source::{Activity, AxisSample, Source};
+use crate::program::MotionProgram;
+use crate::source::{Activity, AxisSource, SourceSample};
 
 /// An axis measured by an encoder: its controller only knows a number of increments.
 ///
 /// Velocity is the difference quotient of such numbers, acceleration either zero or the difference
 /// quotient of those. Neither is good enough for extrapolation with an acceleration.
 #[derive(Debug)]
-pub struct Encoder {
-    moved_by: Program,
+pub struct EncoderSource {
+    moved_by: MotionProgram,
     resolution: f64,
     differentiate_acceleration: bool,
     window: usize,
     /// The newest readings, oldest first: at most one more than the window.
-    readings: VecDeque<Reading>,
+    readings: VecDeque<EncoderReading>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Reading {
+struct EncoderReading {
     at: Span,
     increments: f64,
     velocity: f64,
 }
 
-impl Encoder {
+impl EncoderSource {
     /// Makes the encoder on an axis at the start of its program.
     #[must_use]
     pub fn new(config: &EncoderConfig) -> Self {
         let window = usize::from(config.velocity_window_cycles.get());
         Self {
-            moved_by: Program::new(&config.program),
+            moved_by: MotionProgram::new(&config.program),
             resolution: config.resolution.get(),
             differentiate_acceleration: config.differentiate_acceleration,
             window,
@@ -60,7 +60,7 @@ impl Encoder {
         if self.readings.len() == self.window {
             self.readings.pop_front();
         }
-        self.readings.push_back(Reading {
+        self.readings.push_back(EncoderReading {
             at,
             increments,
             velocity,
@@ -77,11 +77,11 @@ impl Encoder {
     }
 }
 
-impl Source for Encoder {
-    fn sample(&mut self, since_start: Span) -> AxisSample {
+impl AxisSource for EncoderSource {
+    fn sample(&mut self, since_start: Span) -> SourceSample {
         let really = self.moved_by.sample(since_start);
         let seen = self.read(since_start, really.motion.position);
-        AxisSample {
+        SourceSample {
             motion: really.motion,
             seen,
             enabled: really.enabled,
@@ -97,15 +97,15 @@ mod tests {
     use super::*;
     use coaxle_node::config::parse;
 
-    fn encoder(rest: &str) -> Encoder {
+    fn encoder(rest: &str) -> EncoderSource {
         let text = format!(
             "{rest}\n[program]\nstart-velocity = 10.0\n\
              limits = {{ velocity = 100, acceleration = 100, jerk = 1000 }}"
         );
-        Encoder::new(&parse::<EncoderConfig>("e.toml", &text).unwrap())
+        EncoderSource::new(&parse::<EncoderConfig>("e.toml", &text).unwrap())
     }
 
-    fn samples(encoder: &mut Encoder, cycles: i64) -> Vec<AxisSample> {
+    fn samples(encoder: &mut EncoderSource, cycles: i64) -> Vec<SourceSample> {
         (0..cycles)
             .map(|k| encoder.sample(Span::from_millis(k)))
             .collect()

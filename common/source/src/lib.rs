@@ -1,7 +1,7 @@
 //! Sources of axes: those that a sender publishes, and a receiver's own virtual axes.
 //!
-//! A [`Source`] gives the motion of an axis at an instant: a [`Program`] of moves, one measured by an
-//! [`Encoder`], or a recorded motion, [`Replay`]ed. [`config`] describes an axis and its source in a
+//! An [`AxisSource`] gives the motion of an axis at an instant: a [`MotionProgram`] of moves, one measured by an
+//! [`EncoderSource`], or a recorded motion, [`Replay`]ed. [`config`] describes an axis and its source in a
 //! config file, [`open()`] makes the source, and [`write_axis_struct()`] writes the axis structure of its
 //! controller; a [`SourceAxis`] is all of it.
 //!
@@ -54,8 +54,8 @@ mod source;
 
 pub use axis::SourceAxis;
 pub use axis_struct::write_axis_struct;
-pub use encoder::Encoder;
+pub use encoder::EncoderSource;
 pub use open::open;
-pub use program::Program;
+pub use program::MotionProgram;
 pub use replay::{Replay, ReplayError};
-pub use source::{Activity, AxisSample, Source};
+pub use source::{Activity, AxisSource, SourceSample};

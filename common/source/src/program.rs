@@ -5,7 +5,7 @@ use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocit
 
 use crate::config::ProgramConfig;
 use crate::instructions::{Instruction, compile};
-use crate::source::{Activity, AxisSample, Source};
+use crate::source::{Activity, AxisSource, SourceSample};
 
 /// Greatest number of instructions run in one cycle. A node that has slept through more of them catches
 /// up over its next cycles.
@@ -13,7 +13,7 @@ const INSTRUCTIONS_PER_CYCLE: usize = 256;
 
 /// A virtual axis that runs a program.
 #[derive(Debug)]
-pub struct Program {
+pub struct MotionProgram {
     limits: Limits,
     instructions: Vec<Instruction>,
     /// The passes in progress, by depth.
@@ -22,7 +22,7 @@ pub struct Program {
     next: usize,
     /// Time at which it is due.
     due: Span,
-    motion: Motion,
+    motion: ActiveMotion,
     enabled: bool,
     command_number: u16,
 }
@@ -37,14 +37,14 @@ struct Pass {
 
 /// The motion in progress, and the state that it leaves.
 #[derive(Clone, Copy, Debug)]
-struct Motion {
+struct ActiveMotion {
     began: Span,
     profile: Profile,
     under_way: Activity,
     afterwards: Activity,
 }
 
-impl Motion {
+impl ActiveMotion {
     fn is_over(&self, at: Span) -> bool {
         Seconds::from(at - self.began) >= self.profile.duration()
     }
@@ -64,7 +64,7 @@ impl Motion {
     }
 }
 
-impl Program {
+impl MotionProgram {
     /// Makes the axis at the start of its program.
     #[must_use]
     pub fn new(config: &ProgramConfig) -> Self {
@@ -86,7 +86,7 @@ impl Program {
             passes: vec![Pass::default(); depth],
             next: 0,
             due: Span::ZERO,
-            motion: Motion {
+            motion: ActiveMotion {
                 began: Span::ZERO,
                 profile: to_velocity(&start, start.velocity, &limits),
                 under_way: activity,
@@ -134,7 +134,7 @@ impl Program {
     }
 
     fn start(&mut self, profile: Profile, under_way: Activity, afterwards: Activity) {
-        self.motion = Motion {
+        self.motion = ActiveMotion {
             began: self.due,
             profile,
             under_way,
@@ -159,8 +159,8 @@ impl Program {
     }
 }
 
-impl Source for Program {
-    fn sample(&mut self, since_start: Span) -> AxisSample {
+impl AxisSource for MotionProgram {
+    fn sample(&mut self, since_start: Span) -> SourceSample {
         for _ in 0..INSTRUCTIONS_PER_CYCLE {
             let Some(&instruction) = self.instructions.get(self.next) else {
                 break;
@@ -177,7 +177,7 @@ impl Source for Program {
         } else {
             self.motion.under_way
         };
-        AxisSample {
+        SourceSample {
             motion: kinematics,
             seen: kinematics,
             enabled: self.enabled,

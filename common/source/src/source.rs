@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// A source depends on nothing but the time: the same times give the same motion, so a second one opened
 /// from the same config knows the motion of the first. Sampling allocates nothing.
-pub trait Source: fmt::Debug + Send {
+pub trait AxisSource: fmt::Debug + Send {
     /// Returns the axis `since_start` after the start of the node. Times never go back.
-    fn sample(&mut self, since_start: Span) -> AxisSample;
+    fn sample(&mut self, since_start: Span) -> SourceSample;
 }
 
 /// State of an axis at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisSample {
+pub struct SourceSample {
     /// Actual motion.
     pub motion: Kinematics,
     /// Motion in its controller: set or measured values.

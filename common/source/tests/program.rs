@@ -4,22 +4,22 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::{AtLeastZero, AxisLimit, Coordinate, parse};
 use coaxle_source::config::{ProgramConfig, Repeat, StepConfig};
-use coaxle_source::{Activity, AxisSample, Program, Source};
+use coaxle_source::{Activity, AxisSource, MotionProgram, SourceSample};
 use proptest::prelude::*;
 
 const LIMITS: &str = "limits = { velocity = 100, acceleration = 1000, jerk = 10000 }\n";
 
-fn program(rest: &str) -> Program {
+fn program(rest: &str) -> MotionProgram {
     let config: ProgramConfig = parse("p.toml", &format!("{LIMITS}{rest}")).expect("valid");
-    Program::new(&config)
+    MotionProgram::new(&config)
 }
 
-fn at(program: &mut Program, seconds: f64) -> AxisSample {
+fn at(program: &mut MotionProgram, seconds: f64) -> SourceSample {
     program.sample(Span::from_secs_f64(seconds))
 }
 
 /// Returns samples of every millisecond up to `seconds`.
-fn samples(program: &mut Program, seconds: f64) -> Vec<AxisSample> {
+fn samples(program: &mut MotionProgram, seconds: f64) -> Vec<SourceSample> {
     (0..=(seconds * 1e3) as i64)
         .map(|k| program.sample(Span::from_millis(k)))
         .collect()
@@ -229,7 +229,7 @@ proptest! {
         let mut config: ProgramConfig = parse("p.toml", LIMITS).unwrap();
         config.steps = steps;
         config.repeat = Repeat::Forever;
-        let samples = samples(&mut Program::new(&config), 10.0);
+        let samples = samples(&mut MotionProgram::new(&config), 10.0);
         for pair in samples.windows(2) {
             let (a, b) = (pair[0].motion, pair[1].motion);
             prop_assert!(b.velocity.abs() <= 100.0 * (1.0 + 1e-9), "{b:?}");

@@ -15,7 +15,7 @@ pub use body::{
     encode_beacon_response,
 };
 pub use seal::{BeaconSeal, Departure};
-pub use secret::{BeaconSecret, NoSecret, SECRET_LEN};
+pub use secret::{BeaconSecret, InvalidSecret, SECRET_LEN};
 
 use coaxle_clock::{Instant, Local, Span};
 use serde::{Deserialize, Serialize};

@@ -11,11 +11,11 @@ use crate::rejection::Rejection;
 #[derive(Clone, Debug)]
 pub struct BeaconIntake {
     seal: BeaconSeal,
-    of: Of,
+    accepts: Accepts,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Of {
+enum Accepts {
     Requests,
     Responses { sender: u32, requester: u32 },
 }
@@ -26,7 +26,7 @@ impl BeaconIntake {
     pub fn requests_to(node: &NodeName) -> Self {
         Self {
             seal: BeaconSeal::new(&node.channel_key(Channel::BeaconRequests)),
-            of: Of::Requests,
+            accepts: Accepts::Requests,
         }
     }
 
@@ -35,7 +35,7 @@ impl BeaconIntake {
     pub fn responses_of(node: &NodeName, requester: &NodeName) -> Self {
         Self {
             seal: BeaconSeal::new(&node.channel_key(Channel::BeaconResponses)),
-            of: Of::Responses {
+            accepts: Accepts::Responses {
                 sender: sender_id(node),
                 requester: sender_id(requester),
             },
@@ -52,27 +52,24 @@ impl BeaconIntake {
     /// True if a beacon with this body is for this intake, as far as that can be seen without the key.
     #[must_use]
     pub fn concerns(&self, label: &BeaconLabel) -> bool {
-        match self.of {
-            Of::Requests => true,
-            Of::Responses { requester, .. } => requester == label.requester,
+        match self.accepts {
+            Accepts::Requests => true,
+            Accepts::Responses { requester, .. } => requester == label.requester,
         }
     }
 
     /// Returns the message to the node about a beacon; none if the beacon is for another node.
     pub(crate) fn message(&self, payload: &[u8]) -> Option<Message<'static>> {
-        let read = match self.of {
-            Of::Requests => {
+        let read = match self.accepts {
+            Accepts::Requests => {
                 (self.seal.open_request(payload)).map(|it| Some(Message::BeaconRequest(it)))
             }
-            Of::Responses { sender, requester } => {
-                (self.seal.open_response(payload)).and_then(|(from, response)| {
-                    match from == sender {
-                        false => Err(Rejection::ForeignSender),
-                        true if response.request.requester != requester => Ok(None),
-                        true => Ok(Some(Message::BeaconResponse(response))),
-                    }
-                })
-            }
+            Accepts::Responses { sender, requester } => (self.seal.open_response(payload))
+                .and_then(|(from, response)| match from == sender {
+                    false => Err(Rejection::ForeignSender),
+                    true if response.request.requester != requester => Ok(None),
+                    true => Ok(Some(Message::BeaconResponse(response))),
+                }),
         };
         read.unwrap_or_else(|reason| Some(Message::Rejected(reason)))
     }

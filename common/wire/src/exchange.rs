@@ -37,7 +37,7 @@ pub struct TimeRequest {
 
 /// Request with its response, without the departure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reply {
+pub struct ReceivedRequest {
     /// Request responded to.
     pub request: TimeRequest,
     /// Arrival of the request, in the responder's clock since the ideal start of its cycle 0.
@@ -80,7 +80,7 @@ pub fn encode_time_request(
 /// [`MAX_TIME_RESPONSES`] the first are taken.
 pub fn encode_time_responses(
     header: &TimeResponsesHeader,
-    replies: &[Reply],
+    replies: &[ReceivedRequest],
     out: &mut [u8; TIME_RESPONSES_CAPACITY],
 ) -> usize {
     const ROOM: &str = "the buffer holds the longest responses";
@@ -158,7 +158,7 @@ impl KeySeal {
     pub fn open_all_time_responses(
         &self,
         payload: &[u8],
-        each: impl FnMut(&Reply),
+        each: impl FnMut(&ReceivedRequest),
     ) -> Result<(TimeResponsesHeader, Span), Rejection> {
         let responses = self.verified_time_responses(payload)?;
         let (header, responded) = (responses.header, responses.responded);
@@ -248,12 +248,12 @@ impl<'a> TimeResponses<'a> {
         })
     }
 
-    fn each(self, mut each: impl FnMut(&Reply)) -> Result<(), Rejection> {
+    fn each(self, mut each: impl FnMut(&ReceivedRequest)) -> Result<(), Rejection> {
         let mut rest = self.replies;
         for _ in 0..self.count {
             let reply;
             (reply, rest) = read::<ReplyBody>(rest)?;
-            each(&Reply {
+            each(&ReceivedRequest {
                 request: TimeRequest {
                     requester: reply.requester,
                     run: reply.run,

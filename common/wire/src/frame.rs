@@ -320,15 +320,15 @@ fn diagnose_damage(walked: Result<(), Rejection>) -> Rejection {
 
 pub(crate) fn write<T: Serialize>(value: &T, out: &mut [u8]) -> Option<usize> {
     let room = out.len();
-    let left = postcard::serialize_with_flavor(value, Room(out)).ok()?;
+    let left = postcard::serialize_with_flavor(value, Remaining(out)).ok()?;
     Some(room - left)
 }
 
 /// Remaining bytes that postcard writes to. Its own slice copies each integer by a call of `memcpy`,
 /// which waits for the bytes that were only just written.
-struct Room<'a>(&'a mut [u8]);
+struct Remaining<'a>(&'a mut [u8]);
 
-impl Flavor for Room<'_> {
+impl Flavor for Remaining<'_> {
     /// Number of bytes left.
     type Output = usize;
 

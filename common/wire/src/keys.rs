@@ -30,15 +30,15 @@ impl NodeName {
     pub const MAX_LEN: usize = 64;
 
     /// # Errors
-    /// [`InvalidName`] unless the name is 1 to 64 letters, digits, `-`, `_` or `.`.
-    pub fn new(name: impl Into<String>) -> Result<Self, InvalidName> {
+    /// [`InvalidNodeName`] unless the name is 1 to 64 letters, digits, `-`, `_` or `.`.
+    pub fn new(name: impl Into<String>) -> Result<Self, InvalidNodeName> {
         let name = name.into();
         let fits = (1..=Self::MAX_LEN).contains(&name.len());
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
         if fits && name.chars().all(plain) {
             Ok(Self(name))
         } else {
-            Err(InvalidName { received: name })
+            Err(InvalidNodeName { received: name })
         }
     }
 
@@ -132,8 +132,8 @@ impl fmt::Display for NodeName {
 }
 
 impl TryFrom<String> for NodeName {
-    type Error = InvalidName;
-    fn try_from(name: String) -> Result<Self, InvalidName> {
+    type Error = InvalidNodeName;
+    fn try_from(name: String) -> Result<Self, InvalidNodeName> {
         Self::new(name)
     }
 }
@@ -147,7 +147,7 @@ impl From<NodeName> for String {
 /// Text that cannot be part of a key expression.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{received:?} is no node name, expected 1 to 64 letters, digits, '-', '_' or '.'")]
-pub struct InvalidName {
+pub struct InvalidNodeName {
     /// Text received.
     pub received: String,
 }

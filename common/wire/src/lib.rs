@@ -63,5 +63,5 @@ pub use intake::{Intake, Reader};
 pub use message::{KeptMessage, Message, Outgoing};
 pub use one_line::{MOST_CHARACTERS, one_line};
 pub use rejection::{Rejection, RejectionCounters};
-pub use scan::{NoScan, Received, SCAN_VERSION, Scan};
+pub use scan::{InvalidScan, NodeScan, ReceivedMessage, SCAN_VERSION};
 pub use time_server::{TimeServer, TimeServerCounters};

@@ -18,9 +18,9 @@ pub const SCAN_VERSION: u8 = 1;
 
 /// Scan with all inputs of the node before it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scan {
+pub struct NodeScan {
     /// The messages, one after the other.
-    pub received: Vec<Received>,
+    pub received: Vec<ReceivedMessage>,
     /// The orders after them.
     pub orders: Vec<CommandOrder>,
     /// Real start of the scan, in the node's own clock.
@@ -29,7 +29,7 @@ pub struct Scan {
 
 /// Message that was received.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Received {
+pub struct ReceivedMessage {
     /// Arrival, in the node's own clock.
     pub at: Instant<Local>,
     /// Number of the subscription.
@@ -40,7 +40,7 @@ pub struct Received {
 
 /// Error of bytes that are not a scan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoScan {
+pub enum InvalidScan {
     /// Bytes of another format or another version.
     #[error("received version {received:?}, expected {SCAN_VERSION}")]
     WrongVersion {
@@ -55,7 +55,7 @@ pub enum NoScan {
     Order(String),
 }
 
-impl Scan {
+impl NodeScan {
     /// Writes the scan as bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
@@ -71,23 +71,23 @@ impl Scan {
     /// Reads the scan from bytes.
     ///
     /// # Errors
-    /// [`NoScan`].
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, NoScan> {
+    /// [`InvalidScan`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidScan> {
         let rest = match bytes {
             [SCAN_VERSION, rest @ ..] => rest,
             other => {
                 let received = other.first().copied();
-                return Err(NoScan::WrongVersion { received });
+                return Err(InvalidScan::WrongVersion { received });
             }
         };
         let Ok((on_wire, [])) = postcard::take_from_bytes::<ScanOnWire>(rest) else {
-            return Err(NoScan::Malformed);
+            return Err(InvalidScan::Malformed);
         };
         let orders = on_wire.orders.iter().map(|json| {
             let order = CommandOrder::from_json(json.as_bytes());
-            order.map_err(|wrong| NoScan::Order(wrong.to_string()))
+            order.map_err(|wrong| InvalidScan::Order(wrong.to_string()))
         });
-        let received = on_wire.received.into_iter().map(Received::try_from);
+        let received = on_wire.received.into_iter().map(ReceivedMessage::try_from);
         Ok(Self {
             received: received.collect::<Result<_, _>>()?,
             orders: orders.collect::<Result<_, _>>()?,
@@ -150,8 +150,8 @@ struct AxisOnWire {
     error_code: u32,
 }
 
-impl From<&Received> for ReceivedOnWire {
-    fn from(received: &Received) -> Self {
+impl From<&ReceivedMessage> for ReceivedOnWire {
+    fn from(received: &ReceivedMessage) -> Self {
         Self {
             at: received.at.as_nanos(),
             subscription: u32::try_from(received.subscription).unwrap_or(u32::MAX),
@@ -160,10 +160,10 @@ impl From<&Received> for ReceivedOnWire {
     }
 }
 
-impl TryFrom<ReceivedOnWire> for Received {
-    type Error = NoScan;
+impl TryFrom<ReceivedOnWire> for ReceivedMessage {
+    type Error = InvalidScan;
 
-    fn try_from(received: ReceivedOnWire) -> Result<Self, NoScan> {
+    fn try_from(received: ReceivedOnWire) -> Result<Self, InvalidScan> {
         Ok(Self {
             at: Instant::from_nanos(received.at),
             subscription: received.subscription as usize,
@@ -209,7 +209,7 @@ impl From<Message<'_>> for MessageOnWire {
 }
 
 impl MessageOnWire {
-    fn kept(self) -> Result<KeptMessage, NoScan> {
+    fn kept(self) -> Result<KeptMessage, InvalidScan> {
         let message = match self {
             Self::Frame {
                 sender,
@@ -226,7 +226,7 @@ impl MessageOnWire {
                     epoch,
                     index: CycleIndex(index),
                     count,
-                    cycle_time: cycle_time.map_err(|_| NoScan::Malformed)?,
+                    cycle_time: cycle_time.map_err(|_| InvalidScan::Malformed)?,
                     send_stamp: send_stamp.map(Span::from_nanos),
                 };
                 let axes = axes.into_iter().map(|axis| axis.map(AxisSample::from));
@@ -264,7 +264,7 @@ impl MessageOnWire {
             Self::BeaconResponse(response) => Message::BeaconResponse(response),
             Self::Rejected(place) => {
                 let reason = Rejection::ALL.get(usize::from(place));
-                Message::Rejected(*reason.ok_or(NoScan::Malformed)?)
+                Message::Rejected(*reason.ok_or(InvalidScan::Malformed)?)
             }
         };
         Ok(KeptMessage::new(&message))
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn scan() -> Scan {
+    fn scan() -> NodeScan {
         let header = FrameHeader {
             sender: 7,
             epoch: u64::MAX,
@@ -341,13 +341,16 @@ mod tests {
             Message::TimeRequest(request),
             Message::Rejected(Rejection::Implausible),
         ];
-        let received = messages.iter().enumerate().map(|(n, message)| Received {
-            at: Instant::from_nanos(n as i64 - 1),
-            subscription: n,
-            message: KeptMessage::new(message),
-        });
+        let received = messages
+            .iter()
+            .enumerate()
+            .map(|(n, message)| ReceivedMessage {
+                at: Instant::from_nanos(n as i64 - 1),
+                subscription: n,
+                message: KeptMessage::new(message),
+            });
         let order = r#"{"version":1,"slave":"saw","command":{"home":{"position":3}}}"#;
-        Scan {
+        NodeScan {
             received: received.collect(),
             orders: vec![CommandOrder::from_json(order.as_bytes()).unwrap()],
             now: Instant::from_nanos(12),
@@ -357,21 +360,21 @@ mod tests {
     #[test]
     fn what_a_node_was_told_comes_back_to_the_last_bit() {
         let scan = scan();
-        let back = Scan::from_bytes(&scan.to_bytes()).unwrap();
+        let back = NodeScan::from_bytes(&scan.to_bytes()).unwrap();
         assert_eq!(back, scan);
-        let bits = |scan: &Scan| match scan.received[0].message.get() {
+        let bits = |scan: &NodeScan| match scan.received[0].message.get() {
             Message::Frame(frame) => frame.axes[0].unwrap().set.velocity.to_bits(),
             other => panic!("{other:?}"),
         };
         assert_eq!(bits(&back), bits(&scan), "minus nothing, too");
-        let quiet = Scan::default();
-        assert_eq!(Scan::from_bytes(&quiet.to_bytes()), Ok(quiet));
+        let quiet = NodeScan::default();
+        assert_eq!(NodeScan::from_bytes(&quiet.to_bytes()), Ok(quiet));
     }
 
     #[test]
     fn other_bytes_are_named() {
         let bytes = scan().to_bytes();
-        let of = |bytes: &[u8]| Scan::from_bytes(bytes).unwrap_err().to_string();
+        let of = |bytes: &[u8]| NodeScan::from_bytes(bytes).unwrap_err().to_string();
         assert_eq!(of(&[]), "received version None, expected 1");
         assert_eq!(of(&[2]), "received version Some(2), expected 1");
         let malformed = "received bytes that are no scan of version 1";
@@ -382,11 +385,11 @@ mod tests {
     proptest! {
         #[test]
         fn whatever_comes_is_read_without_a_panic(bytes: Vec<u8>, at in 0..400_usize, with: u8) {
-            let _ = Scan::from_bytes(&bytes);
+            let _ = NodeScan::from_bytes(&bytes);
             let mut bytes = scan().to_bytes();
             let at = at % bytes.len();
             bytes[at] = with;
-            let _ = Scan::from_bytes(&bytes);
+            let _ = NodeScan::from_bytes(&bytes);
         }
     }
 }

@@ -5,7 +5,7 @@ use coaxle_clock::{CycleTime, Instant, Local};
 
 use crate::channel::Channel;
 use crate::exchange::{
-    MAX_TIME_RESPONSES, Reply, TIME_RESPONSES_CAPACITY, TimeRequest, TimeResponsesHeader,
+    MAX_TIME_RESPONSES, ReceivedRequest, TIME_RESPONSES_CAPACITY, TimeRequest, TimeResponsesHeader,
     encode_time_responses,
 };
 use crate::message::Outgoing;
@@ -63,13 +63,13 @@ impl TimeServer {
 
     /// Responds in the cycle `tick`, which really began at `now`, to what had arrived by then.
     pub fn respond(&mut self, tick: &Tick, now: Instant<Local>) {
-        let mut replies = [Reply::default(); MAX_TIME_RESPONSES];
+        let mut replies = [ReceivedRequest::default(); MAX_TIME_RESPONSES];
         let (mut answered, mut kept) = (0, 0);
         for n in 0..self.count {
             let (at, request) = self.waiting[n];
             if at <= now {
                 let received = at - self.start;
-                replies[answered] = Reply { request, received };
+                replies[answered] = ReceivedRequest { request, received };
                 answered += 1;
             } else {
                 self.waiting[kept] = self.waiting[n];

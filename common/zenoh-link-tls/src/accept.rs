@@ -15,7 +15,7 @@ use zenoh_link_commons::{LinkUnicast, NewLinkChannelSender};
 use zenoh_result::ZResult;
 
 use crate::config::{self, Common};
-use crate::link::{Ends, Link};
+use crate::link::{LinkAddresses, TlsLink};
 use crate::refusals::Refusals;
 
 /// Greatest number of handshakes in progress. One takes a few milliseconds; a client slower than this
@@ -28,7 +28,7 @@ const MOST_HANDSHAKES: usize = 128;
 const WITHOUT_DESCRIPTORS: Duration = Duration::from_millis(100);
 
 /// A listening socket and the destination of its links.
-pub(crate) struct Listener {
+pub(crate) struct TlsListener {
     pub(crate) socket: TcpListener,
     pub(crate) acceptor: TlsAcceptor,
     pub(crate) common: Arc<Common>,
@@ -38,7 +38,7 @@ pub(crate) struct Listener {
 /// A handshake that ended: the client's address, and the error if it failed.
 type Ended = (SocketAddr, Result<(), String>);
 
-impl Listener {
+impl TlsListener {
     /// Runs until the token is cancelled.
     pub(crate) async fn run(self, token: CancellationToken) -> ZResult<()> {
         let mut under_way = Handshakes::default();
@@ -89,8 +89,8 @@ impl Listener {
                 .await
                 .map_err(|_| "no handshake within its time".to_owned())?
                 .map_err(|error| error.to_string())?;
-            let ends = Ends { here, there: from };
-            let link = Link::open(stream, ends, common.closes_on_expiry);
+            let ends = LinkAddresses { here, there: from };
+            let link = TlsLink::open(stream, ends, common.closes_on_expiry);
             let link: LinkUnicast = link.map_err(|error| error.to_string())?;
             let handed_over = links.send_async(link).await;
             handed_over.map_err(|_| "the session is being closed".to_owned())

@@ -7,7 +7,7 @@ use zenoh_result::{ZResult, zerror};
 
 /// The peer of a link, and the end of its validity.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Peer {
+pub(crate) struct CertifiedPeer {
     /// The common name of its certificate, used by Zenoh's access control. None without a certificate, or
     /// without a name in it.
     pub(crate) name: Option<String>,
@@ -15,7 +15,7 @@ pub(crate) struct Peer {
     pub(crate) expires: Option<OffsetDateTime>,
 }
 
-impl Peer {
+impl CertifiedPeer {
     /// Reads a chain, the certificate of the peer first.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ use zenoh_protocol::core::{Locator, Priority};
 use zenoh_protocol::transport::BatchSize;
 use zenoh_result::{ZResult, zerror};
 
-use crate::certificate::Peer;
+use crate::certificate::CertifiedPeer;
 use crate::stream::SharedStream;
 use crate::{TLS_LOCATOR_PREFIX, config};
 
@@ -23,9 +23,9 @@ use crate::{TLS_LOCATOR_PREFIX, config};
 const LONGEST_SLEEP: Duration = Duration::from_secs(600);
 
 /// A TLS connection to a peer whose certificate was checked.
-pub(crate) struct Link {
+pub(crate) struct TlsLink {
     stream: SharedStream,
-    ends: Ends,
+    ends: LinkAddresses,
     source: Locator,
     destination: Locator,
     authenticated: LinkAuthId,
@@ -34,12 +34,12 @@ pub(crate) struct Link {
 
 /// The addresses of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Ends {
+pub(crate) struct LinkAddresses {
     pub(crate) here: SocketAddr,
     pub(crate) there: SocketAddr,
 }
 
-impl Link {
+impl TlsLink {
     /// Takes a connection whose handshake is done. `expires`: closes it when a certificate of the peer
     /// expires.
     ///
@@ -47,13 +47,13 @@ impl Link {
     /// A certificate of the peer that cannot be read; an invalid address.
     pub(crate) fn open(
         stream: TlsStream<TcpStream>,
-        ends: Ends,
+        ends: LinkAddresses,
         expires: bool,
     ) -> ZResult<LinkUnicast> {
         let (socket, session) = stream.get_ref();
         // A batch is sent when it is complete; Nagle's algorithm would hold it back for the acknowledgement of the last one.
         socket.set_nodelay(true)?;
-        let peer = Peer::of(session.peer_certificates())?;
+        let peer = CertifiedPeer::of(session.peer_certificates())?;
         let locator =
             |address: SocketAddr| Locator::new(TLS_LOCATOR_PREFIX, address.to_string(), "");
         let (source, destination) = (locator(ends.here)?, locator(ends.there)?);
@@ -64,7 +64,7 @@ impl Link {
             source,
             destination,
             authenticated: LinkAuthId::Tls(peer.name),
-            expiry: until.map(|until| hang_up_at(until, link.clone())),
+            expiry: until.map(|until| abort_at(until, link.clone())),
         });
         Ok(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>))
     }
@@ -76,14 +76,14 @@ impl Link {
 }
 
 /// Ends a link that still exists when a certificate of the peer expires.
-fn hang_up_at(until: OffsetDateTime, link: Weak<Link>) -> AbortHandle {
+fn abort_at(until: OffsetDateTime, link: Weak<TlsLink>) -> AbortHandle {
     let wait = async move {
         while let Some(left) = remaining(until) {
             tokio::time::sleep(left.min(LONGEST_SLEEP)).await;
         }
         if let Some(link) = link.upgrade() {
             tracing::warn!(target: config::LOG, "{link}: the certificate of the other end has expired: link closed");
-            link.stream.hang_up();
+            link.stream.abort();
         }
     };
     zenoh_runtime::ZRuntime::Acceptor.spawn(wait).abort_handle()
@@ -96,7 +96,7 @@ fn remaining(until: OffsetDateTime) -> Option<Duration> {
 }
 
 #[async_trait]
-impl LinkUnicastTrait for Link {
+impl LinkUnicastTrait for TlsLink {
     async fn write(&self, buffer: &[u8], _priority: Option<Priority>) -> ZResult<usize> {
         let written = self.stream.write(buffer).await;
         written.map_err(|error| self.failed("writing", &error))
@@ -152,7 +152,7 @@ impl LinkUnicastTrait for Link {
     }
 }
 
-impl Drop for Link {
+impl Drop for TlsLink {
     fn drop(&mut self) {
         if let Some(expiry) = &self.expiry {
             expiry.abort();
@@ -160,7 +160,7 @@ impl Drop for Link {
     }
 }
 
-impl fmt::Display for Link {
+impl fmt::Display for TlsLink {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} => {}", self.ends.here, self.ends.there)
     }

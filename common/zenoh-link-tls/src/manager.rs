@@ -12,9 +12,9 @@ use zenoh_link_commons::{
 use zenoh_protocol::core::{EndPoint, Locator};
 use zenoh_result::{ZResult, zerror};
 
-use crate::accept::Listener;
+use crate::accept::TlsListener;
 use crate::config::{self, Common};
-use crate::link::{Ends, Link};
+use crate::link::{LinkAddresses, TlsLink};
 
 /// Opens links and accepts those of others.
 pub struct LinkManagerUnicastTls {
@@ -53,8 +53,8 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
             .await
             .map_err(|_| failed(&"no handshake within its time"))?
             .map_err(|error| failed(&error))?;
-        let ends = Ends { here, there };
-        Link::open(TlsStream::Client(stream), ends, common.closes_on_expiry)
+        let ends = LinkAddresses { here, there };
+        TlsLink::open(TlsStream::Client(stream), ends, common.closes_on_expiry)
     }
 
     async fn new_listener(&self, endpoint: EndPoint) -> ZResult<Locator> {
@@ -78,7 +78,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
             endpoint.config(),
         )?;
         let token = self.listeners.token.child_token();
-        let listener = Listener {
+        let listener = TlsListener {
             socket,
             acceptor: TlsAcceptor::from(server),
             common: Arc::new(common),

@@ -13,7 +13,7 @@ const BETWEEN_LINES: Duration = Duration::from_secs(10);
 pub(crate) struct Refusals {
     count: u64,
     last: Option<(SocketAddr, String)>,
-    said: Option<Instant>,
+    last_logged: Option<Instant>,
 }
 
 impl Refusals {
@@ -24,14 +24,14 @@ impl Refusals {
 
     /// Returns a line, if there are new refusals and the last one was long enough ago.
     pub(crate) fn line(&mut self, now: Instant) -> Option<String> {
-        if let Some(said) = self.said
-            && now.duration_since(said) < BETWEEN_LINES
+        if let Some(last_logged) = self.last_logged
+            && now.duration_since(last_logged) < BETWEEN_LINES
         {
             return None;
         }
         let (from, reason) = self.last.take()?;
         let count = std::mem::take(&mut self.count);
-        self.said = Some(now);
+        self.last_logged = Some(now);
         Some(match count {
             1 => format!("a connection from {from} was refused: {reason}"),
             _ => format!("{count} connections were refused, the last one from {from}: {reason}"),
@@ -41,7 +41,8 @@ impl Refusals {
     /// Returns the time of the next line; none without a refusal.
     pub(crate) fn due(&self) -> Option<Instant> {
         self.last.as_ref()?;
-        self.said.map(|said| said + BETWEEN_LINES)
+        self.last_logged
+            .map(|last_logged| last_logged + BETWEEN_LINES)
     }
 }
 

@@ -13,7 +13,7 @@ use tokio::net::TcpStream;
 use tokio_rustls::TlsStream;
 
 /// Time for the last bytes of a link that is closed. A peer that takes none of them in this time is gone.
-const FAREWELL: Duration = Duration::from_millis(500);
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// A TLS stream behind a lock.
 ///
@@ -76,19 +76,19 @@ impl SharedStream {
         self.flush().await
     }
 
-    /// Sends the pending bytes and the end of the stream, within [`FAREWELL`], and closes the connection.
+    /// Sends the pending bytes and the end of the stream, within [`CLOSE_TIMEOUT`], and closes the connection.
     pub(crate) async fn close(&self) {
-        let farewell = async {
+        let close = async {
             let _turn = self.writing.lock().await;
             self.poll(|stream, context| stream.poll_shutdown(context))
                 .await
         };
-        let _ = tokio::time::timeout(FAREWELL, farewell).await;
-        self.hang_up();
+        let _ = tokio::time::timeout(CLOSE_TIMEOUT, close).await;
+        self.abort();
     }
 
     /// Ends both directions at once: readers and writers get the end of the stream.
-    pub(crate) fn hang_up(&self) {
+    pub(crate) fn abort(&self) {
         let stream = self.lock();
         let socket = socket2::SockRef::from(stream.get_ref().0);
         let _ = socket.shutdown(Shutdown::Both);

@@ -317,7 +317,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         }
         Some(CoaxleCommand::Gateway { node, page }) => return gateway::run(&node, page.beside()),
     };
-    Ok(otherwise.unless(good))
+    Ok(otherwise.done_if(good))
 }
 
 fn show_help() -> anyhow::Result<bool> {
@@ -434,7 +434,7 @@ fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
         tracing::warn!("interrupted after {at:.1} s: the results are of the time before");
         return Ok(Exit::Interrupted);
     }
-    Ok(Exit::NotMet.unless(outcome.summary.failed().next().is_none()))
+    Ok(Exit::NotMet.done_if(outcome.summary.failed().next().is_none()))
 }
 
 /// An expectation, for the report.

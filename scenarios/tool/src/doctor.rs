@@ -259,7 +259,7 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<ConfigFindi
         Ok(credentials) => findings.extend(of_credentials(node, &credentials, now)),
         Err(error) => findings.push(open(error.to_string(), COPY_ANEW)),
     }
-    let others = |file: &str| Os::others_may(&folder.join(file));
+    let others = |file: &str| Os::permissions_of_others(&folder.join(file));
     if others(KEY_FILE).is_some_and(|others| others.access) {
         let key = folder.join(KEY_FILE);
         let text = format!("other users of this PC may read {}", key.display());

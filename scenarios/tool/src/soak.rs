@@ -71,7 +71,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     ));
     let (begin, told) = (machine::now(), AtomicU64::new(0));
     let interrupt = Interrupt::listen()?;
-    let soaked = soak.run(&|| !interrupt.is_asked(), &|done, failed| {
+    let soaked = soak.run(&|| !interrupt.is_received(), &|done, failed| {
         // A line for every twentieth part.
         let part = done * 20 / all;
         if told.fetch_max(part, Ordering::Relaxed) < part {
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
         );
         return Ok(Exit::Interrupted);
     }
-    Ok(Exit::NotMet.unless(soaked.failures.is_empty()))
+    Ok(Exit::NotMet.done_if(soaked.failures.is_empty()))
 }
 
 /// Prints a line of progress. A failure to write it is ignored.

@@ -89,7 +89,7 @@ fn sweep(args: &SweepArgs) -> anyhow::Result<Exit> {
         );
         return Ok(Exit::Interrupted);
     }
-    Ok(Exit::NotMet.unless(outcome.failed().next().is_none()))
+    Ok(Exit::NotMet.done_if(outcome.failed().next().is_none()))
 }
 
 impl SweepArgs {

@@ -42,6 +42,6 @@ impl Bar {
 impl Progress for Bar {
     fn at(&mut self, share: f64) -> bool {
         self.bar.set_position((share * STEPS as f64) as u64);
-        !self.interrupt.is_asked()
+        !self.interrupt.is_received()
     }
 }

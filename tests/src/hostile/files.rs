@@ -11,13 +11,13 @@ use coaxle_node::one_line;
 use coaxle_node::point_table::PointTable;
 use coaxle_node::saw_file::SawFile;
 use coaxle_plate::{
-    Course, Demand, LawLimits, LawQuestion, PlateSource, SourceRows, ValueSelect, WrittenPoint,
+    Course, Demand, LawCriteria, LawLimits, PlateSource, SourceRows, ValueSelect, WrittenPoint,
 };
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
 use coaxle_source::config::ReplayConfig;
-use coaxle_source::{Replay, Source as _};
+use coaxle_source::{AxisSource as _, Replay};
 
 use super::Outcome;
 use super::node::scan;
@@ -145,12 +145,12 @@ fn examine_points(table: PointTable) -> Outcome {
         rows: SourceRows::Points(points),
     };
     source.check_size().map_err(error_text)?;
-    let question = LawQuestion {
+    let criteria = LawCriteria {
         master_velocity: 1.0,
         limits: LawLimits::default(),
         least: Demand::Torque,
     };
-    let _ = source.law_advice(1, &question);
+    let _ = source.law_advice(1, &criteria);
     source.plate().map(drop).map_err(error_text)
 }
 
@@ -180,7 +180,7 @@ pub(super) fn gear_file(data: &[u8]) -> Outcome {
         master.position = position;
         master
     };
-    for stretch in gear.stretches(file.master.velocity, file.cycle.0) {
+    for stretch in gear.ranges(file.master.velocity, file.cycle.0) {
         for position in [stretch.master_free, stretch.master_coupled] {
             let _ = gear.update(&at(position));
         }

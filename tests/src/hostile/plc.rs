@@ -84,7 +84,7 @@ impl ReceivedSamples {
 }
 
 impl Port for ReceivedSamples {
-    fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
+    fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         if self.taken.is_some_and(|taken| now < taken + CYCLE) {
             return false;
         }
@@ -97,7 +97,7 @@ impl Port for ReceivedSamples {
         true
     }
 
-    fn give(&mut self, _: &PlcOutput<'_>) {}
+    fn send(&mut self, _: &PlcOutput<'_>) {}
 
     fn state(&self) -> LinkState {
         LinkState {

@@ -3,10 +3,10 @@
 use coaxle_clock::Instant;
 use coaxle_node::command::{CommandOrder, SlaveName};
 use coaxle_ros::message::{JointTrajectory, JointTrajectoryPoint, Time};
-use coaxle_ros::moves::Moves;
 use coaxle_ros::source::SlaveMotion;
 use coaxle_ros::trajectory::{Address, plan};
-use coaxle_ros::unit::Scale;
+use coaxle_ros::trajectory_queue::TrajectoryQueue;
+use coaxle_ros::unit::UnitScale;
 
 use super::Outcome;
 use super::wire::near;
@@ -18,7 +18,7 @@ pub(super) fn trajectory(data: &[u8]) -> Outcome {
     let trajectory = JointTrajectory::from_bytes(data).map_err(|error| error.to_string())?;
     let known = JOINTS.map(address);
     let planned = plan(&trajectory, 0, &known).map_err(|refusal| refusal.to_string())?;
-    let (mut moves, mut now) = (Moves::default(), Instant::EPOCH);
+    let (mut moves, mut now) = (TrajectoryQueue::default(), Instant::EPOCH);
     moves.begin(planned, now);
     while let Some(at) = moves.next_at() {
         assert!(at >= now, "time goes back");
@@ -74,6 +74,6 @@ fn address(joint: &str) -> Address {
         node: near(),
         slave: SlaveName::new(slave).expect("a valid name"),
         axis_id: 1,
-        scale: Scale::of("mm").unwrap_or(Scale::NONE),
+        scale: UnitScale::of("mm").unwrap_or(UnitScale::NONE),
     }
 }

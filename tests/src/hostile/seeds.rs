@@ -6,8 +6,8 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::exchange::{
-    MAX_TIME_RESPONSES, Reply, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY, TimeResponsesHeader,
-    encode_time_request, encode_time_responses,
+    MAX_TIME_RESPONSES, ReceivedRequest, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY,
+    TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
 use coaxle_node::point_table::PointTable;
@@ -213,7 +213,7 @@ pub(super) fn time_responses() -> Seeds {
             count: 40,
             cycle_time: cycle_time(),
         };
-        let reply = Reply {
+        let reply = ReceivedRequest {
             request: TimeRequest {
                 requester: sender_id(&near()),
                 run: 1,

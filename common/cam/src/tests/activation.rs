@@ -14,7 +14,7 @@ use ActivationMode::{
 
 /// Effect of a mode with an operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Is {
+enum ActivationEffect {
     /// Takes effect where the master, led from 100 up, reaches this position; for downward modes, from
     /// there down.
     At(f64),
@@ -25,13 +25,13 @@ enum Is {
     /// Refused with this code.
     No(u32),
 }
-use Is::{At, No, Nothing, Once};
+use ActivationEffect::{At, No, Nothing, Once};
 
 /// The activation position, where one is needed: a quarter of a cycle beyond the master.
 const POSITION: f64 = 190.0;
 
 #[rustfmt::skip]
-const MANUAL: [(ActivationMode, Is, Is, Is, Is); 10] = [
+const MANUAL: [(ActivationMode, ActivationEffect, ActivationEffect, ActivationEffect, ActivationEffect); 10] = [
     // mode                            couple      switch      scale       online change
     (Instantaneous,                    At(100.0),  At(100.0),  At(100.0),  At(100.0)),
     (AtMasterCamPos,                   At(190.0),  At(190.0),  At(190.0),  At(190.0)),
@@ -76,7 +76,7 @@ fn the_rules_are_those_of_the_table() {
 /// Leads the master from 100 and compares the slave with the old course and the new one all along.
 fn follow(
     rig: &mut Rig,
-    is: Is,
+    is: ActivationEffect,
     cycle: f64,
     name: &str,
     old: impl Fn(&Rig, f64) -> f64,

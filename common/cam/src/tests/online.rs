@@ -269,14 +269,14 @@ fn what_is_held_back_is_said_once() {
     rig.lead(60.0, 1.0);
     rig.tables.write(PLATE, &[rest(2, 120.0, 20.0)]).unwrap();
     rig.lead(99.0, 1.0);
-    assert_eq!(rig.coupling.take_held_back(), None);
+    assert_eq!(rig.coupling.take_rejected_points(), None);
     rig.lead(101.0, 1.0);
-    let why = rig.coupling.take_held_back().expect("it is said");
+    let why = rig.coupling.take_rejected_points().expect("it is said");
     assert_eq!(why.code(), 0x421A, "{why}");
     rig.lead(360.0 + 101.0, 1.0);
-    assert_eq!(rig.coupling.take_held_back(), None, "once");
+    assert_eq!(rig.coupling.take_rejected_points(), None, "once");
     assert!(queued(&rig));
     rig.tables.write(PLATE, &[rest(2, 120.0, 21.0)]).unwrap();
     rig.lead(720.0 + 101.0, 1.0);
-    assert!(rig.coupling.take_held_back().is_some());
+    assert!(rig.coupling.take_rejected_points().is_some());
 }

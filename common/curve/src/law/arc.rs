@@ -3,8 +3,8 @@
 use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4};
 
 use super::motion::{MinMax, Motion};
-use super::roots::{Reaching, Roots, Smooth, roots_between_turns};
-use super::wave::Wave;
+use super::roots::{LessTarget, Roots, Smooth, roots_between_extremes};
+use super::wave::AccelerationWave;
 
 /// Angle of an arc, with its sine and cosine: exact, unlike computed ones.
 #[derive(Clone, Copy)]
@@ -29,21 +29,21 @@ impl Angle {
 
 /// A piece of an acceleration law: `constant` + `wave`, while its angle turns from 0 by `angle`.
 #[derive(Clone, Copy)]
-pub(super) struct Acceleration {
+pub(super) struct ArcAcceleration {
     pub(super) length: f64,
     pub(super) angle: Angle,
     pub(super) constant: f64,
-    pub(super) wave: Wave,
+    pub(super) wave: AccelerationWave,
 }
 
-impl Acceleration {
+impl ArcAcceleration {
     /// Makes a quarter turn of a wave.
     pub(super) const fn quarter(length: f64, sin: f64, cos: f64) -> Self {
         Self {
             length,
             angle: Angle::QUARTER,
             constant: 0.0,
-            wave: Wave::new(sin, cos),
+            wave: AccelerationWave::new(sin, cos),
         }
     }
 
@@ -53,7 +53,7 @@ impl Acceleration {
             length,
             angle: Angle::ZERO,
             constant,
-            wave: Wave::NONE,
+            wave: AccelerationWave::NONE,
         }
     }
 }
@@ -65,7 +65,7 @@ pub(super) struct Arc {
     pub(super) begin: f64,
     pub(super) omega: f64,
     pub(super) powers: [f64; 3],
-    pub(super) wave: Wave,
+    pub(super) wave: AccelerationWave,
 }
 
 impl Arc {
@@ -97,11 +97,11 @@ impl Arc {
 
     /// Returns the places from z = `begin` to `end` at which velocity, acceleration, jerk and snap
     /// vanish.
-    fn turns(&self, end: f64) -> [Roots; 4] {
+    fn extremes(&self, end: f64) -> [Roots; 4] {
         let second = self.wave.derivative(self.omega).derivative(self.omega);
         let third = second.derivative(self.omega);
         let fourth = third.derivative(self.omega);
-        let zeros = |constant: f64, wave: &Wave| {
+        let zeros = |constant: f64, wave: &AccelerationWave| {
             if self.omega == 0.0 {
                 return Roots::none();
             }
@@ -109,7 +109,7 @@ impl Arc {
             angles.map(|u| (self.begin + u / self.omega).min(end))
         };
         let acceleration = zeros(2.0 * self.powers[2], &second);
-        let velocity = roots_between_turns(&Velocity(self), &acceleration, self.begin, end);
+        let velocity = roots_between_extremes(&ArcVelocity(self), &acceleration, self.begin, end);
         [
             velocity,
             acceleration,
@@ -120,10 +120,10 @@ impl Arc {
 
     /// Returns the extremes of position and derivatives from z = `begin` to `end`.
     fn ranges(&self, end: f64) -> [MinMax; 4] {
-        let turns = self.turns(end);
+        let extremes = self.extremes(end);
         core::array::from_fn(|order| {
             let range = |z: f64| MinMax::at(z, self.derivatives(z)[order]);
-            let places = turns[order].iter().chain(core::iter::once(&end));
+            let places = extremes[order].iter().chain(core::iter::once(&end));
             places.fold(range(self.begin), |so_far, &z| so_far.joined(range(z)))
         })
     }
@@ -140,9 +140,9 @@ impl Arc {
 }
 
 /// The velocity of an arc over z.
-struct Velocity<'a>(&'a Arc);
+struct ArcVelocity<'a>(&'a Arc);
 
-impl Smooth for Velocity<'_> {
+impl Smooth for ArcVelocity<'_> {
     fn at(&self, z: f64) -> (f64, f64) {
         let motion = self.0.at(z);
         (motion.velocity, motion.acceleration)
@@ -190,25 +190,25 @@ pub(super) trait Chain {
     where
         Self: Sized,
     {
-        let mut turns = Roots::none();
+        let mut extremes = Roots::none();
         for index in 0..self.len() {
             let end = self.end_of(index);
-            let [velocity, ..] = self.arc(index).turns(end);
-            velocity.iter().for_each(|&z| turns.push(z));
-            turns.push(end);
+            let [velocity, ..] = self.arc(index).extremes(end);
+            velocity.iter().for_each(|&z| extremes.push(z));
+            extremes.push(end);
         }
-        let reaching = Reaching {
-            curve: Position(self),
+        let less_target = LessTarget {
+            curve: ArcPosition(self),
             target: position,
         };
-        roots_between_turns(&reaching, &turns, 0.0, 1.0)
+        roots_between_extremes(&less_target, &extremes, 0.0, 1.0)
     }
 }
 
 /// The position along a chain.
-struct Position<'a, C>(&'a C);
+struct ArcPosition<'a, C>(&'a C);
 
-impl<C: Chain> Smooth for Position<'_, C> {
+impl<C: Chain> Smooth for ArcPosition<'_, C> {
     fn at(&self, z: f64) -> (f64, f64) {
         let motion = self.0.arc(self.0.index_at(z)).at(z);
         (motion.position, motion.velocity)
@@ -225,7 +225,7 @@ impl<C: Chain> Smooth for Position<'_, C> {
 
 /// Integrates an acceleration law twice, from `position` and `velocity` at z = 0.
 pub(super) const fn chained<const N: usize>(
-    law: &[Acceleration; N],
+    law: &[ArcAcceleration; N],
     mut position: f64,
     mut velocity: f64,
 ) -> [Arc; N] {
@@ -233,13 +233,13 @@ pub(super) const fn chained<const N: usize>(
         begin: 0.0,
         omega: 0.0,
         powers: [0.0; 3],
-        wave: Wave::NONE,
+        wave: AccelerationWave::NONE,
     };
     let mut arcs = [UNSET; N];
     let mut begin = 0.0;
     let mut i = 0;
     while i < N {
-        let Acceleration {
+        let ArcAcceleration {
             length,
             angle,
             constant,
@@ -250,12 +250,12 @@ pub(super) const fn chained<const N: usize>(
         let first = if turning {
             wave.integral(omega)
         } else {
-            Wave::NONE
+            AccelerationWave::NONE
         };
         let zeroth = if turning {
             first.integral(omega)
         } else {
-            Wave::NONE
+            AccelerationWave::NONE
         };
         let powers = [
             position - zeroth.value(0.0, 1.0),
@@ -279,7 +279,7 @@ pub(super) const fn chained<const N: usize>(
 }
 
 /// Makes the law from rest with a stroke of 1 and an acceleration of the given shape.
-pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) -> [Arc; N] {
+pub(super) const fn with_unit_stroke<const N: usize>(shape: &[ArcAcceleration; N]) -> [Arc; N] {
     let mut law = *shape;
     let stroke = stroke(shape);
     let mut i = 0;
@@ -292,9 +292,9 @@ pub(super) const fn with_unit_stroke<const N: usize>(shape: &[Acceleration; N]) 
 }
 
 /// Returns the stroke of an acceleration law from rest.
-const fn stroke<const N: usize>(law: &[Acceleration; N]) -> f64 {
+const fn stroke<const N: usize>(law: &[ArcAcceleration; N]) -> f64 {
     let arcs = chained(law, 0.0, 0.0);
-    let Acceleration { length, angle, .. } = law[N - 1];
+    let ArcAcceleration { length, angle, .. } = law[N - 1];
     let Arc { powers, wave, .. } = arcs[N - 1];
     powers[0] + length * (powers[1] + length * powers[2]) + wave.value(angle.sin, angle.cos)
 }

@@ -5,22 +5,22 @@ use super::motion::Motion;
 
 /// A fixed law from 0 and its weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Part {
+pub(super) struct BlendPart {
     pub(super) weight: f64,
     pub(super) arcs: &'static [Arc],
 }
 
 /// `start` + `slope`·z plus two fixed laws with arcs of equal joints and angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Blend {
+pub(super) struct BlendedLaw {
     start: f64,
     slope: f64,
-    parts: [Part; 2],
+    parts: [BlendPart; 2],
 }
 
-impl Blend {
+impl BlendedLaw {
     /// Makes a sum of two laws.
-    pub(super) const fn new(start: f64, slope: f64, parts: [Part; 2]) -> Self {
+    pub(super) const fn new(start: f64, slope: f64, parts: [BlendPart; 2]) -> Self {
         Self {
             start,
             slope,
@@ -30,11 +30,11 @@ impl Blend {
 
     /// Makes a single law.
     pub(super) const fn single(start: f64, stroke: f64, arcs: &'static [Arc]) -> Self {
-        let law = Part {
+        let law = BlendPart {
             weight: stroke,
             arcs,
         };
-        let nothing = Part { weight: 0.0, arcs };
+        let nothing = BlendPart { weight: 0.0, arcs };
         Self::new(start, 0.0, [law, nothing])
     }
 
@@ -45,7 +45,7 @@ impl Blend {
     }
 }
 
-impl Chain for Blend {
+impl Chain for BlendedLaw {
     fn len(&self) -> usize {
         self.parts[0].arcs.len()
     }

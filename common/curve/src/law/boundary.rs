@@ -6,7 +6,7 @@ use super::motion_law::MotionLaw;
 
 /// Condition of a law at one end.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum End {
+enum EndCondition {
     /// Value of the point, or of the law.
     Free,
     /// No acceleration.
@@ -52,10 +52,10 @@ pub(super) fn check(law: MotionLaw, start: &Knot, end: &Knot) -> Result<(), LawE
                 expected: 0.0,
             })
         };
-        if matches!(condition, End::Still | End::Rest) {
+        if matches!(condition, EndCondition::Still | EndCondition::Rest) {
             zero(Quantity::Velocity, velocity, velocity * length)?;
         }
-        if matches!(condition, End::Steady | End::Rest) {
+        if matches!(condition, EndCondition::Steady | EndCondition::Rest) {
             let over_the_length = acceleration * length * length;
             zero(Quantity::Acceleration, acceleration, over_the_length)?;
         }
@@ -84,9 +84,9 @@ fn finite(side: Side, knot: &Knot) -> Result<(), LawError> {
         })
 }
 
-fn conditions(law: MotionLaw) -> [End; 2] {
+fn conditions(law: MotionLaw) -> [EndCondition; 2] {
     match law {
-        MotionLaw::Polynom3 | MotionLaw::Sinuslinie => [End::Still, End::Still],
+        MotionLaw::Polynom3 | MotionLaw::Sinuslinie => [EndCondition::Still, EndCondition::Still],
         MotionLaw::Polynom5
         | MotionLaw::Polynom7
         | MotionLaw::Polynom8
@@ -95,14 +95,18 @@ fn conditions(law: MotionLaw) -> [End; 2] {
         | MotionLaw::Peisekah11
         | MotionLaw::Modsinuslinie
         | MotionLaw::Bestehorn
-        | MotionLaw::Beschltrapez => [End::Rest, End::Rest],
-        MotionLaw::HarmonicKombiRt | MotionLaw::BeschltrapezRt => [End::Rest, End::Still],
-        MotionLaw::HarmonicKombiTr | MotionLaw::BeschltrapezTr => [End::Still, End::Rest],
-        MotionLaw::HarmonicKombiVt => [End::Steady, End::Still],
-        MotionLaw::HarmonicKombiTv => [End::Still, End::Steady],
-        MotionLaw::ModsinuslinieVv => [End::Steady, End::Steady],
-        MotionLaw::BeschltrapezRv => [End::Rest, End::Steady],
-        MotionLaw::BeschltrapezVr => [End::Steady, End::Rest],
+        | MotionLaw::Beschltrapez => [EndCondition::Rest, EndCondition::Rest],
+        MotionLaw::HarmonicKombiRt | MotionLaw::BeschltrapezRt => {
+            [EndCondition::Rest, EndCondition::Still]
+        }
+        MotionLaw::HarmonicKombiTr | MotionLaw::BeschltrapezTr => {
+            [EndCondition::Still, EndCondition::Rest]
+        }
+        MotionLaw::HarmonicKombiVt => [EndCondition::Steady, EndCondition::Still],
+        MotionLaw::HarmonicKombiTv => [EndCondition::Still, EndCondition::Steady],
+        MotionLaw::ModsinuslinieVv => [EndCondition::Steady, EndCondition::Steady],
+        MotionLaw::BeschltrapezRv => [EndCondition::Rest, EndCondition::Steady],
+        MotionLaw::BeschltrapezVr => [EndCondition::Steady, EndCondition::Rest],
         MotionLaw::Polynom1
         | MotionLaw::Polynom3Vv
         | MotionLaw::Polynom5Mm
@@ -111,6 +115,6 @@ fn conditions(law: MotionLaw) -> [End; 2] {
         | MotionLaw::SplineNatural
         | MotionLaw::SplineTangential
         | MotionLaw::SplinePeriodic
-        | MotionLaw::SplineLinear => [End::Free, End::Free],
+        | MotionLaw::SplineLinear => [EndCondition::Free, EndCondition::Free],
     }
 }

@@ -2,7 +2,7 @@
 
 use super::motion::{MinMax, Motion};
 use super::polynomial::Polynomial;
-use super::segment::{Segment, Shape};
+use super::segment::{LawShape, Segment};
 use crate::quadrature::{integral, integral_of_polynomial};
 
 impl Segment {
@@ -10,18 +10,18 @@ impl Segment {
     #[must_use]
     pub fn momentum(&self) -> MinMax {
         match self.shape() {
-            Shape::Quintic(polynomial) => self.momentum_at_turns::<6, 8>(polynomial),
-            Shape::Septic(polynomial) => self.momentum_at_turns::<8, 12>(polynomial),
-            _ => self.momentum_by_stretches(),
+            LawShape::Quintic(polynomial) => self.momentum_at_extremes::<6, 8>(polynomial),
+            LawShape::Septic(polynomial) => self.momentum_at_extremes::<8, 12>(polynomial),
+            _ => self.momentum_by_sections(),
         }
     }
 
     /// Returns the slave's whole path length, forwards and backwards: the integral of |velocity|.
     #[must_use]
-    pub fn way(&self) -> f64 {
+    pub fn path_length(&self) -> f64 {
         match self.shape() {
-            Shape::Quintic(polynomial) => way(polynomial),
-            Shape::Septic(polynomial) => way(polynomial),
+            LawShape::Quintic(polynomial) => path_length(polynomial),
+            LawShape::Septic(polynomial) => path_length(polynomial),
             _ => self.length() * integral(0.0, 1.0, |share| self.at_share(share).velocity.abs()),
         }
     }
@@ -34,7 +34,7 @@ impl Segment {
             acceleration * acceleration
         };
         let over_share = match self.shape() {
-            Shape::Quintic(_) | Shape::Septic(_) => integral_of_polynomial(0.0, 1.0, square),
+            LawShape::Quintic(_) | LawShape::Septic(_) => integral_of_polynomial(0.0, 1.0, square),
             _ => integral(0.0, 1.0, square),
         };
         self.length() * over_share
@@ -51,20 +51,20 @@ impl Segment {
 
     /// Returns the momentum range of a polynomial: at the ends, and where the slope of the product of its
     /// derivatives is zero. `M` coefficients hold the product.
-    fn momentum_at_turns<const N: usize, const M: usize>(&self, law: &Polynomial<N>) -> MinMax {
+    fn momentum_at_extremes<const N: usize, const M: usize>(&self, law: &Polynomial<N>) -> MinMax {
         let velocity = law.derivative();
         let product = velocity.product::<N, M>(&velocity.derivative());
-        let turns = product.derivative().roots_in(0.0, 1.0);
+        let extremes = product.derivative().roots_in(0.0, 1.0);
         let ends = self.momentum_at(0.0).joined(self.momentum_at(1.0));
-        turns
+        extremes
             .iter()
             .fold(ends, |range, &share| range.joined(self.momentum_at(share)))
     }
 
     /// Returns the momentum range of any law. Each extreme is found by a change of sign of the slope a² +
     /// v·j, and narrowed down to the last bit.
-    fn momentum_by_stretches(&self) -> MinMax {
-        let share_of = |i: u32| f64::from(i) / f64::from(STRETCHES);
+    fn momentum_by_sections(&self) -> MinMax {
+        let share_of = |i: u32| f64::from(i) / f64::from(SECTIONS);
         let rises_at = |share: f64| {
             let Motion {
                 velocity,
@@ -75,7 +75,7 @@ impl Segment {
             acceleration * acceleration + velocity * jerk > 0.0
         };
         let mut range = self.momentum_at(0.0).joined(self.momentum_at(1.0));
-        for i in 0..STRETCHES {
+        for i in 0..SECTIONS {
             let (mut low, mut high) = (share_of(i), share_of(i + 1));
             let rises = rises_at(low);
             if rises_at(high) != rises {
@@ -101,22 +101,22 @@ impl Segment {
 
 /// Number of intervals in which the extremes of v·a are searched for. All laws together have fewer than a
 /// tenth as many.
-const STRETCHES: u32 = 64;
+const SECTIONS: u32 = 64;
 
 /// Returns the path length: between two extremes a curve is monotone, so its length is the difference of
 /// its values.
-fn way<const N: usize>(law: &Polynomial<N>) -> f64 {
+fn path_length<const N: usize>(law: &Polynomial<N>) -> f64 {
     // Far from zero positions are rounded, and so are their differences.
     let mut from_start = *law;
     from_start.0[0] = 0.0;
-    let turns = law.derivative().roots_in(0.0, 1.0);
-    let (mut way, mut before) = (0.0, 0.0);
-    for &place in turns.iter().chain(core::iter::once(&1.0)) {
+    let extremes = law.derivative().roots_in(0.0, 1.0);
+    let (mut length, mut before) = (0.0, 0.0);
+    for &place in extremes.iter().chain(core::iter::once(&1.0)) {
         let here = from_start.value(place);
-        way += (here - before).abs();
+        length += (here - before).abs();
         before = here;
     }
-    way
+    length
 }
 
 #[cfg(test)]
@@ -162,14 +162,14 @@ mod tests {
 
     /// Returns the path length by quadrature between the extremes, each of which bends |v|: a bend near
     /// an end could lie between the nodes of an integral.
-    fn way_by_numbers(segment: &Segment) -> f64 {
-        let turns = match segment.shape() {
-            Shape::Quintic(law) => law.derivative().roots_in(0.0, 1.0),
-            Shape::Septic(law) => law.derivative().roots_in(0.0, 1.0),
+    fn path_length_by_numbers(segment: &Segment) -> f64 {
+        let extremes = match segment.shape() {
+            LawShape::Quintic(law) => law.derivative().roots_in(0.0, 1.0),
+            LawShape::Septic(law) => law.derivative().roots_in(0.0, 1.0),
             shape => panic!("{shape:?}"),
         };
         let speed = |share: f64| segment.at_share(share).velocity.abs();
-        let places: Vec<_> = [&[0.0], &turns[..], &[1.0]].concat();
+        let places: Vec<_> = [&[0.0], &extremes[..], &[1.0]].concat();
         let pieces = places.windows(2);
         segment.length()
             * pieces
@@ -190,12 +190,12 @@ mod tests {
 
         #[test]
         fn polynomials_demand_what_any_law_would_by_numbers(segment in polynomials()) {
-            let (exact, searched) = (segment.momentum(), segment.momentum_by_stretches());
+            let (exact, searched) = (segment.momentum(), segment.momentum_by_sections());
             let size = searched.magnitude();
             close(exact.minimum.value, searched.minimum.value, size)?;
             close(exact.maximum.value, searched.maximum.value, size)?;
-            let way = way_by_numbers(&segment);
-            close(segment.way(), way, way)?;
+            let path_length = path_length_by_numbers(&segment);
+            close(segment.path_length(), path_length, path_length)?;
             let square = segment.length()
                 * integral(0.0, 1.0, |z| {
                     let acceleration = segment.at_share(z).acceleration;
@@ -227,7 +227,7 @@ mod tests {
             },
         };
         let line = Segment::new(MotionLaw::Polynom1, &at(2.0, 1e9 + 3.0), &at(6.0, 1e9)).unwrap();
-        assert_eq!(line.way(), 3.0);
+        assert_eq!(line.path_length(), 3.0);
         assert_eq!(line.squared_acceleration(), 0.0);
         assert_eq!(line.momentum().magnitude(), 0.0);
     }

@@ -7,7 +7,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::arc::{Acceleration, Arc, Chain, chained};
+use super::arc::{Arc, ArcAcceleration, Chain, chained};
 use super::motion::Motion;
 use super::polynomial::Polynomial;
 
@@ -43,9 +43,9 @@ impl Combination {
             0.0
         };
         let law = [
-            Acceleration::quarter(0.5 * lambda, a, 0.0),
-            Acceleration::quarter(0.5 * lambda, 0.0, a),
-            Acceleration::quarter(mu, -b, 0.0),
+            ArcAcceleration::quarter(0.5 * lambda, a, 0.0),
+            ArcAcceleration::quarter(0.5 * lambda, 0.0, a),
+            ArcAcceleration::quarter(mu, -b, 0.0),
         ];
         Self(chained(&law, start.position, velocity))
     }

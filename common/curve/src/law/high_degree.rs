@@ -6,7 +6,7 @@
 
 use super::motion::{MinMax, Motion};
 use super::polynomial::Polynomial;
-use super::roots::{Reaching, Roots, Smooth, roots_between_turns};
+use super::roots::{LessTarget, Roots, Smooth, roots_between_extremes};
 
 /// A law from 0 to 1 as z⁴·`start`(z) and as 1 − w⁴·`end`(w), w = 1 − z.
 #[derive(Debug, PartialEq)]
@@ -87,12 +87,12 @@ impl RestToRest {
 
     /// Returns the shares z at which the slave reaches a position.
     pub(super) fn shares_at(&self, position: f64) -> Roots {
-        let reaching = Reaching {
+        let less_target = LessTarget {
             curve: *self,
             target: position,
         };
         // The laws never reverse in between.
-        roots_between_turns(&reaching, &[], 0.0, 1.0)
+        roots_between_extremes(&less_target, &[], 0.0, 1.0)
     }
 }
 
@@ -104,8 +104,8 @@ impl Smooth for RestToRest {
 
     fn rounding(&self, z: f64) -> f64 {
         let anchor = if z <= 0.5 { self.start } else { self.end };
-        let way = self.at(z).position - anchor;
-        4.0 * f64::EPSILON * (anchor.abs() + way.abs())
+        let offset = self.at(z).position - anchor;
+        4.0 * f64::EPSILON * (anchor.abs() + offset.abs())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Polynomials: values, derivatives, roots and ranges.
 
 use super::motion::MinMax;
-use super::roots::{Roots, Smooth, roots_between_turns};
+use super::roots::{Roots, Smooth, roots_between_extremes};
 
 /// A polynomial with `N` coefficients (degree `N` − 1 at most), lowest power first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,8 +55,8 @@ impl<const N: usize> Polynomial<N> {
             }
             return roots;
         }
-        let turns = self.derivative().roots_in(lo, hi);
-        roots_between_turns(self, &turns, lo, hi)
+        let extremes = self.derivative().roots_in(lo, hi);
+        roots_between_extremes(self, &extremes, lo, hi)
     }
 
     /// Returns the extremes from `lo` to `hi` of the value and of the first three derivatives.
@@ -67,20 +67,20 @@ impl<const N: usize> Polynomial<N> {
         let third = second.derivative();
         // The roots of a derivative are needed for the roots of the one before.
         let snap = third.derivative().roots_in(lo, hi);
-        let jerk = roots_between_turns(&third, &snap, lo, hi);
-        let acceleration = roots_between_turns(&second, &jerk, lo, hi);
-        let velocity = roots_between_turns(&first, &acceleration, lo, hi);
+        let jerk = roots_between_extremes(&third, &snap, lo, hi);
+        let acceleration = roots_between_extremes(&second, &jerk, lo, hi);
+        let velocity = roots_between_extremes(&first, &acceleration, lo, hi);
         [
-            self.range_with_turns(&velocity, lo, hi),
-            first.range_with_turns(&acceleration, lo, hi),
-            second.range_with_turns(&jerk, lo, hi),
-            third.range_with_turns(&snap, lo, hi),
+            self.range_with_extremes(&velocity, lo, hi),
+            first.range_with_extremes(&acceleration, lo, hi),
+            second.range_with_extremes(&jerk, lo, hi),
+            third.range_with_extremes(&snap, lo, hi),
         ]
     }
 
-    fn range_with_turns(&self, turns: &[f64], lo: f64, hi: f64) -> MinMax {
+    fn range_with_extremes(&self, extremes: &[f64], lo: f64, hi: f64) -> MinMax {
         let range = MinMax::at(lo, self.value(lo));
-        let candidates = turns.iter().chain(core::iter::once(&hi));
+        let candidates = extremes.iter().chain(core::iter::once(&hi));
         candidates.fold(range, |range, &x| {
             range.joined(MinMax::at(x, self.value(x)))
         })

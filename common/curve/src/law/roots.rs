@@ -68,14 +68,14 @@ pub trait Smooth {
 }
 
 /// A curve less a target value, so that its roots are where the curve reaches it.
-pub struct Reaching<C> {
+pub struct LessTarget<C> {
     /// The curve.
     pub curve: C,
     /// The value.
     pub target: f64,
 }
 
-impl<C: Smooth> Smooth for Reaching<C> {
+impl<C: Smooth> Smooth for LessTarget<C> {
     fn at(&self, x: f64) -> (f64, f64) {
         let (value, slope) = self.curve.at(x);
         (value - self.target, slope)
@@ -86,22 +86,22 @@ impl<C: Smooth> Smooth for Reaching<C> {
     }
 }
 
-/// Returns the roots of `curve` between `lo` and `hi`, both included, given its `turns`: all roots of its
+/// Returns the roots of `curve` between `lo` and `hi`, both included, given its `extremes`: all roots of its
 /// slope there.
 ///
-/// Between two turns the curve is monotone, so the roots follow from the signs at the turns. A turn at
+/// Between two extremes the curve is monotone, so the roots follow from the signs at them. An extreme at
 /// which the curve is zero up to rounding is a root.
-pub fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64) -> Roots {
+pub fn roots_between_extremes(curve: &impl Smooth, extremes: &[f64], lo: f64, hi: f64) -> Roots {
     let mut roots = Roots::none();
-    let mut left = Sample::of(curve, lo);
+    let mut left = CurveSample::of(curve, lo);
     if left.is_root() {
         roots.push(lo);
     }
-    for &turn in turns.iter().chain(core::iter::once(&hi)) {
-        if turn <= left.x {
+    for &extreme in extremes.iter().chain(core::iter::once(&hi)) {
+        if extreme <= left.x {
             continue;
         }
-        let right = Sample::of(curve, turn);
+        let right = CurveSample::of(curve, extreme);
         if right.is_root() {
             // If both ends of a monotone interval are zero, it is zero throughout: its begin counts as
             // the root.
@@ -118,13 +118,13 @@ pub fn roots_between_turns(curve: &impl Smooth, turns: &[f64], lo: f64, hi: f64)
 
 /// A place and the sign of the curve there.
 #[derive(Clone, Copy)]
-struct Sample {
+struct CurveSample {
     x: f64,
     value: f64,
     sign: f64,
 }
 
-impl Sample {
+impl CurveSample {
     fn of(curve: &impl Smooth, x: f64) -> Self {
         let value = curve.at(x).0;
         let sign = if value.abs() <= curve.rounding(x) {
@@ -142,7 +142,7 @@ impl Sample {
 
 /// Narrows a change of sign down to the last bit: Newton's steps, and a bisection whenever they leave the
 /// bracket or are slower than that.
-fn refine(curve: &impl Smooth, left: Sample, right: Sample) -> f64 {
+fn refine(curve: &impl Smooth, left: CurveSample, right: CurveSample) -> f64 {
     let rising = right.value > 0.0;
     let (mut low, mut high) = (left.x, right.x);
     let mut x = low - (high - low) * (left.value / (right.value - left.value));

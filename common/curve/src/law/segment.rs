@@ -1,7 +1,7 @@
 //! A motion law compiled between two points.
 
 use super::arc::Chain;
-use super::blend::Blend;
+use super::blend::BlendedLaw;
 use super::boundary;
 use super::error::{LawError, Quantity, Side};
 use super::harmonic::{self, Combination, Turn};
@@ -10,7 +10,7 @@ use super::motion::{Extremes, Knot, MinMax, Motion};
 use super::motion_law::MotionLaw;
 use super::polynom;
 use super::polynomial::Polynomial;
-use super::roots::{Reaching, Roots, roots_between_turns};
+use super::roots::{LessTarget, Roots, roots_between_extremes};
 use super::{sine, trapezoid};
 
 /// A piece of a cam between two points: a motion law in closed form. Plain data of a fixed size.
@@ -25,16 +25,16 @@ pub struct Segment {
     to: f64,
     /// 1/(`to` − `from`).
     rate: f64,
-    shape: Shape,
+    shape: LawShape,
 }
 
 /// A law over the share z = 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum LawShape {
     Quintic(Polynomial<6>),
     Septic(Polynomial<8>),
     HighDegree(RestToRest),
-    Blend(Blend),
+    Blend(BlendedLaw),
     Combination(Combination),
 }
 
@@ -109,7 +109,7 @@ impl Segment {
             from: start_master,
             to: end_master,
             rate: 1.0 / length,
-            shape: Shape::Quintic(Polynomial(scaled)),
+            shape: LawShape::Quintic(Polynomial(scaled)),
         }
     }
 
@@ -149,7 +149,7 @@ impl Segment {
     }
 
     /// Returns the formula. For polynomials the share is that of the segment.
-    pub(super) const fn shape(&self) -> &Shape {
+    pub(super) const fn shape(&self) -> &LawShape {
         &self.shape
     }
 
@@ -160,11 +160,11 @@ impl Segment {
     #[inline]
     fn at_z(&self, z: f64) -> Motion {
         let over_z = match &self.shape {
-            Shape::Quintic(polynomial) => motion(polynomial.derivatives(z)),
-            Shape::Septic(polynomial) => motion(polynomial.derivatives(z)),
-            Shape::HighDegree(law) => law.at(z),
-            Shape::Blend(law) => law.at(z),
-            Shape::Combination(law) => law.at(z),
+            LawShape::Quintic(polynomial) => motion(polynomial.derivatives(z)),
+            LawShape::Septic(polynomial) => motion(polynomial.derivatives(z)),
+            LawShape::HighDegree(law) => law.at(z),
+            LawShape::Blend(law) => law.at(z),
+            LawShape::Combination(law) => law.at(z),
         };
         scaled(&over_z, self.rate)
     }
@@ -174,11 +174,11 @@ impl Segment {
     #[must_use]
     pub fn extremes(&self) -> Extremes {
         let ranges = match &self.shape {
-            Shape::Quintic(polynomial) => polynomial.ranges_in(0.0, 1.0),
-            Shape::Septic(polynomial) => polynomial.ranges_in(0.0, 1.0),
-            Shape::HighDegree(law) => law.ranges(),
-            Shape::Blend(law) => law.ranges(),
-            Shape::Combination(law) => law.ranges(),
+            LawShape::Quintic(polynomial) => polynomial.ranges_in(0.0, 1.0),
+            LawShape::Septic(polynomial) => polynomial.ranges_in(0.0, 1.0),
+            LawShape::HighDegree(law) => law.ranges(),
+            LawShape::Blend(law) => law.ranges(),
+            LawShape::Combination(law) => law.ranges(),
         };
         let rate = self.rate;
         let over_master = |range: MinMax, factor| range.map(factor, |z| self.master(z));
@@ -195,11 +195,11 @@ impl Segment {
     #[must_use]
     pub fn masters_at(&self, position: f64) -> Roots {
         let shares = match &self.shape {
-            Shape::Quintic(polynomial) => shares_at(polynomial, position),
-            Shape::Septic(polynomial) => shares_at(polynomial, position),
-            Shape::HighDegree(law) => law.shares_at(position),
-            Shape::Blend(law) => law.shares_at(position),
-            Shape::Combination(law) => law.shares_at(position),
+            LawShape::Quintic(polynomial) => shares_at(polynomial, position),
+            LawShape::Septic(polynomial) => shares_at(polynomial, position),
+            LawShape::HighDegree(law) => law.shares_at(position),
+            LawShape::Blend(law) => law.shares_at(position),
+            LawShape::Combination(law) => law.shares_at(position),
         };
         let masters = shares.map(|z| self.master(z));
         if self.rate < 0.0 {
@@ -243,23 +243,24 @@ fn shape(
     [from, to]: &[Motion; 2],
     turn: Turn,
     length: f64,
-) -> Result<Shape, LawError> {
+) -> Result<LawShape, LawError> {
     let (start, end) = (from.position, to.position);
     let stroke = end - start;
     let rest = |motion: &Motion| Motion {
         position: motion.position,
         ..Motion::default()
     };
-    let high_degree = |law: &'static HighDegree| Shape::HighDegree(RestToRest { start, end, law });
-    let single = |arcs| Shape::Blend(Blend::single(start, stroke, arcs));
+    let high_degree =
+        |law: &'static HighDegree| LawShape::HighDegree(RestToRest { start, end, law });
+    let single = |arcs| LawShape::Blend(BlendedLaw::single(start, stroke, arcs));
     Ok(match law {
-        MotionLaw::Polynom1 => Shape::Quintic(polynom::line(start, end)),
-        MotionLaw::Polynom3 => Shape::Quintic(polynom::cubic(&rest(from), &rest(to))),
-        MotionLaw::Polynom3Vv => Shape::Quintic(polynom::cubic(from, to)),
-        MotionLaw::Polynom5 => Shape::Quintic(polynom::quintic(&rest(from), &rest(to))),
-        MotionLaw::Polynom5Mm => Shape::Quintic(polynom::quintic(from, to)),
-        MotionLaw::Polynom7 => Shape::Septic(polynom::septic(&rest(from), &rest(to))),
-        MotionLaw::Polynom7Mm => Shape::Septic(polynom::septic(from, to)),
+        MotionLaw::Polynom1 => LawShape::Quintic(polynom::line(start, end)),
+        MotionLaw::Polynom3 => LawShape::Quintic(polynom::cubic(&rest(from), &rest(to))),
+        MotionLaw::Polynom3Vv => LawShape::Quintic(polynom::cubic(from, to)),
+        MotionLaw::Polynom5 => LawShape::Quintic(polynom::quintic(&rest(from), &rest(to))),
+        MotionLaw::Polynom5Mm => LawShape::Quintic(polynom::quintic(from, to)),
+        MotionLaw::Polynom7 => LawShape::Septic(polynom::septic(&rest(from), &rest(to))),
+        MotionLaw::Polynom7Mm => LawShape::Septic(polynom::septic(from, to)),
         MotionLaw::Polynom8 => high_degree(&high_degree::POLYNOM8),
         MotionLaw::Polynom9 => high_degree(&high_degree::POLYNOM9),
         MotionLaw::Polynom11 => high_degree(&high_degree::POLYNOM11),
@@ -267,7 +268,7 @@ fn shape(
         MotionLaw::Sinuslinie => single(&sine::SINUSLINIE),
         MotionLaw::Bestehorn => single(&sine::BESTEHORN),
         MotionLaw::Modsinuslinie => single(&sine::MODSINUSLINIE),
-        MotionLaw::ModsinuslinieVv => Shape::Blend(sine::between_velocities(
+        MotionLaw::ModsinuslinieVv => LawShape::Blend(sine::between_velocities(
             start,
             stroke,
             from.velocity,
@@ -278,7 +279,7 @@ fn shape(
             single(&trapezoid::BESCHLTRAPEZ_RT)
         }
         MotionLaw::BeschltrapezRv | MotionLaw::BeschltrapezVr => {
-            Shape::Blend(trapezoid::to_velocity(start, stroke, to.velocity))
+            LawShape::Blend(trapezoid::to_velocity(start, stroke, to.velocity))
         }
         MotionLaw::HarmonicKombiRt | MotionLaw::HarmonicKombiTr => {
             combination(&rest(from), stroke, turn, length)?
@@ -294,7 +295,7 @@ fn shape(
     })
 }
 
-fn combination(start: &Motion, stroke: f64, turn: Turn, length: f64) -> Result<Shape, LawError> {
+fn combination(start: &Motion, stroke: f64, turn: Turn, length: f64) -> Result<LawShape, LawError> {
     let velocity = start.velocity;
     let half_sine = match turn {
         Turn::Default => {
@@ -311,18 +312,18 @@ fn combination(start: &Motion, stroke: f64, turn: Turn, length: f64) -> Result<S
                 .ok_or(LawError::TurnAcceleration { received })
         }
     }?;
-    Ok(Shape::Combination(Combination::new(
+    Ok(LawShape::Combination(Combination::new(
         start, stroke, half_sine,
     )))
 }
 
 fn shares_at<const N: usize>(polynomial: &Polynomial<N>, position: f64) -> Roots {
     let turns = polynomial.derivative().roots_in(0.0, 1.0);
-    let reaching = Reaching {
+    let less_target = LessTarget {
         curve: *polynomial,
         target: position,
     };
-    roots_between_turns(&reaching, &turns, 0.0, 1.0)
+    roots_between_extremes(&less_target, &turns, 0.0, 1.0)
 }
 
 const fn motion([position, velocity, acceleration, jerk]: [f64; 4]) -> Motion {

@@ -1,20 +1,20 @@
 //! The sine laws: simple harmonic, inclined sine (Bestehorn), modified sine. See VDI 2143.
 
-use super::arc::{Acceleration, Angle, Arc, chained, with_unit_stroke};
-use super::blend::{Blend, Part};
+use super::arc::{Angle, Arc, ArcAcceleration, chained, with_unit_stroke};
+use super::blend::{BlendPart, BlendedLaw};
 
 /// ½(1 − cos πz).
 pub(super) static SINUSLINIE: [Arc; 2] = with_unit_stroke(&[
-    Acceleration::quarter(0.5, 0.0, 1.0),
-    Acceleration::quarter(0.5, -1.0, 0.0),
+    ArcAcceleration::quarter(0.5, 0.0, 1.0),
+    ArcAcceleration::quarter(0.5, -1.0, 0.0),
 ]);
 
 /// z − sin(2πz)/2π.
 pub(super) static BESTEHORN: [Arc; 4] = with_unit_stroke(&[
-    Acceleration::quarter(0.25, 1.0, 0.0),
-    Acceleration::quarter(0.25, 0.0, 1.0),
-    Acceleration::quarter(0.25, -1.0, 0.0),
-    Acceleration::quarter(0.25, 0.0, -1.0),
+    ArcAcceleration::quarter(0.25, 1.0, 0.0),
+    ArcAcceleration::quarter(0.25, 0.0, 1.0),
+    ArcAcceleration::quarter(0.25, -1.0, 0.0),
+    ArcAcceleration::quarter(0.25, 0.0, -1.0),
 ]);
 
 /// The acceleration rises over the first eighth, falls over the six in the middle, and rises again.
@@ -24,10 +24,10 @@ pub(super) static MODSINUSLINIE: [Arc; 4] = MODIFIED_SINE;
 static MODSINUSLINIE_INTEGRAL: [Arc; 4] = integral(&MODIFIED_SINE);
 
 const MODIFIED_SINE: [Arc; 4] = with_unit_stroke(&[
-    Acceleration::quarter(0.125, 1.0, 0.0),
-    Acceleration::quarter(0.375, 0.0, 1.0),
-    Acceleration::quarter(0.375, -1.0, 0.0),
-    Acceleration::quarter(0.125, 0.0, -1.0),
+    ArcAcceleration::quarter(0.125, 1.0, 0.0),
+    ArcAcceleration::quarter(0.375, 0.0, 1.0),
+    ArcAcceleration::quarter(0.375, -1.0, 0.0),
+    ArcAcceleration::quarter(0.125, 0.0, -1.0),
 ]);
 
 /// MODSINUSLINIE_VV: the velocity follows the modified sine from one value to the other, plus a bell for
@@ -37,23 +37,23 @@ pub(super) const fn between_velocities(
     stroke: f64,
     start_velocity: f64,
     end_velocity: f64,
-) -> Blend {
+) -> BlendedLaw {
     let mean = 0.5 * (start_velocity + end_velocity);
-    let ramp = Part {
+    let ramp = BlendPart {
         weight: end_velocity - start_velocity,
         arcs: &MODSINUSLINIE_INTEGRAL,
     };
-    let bell = Part {
+    let bell = BlendPart {
         weight: stroke - mean,
         arcs: &MODSINUSLINIE,
     };
-    Blend::new(start, start_velocity, [ramp, bell])
+    BlendedLaw::new(start, start_velocity, [ramp, bell])
 }
 
 /// Returns the antiderivative, from 0, of a law of quarter turns without constant acceleration.
 const fn integral<const N: usize>(law: &[Arc; N]) -> [Arc; N] {
     // Its acceleration is the law's velocity.
-    let mut accelerations = [Acceleration::constant(0.0, 0.0); N];
+    let mut accelerations = [ArcAcceleration::constant(0.0, 0.0); N];
     let mut i = 0;
     while i < N {
         let Arc {
@@ -63,7 +63,7 @@ const fn integral<const N: usize>(law: &[Arc; N]) -> [Arc; N] {
             wave,
         } = law[i];
         let end = if i + 1 < N { law[i + 1].begin } else { 1.0 };
-        accelerations[i] = Acceleration {
+        accelerations[i] = ArcAcceleration {
             length: end - begin,
             angle: Angle::QUARTER,
             constant: powers[1],

@@ -2,9 +2,9 @@
 
 use core::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI};
 
-use super::arc::{Acceleration, Angle, Arc, with_unit_stroke};
-use super::blend::{Blend, Part};
-use super::wave::Wave;
+use super::arc::{Angle, Arc, ArcAcceleration, with_unit_stroke};
+use super::blend::{BlendPart, BlendedLaw};
+use super::wave::AccelerationWave;
 
 /// Ramps of an eighth: up, hold, through zero, hold, up.
 pub(super) static BESCHLTRAPEZ: [Arc; 8] = with_unit_stroke(&eighths([
@@ -35,30 +35,30 @@ const RAMP: f64 = 1.0 / (7.0 + FRAC_2_PI);
 
 /// The trapezoid without its last ramp: it ends braking.
 pub(super) static BESCHLTRAPEZ_RT: [Arc; 5] = with_unit_stroke(&[
-    Acceleration::quarter(RAMP, 1.0, 0.0),
-    Acceleration::constant(2.0 * RAMP, 1.0),
-    Acceleration::quarter(RAMP, 0.0, 1.0),
-    Acceleration::quarter(RAMP, -1.0, 0.0),
-    Acceleration::constant(1.0 - 5.0 * RAMP, -1.0),
+    ArcAcceleration::quarter(RAMP, 1.0, 0.0),
+    ArcAcceleration::constant(2.0 * RAMP, 1.0),
+    ArcAcceleration::quarter(RAMP, 0.0, 1.0),
+    ArcAcceleration::quarter(RAMP, -1.0, 0.0),
+    ArcAcceleration::constant(1.0 - 5.0 * RAMP, -1.0),
 ]);
 
 /// BESCHLTRAPEZ_RV: the pulse for the velocity, the trapezoid for the rest of the stroke.
-pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> Blend {
-    let pulse = Part {
+pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> BlendedLaw {
+    let pulse = BlendPart {
         weight: 0.5 * end_velocity,
         arcs: &PULSE,
     };
-    let trapezoid = Part {
+    let trapezoid = BlendPart {
         weight: stroke - 0.5 * end_velocity,
         arcs: &BESCHLTRAPEZ,
     };
-    Blend::new(start, 0.0, [pulse, trapezoid])
+    BlendedLaw::new(start, 0.0, [pulse, trapezoid])
 }
 
 /// Makes eight equal intervals, by constant acceleration and wave. Pulse and trapezoid have them in
 /// common, so that they can be added.
-const fn eighths(law: [(f64, Wave); 8]) -> [Acceleration; 8] {
-    let mut stretches = [Acceleration::constant(0.125, 0.0); 8];
+const fn eighths(law: [(f64, AccelerationWave); 8]) -> [ArcAcceleration; 8] {
+    let mut stretches = [ArcAcceleration::constant(0.125, 0.0); 8];
     let mut i = 0;
     while i < 8 {
         stretches[i].angle = Angle::EIGHTH;
@@ -68,21 +68,21 @@ const fn eighths(law: [(f64, Wave); 8]) -> [Acceleration; 8] {
     stretches
 }
 
-const fn held(constant: f64) -> (f64, Wave) {
-    (constant, Wave::NONE)
+const fn held(constant: f64) -> (f64, AccelerationWave) {
+    (constant, AccelerationWave::NONE)
 }
 
 /// Returns an eighth of a turn.
-const fn once(sin: f64, cos: f64) -> (f64, Wave) {
-    (0.0, Wave::new(sin, cos))
+const fn once(sin: f64, cos: f64) -> (f64, AccelerationWave) {
+    (0.0, AccelerationWave::new(sin, cos))
 }
 
 /// Returns a quarter of a turn: the doubled angle.
-const fn twice(sin2: f64, cos2: f64) -> (f64, Wave) {
-    let wave = Wave {
+const fn twice(sin2: f64, cos2: f64) -> (f64, AccelerationWave) {
+    let wave = AccelerationWave {
         sin2,
         cos2,
-        ..Wave::NONE
+        ..AccelerationWave::NONE
     };
     (0.0, wave)
 }

@@ -5,14 +5,14 @@ use super::roots::Roots;
 
 /// A wave of the angle u: sines and cosines of u and of 2u, by their amplitudes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Wave {
+pub(super) struct AccelerationWave {
     pub(super) sin: f64,
     pub(super) cos: f64,
     pub(super) sin2: f64,
     pub(super) cos2: f64,
 }
 
-impl Wave {
+impl AccelerationWave {
     pub(super) const NONE: Self = Self::new(0.0, 0.0);
 
     pub(super) const fn new(sin: f64, cos: f64) -> Self {

@@ -22,7 +22,7 @@ pub fn to_line(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<Pro
         position: start.position - line.position,
         ..*start
     };
-    let chase = Chase {
+    let chase = LineChase {
         line: at_zero(line),
         band: *band,
     };
@@ -49,12 +49,12 @@ const fn at_zero(line: &Kinematics) -> Kinematics {
 }
 
 /// A line that is at 0 now, and the limits of the axis.
-struct Chase {
+struct LineChase {
     line: Kinematics,
     band: Band,
 }
 
-impl Chase {
+impl LineChase {
     fn mirrored(&self) -> Self {
         Self {
             line: self.line.mirrored(),

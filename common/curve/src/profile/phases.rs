@@ -59,7 +59,7 @@ const MAX_PHASES: usize = 10;
 /// It stores its few phases inline and is plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
-    phases: [Phase; MAX_PHASES],
+    phases: [JerkPhase; MAX_PHASES],
     len: usize,
     end: Kinematics,
     duration: f64,
@@ -67,7 +67,7 @@ pub struct Profile {
 
 /// A phase of constant jerk, from the state at its begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Phase {
+struct JerkPhase {
     begin: f64,
     from: Kinematics,
     jerk: f64,
@@ -120,7 +120,7 @@ impl Profile {
 
     /// Returns the phase in progress at `t`, which lies before the end: then there is at least one phase.
     #[inline]
-    fn phase_at(&self, t: f64) -> &Phase {
+    fn phase_at(&self, t: f64) -> &JerkPhase {
         let phases = &self.phases[..self.len];
         let next = phases.partition_point(|phase| phase.begin <= t);
         &phases[next.saturating_sub(1)]
@@ -130,7 +130,7 @@ impl Profile {
     #[inline]
     pub(super) fn starting_from(start: &Kinematics) -> Self {
         Self {
-            phases: [Phase::default(); MAX_PHASES],
+            phases: [JerkPhase::default(); MAX_PHASES],
             len: 0,
             end: *start,
             duration: 0.0,
@@ -142,7 +142,7 @@ impl Profile {
     #[inline]
     pub(super) fn push(&mut self, jerk: f64, duration: f64, acceleration: f64) {
         if duration > 0.0 {
-            self.phases[self.len] = Phase {
+            self.phases[self.len] = JerkPhase {
                 begin: self.duration,
                 from: self.end,
                 jerk,
@@ -168,7 +168,7 @@ impl Profile {
     pub(super) fn followed_by(mut self, next: &Self) -> Self {
         let next = next.shifted(self.end.position);
         for phase in &next.phases[..next.len] {
-            self.phases[self.len] = Phase {
+            self.phases[self.len] = JerkPhase {
                 begin: self.duration + phase.begin,
                 ..*phase
             };

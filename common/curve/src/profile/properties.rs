@@ -82,13 +82,13 @@ fn extremes(profile: &Profile) -> Vec<Kinematics> {
 }
 
 /// Reference magnitudes of rounding errors.
-struct Scale {
+struct ProfileScale {
     position: f64,
     velocity: f64,
     acceleration: f64,
 }
 
-fn scale(profile: &Profile) -> Scale {
+fn scale(profile: &Profile) -> ProfileScale {
     let states = extremes(profile);
     let largest = |quantity: fn(&Kinematics) -> f64| {
         states
@@ -97,7 +97,7 @@ fn scale(profile: &Profile) -> Scale {
             .fold(1e-12, f64::max)
     };
     let velocity = largest(|s| s.velocity);
-    Scale {
+    ProfileScale {
         position: largest(|s| s.position).max(velocity * profile.duration().0),
         velocity,
         acceleration: largest(|s| s.acceleration),

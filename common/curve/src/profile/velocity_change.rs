@@ -11,13 +11,13 @@ use super::phases::{Kinematics, Profile};
 /// start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VelocityChange {
-    ramps: [Ramp; 3],
+    ramps: [AccelerationRamp; 3],
     target: f64,
 }
 
 /// A phase of constant jerk with a known end acceleration.
 #[derive(Clone, Copy, Debug, Default)]
-struct Ramp {
+struct AccelerationRamp {
     jerk: f64,
     duration: f64,
     acceleration: f64,
@@ -112,7 +112,7 @@ fn push_up(
     target: f64,
     jerk: f64,
     bound: impl Fn(f64, f64) -> f64,
-) -> [Ramp; 3] {
+) -> [AccelerationRamp; 3] {
     let a0 = start.acceleration;
     // Start of the push: a negative acceleration is led to zero before it.
     let pushed_from = if a0 < 0.0 { coasting } else { start.velocity };
@@ -123,17 +123,17 @@ fn push_up(
     // Rounding must not put it below an acceleration that only has to be led to zero.
     let highest = libm::sqrt((jerk * span + a0 * a0 / 2.0).max(0.0)).max(a0);
     let peak = highest.min(limit);
-    let lead = Ramp {
+    let lead = AccelerationRamp {
         jerk: if peak < a0 { -jerk } else { jerk },
         duration: (peak - a0).abs() / jerk,
         acceleration: peak,
     };
-    let back = Ramp {
+    let back = AccelerationRamp {
         jerk: -jerk,
         duration: peak / jerk,
         acceleration: 0.0,
     };
-    let hold = Ramp {
+    let hold = AccelerationRamp {
         jerk: 0.0,
         duration: if peak < highest {
             hold_time(span, &lead, &back, a0, peak)
@@ -146,7 +146,13 @@ fn push_up(
 }
 
 /// Returns the time at the peak for which the three ramps together span the change.
-fn hold_time(span: f64, lead: &Ramp, back: &Ramp, a0: f64, peak: f64) -> f64 {
+fn hold_time(
+    span: f64,
+    lead: &AccelerationRamp,
+    back: &AccelerationRamp,
+    a0: f64,
+    peak: f64,
+) -> f64 {
     let ramped = (a0 + peak) / 2.0 * lead.duration + peak / 2.0 * back.duration;
     ((span - ramped) / peak).max(0.0)
 }

@@ -52,12 +52,12 @@ pub enum AmsError {
         received: usize,
     },
     /// Contradicting lengths in the two headers.
-    #[error("an AMS packet of {received} bytes says that it has {said} bytes of data")]
+    #[error("an AMS packet of {received} bytes says that it has {stated} bytes of data")]
     Data {
         /// The length of the packet.
         received: usize,
         /// The length of the data in the header.
-        said: usize,
+        stated: usize,
     },
 }
 
@@ -105,11 +105,11 @@ pub fn take_packet(bytes: &[u8]) -> Result<Option<(Option<Packet<'_>>, usize)>, 
         return Ok(Some((None, end)));
     }
     let packet = parse(content).ok_or(AmsError::Length { received })?;
-    let said = u32_at(content, 20).unwrap_or_default() as usize;
-    if packet.data.len() == said {
+    let stated = u32_at(content, 20).unwrap_or_default() as usize;
+    if packet.data.len() == stated {
         Ok(Some((Some(packet), end)))
     } else {
-        Err(AmsError::Data { received, said })
+        Err(AmsError::Data { received, stated })
     }
 }
 
@@ -199,8 +199,8 @@ mod tests {
         contradicting.extend_from_slice(&[0; 20]);
         contradicting.extend_from_slice(&[1, 0, 0, 0]);
         contradicting.extend_from_slice(&[0; 8]);
-        let (received, said) = (32, 1);
-        let error = AmsError::Data { received, said };
+        let (received, stated) = (32, 1);
+        let error = AmsError::Data { received, stated };
         assert_eq!(take_packet(&contradicting), Err(error));
         // Packets of a router about ports are skipped.
         assert_eq!(take_packet(&[0, 16, 2, 0, 0, 0, 1, 2]), Ok(Some((None, 8))));

@@ -21,7 +21,7 @@ pub struct NetId(pub [u8; 6]);
 /// Error of a text that is not an address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received {received:?}, expected {expected}")]
-pub struct WrongAddress {
+pub struct WrongPlcAddress {
     received: String,
     expected: &'static str,
 }
@@ -41,8 +41,8 @@ impl HostPort {
 }
 
 impl TryFrom<String> for HostPort {
-    type Error = WrongAddress;
-    fn try_from(text: String) -> Result<Self, WrongAddress> {
+    type Error = WrongPlcAddress;
+    fn try_from(text: String) -> Result<Self, WrongPlcAddress> {
         let (host, port) = match text.rsplit_once(':') {
             Some((host, port)) => (host, Some(port)),
             None => (text.as_str(), None),
@@ -54,7 +54,7 @@ impl TryFrom<String> for HostPort {
                 host: host.to_owned(),
                 port,
             }),
-            _ => Err(WrongAddress {
+            _ => Err(WrongPlcAddress {
                 received: text,
                 expected: "a host or host:port, such as \"192.168.1.20:48898\"",
             }),
@@ -72,11 +72,11 @@ impl From<HostPort> for String {
 }
 
 impl TryFrom<String> for NetId {
-    type Error = WrongAddress;
-    fn try_from(text: String) -> Result<Self, WrongAddress> {
+    type Error = WrongPlcAddress;
+    fn try_from(text: String) -> Result<Self, WrongPlcAddress> {
         let numbers: Result<Vec<u8>, _> = text.split('.').map(str::parse).collect();
         let six = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-        six.map(Self).ok_or(WrongAddress {
+        six.map(Self).ok_or(WrongPlcAddress {
             received: text,
             expected: "six numbers from 0 to 255, such as \"5.12.34.56.1.1\"",
         })

@@ -11,12 +11,12 @@ use super::OutputConfig;
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<OutputConfig>, D::Error> {
-    deserializer.deserialize_any(Outputs)
+    deserializer.deserialize_any(OutputsVisitor)
 }
 
-struct Outputs;
+struct OutputsVisitor;
 
-impl<'de> Visitor<'de> for Outputs {
+impl<'de> Visitor<'de> for OutputsVisitor {
     type Value = Vec<OutputConfig>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -6,8 +6,8 @@ use super::{GatewayConfig, MOST_AXES, OutputAxisConfig, PlcAxisConfig};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongGateway {
     /// No connection to the PLC, or several.
-    #[error("received {}, expected one of `ads`, `udp` and `pipe`", ways(.received))]
-    Ways {
+    #[error("received {}, expected one of `ads`, `udp` and `pipe`", connections(.received))]
+    Connections {
         /// Connections received.
         received: Vec<&'static str>,
     },
@@ -24,7 +24,7 @@ pub enum WrongGateway {
     },
     /// A value shared by two axes.
     #[error("{field}[{number}].{what}: received {received} twice, expected each once")]
-    Twice {
+    Duplicate {
         /// The list.
         field: String,
         /// The number of the second one.
@@ -64,7 +64,7 @@ pub enum WrongGateway {
     },
 }
 
-fn ways(received: &[&str]) -> String {
+fn connections(received: &[&str]) -> String {
     match received {
         [] => "no way to the PLC".to_owned(),
         some => some
@@ -76,7 +76,7 @@ fn ways(received: &[&str]) -> String {
 }
 
 pub(super) fn check(config: &GatewayConfig) -> Result<(), WrongGateway> {
-    check_ways(config)?;
+    check_connections(config)?;
     if config.axes.is_empty() && config.outputs.is_empty() {
         return Err(WrongGateway::Nothing);
     }
@@ -89,7 +89,7 @@ pub(super) fn check(config: &GatewayConfig) -> Result<(), WrongGateway> {
     check_udp(config)
 }
 
-fn check_ways(config: &GatewayConfig) -> Result<(), WrongGateway> {
+fn check_connections(config: &GatewayConfig) -> Result<(), WrongGateway> {
     let all = [
         ("ads", config.ads.is_some()),
         ("udp", config.udp.is_some()),
@@ -98,7 +98,7 @@ fn check_ways(config: &GatewayConfig) -> Result<(), WrongGateway> {
     let received: Vec<_> = all.iter().filter(|(_, is)| *is).map(|(n, _)| *n).collect();
     match received.len() {
         1 => Ok(()),
-        _ => Err(WrongGateway::Ways { received }),
+        _ => Err(WrongGateway::Connections { received }),
     }
 }
 
@@ -144,7 +144,7 @@ fn once(
     let mut seen = std::collections::BTreeSet::new();
     for (number, received) in all.enumerate() {
         if !seen.insert(received.clone()) {
-            return Err(WrongGateway::Twice {
+            return Err(WrongGateway::Duplicate {
                 field: field.to_owned(),
                 number,
                 what,

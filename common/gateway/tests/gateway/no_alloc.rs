@@ -15,7 +15,7 @@ struct Wires {
 }
 
 impl Port for Wires {
-    fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
+    fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         self.calls += 1;
         if !self.calls.is_multiple_of(3) {
             return false;
@@ -26,7 +26,7 @@ impl Port for Wires {
         true
     }
 
-    fn give(&mut self, output: &PlcOutput<'_>) {
+    fn send(&mut self, output: &PlcOutput<'_>) {
         self.outputs += output.axes.len();
     }
 

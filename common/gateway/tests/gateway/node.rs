@@ -37,7 +37,7 @@ struct Wires {
 type Given = Rc<RefCell<Vec<(u16, Option<NcToPlcAxis>)>>>;
 
 impl Port for Wires {
-    fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
+    fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         // The node gets nothing before its time.
         let scan = Span::from_micros(500);
         if self.samples.front().is_none_or(|next| next.at > now + scan) {
@@ -48,7 +48,7 @@ impl Port for Wires {
         true
     }
 
-    fn give(&mut self, output: &PlcOutput<'_>) {
+    fn send(&mut self, output: &PlcOutput<'_>) {
         let output = (output.index.0, output.axes[0]);
         self.given.borrow_mut().push(output);
     }

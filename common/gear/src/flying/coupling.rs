@@ -6,7 +6,7 @@ use coaxle_axis::{
 };
 use coaxle_curve::profile::Kinematics;
 
-use super::{Ability, FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGearPhase};
+use super::{FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGearPhase, SlaveDynamics};
 
 /// The coupling by a [`FlyingGear`].
 ///
@@ -14,11 +14,11 @@ use super::{Ability, FlyingGear, FlyingGearError, FlyingGearParameters, FlyingGe
 /// the speed of the master: at the command, and again when engaging begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlyingGearCoupling {
-    state: State,
+    state: FlyingGearState,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum State {
+enum FlyingGearState {
     #[default]
     Idle,
     Enabled(FlyingGearChange),
@@ -30,7 +30,7 @@ enum State {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyingGearChange {
     gear: FlyingGear,
-    ability: Ability,
+    dynamics: SlaveDynamics,
 }
 
 impl Engage for FlyingGearCoupling {
@@ -55,24 +55,24 @@ impl Engage for FlyingGearCoupling {
         ] {
             inputs.guard.check_target(field, position)?;
         }
-        let ability = Ability::of(inputs.guard.limits());
-        gear.check_demands(&ability, master.velocity.abs(), inputs.cycle.0)
+        let dynamics = SlaveDynamics::of(inputs.guard.limits());
+        gear.check_demands(&dynamics, master.velocity.abs(), inputs.cycle.0)
             .map_err(NotPlanned::Own)?;
         Ok(Planned {
-            change: FlyingGearChange { gear, ability },
+            change: FlyingGearChange { gear, dynamics },
             awaits: Awaits::LIMITS,
             manner: Manner::Engage,
         })
     }
 
     fn apply(&mut self, change: &FlyingGearChange, _: Job) {
-        self.state = State::Enabled(*change);
+        self.state = FlyingGearState::Enabled(*change);
     }
 
     fn refusal(&self) -> Option<FlyingGearError> {
         match self.state {
-            State::Refused(refusal) => Some(refusal),
-            State::Idle | State::Enabled(_) => None,
+            FlyingGearState::Refused(refusal) => Some(refusal),
+            FlyingGearState::Idle | FlyingGearState::Enabled(_) => None,
         }
     }
 }
@@ -82,13 +82,13 @@ impl Coupling for FlyingGearCoupling {
         let Some(master) = scan.masters.first() else {
             return Step::MasterLost;
         };
-        let State::Enabled(change) = &mut self.state else {
+        let FlyingGearState::Enabled(change) = &mut self.state else {
             return Step::Failed;
         };
         match change.update(master, scan.elapsed.0) {
             Ok(slave) => Step::Set(slave),
             Err(refusal) => {
-                self.state = State::Refused(refusal);
+                self.state = FlyingGearState::Refused(refusal);
                 Step::Refused
             }
         }
@@ -99,7 +99,7 @@ impl Coupling for FlyingGearCoupling {
     }
 
     fn end(&mut self) {
-        self.state = State::Idle;
+        self.state = FlyingGearState::Idle;
     }
 
     fn gain(&self) -> Option<f64> {
@@ -115,8 +115,8 @@ impl Coupling for FlyingGearCoupling {
 impl FlyingGearCoupling {
     const fn gear(&self) -> Option<&FlyingGear> {
         match &self.state {
-            State::Enabled(change) => Some(&change.gear),
-            State::Idle | State::Refused(_) => None,
+            FlyingGearState::Enabled(change) => Some(&change.gear),
+            FlyingGearState::Idle | FlyingGearState::Refused(_) => None,
         }
     }
 }
@@ -134,7 +134,7 @@ impl FlyingGearChange {
         let slave = self.gear.update(master);
         if waited && self.gear.phase() != FlyingGearPhase::Waiting {
             let speed = master.velocity.abs();
-            self.gear.check_demands(&self.ability, speed, cycle)?;
+            self.gear.check_demands(&self.dynamics, speed, cycle)?;
         }
         Ok(slave)
     }

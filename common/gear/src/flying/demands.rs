@@ -3,21 +3,21 @@
 use coaxle_curve::profile::Limits;
 
 use super::error::FlyingGearError;
-use super::window::Window;
+use super::window::GearWindow;
 
 /// Slack for rounding, relative to the limit.
 const ROUNDING: f64 = 1e-9;
 
 /// Limits of the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ability {
+pub(super) struct SlaveDynamics {
     velocity: f64,
     /// Limit in either direction: a master that reverses in a window turns one into the other.
     acceleration: f64,
     jerk: f64,
 }
 
-impl Ability {
+impl SlaveDynamics {
     pub(super) fn of(limits: &Limits) -> Self {
         Self {
             velocity: limits.velocity(),
@@ -33,7 +33,7 @@ impl Ability {
     /// [`FlyingGearError::TooFast`].
     pub(super) fn check(
         &self,
-        window: &Window,
+        window: &GearWindow,
         speed: f64,
         cycle: f64,
     ) -> Result<(), FlyingGearError> {
@@ -52,7 +52,12 @@ impl Ability {
     }
 
     /// Returns the demands of a window, with the limits of the slave.
-    fn demands(&self, window: &Window, speed: f64, cycle: f64) -> [(&'static str, f64, f64); 3] {
+    fn demands(
+        &self,
+        window: &GearWindow,
+        speed: f64,
+        cycle: f64,
+    ) -> [(&'static str, f64, f64); 3] {
         let [velocity, acceleration, jerk] = window.demands(speed, cycle);
         [
             ("velocity", velocity, self.velocity),
@@ -62,7 +67,7 @@ impl Ability {
     }
 
     /// Returns the master's greatest speed at which the slave can follow, u/s.
-    pub(super) fn fastest(&self, window: &Window, cycle: f64) -> f64 {
+    pub(super) fn fastest(&self, window: &GearWindow, cycle: f64) -> f64 {
         let (slope, length) = (window.slope, window.master_length);
         let by_velocity = self.velocity / slope;
         if length > 0.0 {

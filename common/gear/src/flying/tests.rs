@@ -291,7 +291,7 @@ fn stretches_are_known_before_they_are_driven() {
         (SAMPLE_3, 500.0, 350.0, false),
     ] {
         let mut gear = FlyingGear::enable(&sample, &moving(800.0, -200.0), start).unwrap();
-        let [engaging, releasing] = gear.stretches(-200.0, 1e-3);
+        let [engaging, releasing] = gear.ranges(-200.0, 1e-3);
         assert_eq!((gear.master_direction(), gear.returns()), (-1.0, returns));
         assert_eq!(
             (engaging.master_free, engaging.master_coupled),

@@ -1,7 +1,7 @@
 //! The ranges over which a flying gear is engaged and released.
 
 /// The slave's progress over the master's, and its first two derivatives.
-pub(super) struct Course {
+pub(super) struct WindowCourse {
     pub(super) progress: f64,
     pub(super) slope: f64,
     pub(super) curvature: f64,
@@ -9,7 +9,7 @@ pub(super) struct Course {
 
 /// The range over which the slave changes between standstill and coupled motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Window {
+pub(super) struct GearWindow {
     /// The master's progress at the coupled end.
     pub(super) coupled_master: f64,
     /// The slave's progress at the end where it stands.
@@ -21,7 +21,7 @@ pub(super) struct Window {
     pub(super) slope: f64,
 }
 
-impl Window {
+impl GearWindow {
     pub(super) fn between(coupled_slave: f64, free_slave: f64, slope: f64) -> Self {
         Self {
             coupled_master: coupled_slave / slope,
@@ -60,9 +60,9 @@ impl Window {
 
     /// Returns the course inside the window: x runs from 0 where the slave stands to 1 where it is
     /// coupled.
-    pub(super) fn at(&self, master: f64) -> Course {
+    pub(super) fn at(&self, master: f64) -> WindowCourse {
         let x = (self.free_master() - master) * self.side / self.master_length;
-        Course {
+        WindowCourse {
             progress: self.free_slave
                 - self.side * self.slope * self.master_length * x * x * x * (1.0 - x / 2.0),
             slope: self.slope * x * x * (3.0 - 2.0 * x),
@@ -70,8 +70,8 @@ impl Window {
         }
     }
 
-    pub(super) const fn freed(&self) -> Course {
-        Course {
+    pub(super) const fn freed(&self) -> WindowCourse {
+        WindowCourse {
             progress: self.free_slave,
             slope: 0.0,
             curvature: 0.0,
@@ -80,8 +80,8 @@ impl Window {
 
     /// Returns the course between the windows. Progress is relative to the sync positions, so there is no
     /// offset.
-    pub(super) fn rigid(&self, master: f64) -> Course {
-        Course {
+    pub(super) fn rigid(&self, master: f64) -> WindowCourse {
+        WindowCourse {
             progress: self.slope * master,
             slope: self.slope,
             curvature: 0.0,

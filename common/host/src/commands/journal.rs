@@ -60,7 +60,11 @@ mod tests {
         };
         let said = |by, order: SlaveOrder| {
             let order = CommandOrder::from(order);
-            line(by, &order, &CommandAnswer::new(&order, &order.for_nobody()))
+            line(
+                by,
+                &order,
+                &CommandAnswer::new(&order, &order.without_addressee()),
+            )
         };
         let anna = NodeName::new("anna").unwrap();
         assert_eq!(

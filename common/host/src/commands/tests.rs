@@ -86,7 +86,7 @@ impl Bench {
             {
                 executed.push(*position);
             }
-            order.for_nobody()
+            order.without_addressee()
         });
         executed
     }

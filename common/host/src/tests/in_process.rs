@@ -1,7 +1,7 @@
 //! Whole nodes, with all their threads, within this process.
 
 use coaxle_node::config::TransportConfig;
-use coaxle_os::Ended;
+use coaxle_os::EndReason;
 use serde_json::{Map, Value};
 
 use super::{AXIS, Memory, following, setup};
@@ -23,7 +23,10 @@ fn a_node_follows_another() {
     saw.wiring.subscriptions = following("belt", AXIS, "");
     let got = run_over(saw, network).unwrap();
     let sent = sender.join().unwrap();
-    assert_eq!((sent.ended, got.ended), (Ended::TimeUp, Ended::TimeUp));
+    assert_eq!(
+        (sent.ended, got.ended),
+        (EndReason::TimeUp, EndReason::TimeUp)
+    );
     assert!(sent.published > 10 && sent.not_published == 0, "{sent:?}");
     assert!(got.received > 10 && got.refused == 0, "{got:?}");
 

@@ -5,7 +5,7 @@ use std::net::TcpListener;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::CommandVerdict;
 use coaxle_node::config::{TransportConfig, parse};
-use coaxle_os::Ended;
+use coaxle_os::EndReason;
 use coaxle_slave::Command;
 use serde_json::Value;
 use zenoh::Wait;
@@ -86,7 +86,10 @@ fn frames_arrive_and_both_ends_say_so() {
     assert_eq!(last["followed"], true);
 
     let (sent, got) = (sender.join().unwrap(), receiver.join().unwrap());
-    assert_eq!((sent.ended, got.ended), (Ended::TimeUp, Ended::TimeUp));
+    assert_eq!(
+        (sent.ended, got.ended),
+        (EndReason::TimeUp, EndReason::TimeUp)
+    );
     assert!(sent.published > 100 && sent.not_published == 0, "{sent:?}");
     assert!(got.received > 100 && got.refused == 0, "{got:?}");
 

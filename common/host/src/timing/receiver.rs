@@ -7,7 +7,7 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
 use coaxle_node::beacon::BeaconLabel;
 use coaxle_os::machine;
-use coaxle_os::stamped_socket::{Came, StampedSocket};
+use coaxle_os::stamped_socket::{ReceivedDatagram, StampedSocket};
 
 use super::{LONGEST_BEACON, Peers};
 use crate::reception::Reception;
@@ -61,7 +61,7 @@ impl<S: StampedSocket> BeaconReceiver<S> {
     }
 
     /// Takes a datagram. One without a valid stamp is ignored, and so is one that is too long.
-    pub(super) fn take(&mut self, came: &Came, bytes: &[u8]) {
+    pub(super) fn take(&mut self, came: &ReceivedDatagram, bytes: &[u8]) {
         let Some(at) = came.at_ns.filter(|_| bytes.len() <= LONGEST_BEACON) else {
             return;
         };

@@ -16,7 +16,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Subscription, Wiring};
 use coaxle_node::{BeaconRequest, Channel, Message, Stamps};
 use coaxle_os::machine;
-use coaxle_os::stamped_socket::{Came, StampedSocket};
+use coaxle_os::stamped_socket::{ReceivedDatagram, StampedSocket};
 
 use super::receiver::{BeaconReceiver, Way};
 use super::sender::{BeaconChannel, BeaconSender};
@@ -54,7 +54,7 @@ impl StampedSocket for Paper {
         Stamps::Kernel
     }
 
-    fn receive(&mut self, _: &mut [u8]) -> io::Result<Option<Came>> {
+    fn receive(&mut self, _: &mut [u8]) -> io::Result<Option<ReceivedDatagram>> {
         Ok(None)
     }
 
@@ -216,8 +216,8 @@ fn messages(mailbox: &mut Mailbox) -> Vec<(i64, bool)> {
     messages
 }
 
-fn came(length: usize, from: SocketAddr, at_ns: Option<i64>) -> Came {
-    Came {
+fn came(length: usize, from: SocketAddr, at_ns: Option<i64>) -> ReceivedDatagram {
+    ReceivedDatagram {
         length,
         from,
         at_ns,

@@ -3,7 +3,7 @@
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_saw::{
-    CouplingMoment, EncoderMaster, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
+    CouplingMoment, EncoderNoise, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
     diagonal_ratio, saw_table_id,
 };
 use schemars::JsonSchema;
@@ -168,8 +168,8 @@ impl MovingText {
 }
 
 impl EncoderText {
-    fn checked(&self) -> EncoderMaster {
-        EncoderMaster {
+    fn checked(&self) -> EncoderNoise {
+        EncoderNoise {
             scaling: self.scaling.get(),
             cycle: Seconds(self.cycle_time_us.0.span().as_secs_f64()),
         }

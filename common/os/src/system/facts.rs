@@ -2,7 +2,7 @@
 
 /// Properties of the system; empty if it does not report them.
 #[derive(Clone, Debug, Default)]
-pub struct Facts {
+pub struct SystemFacts {
     /// Name and version.
     pub kernel: String,
     /// True if it is a real-time kernel.

@@ -6,16 +6,16 @@ use std::ops::RangeInclusive;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Firewall {
     /// Programs that listed the rules.
-    pub asked: Vec<String>,
+    pub sources: Vec<String>,
     /// True if any incoming packets are dropped or rejected.
     pub drops: bool,
     /// Ports admitted by a rule, from any source.
-    pub admitted: Vec<Admitted>,
+    pub admitted: Vec<AdmittedPorts>,
 }
 
 /// Ports admitted by a rule.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Admitted {
+pub struct AdmittedPorts {
     /// True for datagrams, false for streams.
     pub is_udp: bool,
     /// Range of ports.
@@ -27,13 +27,13 @@ impl Firewall {
     #[must_use]
     pub fn admits(&self, port: u16, is_udp: bool) -> bool {
         let mut admitted = self.admitted.iter();
-        let is_it = |by: &Admitted| by.is_udp == is_udp && by.ports.contains(&port);
+        let is_it = |by: &AdmittedPorts| by.is_udp == is_udp && by.ports.contains(&port);
         !self.drops || admitted.any(is_it)
     }
 
     /// Adds the rules of another list.
     pub(super) fn and(mut self, other: Self) -> Self {
-        self.asked.extend(other.asked);
+        self.sources.extend(other.sources);
         self.drops |= other.drops;
         self.admitted.extend(other.admitted);
         self

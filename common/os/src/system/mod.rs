@@ -20,15 +20,15 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::Duration;
 
-pub use facts::Facts;
-pub use firewall::{Admitted, Firewall};
+pub use facts::SystemFacts;
+pub use firewall::{AdmittedPorts, Firewall};
 #[cfg(target_os = "linux")]
 pub use linux::Linux;
 pub use portable::Portable;
 pub use stamped_socket::StampedSocket;
 
 #[cfg(feature = "signals")]
-use crate::Ended;
+use crate::EndReason;
 
 /// The system this was built for.
 #[cfg(target_os = "linux")]
@@ -90,7 +90,7 @@ pub trait System {
 
     /// Returns the properties of the system, as far as cycles depend on them; none if the system cannot
     /// report them.
-    fn facts() -> Option<Facts>;
+    fn facts() -> Option<SystemFacts>;
 
     /// Returns the firewall rules for incoming packets.
     ///
@@ -113,7 +113,7 @@ pub trait System {
     ///
     /// # Errors
     /// A refusal of the system, or a starting process other than `parent`, which is gone then.
-    fn die_with(parent: i32) -> io::Result<()>;
+    fn die_with_parent(parent: i32) -> io::Result<()>;
 
     /// Opens the program that this process runs, even if its file was replaced meanwhile.
     ///
@@ -125,14 +125,14 @@ pub trait System {
     ///
     /// # Errors
     /// A service manager that cannot be notified.
-    fn tell_service_manager(state: ServiceState) -> io::Result<()>;
+    fn notify_service_manager(state: ServiceState) -> io::Result<()>;
 
     /// Returns the watchdog timeout: the service manager ends this process without a
     /// [`ServiceState::Alive`] for this time.
     fn watchdog() -> Option<Duration>;
 
     /// Keeps the Ctrl-C of this process's terminal from a process to be started.
-    fn apart_from_terminal(command: &mut Command);
+    fn ignore_terminal_signals(command: &mut Command);
 
     /// Sends a signal to a child.
     ///
@@ -166,7 +166,7 @@ pub trait System {
     fn create_file(path: &Path, readers: Readers) -> io::Result<File>;
 
     /// Returns the permissions of others than its owner for a file; none if they cannot be read.
-    fn others_may(path: &Path) -> Option<Others>;
+    fn permissions_of_others(path: &Path) -> Option<OtherPermissions>;
 
     /// Opens a file that this process and another map into their memory, for reading and writing, making
     /// it if `make`; never through a link.
@@ -208,7 +208,7 @@ pub trait System {
 #[cfg(feature = "signals")]
 pub trait EndSignals: Send {
     /// Waits for the next one.
-    fn next(&mut self) -> impl Future<Output = Ended> + Send;
+    fn next(&mut self) -> impl Future<Output = EndReason> + Send;
 }
 
 /// State reported to a service manager.
@@ -251,7 +251,7 @@ pub enum Readers {
 
 /// Permissions of others than its owner for a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Others {
+pub struct OtherPermissions {
     /// Any access: read, write or execute.
     pub access: bool,
     /// Write access.

@@ -14,12 +14,13 @@ use coaxle_node::Stamps;
 
 #[cfg(feature = "signals")]
 use super::EndSignals;
-use super::stamped_socket::{Came, StampedSocket};
+use super::stamped_socket::{ReceivedDatagram, StampedSocket};
 use super::{
-    ChildSignal, Facts, Firewall, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
+    ChildSignal, Firewall, HeldFolder, OtherPermissions, Readers, ServiceState, SharedLock, System,
+    SystemFacts,
 };
 #[cfg(feature = "signals")]
-use crate::Ended;
+use crate::EndReason;
 
 /// A system of which nothing more is known.
 ///
@@ -103,7 +104,7 @@ impl System for Portable {
         unknown("how to lock memory")
     }
 
-    fn facts() -> Option<Facts> {
+    fn facts() -> Option<SystemFacts> {
         None
     }
 
@@ -121,7 +122,7 @@ impl System for Portable {
     }
 
     /// Does nothing: the parent ends it, unless the parent is killed.
-    fn die_with(_parent: i32) -> io::Result<()> {
+    fn die_with_parent(_parent: i32) -> io::Result<()> {
         Ok(())
     }
 
@@ -129,7 +130,7 @@ impl System for Portable {
         File::open(std::env::current_exe()?)
     }
 
-    fn tell_service_manager(_state: ServiceState) -> io::Result<()> {
+    fn notify_service_manager(_state: ServiceState) -> io::Result<()> {
         Ok(())
     }
 
@@ -137,7 +138,7 @@ impl System for Portable {
         None
     }
 
-    fn apart_from_terminal(_command: &mut Command) {}
+    fn ignore_terminal_signals(_command: &mut Command) {}
 
     fn signal(_child: &Child, signal: ChildSignal) -> io::Result<()> {
         let what = match signal {
@@ -170,7 +171,7 @@ impl System for Portable {
         File::create(path)
     }
 
-    fn others_may(_path: &Path) -> Option<Others> {
+    fn permissions_of_others(_path: &Path) -> Option<OtherPermissions> {
         None
     }
 
@@ -215,9 +216,9 @@ pub struct CtrlC;
 
 #[cfg(feature = "signals")]
 impl EndSignals for CtrlC {
-    async fn next(&mut self) -> Ended {
+    async fn next(&mut self) -> EndReason {
         match tokio::signal::ctrl_c().await {
-            Ok(()) => Ended::Interrupted,
+            Ok(()) => EndReason::Interrupted,
             // It cannot be received: then it ends the process, as it does without a listener.
             Err(_) => std::future::pending().await,
         }
@@ -247,9 +248,9 @@ impl StampedSocket for ProgramStamped {
         Stamps::Application
     }
 
-    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>> {
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<ReceivedDatagram>> {
         match self.0.recv_from(buffer) {
-            Ok((length, from)) => Ok(Some(Came {
+            Ok((length, from)) => Ok(Some(ReceivedDatagram {
                 length,
                 from,
                 at_ns: Some(Portable::clock_ns()),

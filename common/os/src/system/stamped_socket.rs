@@ -7,7 +7,7 @@ use coaxle_node::Stamps;
 
 /// A received datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Came {
+pub struct ReceivedDatagram {
     /// Length; a datagram longer than the buffer is cut.
     pub length: usize,
     /// Address of the sender.
@@ -44,7 +44,7 @@ pub trait StampedSocket: Sized + Send {
     ///
     /// # Errors
     /// A refusal of the system.
-    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>>;
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<ReceivedDatagram>>;
 
     /// Sends a datagram.
     ///
@@ -94,7 +94,7 @@ impl ClockOffset {
 
     /// Converts a stamp of the other clock to the first, which shows `now`; none if it is not plausible.
     #[must_use]
-    pub fn carried(&self, stamp: i64, now: i64) -> Option<i64> {
+    pub fn converted(&self, stamp: i64, now: i64) -> Option<i64> {
         let at = stamp.checked_sub(self.newest?)?;
         let age = now.checked_sub(at)?;
         (-READING_NS..=LONGEST_AGE_NS).contains(&age).then_some(at)
@@ -123,8 +123,8 @@ mod tests {
         let read = clock(&now, &takes);
         let mut offset = ClockOffset::default();
         assert!(!offset.measure(&read, || now.get() + 5_000_000_000));
-        let carried = offset.carried(now.get() + 5_000_000_000 - 700, now.get());
-        let off = carried.unwrap() - (now.get() - 700);
+        let converted = offset.converted(now.get() + 5_000_000_000 - 700, now.get());
+        let off = converted.unwrap() - (now.get() - 700);
         assert!(off.abs() <= 20, "{off}");
     }
 
@@ -141,17 +141,17 @@ mod tests {
         set.set(9_000_000);
         assert!(offset.measure(read, other));
         assert_eq!(
-            offset.carried(stamp + 3_000_000, now.get()),
+            offset.converted(stamp + 3_000_000, now.get()),
             None,
             "in the future"
         );
         assert!(!offset.measure(read, other));
         assert_eq!(
-            offset.carried(other() - 300_000_000, now.get()),
+            offset.converted(other() - 300_000_000, now.get()),
             None,
             "too old"
         );
-        assert_eq!(ClockOffset::default().carried(0, 0), None);
-        assert_eq!(offset.carried(i64::MIN, 0), None);
+        assert_eq!(ClockOffset::default().converted(0, 0), None);
+        assert_eq!(offset.converted(i64::MIN, 0), None);
     }
 }

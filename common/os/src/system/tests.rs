@@ -72,9 +72,11 @@ fn files_are_made_emptied_and_held() {
         std::fs::write(&file, "old").unwrap();
         let made = S::create_file(&file, Readers::Owner).unwrap();
         assert_eq!(made.metadata().unwrap().len(), 0);
-        assert!(S::others_may(&file).is_none_or(|others| !others.access));
+        assert!(S::permissions_of_others(&file).is_none_or(|others| !others.access));
         S::create_file(&file, Readers::All).unwrap();
-        assert!(S::others_may(&file).is_none_or(|others| others.access && !others.write));
+        assert!(
+            S::permissions_of_others(&file).is_none_or(|others| others.access && !others.write)
+        );
         assert!(S::hold_folder(&folder).unwrap().is_some());
         S::hold_folder(&file.join("x")).unwrap_err();
         let kind = |path| S::kind_of(&std::fs::symlink_metadata(path).unwrap());

@@ -5,11 +5,11 @@ use coaxle_curve::law::MotionLaw;
 
 use super::plates::{motion, rest};
 use crate::{
-    CamError, Course, Demand, Interpolation, LawAdvice, LawLimits, LawQuestion, MotionPoint,
+    CamError, Course, Demand, Interpolation, LawAdvice, LawCriteria, LawLimits, MotionPoint,
     PlateSource, PointType, SourceRows,
 };
 
-const AT_ONE: LawQuestion = LawQuestion {
+const AT_ONE: LawCriteria = LawCriteria {
     master_velocity: 1.0,
     limits: LawLimits {
         velocity: None,
@@ -101,7 +101,7 @@ fn the_best_law_of_each_kind_between_rests() {
         (Demand::Acceleration, MotionLaw::Beschltrapez),
         (Demand::Jerk, MotionLaw::Bestehorn),
     ] {
-        let question = LawQuestion { least, ..AT_ONE };
+        let question = LawCriteria { least, ..AT_ONE };
         let plate = source(
             [rest(1, 0.0, 0.0), rest(2, 10.0, 5.0), rest(3, 30.0, 0.0)],
             Course::Cyclic,
@@ -113,7 +113,7 @@ fn the_best_law_of_each_kind_between_rests() {
             .find(|advice| advice.passes && advice.acceleration_step == 0.0);
         assert_eq!(smooth.map(|advice| advice.law), Some(expected), "{least:?}");
     }
-    let jerk = LawQuestion {
+    let jerk = LawCriteria {
         least: Demand::Jerk,
         ..AT_ONE
     };
@@ -127,7 +127,7 @@ fn the_best_law_of_each_kind_between_rests() {
 
 #[test]
 fn limits_are_kept_before_anything_is_least() {
-    let with = |limits| LawQuestion {
+    let with = |limits| LawCriteria {
         master_velocity: -2.0,
         limits,
         ..AT_ONE
@@ -264,7 +264,7 @@ fn where_no_segment_begins_there_is_no_advice() {
             jerk: Some(limit),
             ..LawLimits::default()
         };
-        let question = LawQuestion {
+        let question = LawCriteria {
             master_velocity: velocity,
             limits,
             ..AT_ONE

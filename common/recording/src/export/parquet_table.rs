@@ -44,11 +44,11 @@ pub struct ParquetTable<W: Write + Send> {
 /// The cells of a column in this row group: 1 for a value that is present, and the values.
 struct Cells {
     known: Vec<i16>,
-    values: Values,
+    values: CellValues,
     is_optional: bool,
 }
 
-enum Values {
+enum CellValues {
     Numbers(Vec<f64>),
     Integers(Vec<i64>),
     Flags(Vec<bool>),
@@ -154,10 +154,10 @@ fn types_of(kind: Kind) -> (Physical, Option<LogicalType>) {
 impl Cells {
     fn of(column: &TypedColumn) -> Self {
         let values = match column.kind {
-            Kind::Number => Values::Numbers(Vec::new()),
-            Kind::Count | Kind::Integer => Values::Integers(Vec::new()),
-            Kind::Flag => Values::Flags(Vec::new()),
-            Kind::Text => Values::Texts(Vec::new()),
+            Kind::Number => CellValues::Numbers(Vec::new()),
+            Kind::Count | Kind::Integer => CellValues::Integers(Vec::new()),
+            Kind::Flag => CellValues::Flags(Vec::new()),
+            Kind::Text => CellValues::Texts(Vec::new()),
         };
         Self {
             known: Vec::new(),
@@ -168,24 +168,24 @@ impl Cells {
 
     fn push(&mut self, value: Option<&Value>) {
         let is_known = match (&mut self.values, value) {
-            (Values::Numbers(numbers), Some(Value::Number(number))) => {
+            (CellValues::Numbers(numbers), Some(Value::Number(number))) => {
                 numbers.push(*number);
                 true
             }
-            (Values::Integers(integers), Some(Value::Integer(integer))) => {
+            (CellValues::Integers(integers), Some(Value::Integer(integer))) => {
                 integers.push(*integer);
                 true
             }
             // The column is declared as unsigned.
-            (Values::Integers(integers), Some(Value::Count(count))) => {
+            (CellValues::Integers(integers), Some(Value::Count(count))) => {
                 integers.push(count.cast_signed());
                 true
             }
-            (Values::Flags(flags), Some(Value::Flag(flag))) => {
+            (CellValues::Flags(flags), Some(Value::Flag(flag))) => {
                 flags.push(*flag);
                 true
             }
-            (Values::Texts(texts), Some(Value::Text(text))) => {
+            (CellValues::Texts(texts), Some(Value::Text(text))) => {
                 texts.push(ByteArray::from(text.as_str()));
                 true
             }
@@ -197,15 +197,15 @@ impl Cells {
     fn clear(&mut self) {
         self.known.clear();
         match &mut self.values {
-            Values::Numbers(numbers) => numbers.clear(),
-            Values::Integers(integers) => integers.clear(),
-            Values::Flags(flags) => flags.clear(),
-            Values::Texts(texts) => texts.clear(),
+            CellValues::Numbers(numbers) => numbers.clear(),
+            CellValues::Integers(integers) => integers.clear(),
+            CellValues::Flags(flags) => flags.clear(),
+            CellValues::Texts(texts) => texts.clear(),
         }
     }
 }
 
-impl Values {
+impl CellValues {
     fn write(&self, to: &mut SerializedColumnWriter<'_>, known: Option<&[i16]>) -> Written<()> {
         let written = match (to.untyped(), self) {
             (ColumnWriter::DoubleColumnWriter(to), Self::Numbers(numbers)) => {

@@ -8,7 +8,7 @@ use coaxle_axis::{
 use coaxle_curve::profile::Kinematics;
 
 use super::{SawCommand, SawCoupling, SawFault, SawTolerances};
-use crate::moment::{CouplingMoment, EncoderMaster, LimitGuard, SlaveLimits};
+use crate::coupling_moment::{CouplingMoment, EncoderNoise, LimitGuard, SlaveLimits};
 use crate::plan::SawPlan;
 use crate::refusal::SawRefusal;
 use crate::rollback::RollbackReaction;
@@ -63,7 +63,7 @@ impl Saw {
     #[must_use]
     pub fn moment(&self, master: &Kinematics, inputs: &PlanInputs) -> CouplingMoment {
         let (min_position, max_position) = inputs.guard.software_limits();
-        let encoder = |scaling| EncoderMaster {
+        let encoder = |scaling| EncoderNoise {
             scaling,
             cycle: inputs.cycle,
         };

@@ -1,11 +1,11 @@
 //! A slave that runs with its master: synchronising, synchronous, stopped by a rollback.
 
 mod coupling;
-mod early;
+mod limit_monitor;
 mod over_time;
+mod pursue;
 mod pursuit;
 mod settings;
-mod watch;
 
 use coaxle_clock::Seconds;
 
@@ -13,11 +13,11 @@ use coaxle_axis::{AxisState, CommandState, TravelDirection};
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_velocity};
 use coaxle_curve::ramp::Ramp;
 
-use self::pursuit::Pursuit;
+use self::limit_monitor::LimitMonitor;
+use self::pursuit::LinePursuit;
 use self::settings::{limits, prephase, waits};
-use self::watch::Watch;
 use super::SyncMask;
-use super::moment::{CouplingMoment, EncoderMaster, SlaveLimits};
+use super::coupling_moment::{CouplingMoment, EncoderNoise, SlaveLimits};
 use super::plan::{SawPlan, SyncLine};
 use super::refusal::SawRefusal;
 use super::rollback::{RollbackReaction, RollbackStop, stop_from};
@@ -28,7 +28,7 @@ pub(super) use self::settings::starts;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
 
 /// Part of the greatest change of acceleration in a cycle that counts as none.
-const HARDLY: f64 = 0.05;
+const NEGLIGIBLE_STEP: f64 = 0.05;
 
 /// A slave coupled by the universal flying saw.
 ///
@@ -38,8 +38,8 @@ const HARDLY: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SawCoupling {
     command: SawCommand,
-    watch: Watch,
-    encoder: Option<EncoderMaster>,
+    limit_monitor: LimitMonitor,
+    encoder: Option<EncoderNoise>,
     axis: SlaveLimits,
     /// Limits of the synchronisation; the velocity is the greatest that is tolerated while coupled.
     limits: Limits,
@@ -52,7 +52,7 @@ pub struct SawCoupling {
     farthest_back: f64,
     noise: f64,
     line: SyncLine,
-    phase: Phase,
+    phase: SawPhase,
     state: CommandState<SawFault>,
     rollback: Option<RollbackReaction>,
     master_position: f64,
@@ -61,7 +61,7 @@ pub struct SawCoupling {
 
 /// Source of the slave's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Phase {
+enum SawPhase {
     /// Velocity of its own, until the master has come near; `since` is the time in this phase.
     Prephase { profile: Profile, since: f64 },
     /// The profile over the master's position.
@@ -69,7 +69,7 @@ enum Phase {
     /// The profile over time; `since` is the time in this phase.
     OverTime { profile: Profile, since: f64 },
     /// A profile over time onto the line, planned again when the master deviates from the prediction.
-    Early(Pursuit),
+    Early(LinePursuit),
     /// The ramp to the velocity of a master that differs from the one planned for.
     Chasing(Ramp),
     /// The line.
@@ -96,7 +96,7 @@ impl SawCoupling {
         let plan = command.plan(prephase.as_ref().unwrap_or(moment))?;
         let mut coupling = Self {
             command,
-            watch: Watch::new(&moment.axis, &tolerances),
+            limit_monitor: LimitMonitor::new(&moment.axis, &tolerances),
             encoder: moment.encoder,
             axis: moment.axis,
             limits: limits(&command, &moment.axis, &tolerances)?,
@@ -106,7 +106,7 @@ impl SawCoupling {
             farthest_back: f64::MIN,
             noise: tolerances.master_noise,
             line: *plan.line(),
-            phase: Phase::Prephase {
+            phase: SawPhase::Prephase {
                 profile: keeping_velocity(&moment.slave, &moment.axis),
                 since: 0.0,
             },
@@ -137,8 +137,8 @@ impl SawCoupling {
             return;
         }
         match &mut self.phase {
-            Phase::OverMaster => self.phase = Phase::Early(self.pursuit_from(axis)),
-            Phase::Early(pursuit) => pursuit.plan_again(),
+            SawPhase::OverMaster => self.phase = SawPhase::Early(self.pursuit_from(axis)),
+            SawPhase::Early(pursuit) => pursuit.plan_again(),
             _ => return,
         }
         self.slave = *axis;
@@ -150,20 +150,20 @@ impl SawCoupling {
         let before = self.master_position;
         self.master_position = master.position;
         match &mut self.phase {
-            Phase::Synchronous => self.synchronous(master, before, dt),
-            Phase::OverMaster => self.over_master(master, before, dt),
-            Phase::OverTime { .. } => self.over_time(master, before, dt),
-            Phase::Early(_) => self.pursue(master, before, dt),
-            Phase::Chasing(ramp) => {
+            SawPhase::Synchronous => self.synchronous(master, before, dt),
+            SawPhase::OverMaster => self.over_master(master, before, dt),
+            SawPhase::OverTime { .. } => self.over_time(master, before, dt),
+            SawPhase::Early(_) => self.follow_line(master, before, dt),
+            SawPhase::Chasing(ramp) => {
                 let ramp = *ramp;
                 self.chase(ramp, master, before, dt);
             }
-            Phase::Prephase { .. } => self.wait(master, dt),
-            Phase::RollbackStop { stop, since } => {
+            SawPhase::Prephase { .. } => self.wait(master, dt),
+            SawPhase::RollbackStop { stop, since } => {
                 *since += dt;
                 self.slave = stop.at(Seconds(*since));
             }
-            Phase::Brake { profile, since } | Phase::Free { profile, since } => {
+            SawPhase::Brake { profile, since } | SawPhase::Free { profile, since } => {
                 *since += dt;
                 self.slave = profile.at(Seconds(*since));
             }
@@ -176,7 +176,7 @@ impl SawCoupling {
     #[doc(alias = "MC_GearOut")]
     pub fn gear_out(&mut self) -> Kinematics {
         if self.is_coupled() {
-            self.phase = Phase::Free {
+            self.phase = SawPhase::Free {
                 profile: keeping_velocity(&self.slave, &self.axis),
                 since: 0.0,
             };
@@ -211,12 +211,12 @@ impl SawCoupling {
     pub const fn is_coupled(&self) -> bool {
         matches!(
             self.phase,
-            Phase::Prephase { .. }
-                | Phase::OverMaster
-                | Phase::OverTime { .. }
-                | Phase::Early(_)
-                | Phase::Chasing(_)
-                | Phase::Synchronous
+            SawPhase::Prephase { .. }
+                | SawPhase::OverMaster
+                | SawPhase::OverTime { .. }
+                | SawPhase::Early(_)
+                | SawPhase::Chasing(_)
+                | SawPhase::Synchronous
         )
     }
 
@@ -225,14 +225,15 @@ impl SawCoupling {
     #[must_use]
     pub fn axis_state(&self) -> AxisState {
         match self.phase {
-            Phase::Prephase { .. } => AxisState::SlavePrephase,
-            Phase::OverMaster | Phase::OverTime { .. } | Phase::Early(_) | Phase::Chasing(_) => {
-                AxisState::SlaveSynchronizing
-            }
-            Phase::Synchronous => AxisState::SlaveSynchronous,
+            SawPhase::Prephase { .. } => AxisState::SlavePrephase,
+            SawPhase::OverMaster
+            | SawPhase::OverTime { .. }
+            | SawPhase::Early(_)
+            | SawPhase::Chasing(_) => AxisState::SlaveSynchronizing,
+            SawPhase::Synchronous => AxisState::SlaveSynchronous,
             _ if self.slave.velocity == 0.0 => AxisState::Inactive,
-            Phase::RollbackStop { .. } | Phase::Brake { .. } => AxisState::Decelerating,
-            Phase::Free { .. } => AxisState::ConstantVelocity,
+            SawPhase::RollbackStop { .. } | SawPhase::Brake { .. } => AxisState::Decelerating,
+            SawPhase::Free { .. } => AxisState::ConstantVelocity,
         }
     }
 
@@ -247,7 +248,7 @@ impl SawCoupling {
     #[must_use]
     pub const fn rollback_stop(&self) -> Option<(RollbackStop, Seconds)> {
         match self.phase {
-            Phase::RollbackStop { stop, since } => Some((stop, Seconds(since))),
+            SawPhase::RollbackStop { stop, since } => Some((stop, Seconds(since))),
             _ => None,
         }
     }
@@ -278,7 +279,7 @@ impl SawCoupling {
             };
             // The slave follows the master anywhere.
             self.farthest_back = f64::MIN;
-            return self.set_out(&plan);
+            return self.start_pursuit(&plan);
         }
         self.direction = match plan.master_end() - plan.master_start() {
             0.0 => sign(plan.master_velocity()),
@@ -286,11 +287,11 @@ impl SawCoupling {
         };
         self.farthest_back = self.direction * plan.master_start() - self.noise;
         self.phase = match plan.time_profile() {
-            Some(profile) => Phase::OverTime {
+            Some(profile) => SawPhase::OverTime {
                 profile: *profile,
                 since: 0.0,
             },
-            None => Phase::OverMaster,
+            None => SawPhase::OverMaster,
         };
         if plan.is_synchronous() {
             self.become_synchronous();
@@ -299,7 +300,7 @@ impl SawCoupling {
 
     /// Begins the synchronous phase: from here on the slave's set values are the gear's.
     fn become_synchronous(&mut self) {
-        self.phase = Phase::Synchronous;
+        self.phase = SawPhase::Synchronous;
         self.state = CommandState::InSync;
     }
 
@@ -312,7 +313,7 @@ impl SawCoupling {
                 return self.roll_back(reaction, master, before, dt, |at, _| line.slave_of(at));
             }
         }
-        self.lead_to(self.line.slave_of(master), master, dt);
+        self.apply_set_values(self.line.slave_of(master), master, dt);
     }
 
     fn over_master(&mut self, master: &Kinematics, before: f64, dt: f64) {
@@ -332,12 +333,12 @@ impl SawCoupling {
         } else {
             CommandState::Active
         };
-        self.lead_to(slave, master, dt);
+        self.apply_set_values(slave, master, dt);
     }
 
     /// Keeps the motion of the slave until the master is near.
     fn wait(&mut self, master: &Kinematics, dt: f64) {
-        let Phase::Prephase { profile, since } = &mut self.phase else {
+        let SawPhase::Prephase { profile, since } = &mut self.phase else {
             return;
         };
         let before = self.slave;
@@ -357,7 +358,7 @@ impl SawCoupling {
         .map(|plan| self.follow(plan))
         .unwrap_or_else(|refusal| {
             self.slave = before;
-            self.break_off(SawFault::Refused(refusal), dt);
+            self.brake_with_fault(SawFault::Refused(refusal), dt);
         });
     }
 
@@ -371,11 +372,11 @@ impl SawCoupling {
     /// True if the master has run back past the coupling position.
     #[inline]
     fn is_behind_start(&self, master: &Kinematics) -> bool {
-        master.position * self.direction < self.farthest_back && !self.goes_on()
+        master.position * self.direction < self.farthest_back && !self.continues_in_direction()
     }
 
     /// True if the increments of the master still continue in its direction.
-    fn goes_on(&self) -> bool {
+    fn continues_in_direction(&self) -> bool {
         let forward = |travel: TravelDirection| travel.sign() * self.direction > 0.0;
         self.travel.is_some_and(forward)
     }
@@ -399,14 +400,15 @@ impl SawCoupling {
         };
         let mut slave = slave_of(&master_at_limit, part);
         // A master that jumps back can drag the slave to that place faster than its limit.
-        if !self.watch.lets_pass(&slave) {
-            return self.refuse_to_lead(&slave, master, dt);
+        if !self.limit_monitor.is_within_limits(&slave) {
+            return self.fail_at_limit(&slave, master, dt);
         }
         if reaction == RollbackReaction::Instant {
             slave = Kinematics::at_rest(slave.position);
         }
         let accelerates = |slave: &Kinematics| {
-            slave.acceleration.abs() > HARDLY * self.limits.binding_in_cycles(dt).jerk() * dt
+            slave.acceleration.abs()
+                > NEGLIGIBLE_STEP * self.limits.binding_in_cycles(dt).jerk() * dt
         };
         let (stop, since) = if accelerates(&slave) {
             // The mean velocity does not show when exactly the master passed.
@@ -418,40 +420,49 @@ impl SawCoupling {
             (stop, (1.0 - part) * dt)
         };
         let next = stop.at(Seconds(since));
-        if !self.watch.lets_step(&self.slave, &next, dt) {
-            return self.refuse_to_lead(&next, master, dt);
+        if !self
+            .limit_monitor
+            .is_step_within_limits(&self.slave, &next, dt)
+        {
+            return self.fail_at_limit(&next, master, dt);
         }
         self.slave = next;
-        self.phase = Phase::RollbackStop { stop, since };
+        self.phase = SawPhase::RollbackStop { stop, since };
         self.state = CommandState::Aborted;
         self.rollback = Some(reaction);
     }
 
     /// Takes over the slave's next set values, unless they break a limit of its axis.
     #[inline]
-    fn lead_to(&mut self, slave: Kinematics, master: &Kinematics, dt: f64) {
-        if self.watch.lets_pass(&slave) && self.watch.lets_step(&self.slave, &slave, dt) {
+    fn apply_set_values(&mut self, slave: Kinematics, master: &Kinematics, dt: f64) {
+        if self.limit_monitor.is_within_limits(&slave)
+            && self
+                .limit_monitor
+                .is_step_within_limits(&self.slave, &slave, dt)
+        {
             self.slave = slave;
         } else {
-            self.refuse_to_lead(&slave, master, dt);
+            self.fail_at_limit(&slave, master, dt);
         }
     }
 
     /// Ends the coupling with a fault: the set values break a limit of the slave's axis.
     #[cold]
-    fn refuse_to_lead(&mut self, slave: &Kinematics, master: &Kinematics, dt: f64) {
+    fn fail_at_limit(&mut self, slave: &Kinematics, master: &Kinematics, dt: f64) {
         let detailed = self.command.mask().contains(SyncMask::DETAILED_ERROR_CODES);
-        let fault = self.watch.fault(&self.slave, slave, master, dt, detailed);
-        self.break_off(fault, dt);
+        let fault = self
+            .limit_monitor
+            .fault(&self.slave, slave, master, dt, detailed);
+        self.brake_with_fault(fault, dt);
     }
 
     /// Stops the slave within its axis's limits, from its set values of the last cycle.
     #[cold]
-    fn break_off(&mut self, fault: SawFault, dt: f64) {
+    fn brake_with_fault(&mut self, fault: SawFault, dt: f64) {
         let profile = stop_from(&self.slave, &self.axis.dynamics);
         self.state = CommandState::Failed(fault);
         self.slave = profile.at(Seconds(dt));
-        self.phase = Phase::Brake { profile, since: dt };
+        self.phase = SawPhase::Brake { profile, since: dt };
     }
 }
 

@@ -4,13 +4,13 @@ use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_curve::ramp::Ramp;
 
-use super::{Phase, SawCoupling};
+use super::{SawCoupling, SawPhase};
 use crate::rollback::RollbackReaction;
 
 impl SawCoupling {
     /// Computes one cycle of the profile over time, as long as the master has the planned velocity.
     pub(super) fn over_time(&mut self, master: &Kinematics, before: f64, dt: f64) {
-        let Phase::OverTime { profile, since } = &mut self.phase else {
+        let SawPhase::OverTime { profile, since } = &mut self.phase else {
             return;
         };
         let target = self.line.ratio * master.velocity;
@@ -32,7 +32,7 @@ impl SawCoupling {
         if since >= profile.duration().0 {
             self.anchor(&slave, master);
         }
-        self.lead_to(slave, master, dt);
+        self.apply_set_values(slave, master, dt);
     }
 
     /// Chases a master whose velocity changes, cycle by cycle: a profile planned for any of its
@@ -40,11 +40,11 @@ impl SawCoupling {
     pub(super) fn chase(&mut self, mut ramp: Ramp, master: &Kinematics, before: f64, dt: f64) {
         let gear = self.line.slave_of(master);
         if !gear.velocity.is_finite() {
-            return self.refuse_to_lead(&gear, master, dt);
+            return self.fail_at_limit(&gear, master, dt);
         }
         let last = self.slave;
         ramp.step(gear.velocity, gear.acceleration, dt);
-        self.phase = Phase::Chasing(ramp);
+        self.phase = SawPhase::Chasing(ramp);
         if self.is_behind_start(master) {
             let reaction = RollbackReaction::of(self.command.mask(), false);
             return self.roll_back(reaction, master, before, dt, |_, part| {
@@ -54,7 +54,7 @@ impl SawCoupling {
         if ramp.is_there() {
             self.anchor(ramp.slave(), master);
         }
-        self.lead_to(*ramp.slave(), master, dt);
+        self.apply_set_values(*ramp.slave(), master, dt);
     }
 
     /// Anchors the gear at the slave's position once it has the gear's velocity: from here on the gear

@@ -3,7 +3,7 @@
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes};
 
-use crate::chase::Chase;
+use crate::path_limits::PathLimits;
 use crate::task::NEGLIGIBLE;
 
 /// Decay of the master's ripple per cycle without ripple.
@@ -49,8 +49,8 @@ impl PositionRange {
 /// A profile over time onto the line, planned again from the slave's state whenever the line deviates
 /// from its prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pursuit {
-    chase: Chase,
+pub(super) struct LinePursuit {
+    chase: PathLimits,
     range: PositionRange,
     profile: Profile,
     since: f64,
@@ -63,10 +63,10 @@ pub(super) struct Pursuit {
     ripple: f64,
 }
 
-impl Pursuit {
+impl LinePursuit {
     /// Follows a profile that was planned with this line.
     pub(super) const fn new(
-        chase: Chase,
+        chase: PathLimits,
         range: PositionRange,
         profile: Profile,
         line: Kinematics,
@@ -142,8 +142,8 @@ impl Pursuit {
         };
         let (found, is_out_of_reach) = match self.onto(slave, line) {
             Some(Ok(profile)) => (Some(profile), false),
-            way => {
-                let is_out_of_reach = way.is_none();
+            planned => {
+                let is_out_of_reach = planned.is_none();
                 let steady = self.onto(slave, &steady);
                 let found = steady.and_then(Result::ok);
                 (found, is_out_of_reach && steady.is_none())
@@ -162,10 +162,10 @@ impl Pursuit {
 
     /// Plans a path onto the line. None if no path leads onto it, and an error if none does within the
     /// range.
-    fn onto(&self, slave: &Kinematics, line: &Kinematics) -> Option<Result<Profile, OutOfRange>> {
+    fn onto(&self, slave: &Kinematics, line: &Kinematics) -> Option<Result<Profile, OutsideRange>> {
         let check = |profile: &Profile| {
             let keeps = self.range.keeps(profile, slave.position);
-            keeps.then_some(()).ok_or(OutOfRange)
+            keeps.then_some(()).ok_or(OutsideRange)
         };
         self.chase.fastest((slave, line), 1.0, check)
     }
@@ -184,4 +184,4 @@ impl Pursuit {
 
 /// A path that leaves the range.
 #[derive(Clone, Copy, Debug)]
-struct OutOfRange;
+struct OutsideRange;

@@ -1,8 +1,8 @@
 //! Settings and faults of a coupling.
 
-use crate::chase::Chase;
 use crate::command::{GearInPos, GearInVelo, SyncLimits};
-use crate::moment::{CouplingMoment, SlaveLimits};
+use crate::coupling_moment::{CouplingMoment, SlaveLimits};
+use crate::path_limits::PathLimits;
 use crate::plan::SawPlan;
 use crate::refusal::{SawRefusal, Violation};
 use crate::strategy::SyncStrategy;
@@ -72,7 +72,7 @@ impl SawCommand {
     }
 
     /// Returns the limits of the slave on its path onto a line.
-    pub(super) fn chase(&self, axis: &SlaveLimits, slave: &Kinematics) -> Chase {
+    pub(super) fn chase(&self, axis: &SlaveLimits, slave: &Kinematics) -> PathLimits {
         let (given, own) = (self.limits(), &axis.dynamics);
         let limits = Limits::new(
             axis.in_force(given.velocity, own.velocity(), slave.velocity),
@@ -80,7 +80,7 @@ impl SawCommand {
             axis.in_force(given.deceleration, own.deceleration(), slave.acceleration),
             axis.jerk_in_force(given.jerk),
         );
-        Chase {
+        PathLimits {
             limits: limits.unwrap_or(*own),
             fastest_line: given.velocity.unwrap_or(own.velocity()).min(own.velocity()),
             mask: self.mask(),

@@ -11,18 +11,18 @@ struct Case {
     master: f64,
     slave: f64,
     gear: f64,
-    way: f64,
+    distance: f64,
     limits: SyncLimits,
 }
 
-const fn case(check: Check, mask: SyncMask, speeds: (f64, f64), gear: f64, way: f64) -> Case {
+const fn case(check: Check, mask: SyncMask, speeds: (f64, f64), gear: f64, distance: f64) -> Case {
     Case {
         check,
         mask,
         master: speeds.0,
         slave: speeds.1,
         gear,
-        way,
+        distance,
         limits: SyncLimits {
             velocity: None,
             acceleration: None,
@@ -219,7 +219,7 @@ impl Case {
         let mut start = moment((1_000.0, self.master), (0.0, self.slave));
         start.axis.min_position = Some(-1.0);
         start.axis.max_position = Some(1.0);
-        let sync = (1_000.0 + self.master, self.way);
+        let sync = (1_000.0 + self.master, self.distance);
         let mode = SyncMode::position_based(self.mask | details);
         let refusal = to_position(self.gear, sync, mode, self.limits)
             .plan(&start)

@@ -48,11 +48,11 @@ proptest! {
         let plan = command.plan(&start).expect("within the limits");
         let expected = independent(&start.slave, v1, a, j);
         prop_assume!(expected.is_some());
-        let (duration, way) = expected.unwrap_or_default();
+        let (duration, distance) = expected.unwrap_or_default();
         let found = plan.duration().0;
         prop_assert!((found - duration).abs() <= SLACK * duration, "{found} {duration}");
         let size = duration * v0.abs().max(v1.abs()).max(plan.characteristics(1).extremes.velocity.magnitude());
         let found = plan.line().slave;
-        prop_assert!((found - way).abs() <= SLACK * size, "{found} {way}");
+        prop_assert!((found - distance).abs() <= SLACK * size, "{found} {distance}");
     }
 }

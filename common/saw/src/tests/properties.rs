@@ -91,9 +91,9 @@ pub(super) fn gear_in_velo(
 
 /// Returns the begins of the pieces of a plan and its end, s since the start.
 fn knots(plan: &SawPlan) -> Vec<f64> {
-    let (way, velocity) = plan.way().expect("something to synchronise");
-    let begin = way.first().begin;
-    let begins = way.pieces().map(|piece| (piece.begin - begin) / velocity);
+    let (path, velocity) = plan.path().expect("something to synchronise");
+    let begin = path.first().begin;
+    let begins = path.pieces().map(|piece| (piece.begin - begin) / velocity);
     begins.chain([plan.duration().0]).collect()
 }
 
@@ -215,12 +215,12 @@ pub(super) fn assert_ends(plan: &SawPlan, moment: &CouplingMoment) -> Result<(),
         1.0 + start.position.abs()
     ));
     prop_assert!(near(start.velocity, velocity, velocity.abs()));
-    if let Some(way) = plan.over_master_at(plan.master_start()) {
+    if let Some(path) = plan.over_master_at(plan.master_start()) {
         let v = plan.master_velocity();
-        let along_slope = way.velocity * moment.master.acceleration;
+        let along_slope = path.velocity * moment.master.acceleration;
         let masks_none = plan.slave_start().acceleration == moment.slave.acceleration;
         let expected = moment.slave.acceleration;
-        let acceleration = way.acceleration * v * v + along_slope;
+        let acceleration = path.acceleration * v * v + along_slope;
         let size = expected.abs().max(along_slope.abs()).max(1e-3 * v * v);
         if masks_none && plan.form() != SawForm::Synchronous {
             prop_assert!(near(acceleration, expected, size) || moment.master.acceleration != 0.0);
@@ -288,9 +288,9 @@ proptest! {
                 let high = taken().fold(f64::MIN, f64::max);
                 prop_assert!(range.minimum.value <= low + 1e-6 * size);
                 prop_assert!(range.maximum.value >= high - 1e-6 * size);
-                let spread = high - low;
-                prop_assert!(range.maximum.value - high <= 0.03 * spread + 1e-6 * size);
-                prop_assert!(low - range.minimum.value <= 0.03 * spread + 1e-6 * size);
+                let over_range = high - low;
+                prop_assert!(range.maximum.value - high <= 0.03 * over_range + 1e-6 * size);
+                prop_assert!(low - range.minimum.value <= 0.03 * over_range + 1e-6 * size);
             }
             let moments = samples.iter().map(|(_, s)| s.velocity * s.acceleration);
             let size = values.dynamic_moment.magnitude();

@@ -12,14 +12,14 @@ const CHECKED: SyncMask = SyncMask::MAX_ACC.union(SyncMask::OVERSHOOT_VELO);
 
 /// A distance ahead, with at most 1000 u/s² and no overshoot of the velocity, for a master with this
 /// velocity later.
-fn ahead(way: f64, master_velocity: Option<f64>) -> GearInPos {
+fn ahead(distance: f64, master_velocity: Option<f64>) -> GearInPos {
     let limits = SyncLimits {
         master_velocity,
         ..dynamics(1_000.0, 1e6)
     };
     to_position(
         1.0,
-        (way, 0.4 * way),
+        (distance, 0.4 * distance),
         SyncMode::position_based(CHECKED),
         limits,
     )
@@ -30,20 +30,23 @@ const RESTING: (f64, f64) = (0.0, 0.0);
 #[test]
 fn what_cannot_be_done_at_the_velocity_of_the_master_is_refused_while_it_stands() {
     let start = moment(RESTING, RESTING);
-    for way in [100.0, -100.0] {
+    for distance in [100.0, -100.0] {
         assert!(
-            ahead(way, None).plan(&start).is_ok(),
+            ahead(distance, None).plan(&start).is_ok(),
             "everything can be done beside one that stands"
         );
-        let slow = ahead(way, Some(50.0))
+        let slow = ahead(distance, Some(50.0))
             .plan(&start)
             .expect("1.5·50²/80 u/s²");
-        let same = moment((0.0, 50.0 * way.signum()), RESTING);
-        assert_eq!(slow, ahead(way, None).plan(&same).expect("it is as fast"));
-        let refused = ahead(way, Some(1_000.0)).plan(&start).unwrap_err();
+        let same = moment((0.0, 50.0 * distance.signum()), RESTING);
+        assert_eq!(
+            slow,
+            ahead(distance, None).plan(&same).expect("it is as fast")
+        );
+        let refused = ahead(distance, Some(1_000.0)).plan(&start).unwrap_err();
         assert_eq!(refused.code(), 0x42df, "{refused}");
-        let moving = moment((0.0, 1_000.0 * way.signum()), RESTING);
-        assert_eq!(Err(refused), ahead(way, None).plan(&moving));
+        let moving = moment((0.0, 1_000.0 * distance.signum()), RESTING);
+        assert_eq!(Err(refused), ahead(distance, None).plan(&moving));
     }
     // A moving master has its actual velocity.
     let moving = moment((0.0, 1_000.0), RESTING);

@@ -1,6 +1,6 @@
 //! Choice of the profile.
 
-use super::super::{Check, EncoderMaster, SawForm, SyncMask};
+use super::super::{Check, EncoderNoise, SawForm, SyncMask};
 use super::*;
 
 #[test]
@@ -11,7 +11,7 @@ fn an_encoders_noise_is_no_acceleration() {
     let mut start = moment((-500.0, 500.0), (-250.0, 250.0));
     start.master.acceleration = 150.0;
     assert!(command.plan(&start).is_err(), "P5 overshoots");
-    start.encoder = Some(EncoderMaster {
+    start.encoder = Some(EncoderNoise {
         scaling: 1e-4,
         cycle: seconds(1e-3),
     });

@@ -77,7 +77,7 @@ impl SlaveAxis {
     /// Takes the reason why the coupling did not take points of a plate when they were due, once
     /// for each time that points are written: the points stay pending.
     pub fn take_held_back(&mut self) -> Option<Refusal> {
-        let why = self.couplings.cam.take_held_back()?;
+        let why = self.couplings.cam.take_rejected_points()?;
         Some(Refusal::Coupling(CouplingRefusal::Cam(why)))
     }
 

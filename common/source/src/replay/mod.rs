@@ -7,10 +7,10 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 
 pub use table::ReplayError;
-use table::{Motion, Row};
+use table::{MotionRow, RecordedMotion};
 
 use crate::config::{Interpolation, ReplayConfig};
-use crate::source::{Activity, AxisSample, Source};
+use crate::source::{Activity, AxisSource, SourceSample};
 
 /// A recorded motion, replayed.
 ///
@@ -18,7 +18,7 @@ use crate::source::{Activity, AxisSample, Source};
 /// position, after the last one at the last, unless the motion is repeated.
 #[derive(Debug)]
 pub struct Replay {
-    rows: Vec<Row>,
+    rows: Vec<MotionRow>,
     interpolation: Interpolation,
     repeat: bool,
     velocity_recorded: bool,
@@ -78,13 +78,13 @@ impl Replay {
         }
     }
 
-    fn ends(&self) -> (&Row, &Row) {
+    fn ends(&self) -> (&MotionRow, &MotionRow) {
         (&self.rows[0], &self.rows[self.rows.len() - 1])
     }
 }
 
 /// Reads the file. A recording in MCAP has many axes, a table one.
-fn read(config: &ReplayConfig) -> Result<Motion, ReplayError> {
+fn read(config: &ReplayConfig) -> Result<RecordedMotion, ReplayError> {
     let wrong = |received: &str, expected: &str| ReplayError::Axis {
         file: config.file.display().to_string(),
         received: received.to_owned(),
@@ -101,8 +101,8 @@ fn read(config: &ReplayConfig) -> Result<Motion, ReplayError> {
     }
 }
 
-impl Source for Replay {
-    fn sample(&mut self, since_start: Span) -> AxisSample {
+impl AxisSource for Replay {
+    fn sample(&mut self, since_start: Span) -> SourceSample {
         let seconds = since_start.as_secs_f64();
         let (kinematics, activity) = match self.motion_at(seconds) {
             Some(motion) => (motion, Activity::Following),
@@ -111,7 +111,7 @@ impl Source for Replay {
                 Activity::Idle,
             ),
         };
-        AxisSample {
+        SourceSample {
             motion: kinematics,
             seen: kinematics,
             enabled: true,
@@ -123,7 +123,7 @@ impl Source for Replay {
 }
 
 /// Returns the cubic Hermite polynomial through positions and velocities of both rows.
-fn cubic(from: &Row, to: &Row, time: f64) -> Kinematics {
+fn cubic(from: &MotionRow, to: &MotionRow, time: f64) -> Kinematics {
     let h = to.time - from.time;
     let s = (time - from.time) / h;
     let step = to.position - from.position;
@@ -142,7 +142,7 @@ fn cubic(from: &Row, to: &Row, time: f64) -> Kinematics {
 }
 
 /// Interpolates by straight lines from row to row.
-fn linear(from: &Row, to: &Row, time: f64, velocity_recorded: bool) -> Kinematics {
+fn linear(from: &MotionRow, to: &MotionRow, time: f64, velocity_recorded: bool) -> Kinematics {
     let h = to.time - from.time;
     let s = (time - from.time) / h;
     let between = |a: f64, b: f64| a + s * (b - a);
@@ -276,7 +276,7 @@ mod tests {
         Replay::open(&config).unwrap()
     }
 
-    fn at(replay: &mut Replay, seconds: f64) -> AxisSample {
+    fn at(replay: &mut Replay, seconds: f64) -> SourceSample {
         replay.sample(Span::from_secs_f64(seconds))
     }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use coaxle_node::{one_line, text_file};
 use coaxle_recording::{Item, ReadTable, Reader, Row as Recorded, Value};
 
-use super::table::{MOST, MOST_ROWS, Motion, ReplayError, Row, differentiate};
+use super::table::{MOST, MOST_ROWS, MotionRow, RecordedMotion, ReplayError, differentiate};
 
 /// Names of the signals of a motion: of an axis or a slave, and of a far axis.
 const POSITION: [&str; 2] = ["position", "corrected_position"];
@@ -21,11 +21,11 @@ pub(super) fn is_recording(path: &Path) -> bool {
 
 /// Reads the motion of an axis, from the first cycle in which its position is known. Cycles without a
 /// position are left out.
-pub(super) fn read(path: &Path, axis: &str) -> Result<Motion, ReplayError> {
+pub(super) fn read(path: &Path, axis: &str) -> Result<RecordedMotion, ReplayError> {
     // The file is not kept: it may be of any length, only rows of the axis are.
     let file = text_file::open(path, u64::MAX)?;
     let name = path.display().to_string();
-    let mut reading = Reading {
+    let mut reader = RecordedAxisReader {
         axis,
         file: &name,
         places: None,
@@ -33,17 +33,17 @@ pub(super) fn read(path: &Path, axis: &str) -> Result<Motion, ReplayError> {
         rows: Vec::new(),
         velocity_recorded: true,
     };
-    reading.all_of(Reader::new(BufReader::new(file)))
+    reader.all_of(Reader::new(BufReader::new(file)))
 }
 
 /// An axis while it is read from a recording.
-struct Reading<'a> {
+struct RecordedAxisReader<'a> {
     axis: &'a str,
     file: &'a str,
     places: Option<Places>,
     /// The cycle of the first row.
     start_ns: Option<i64>,
-    rows: Vec<Row>,
+    rows: Vec<MotionRow>,
     velocity_recorded: bool,
 }
 
@@ -55,8 +55,8 @@ struct Places {
     acceleration: Option<usize>,
 }
 
-impl Reading<'_> {
-    fn all_of<R: Read>(&mut self, mut reader: Reader<R>) -> Result<Motion, ReplayError> {
+impl RecordedAxisReader<'_> {
+    fn all_of<R: Read>(&mut self, mut reader: Reader<R>) -> Result<RecordedMotion, ReplayError> {
         while let Some(item) = reader.next() {
             let item = item.map_err(|damage| ReplayError::Recording {
                 file: self.file.to_owned(),
@@ -79,7 +79,7 @@ impl Reading<'_> {
         if !self.velocity_recorded {
             differentiate(&mut rows);
         }
-        Ok(Motion {
+        Ok(RecordedMotion {
             rows,
             velocity_recorded: self.velocity_recorded,
         })
@@ -119,7 +119,7 @@ impl Reading<'_> {
             return Err(ReplayError::TooLong { file });
         }
         self.velocity_recorded &= velocity.is_some();
-        self.rows.push(Row {
+        self.rows.push(MotionRow {
             time,
             position,
             velocity: velocity.unwrap_or(0.0),

@@ -17,14 +17,14 @@ const SHORTEST: f64 = 1e-9;
 
 /// A recorded motion, its missing columns differentiated.
 #[derive(Debug)]
-pub(super) struct Motion {
-    pub(super) rows: Vec<Row>,
+pub(super) struct RecordedMotion {
+    pub(super) rows: Vec<MotionRow>,
     pub(super) velocity_recorded: bool,
 }
 
 /// Row of a recording.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub(super) struct MotionRow {
     pub(super) time: f64,
     pub(super) position: f64,
     pub(super) velocity: f64,
@@ -121,7 +121,7 @@ pub enum ReplayError {
 }
 
 /// Reads a recorded motion.
-pub(super) fn read(path: &Path) -> Result<Motion, ReplayError> {
+pub(super) fn read(path: &Path) -> Result<RecordedMotion, ReplayError> {
     let text = text_file::read_table(path, MOST_BYTES)?;
     let file = path.display().to_string();
     Text { file, text }.parse()
@@ -134,14 +134,14 @@ struct Text {
 }
 
 impl Text {
-    fn parse(&self) -> Result<Motion, ReplayError> {
+    fn parse(&self) -> Result<RecordedMotion, ReplayError> {
         let mut csv = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_reader(self.text.as_bytes());
         let header = csv.headers().map_err(|reason| self.syntax(reason))?;
-        let columns = Columns::find(self, header)?;
+        let columns = ReplayColumns::find(self, header)?;
 
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<MotionRow> = Vec::new();
         for record in csv.records() {
             let record = record.map_err(|reason| self.syntax(reason))?;
             let row = columns.row(self, &record)?;
@@ -176,7 +176,7 @@ impl Text {
         if !velocity_recorded {
             differentiate(&mut rows);
         }
-        Ok(Motion {
+        Ok(RecordedMotion {
             rows,
             velocity_recorded,
         })
@@ -221,14 +221,14 @@ impl Text {
 }
 
 /// Index of each column.
-struct Columns {
+struct ReplayColumns {
     time: usize,
     position: usize,
     velocity: Option<usize>,
     acceleration: Option<usize>,
 }
 
-impl Columns {
+impl ReplayColumns {
     fn find(text: &Text, header: &csv::StringRecord) -> Result<Self, ReplayError> {
         let find = |name: &str| header.iter().position(|column| column == name);
         let velocity = find("velocity");
@@ -248,7 +248,7 @@ impl Columns {
         }
     }
 
-    fn row(&self, text: &Text, record: &csv::StringRecord) -> Result<Row, ReplayError> {
+    fn row(&self, text: &Text, record: &csv::StringRecord) -> Result<MotionRow, ReplayError> {
         let number = |column: &'static str, at: usize| match record[at].parse::<f64>() {
             Ok(number) if number.abs() <= MOST => Ok(number),
             Ok(number) if number.is_finite() => {
@@ -259,7 +259,7 @@ impl Columns {
         };
         let optional =
             |column: &'static str, at: Option<usize>| at.map(|at| number(column, at)).transpose();
-        Ok(Row {
+        Ok(MotionRow {
             time: number("time_s", self.time)?,
             position: number("position", self.position)?,
             velocity: optional("velocity", self.velocity)?.unwrap_or(0.0),
@@ -274,8 +274,9 @@ fn listed(header: &csv::StringRecord) -> String {
 }
 
 /// Sets each row's velocity to the slope there of the parabola through it and its neighbours.
-pub(super) fn differentiate(rows: &mut [Row]) {
-    let slope = |from: &Row, to: &Row| (to.position - from.position) / (to.time - from.time);
+pub(super) fn differentiate(rows: &mut [MotionRow]) {
+    let slope =
+        |from: &MotionRow, to: &MotionRow| (to.position - from.position) / (to.time - from.time);
     let last = rows.len() - 1;
     if last == 1 {
         let velocity = slope(&rows[0], &rows[1]);

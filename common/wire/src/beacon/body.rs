@@ -131,13 +131,13 @@ struct ResponseBody {
 }
 
 /// Departures as written: spans since an ideal start.
-pub(super) struct Departed {
+pub(super) struct DepartureSpans {
     pub(super) left: Span,
     pub(super) stamps: Stamps,
     pub(super) before: Option<(u32, Span)>,
 }
 
-impl Departed {
+impl DepartureSpans {
     fn before_since(&self, ideal_start_ns: i64) -> Option<BeaconBefore> {
         self.before.map(|(number, left)| BeaconBefore {
             number,
@@ -149,7 +149,7 @@ impl Departed {
 /// Reads the request, and the bytes after its body.
 pub(super) fn read_request(
     content: &[u8],
-    departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,
+    departed: impl FnOnce(&[u8]) -> Result<DepartureSpans, Rejection>,
 ) -> Result<BeaconRequest, Rejection> {
     let (body, rest) = read::<RequestBody>(content)?;
     let departed = departed(rest)?;
@@ -166,7 +166,7 @@ pub(super) fn read_request(
 /// Reads the response with the id of its responder.
 pub(super) fn read_response(
     content: &[u8],
-    departed: impl FnOnce(&[u8]) -> Result<Departed, Rejection>,
+    departed: impl FnOnce(&[u8]) -> Result<DepartureSpans, Rejection>,
 ) -> Result<(u32, BeaconResponse), Rejection> {
     let (body, rest) = read::<ResponseBody>(content)?;
     let departed = departed(rest)?;

@@ -3,7 +3,7 @@
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
-use super::body::{Departed, read_request, read_response};
+use super::body::{DepartureSpans, read_request, read_response};
 use super::secret::{BeaconSecret, TAG_LEN};
 use super::{BeaconRequest, BeaconResponse, Stamps};
 use crate::frame::{FORMAT_VERSION, KeySeal, read, write};
@@ -127,12 +127,12 @@ impl BeaconSeal {
     }
 }
 
-fn read_departure(bytes: &[u8]) -> Result<Departed, Rejection> {
+fn read_departure(bytes: &[u8]) -> Result<DepartureSpans, Rejection> {
     let (fields, rest) = read::<DepartureFields>(bytes)?;
     if !rest.is_empty() {
         return Err(Rejection::TrailingBytes);
     }
-    Ok(Departed {
+    Ok(DepartureSpans {
         left: fields.left,
         stamps: Stamps::of_code(fields.stamps).ok_or(Rejection::Malformed)?,
         before: fields.before,

@@ -17,7 +17,7 @@ pub struct BeaconSecret(Hmac<Sha256>);
 /// Text that is not a secret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("received {received} characters, expected {} hexadecimal digits", 2 * SECRET_LEN)]
-pub struct NoSecret {
+pub struct InvalidSecret {
     /// Number of characters received.
     pub received: usize,
 }
@@ -32,20 +32,20 @@ impl BeaconSecret {
     /// Reads the secret from the text of its file: hexadecimal digits and a new line.
     ///
     /// # Errors
-    /// [`NoSecret`], which quotes nothing of the text.
-    pub fn from_hex(text: &str) -> Result<Self, NoSecret> {
+    /// [`InvalidSecret`], which quotes nothing of the text.
+    pub fn from_hex(text: &str) -> Result<Self, InvalidSecret> {
         let text = text.trim();
         let received = text.chars().count();
         let mut secret = [0; SECRET_LEN];
         if text.len() != 2 * SECRET_LEN || !text.is_ascii() {
-            return Err(NoSecret { received });
+            return Err(InvalidSecret { received });
         }
         for (byte, digits) in secret.iter_mut().zip(text.as_bytes().chunks(2)) {
-            let digits = std::str::from_utf8(digits).map_err(|_| NoSecret { received })?;
+            let digits = std::str::from_utf8(digits).map_err(|_| InvalidSecret { received })?;
             // A sign would be taken for part of the number.
             let are_digits = digits.chars().all(|digit| digit.is_ascii_hexdigit());
             let number = u8::from_str_radix(digits, 16).ok().filter(|_| are_digits);
-            *byte = number.ok_or(NoSecret { received })?;
+            *byte = number.ok_or(InvalidSecret { received })?;
         }
         Ok(Self::new(&secret))
     }

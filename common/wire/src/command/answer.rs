@@ -11,7 +11,7 @@ use super::cam::{self, CamFigures, OrderCargo};
 use super::far::{FarRefusal, FarView};
 use super::outcome::{CommandOutcome, NotTaken, SlaveView};
 use super::saw::{SawFigures, SawRefused};
-use super::{BadOrder, CommandOrder};
+use super::{CommandOrder, InvalidOrder};
 
 /// Response to an order, with its version.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -176,7 +176,7 @@ impl CommandAnswer {
 
     /// Makes the response to bytes that are not an order.
     #[must_use]
-    pub fn malformed(error: &BadOrder) -> Self {
+    pub fn malformed(error: &InvalidOrder) -> Self {
         Self::of(CommandVerdict::NotTaken {
             reason: "malformed".to_owned(),
             text: error.to_string(),
@@ -231,7 +231,7 @@ fn refused(
     axis: SlaveView,
     saw: Option<SawRefused>,
 ) -> CommandVerdict {
-    let figures = Figures::of(refusal);
+    let figures = RefusalFigures::of(refusal);
     CommandVerdict::Refused {
         dry_run,
         code: format!("{:#06x}", refusal.code()),
@@ -261,13 +261,13 @@ fn far_refused(refusal: &FarRefusal, dry_run: bool, far: FarView) -> CommandVerd
 
 /// Numbers in a refusal.
 #[derive(Default)]
-struct Figures {
+struct RefusalFigures {
     field: Option<&'static str>,
     received: Option<f64>,
     would_pass: Option<f64>,
 }
 
-impl Figures {
+impl RefusalFigures {
     fn of(refusal: &Refusal) -> Self {
         let (field, received, would_pass) = match *refusal {
             Refusal::SyncPosition(wrong) => {

@@ -17,11 +17,11 @@ impl CommandName {
 
 impl<'de> Deserialize<'de> for CommandName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Name)
+        deserializer.deserialize_any(CommandNameVisitor)
     }
 }
 
-struct Name;
+struct CommandNameVisitor;
 
 /// Leaves what is not a map to the reader of the command, whose error names what is expected.
 macro_rules! no_command {
@@ -32,7 +32,7 @@ macro_rules! no_command {
     )* };
 }
 
-impl<'de> Visitor<'de> for Name {
+impl<'de> Visitor<'de> for CommandNameVisitor {
     type Value = CommandName;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -66,18 +66,18 @@ impl CommandOrder {
     /// Reads an order.
     ///
     /// # Errors
-    /// [`BadOrder`]: too long, then another version, then a field that is wrong.
-    pub fn from_json(bytes: &[u8]) -> Result<Self, BadOrder> {
+    /// [`InvalidOrder`]: too long, then another version, then a field that is wrong.
+    pub fn from_json(bytes: &[u8]) -> Result<Self, InvalidOrder> {
         let received = bytes.len();
         if received > MAX_PLATE_ORDER_BYTES {
-            return Err(BadOrder::TooLong { received });
+            return Err(InvalidOrder::TooLong { received });
         }
         if received > MAX_ORDER_BYTES && !brings_plate(bytes) {
-            return Err(BadOrder::TooLong { received });
+            return Err(InvalidOrder::TooLong { received });
         }
         let version = read::<Versioned>(bytes)?.version;
         if version != COMMAND_VERSION {
-            return Err(BadOrder::WrongVersion { received: version });
+            return Err(InvalidOrder::WrongVersion { received: version });
         }
         let Addressed {
             slave,
@@ -89,7 +89,7 @@ impl CommandOrder {
                 read::<CamOrderOnWire>(bytes).map(|order| Self::Cam(order.into()))
             }
             None => read::<SlaveOrderOnWire>(bytes).map(|order| Self::Slave(order.into())),
-            Some(_) if slave.is_some() => Err(BadOrder::ForBoth),
+            Some(_) if slave.is_some() => Err(InvalidOrder::TwoAddressees),
             Some(_) => read::<FarOrderOnWire>(bytes).map(|order| Self::Far(order.into())),
         }
     }
@@ -152,7 +152,7 @@ impl CommandOrder {
 
     /// Returns the outcome at a node that has no slaves or no far nodes.
     #[must_use]
-    pub const fn for_nobody(&self) -> CommandOutcome {
+    pub const fn without_addressee(&self) -> CommandOutcome {
         CommandOutcome::NotTaken(match self {
             Self::Slave(_) | Self::Cam(_) => NotTaken::NoSlaves,
             Self::Far(_) => NotTaken::NoFarNodes,
@@ -180,7 +180,7 @@ impl From<FarOrder> for CommandOrder {
 
 /// Error of an order that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum BadOrder {
+pub enum InvalidOrder {
     /// The order has too many bytes.
     #[error(
         "received an order of {received} bytes, expected at most {MAX_ORDER_BYTES}, or {MAX_PLATE_ORDER_BYTES} with a plate"
@@ -193,7 +193,7 @@ pub enum BadOrder {
     #[error(
         "key: received {received:?}, expected that of one node, and of one operator if any, without wildcards"
     )]
-    ManyNodes {
+    AmbiguousKey {
         /// Key expression received.
         received: String,
     },
@@ -205,7 +205,7 @@ pub enum BadOrder {
     },
     /// The order names both a slave and a far node.
     #[error("far: received one beside slave, expected either of them")]
-    ForBoth,
+    TwoAddressees,
     /// The order is no JSON, or a field is missing, unknown or wrong.
     #[error("{field}: {reason}")]
     Malformed {
@@ -296,8 +296,8 @@ impl From<FarOrderOnWire> for FarOrder {
     }
 }
 
-fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, BadOrder> {
-    let malformed = |field: String, reason: &serde_json::Error| BadOrder::Malformed {
+fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, InvalidOrder> {
+    let malformed = |field: String, reason: &serde_json::Error| InvalidOrder::Malformed {
         field: one_line(&field),
         reason: one_line(&reason.to_string()),
     };

@@ -10,13 +10,13 @@ use coaxle_axis::{Awaits, AxisStatus};
 use coaxle_cam::Tables;
 use coaxle_plate::MotionPoint;
 use coaxle_wire::command::{
-    BadOrder, CamCommand, CamFigures, CamOrder, CommandVerdict, MAX_ORDER_BYTES,
+    CamCommand, CamFigures, CamOrder, CommandVerdict, InvalidOrder, MAX_ORDER_BYTES,
     MAX_PLATE_ORDER_BYTES, MAX_VALUES_READ, OrderCargo, SlaveView,
 };
 use coaxle_wire::{CommandAnswer, CommandOrder, CommandOutcome};
 use serde_json::{Value, json};
 
-fn order(command: &str) -> Result<CommandOrder, BadOrder> {
+fn order(command: &str) -> Result<CommandOrder, InvalidOrder> {
     let text = format!(r#"{{"version":1,"slave":"knife","command":{command}}}"#);
     CommandOrder::from_json(text.as_bytes())
 }
@@ -87,7 +87,10 @@ fn only_a_plate_may_be_long() {
         (r#"{"cam-info":{}}"#, MAX_ORDER_BYTES + 1),
         (r#"{"halt":{}}"#, MAX_ORDER_BYTES + 1),
     ] {
-        assert_eq!(long(command, received), Err(BadOrder::TooLong { received }));
+        assert_eq!(
+            long(command, received),
+            Err(InvalidOrder::TooLong { received })
+        );
     }
 }
 

@@ -17,9 +17,9 @@ use coaxle_remote::{AxisSyncParameters, ExtrapolateParameters, FilterMode};
 use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
-    BadOrder, CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarDelay,
-    FarName, FarOrder, FarRefusal, FarView, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken, ParameterPart,
-    SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
+    CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarDelay, FarName,
+    FarOrder, FarRefusal, FarView, InvalidOrder, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken,
+    ParameterPart, SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -220,7 +220,7 @@ fn every_command_is_documented_with_an_example_that_is_one() {
     assert_eq!(documented, commands());
 }
 
-fn far_order(command: &str) -> Result<FarOrder, BadOrder> {
+fn far_order(command: &str) -> Result<FarOrder, InvalidOrder> {
     let text = format!(r#"{{ "version": 1, "far": "belt", "command": {command} }}"#);
     match CommandOrder::from_json(text.as_bytes())? {
         CommandOrder::Far(order) => Ok(order),
@@ -312,7 +312,7 @@ fn the_documented_refusal_about_a_far_node_is_written() {
 fn an_order_is_for_a_slave_or_a_far_node() {
     let text = r#"{ "version": 1, "far": "a", "slave": "s", "command": { "enable": {} } }"#;
     let error = CommandOrder::from_json(text.as_bytes());
-    assert_eq!(error, Err(BadOrder::ForBoth));
+    assert_eq!(error, Err(InvalidOrder::TwoAddressees));
     let error = far_order(r#"{ "halt": {} }"#).unwrap_err().to_string();
     assert!(error.contains("halt"), "{error}");
     let error = far_order(r#"{ "set-parameters": { "time-sync": { "age": 1 } } }"#);
@@ -425,7 +425,7 @@ fn an_order_that_is_too_long_is_not_even_looked_at() {
     text.push(' ');
     let received = MAX_ORDER_BYTES + 1;
     let error = CommandOrder::from_json(text.as_bytes());
-    assert_eq!(error, Err(BadOrder::TooLong { received }));
+    assert_eq!(error, Err(InvalidOrder::TooLong { received }));
 }
 
 #[test]

@@ -9,8 +9,8 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_wire::exchange::{
-    MAX_TIME_RESPONSES, Reply, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY, TimeRequest,
-    TimeResponsesHeader, encode_time_request, encode_time_responses,
+    MAX_TIME_RESPONSES, ReceivedRequest, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY,
+    TimeRequest, TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
 use coaxle_wire::frame::{FORMAT_VERSION, KeySeal, sender_id};
 use coaxle_wire::keys::NodeName;
@@ -62,7 +62,7 @@ fn request_frame(request: &TimeRequest, stamp: Option<Span>) -> Vec<u8> {
 
 fn responses_frame(
     header: &TimeResponsesHeader,
-    replies: &[Reply],
+    replies: &[ReceivedRequest],
     stamp: Option<Span>,
 ) -> Vec<u8> {
     let mut body = [0; TIME_RESPONSES_CAPACITY];
@@ -116,7 +116,7 @@ fn the_capacities_hold_the_longest_frames() {
         cycle_time: CycleTime::new(CycleTime::MAX).unwrap(),
     };
     let mut body = [0; TIME_RESPONSES_CAPACITY];
-    let replies = [Reply { request, received }; MAX_TIME_RESPONSES];
+    let replies = [ReceivedRequest { request, received }; MAX_TIME_RESPONSES];
     let length = encode_time_responses(&header, &replies, &mut body);
     // The cycle time's bound of 100 ms leaves a byte unused.
     assert_eq!(length, TIME_RESPONSES_CAPACITY - 1);
@@ -208,7 +208,7 @@ fn what_does_not_belong_here_is_refused() {
     };
     let mut foreign = header();
     foreign.sender += 1;
-    let foreign = responses_frame(&foreign, &[Reply::default()], stamp);
+    let foreign = responses_frame(&foreign, &[ReceivedRequest::default()], stamp);
     assert_eq!(reason(&responses(), &foreign), Rejection::ForeignSender);
     assert_eq!(reason(&requests(), &good), Rejection::WrongChecksum);
     assert_eq!(reason(&requests(), &[]), Rejection::Truncated);
@@ -217,7 +217,7 @@ fn what_does_not_belong_here_is_refused() {
         (requests(), request_frame(&request("saw", 1), stamp)),
         (
             responses(),
-            responses_frame(&header(), &[Reply::default()], stamp),
+            responses_frame(&header(), &[ReceivedRequest::default()], stamp),
         ),
     ] {
         for length in 0..whole.len() {
@@ -254,7 +254,7 @@ proptest! {
         let stamp = Span::from_nanos(stamp);
         let replies: Vec<_> = requested
             .iter()
-            .map(|&(mine, run, number, requested, received)| Reply {
+            .map(|&(mine, run, number, requested, received)| ReceivedRequest {
                 request: TimeRequest {
                     requester: sender_id(&name(if mine { "saw" } else { "drill" })),
                     run,

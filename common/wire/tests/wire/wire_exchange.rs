@@ -9,8 +9,8 @@ use crate::document::{assert_consistent, example_dump};
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_wire::exchange::{
-    Reply, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY, TimeRequest, TimeResponsesHeader,
-    encode_time_request, encode_time_responses,
+    ReceivedRequest, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY, TimeRequest,
+    TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
 use coaxle_wire::frame::{KeySeal, sender_id};
 use coaxle_wire::keys::NodeName;
@@ -87,7 +87,7 @@ fn the_crate_writes_the_documented_bytes() {
         count: 70_001,
         cycle_time: CycleTime::new(Span::from_millis(2)).unwrap(),
     };
-    let reply = Reply {
+    let reply = ReceivedRequest {
         request: request(),
         received: Span::from_nanos(140_001_337_250),
     };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use coaxle_node::cam_file::CamFile;
-use coaxle_plate::{Demand, LawAdvice, LawLimits, LawQuestion};
+use coaxle_plate::{Demand, LawAdvice, LawCriteria, LawLimits};
 use coaxle_report::inspect::{cells, name, right, shown, table};
 use serde_json::{Value, json};
 
@@ -77,7 +77,7 @@ impl AdviseArgs {
     /// False if no law keeps the limits.
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<bool> {
         let cam = load_unchecked(&self.file)?;
-        let question = LawQuestion {
+        let question = LawCriteria {
             master_velocity: self.master_velocity,
             limits: self.limits.limits(),
             least: match self.least {
@@ -106,7 +106,7 @@ impl AdviseArgs {
         Ok(advice.first().is_some_and(|best| best.passes))
     }
 
-    fn in_words(&self, cam: &CamFile, question: &LawQuestion, advice: &[LawAdvice]) -> String {
+    fn in_words(&self, cam: &CamFile, question: &LawCriteria, advice: &[LawAdvice]) -> String {
         let verdict = match advice.first() {
             Some(best) if best.passes => format!(
                 "from point {}, with the least {}: {}",

@@ -50,14 +50,14 @@ pub(super) fn of_ports(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_os::Admitted;
+    use coaxle_os::AdmittedPorts;
 
     #[test]
     fn a_port_that_no_rule_lets_in_is_shut() {
         let listens = ["tcp/0.0.0.0:7447", "tcp/0.0.0.0:0", "udp/0.0.0.0:7448"].map(str::to_owned);
         let firewall = Firewall {
             drops: true,
-            admitted: vec![Admitted {
+            admitted: vec![AdmittedPorts {
                 is_udp: false,
                 ports: 7400..=7500,
             }],

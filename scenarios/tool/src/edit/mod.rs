@@ -73,7 +73,7 @@ pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: PageParts) -> an
     let interrupt = Interrupt::listen()?;
     let served = open(args, design, parts)?;
     inspect::print_text(&format!("the page is at http://{}", served.address()))?;
-    while !interrupt.is_asked() {
+    while !interrupt.is_received() {
         std::thread::park_timeout(POLL_INTERVAL);
     }
     Ok(Exit::Done)

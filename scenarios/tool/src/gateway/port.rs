@@ -169,7 +169,7 @@ pub(super) fn rings(config: &GatewayConfig, stop: Arc<StopFlag>) -> (RingPort, P
 }
 
 impl Port for RingPort {
-    fn take(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
+    fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         let Ok(stamped) = self.samples.pop() else {
             return false;
         };
@@ -180,7 +180,7 @@ impl Port for RingPort {
         true
     }
 
-    fn give(&mut self, output: &PlcOutput<'_>) {
+    fn send(&mut self, output: &PlcOutput<'_>) {
         let Ok(mut slot) = self.returned.pop() else {
             return;
         };

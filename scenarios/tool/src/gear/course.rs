@@ -2,7 +2,7 @@
 
 use coaxle_curve::law::Motion;
 use coaxle_curve::profile::Kinematics;
-use coaxle_gear::{FlyingGear, FlyingGearPhase, FlyingGearStretch};
+use coaxle_gear::{FlyingGear, FlyingGearPhase, FlyingGearRange};
 use coaxle_node::gear_file::GearFile;
 
 /// Places on each leg of the way.
@@ -15,7 +15,7 @@ pub(super) struct MasterPath {
 
 impl MasterPath {
     /// From somewhat before the engagement to somewhat behind the release.
-    pub(super) fn of(gear: &FlyingGear, stretches: &[FlyingGearStretch; 2]) -> Self {
+    pub(super) fn of(gear: &FlyingGear, stretches: &[FlyingGearRange; 2]) -> Self {
         let [engaging, releasing] = stretches;
         let places = [
             engaging.master_free,
@@ -44,7 +44,7 @@ impl MasterPath {
 pub(super) fn course(
     file: &GearFile,
     gear: &FlyingGear,
-    stretches: &[FlyingGearStretch; 2],
+    stretches: &[FlyingGearRange; 2],
 ) -> Vec<(f64, Motion)> {
     let mut gear = *gear;
     let path = MasterPath::of(&gear, stretches);
@@ -76,7 +76,7 @@ pub(super) fn course(
 }
 
 /// Along a stretch the jerk is a straight line, from its highest value to the opposite one.
-fn jerk(gear: &FlyingGear, stretches: &[FlyingGearStretch; 2], master: f64, velocity: f64) -> f64 {
+fn jerk(gear: &FlyingGear, stretches: &[FlyingGearRange; 2], master: f64, velocity: f64) -> f64 {
     let (stretch, forwards) = match gear.phase() {
         FlyingGearPhase::Engaging => (&stretches[0], 1.0),
         FlyingGearPhase::Releasing => (&stretches[1], -1.0),

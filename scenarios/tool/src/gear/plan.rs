@@ -1,6 +1,6 @@
 //! `coaxle gear plan`, where the gear is possible.
 
-use coaxle_gear::{FlyingGear, FlyingGearStretch};
+use coaxle_gear::{FlyingGear, FlyingGearRange};
 use coaxle_node::gear_file::GearFile;
 use coaxle_report::inspect::{cells, shown, table};
 use serde_json::{Value, json};
@@ -18,7 +18,7 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     }
     parts.push(outline(file, gear));
 
-    let stretches = gear.stretches(file.master.velocity, file.cycle.0);
+    let stretches = gear.ranges(file.master.velocity, file.cycle.0);
     let headings = [
         "from here".to_owned(),
         format!("master ({master})"),
@@ -67,12 +67,12 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
 }
 
 /// A figure of the load that a stretch puts on the slave.
-type Demand = fn(&FlyingGearStretch) -> f64;
+type Demand = fn(&FlyingGearRange) -> f64;
 
 /// The gear in a line.
 pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
-    let [engaging, releasing] = gear.stretches(file.master.velocity, file.cycle.0);
-    let length = |stretch: &FlyingGearStretch| (stretch.master_coupled - stretch.master_free).abs();
+    let [engaging, releasing] = gear.ranges(file.master.velocity, file.cycle.0);
+    let length = |stretch: &FlyingGearRange| (stretch.master_coupled - stretch.master_free).abs();
     let release = if gear.returns() {
         "on the way back"
     } else {
@@ -88,7 +88,7 @@ pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
 }
 
 /// Beginnings of the phases, in the order in which the master passes them, with the positions of master and slave.
-fn steps(stretches: &[FlyingGearStretch; 2]) -> [(&'static str, f64, f64); 4] {
+fn steps(stretches: &[FlyingGearRange; 2]) -> [(&'static str, f64, f64); 4] {
     let [engaging, releasing] = stretches;
     [
         ("engaging", engaging.master_free, engaging.slave_free),
@@ -104,7 +104,7 @@ fn steps(stretches: &[FlyingGearStretch; 2]) -> [(&'static str, f64, f64); 4] {
 
 /// The plan with all digits.
 pub(super) fn json_of(file: &GearFile, gear: &FlyingGear) -> Value {
-    let stretch = |stretch: FlyingGearStretch| {
+    let stretch = |stretch: FlyingGearRange| {
         json!({
             "master_free": stretch.master_free,
             "master_coupled": stretch.master_coupled,
@@ -115,9 +115,7 @@ pub(super) fn json_of(file: &GearFile, gear: &FlyingGear) -> Value {
             "jerk": stretch.jerk,
         })
     };
-    let [engaging, releasing] = gear
-        .stretches(file.master.velocity, file.cycle.0)
-        .map(stretch);
+    let [engaging, releasing] = gear.ranges(file.master.velocity, file.cycle.0).map(stretch);
     json!({
         "title": file.title,
         "master_unit": file.master_unit,

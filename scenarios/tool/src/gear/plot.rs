@@ -37,7 +37,7 @@ pub(super) fn page(file: &GearFile, gear: &FlyingGear) -> anyhow::Result<String>
 }
 
 fn charts(file: &GearFile, gear: &FlyingGear) -> Charts {
-    let stretches = gear.stretches(file.master.velocity, file.cycle.0);
+    let stretches = gear.ranges(file.master.velocity, file.cycle.0);
     let mut sampled = Sampled::default();
     for (master, slave) in course(file, gear, &stretches) {
         sampled.push(master, slave);

@@ -66,7 +66,7 @@ fn what_is_drawn_is_a_motion() {
         "flying-gear-3.toml",
     ] {
         let (file, gear) = gear(name);
-        let stretches = gear.stretches(file.master.velocity, file.cycle.0);
+        let stretches = gear.ranges(file.master.velocity, file.cycle.0);
         let course = course::course(&file, &gear, &stretches);
         let mut most = [0.0_f64; 2];
         for pair in course.windows(2) {
@@ -97,9 +97,8 @@ fn what_is_drawn_is_a_motion() {
                 most[1].max(after.jerk.abs()),
             ];
         }
-        let highest = |of: fn(&coaxle_gear::FlyingGearStretch) -> f64| {
-            of(&stretches[0]).max(of(&stretches[1]))
-        };
+        let highest =
+            |of: fn(&coaxle_gear::FlyingGearRange) -> f64| of(&stretches[0]).max(of(&stretches[1]));
         let expected = [
             highest(|stretch| stretch.acceleration),
             highest(|stretch| stretch.jerk),

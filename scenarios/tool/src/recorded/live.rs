@@ -108,10 +108,10 @@ fn take(
     let mut watch = GrowthWatch::default();
     loop {
         watch.update(machine::now(), &files.path);
-        if interrupt.is_asked() {
+        if interrupt.is_received() {
             // Without a time limit, an interrupt is the usual end.
             let is_early = end.is_some();
-            return Ok(Exit::Interrupted.unless(!is_early));
+            return Ok(Exit::Interrupted.done_if(!is_early));
         }
         if end.is_some_and(|end| machine::now() >= end) {
             return Ok(Exit::Done);
@@ -150,7 +150,7 @@ impl GrowthWatch {
             None => self.from = Some((now, length.len())),
             Some((at, before)) => {
                 let more = length.len().saturating_sub(before);
-                let growth = Growth::seen(more, (now - at).as_secs_f64());
+                let growth = Growth::measured(more, (now - at).as_secs_f64());
                 tracing::info!("{}: {growth}", path.display());
             }
         }

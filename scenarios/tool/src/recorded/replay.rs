@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use coaxle_node::Scan;
+use coaxle_node::NodeScan;
 use coaxle_node::config::parse;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_os::exit::{Exit, Mistake, wrong_file};
@@ -58,7 +58,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
     lines.push(format!("recording: {}", out.display()));
     inspect::print_text(&lines.join("\n"))?;
     let is_as_it_was = args.config.is_some() || compared.is_same();
-    Ok(Exit::NotMet.unless(is_as_it_was))
+    Ok(Exit::NotMet.done_if(is_as_it_was))
 }
 
 /// Result of a replay.
@@ -99,7 +99,7 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<ReplayResult> {
                         "{file}: {damage}; inputs of cycles are lost, which cannot be replayed"
                     ));
                 }
-                let scan = Scan::from_bytes(&bytes);
+                let scan = NodeScan::from_bytes(&bytes);
                 let scan = scan.with_context(|| format!("{file}: inputs at {at_ns} ns"))?;
                 let node = match &mut replayed {
                     Some(node) => node,

@@ -8,7 +8,7 @@ use coaxle_node::Channel;
 use coaxle_node::keys::NodeName;
 use coaxle_ros::catalog::Catalog;
 use coaxle_ros::message::JointState;
-use coaxle_ros::source::{SlaveMotion, Source, Values};
+use coaxle_ros::source::{FrameSource, PublishedValues, SlaveMotion};
 use coaxle_ros::trajectory::Address;
 use coaxle_ros::unit::KNOWN;
 
@@ -23,7 +23,7 @@ const OLDEST: Span = Span::from_secs(1);
 pub(super) struct FollowedNode {
     pub(super) name: NodeName,
     catalog: Catalog,
-    sources: [Source; 3],
+    sources: [FrameSource; 3],
     /// Warnings already logged.
     logged: BTreeSet<String>,
 }
@@ -33,7 +33,7 @@ impl FollowedNode {
         Self {
             name: name.clone(),
             catalog: Catalog::default(),
-            sources: CHANNELS.map(|channel| Source::new(name.clone(), channel)),
+            sources: CHANNELS.map(|channel| FrameSource::new(name.clone(), channel)),
             logged: BTreeSet::new(),
         }
     }
@@ -74,7 +74,7 @@ impl FollowedNode {
     pub(super) fn joint_states(
         &mut self,
         now: Instant<Local>,
-        values: Values,
+        values: PublishedValues,
         unix: Span,
     ) -> impl Iterator<Item = JointState> {
         let catalog = &self.catalog;

@@ -21,11 +21,11 @@ use coaxle_node::keys::NodeName;
 use coaxle_os::exit::{Exit, wrong_argument};
 use coaxle_os::machine::local;
 use coaxle_os::{Interrupt, Machine, machine};
-use coaxle_ros::entity::{Domain, Namespace, RosName, RosNode};
+use coaxle_ros::entity::{RosDomain, RosName, RosNamespace, RosNode};
 use coaxle_ros::message::JointTrajectory;
-use coaxle_ros::moves::Moves;
-use coaxle_ros::source::Values;
+use coaxle_ros::source::PublishedValues;
 use coaxle_ros::trajectory::plan;
+use coaxle_ros::trajectory_queue::TrajectoryQueue;
 
 use nodes::BridgedNodes;
 use orders::OrderThread;
@@ -38,11 +38,11 @@ pub(crate) struct Ros2Args {
     #[arg(value_name = "NODE", value_parser = |name: &str| NodeName::new(name))]
     nodes: Vec<NodeName>,
     /// The ROS domain, 0 to 232
-    #[arg(long, value_name = "NUMBER", default_value = "0", value_parser = Domain::new)]
-    domain: Domain,
+    #[arg(long, value_name = "NUMBER", default_value = "0", value_parser = RosDomain::new)]
+    domain: RosDomain,
     /// The namespace of node and topics
-    #[arg(long, value_name = "NAMESPACE", default_value = "/", value_parser = Namespace::new)]
-    namespace: Namespace,
+    #[arg(long, value_name = "NAMESPACE", default_value = "/", value_parser = RosNamespace::new)]
+    namespace: RosNamespace,
     /// Name of the ROS node
     #[arg(long, value_name = "NAME", default_value = "coaxle", value_parser = RosName::new)]
     node_name: RosName,
@@ -98,10 +98,10 @@ pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
         nodes: BridgedNodes::new(watcher),
         topics: Topics::open(&*ros, &args.ros_node(&*ros), args.commands)?,
         orders: OrderThread::start(commander)?,
-        moves: Moves::default(),
+        moves: TrajectoryQueue::default(),
         values: match args.actual {
-            true => Values::Actual,
-            false => Values::Set,
+            true => PublishedValues::Actual,
+            false => PublishedValues::Set,
         },
     };
     tracing::info!("{}; ROS {}", bridge.topics.described(), ros.whereabouts());
@@ -147,8 +147,8 @@ struct Bridge {
     nodes: BridgedNodes,
     topics: Topics,
     orders: OrderThread,
-    moves: Moves,
-    values: Values,
+    moves: TrajectoryQueue,
+    values: PublishedValues,
 }
 
 impl Bridge {
@@ -156,7 +156,7 @@ impl Bridge {
         let began = machine::now();
         let (mut next_tick, mut next_refresh) = (began, began);
         let mut is_absence_logged = false;
-        while !interrupt.is_asked() {
+        while !interrupt.is_received() {
             let now = machine::now();
             if now >= next_refresh {
                 next_refresh = now + REFRESH_PERIOD;

@@ -10,7 +10,7 @@ use coaxle_host::transport::{Declared, Transport};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Machine;
 use coaxle_ros::message::JointState;
-use coaxle_ros::source::{SlaveMotion, Values};
+use coaxle_ros::source::{PublishedValues, SlaveMotion};
 use coaxle_ros::trajectory::Address;
 
 use super::followed::{CHANNELS, FollowedNode};
@@ -87,7 +87,7 @@ impl BridgedNodes {
     pub(super) fn joint_states(
         &mut self,
         now: Instant<Local>,
-        values: Values,
+        values: PublishedValues,
         unix: Span,
     ) -> impl Iterator<Item = JointState> {
         let nodes = self.followed.iter_mut();

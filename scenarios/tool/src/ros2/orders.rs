@@ -6,14 +6,14 @@ use anyhow::Context;
 use coaxle_host::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::CommandVerdict;
-use coaxle_ros::moves::Due;
+use coaxle_ros::trajectory_queue::DueOrder;
 
 /// Most orders that wait.
 const MOST_WAITING: usize = 1024;
 
 /// Sends orders, one after the other.
 pub(super) struct OrderThread {
-    queue: SyncSender<Due>,
+    queue: SyncSender<DueOrder>,
     refused: Receiver<u64>,
 }
 
@@ -31,7 +31,7 @@ impl OrderThread {
     }
 
     /// Queues an order; false if the queue is full.
-    pub(super) fn enqueue(&self, due: Due) -> bool {
+    pub(super) fn enqueue(&self, due: DueOrder) -> bool {
         self.queue.try_send(due).is_ok()
     }
 
@@ -42,7 +42,7 @@ impl OrderThread {
 }
 
 /// Sends orders until the queue is closed.
-fn send_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) {
+fn send_all(commander: &Commander, due: &Receiver<DueOrder>, refusals: &Sender<u64>) {
     let mut dropped = 0;
     for due in due {
         let trajectory = due.trajectory;
@@ -67,7 +67,7 @@ fn send_all(commander: &Commander, due: &Receiver<Due>, refusals: &Sender<u64>) 
     }
 }
 
-fn send(commander: &Commander, due: &Due) -> Result<(), String> {
+fn send(commander: &Commander, due: &DueOrder) -> Result<(), String> {
     let answer = commander.send(&due.node, &CommandOrder::Slave(due.order));
     match answer.map_err(|error| format!("{error:#}"))?.verdict {
         CommandVerdict::Accepted { .. } => Ok(()),

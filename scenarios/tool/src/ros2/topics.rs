@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use coaxle_host::transport::{Declared, Publisher, Transport, Urgency};
 use coaxle_ros::attachment::Attachment;
-use coaxle_ros::entity::{Endpoint, Role, RosName, RosNode};
+use coaxle_ros::entity::{Endpoint, EndpointRole, RosName, RosNode};
 use coaxle_ros::message::{JOINT_STATE, JOINT_TRAJECTORY, JointState};
 
 /// The topics, in the namespace.
@@ -35,7 +35,7 @@ impl Topics {
         commands: bool,
     ) -> anyhow::Result<Self> {
         let topic = RosName::new(JOINT_STATES)?;
-        let states = node.endpoint(1, Role::Publisher, &topic, JOINT_STATE);
+        let states = node.endpoint(1, EndpointRole::Publisher, &topic, JOINT_STATE);
         let publisher = transport.publisher(&states.key, Urgency::Ordinary)?;
         let mut declared = vec![
             transport.announce(&node.token())?,
@@ -45,7 +45,7 @@ impl Topics {
         let (queue, trajectories) = sync_channel(MOST_WAITING);
         if commands {
             let topic = RosName::new(TRAJECTORIES)?;
-            let taken = node.endpoint(2, Role::Subscription, &topic, JOINT_TRAJECTORY);
+            let taken = node.endpoint(2, EndpointRole::Subscription, &topic, JOINT_TRAJECTORY);
             declared.extend(subscribe(transport, &taken, queue)?);
             described = format!("{described}, takes {}", node.topic(&topic));
         }

@@ -88,7 +88,7 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     let secure = args.network.transport()?.secure;
     let scope = Scope::open(watcher, secure.as_deref(), &args.page)?;
     inspect::print_text(&format!("the page is at http://{}", scope.address()))?;
-    while !interrupt.is_asked() {
+    while !interrupt.is_received() {
         std::thread::park_timeout(POLL_INTERVAL);
     }
     scope.watcher.transport().close();

@@ -20,7 +20,7 @@ use coaxle_host::NetworkArgs;
 use coaxle_host::{SeenNode, Watcher};
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
-use coaxle_os::exit::{Exit, NotThere};
+use coaxle_os::exit::{Exit, NodeNotFound};
 use coaxle_os::machine;
 use coaxle_report::inspect;
 use serde_json::Value;
@@ -114,7 +114,7 @@ fn json(seen: &[SeenNode], lines: bool) -> String {
 /// Waits until all of these nodes, or all that are there, have published their status.
 ///
 /// # Errors
-/// [`NotThere`]: a node does not turn up; names those that do.
+/// [`NodeNotFound`]: a node does not turn up; names those that do.
 pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Vec<SeenNode>> {
     let has_status = |node: &SeenNode| node.status.is_some();
     if nodes.is_empty() {
@@ -122,7 +122,7 @@ pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Ve
         if some.is_empty() {
             let place = watcher.whereabouts();
             let nobody = format!("no node is there after {STATUS_TIMEOUT}, {place}");
-            return Err(NotThere(nobody).into());
+            return Err(NodeNotFound(nobody).into());
         }
         return Ok(watcher.wait_for(ROUND, |_| false));
     }
@@ -135,7 +135,7 @@ pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Ve
     });
     match nodes.iter().find(|name| !has_told(&seen, name)) {
         None => Ok(chosen(seen, nodes)),
-        Some(missing) => Err(NotThere(absent(watcher, missing)).into()),
+        Some(missing) => Err(NodeNotFound(absent(watcher, missing)).into()),
     }
 }
 

@@ -53,9 +53,9 @@ pub fn nodes(args: &NodesArgs) -> anyhow::Result<Exit> {
         }
         Ok(true)
     })?;
-    let exit = Exit::NoData.unless(!seen.is_empty());
+    let exit = Exit::NoData.done_if(!seen.is_empty());
     Ok(match exit {
-        Exit::Done => Exit::NotMet.unless(circles.is_empty()),
+        Exit::Done => Exit::NotMet.done_if(circles.is_empty()),
         exit => exit,
     })
 }

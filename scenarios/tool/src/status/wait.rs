@@ -62,7 +62,7 @@ pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
         args.progress_text(&status)
     );
     inspect::print_text(&text)?;
-    Ok(Exit::NotMet.unless(is_met))
+    Ok(Exit::NotMet.done_if(is_met))
 }
 
 impl WaitArgs {

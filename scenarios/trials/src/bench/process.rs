@@ -51,7 +51,7 @@ impl Process {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
         // Ctrl-C is for the parent.
-        Os::apart_from_terminal(&mut command);
+        Os::ignore_terminal_signals(&mut command);
         let mut child = command.spawn().with_context(cannot)?;
         let out = child.stdout.take().with_context(cannot)?;
         let mut process = Self {

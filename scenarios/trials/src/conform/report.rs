@@ -28,7 +28,7 @@ pub(crate) fn shown(node: &str, findings: &[RuleFinding], format: ReportFormat) 
 
 /// Not met if a rule is broken.
 pub(crate) fn exit(findings: &[RuleFinding]) -> Exit {
-    Exit::NotMet.unless(!findings.iter().any(RuleFinding::is_broken))
+    Exit::NotMet.done_if(!findings.iter().any(RuleFinding::is_broken))
 }
 
 /// A case for each rule. A rule that was not seen is no failure.

@@ -106,7 +106,7 @@ impl Child {
             .stdout(Stdio::null())
             .stderr(log);
         // Ctrl-C is for the run: it ends its nodes itself, and reads their files.
-        Os::apart_from_terminal(&mut command);
+        Os::ignore_terminal_signals(&mut command);
         let process = command
             .spawn()
             .with_context(|| format!("cannot start {}", self.name))?;

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use rustix::process::{Resource, getrlimit};
 
-use crate::Facts;
+use crate::SystemFacts;
 
-pub(super) fn read() -> Facts {
+pub(super) fn read() -> SystemFacts {
     let version = line("/proc/sys/kernel/version");
     let processors = std::thread::available_parallelism();
-    Facts {
+    SystemFacts {
         kernel: line("/proc/sys/kernel/osrelease"),
         is_real_time_kernel: version.contains("PREEMPT_RT") || line("/sys/kernel/realtime") == "1",
         is_virtual: line("/proc/cpuinfo").contains(" hypervisor")

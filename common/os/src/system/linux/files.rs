@@ -10,7 +10,7 @@ use rustix::fs::{
 };
 use rustix::io::Errno;
 
-use crate::{HeldFolder, Others, Readers, SharedLock};
+use crate::{HeldFolder, OtherPermissions, Readers, SharedLock};
 
 pub(super) fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
     let folder = File::open(path)?;
@@ -40,9 +40,9 @@ pub(super) fn create(path: &Path, readers: Readers) -> io::Result<File> {
     Ok(file)
 }
 
-pub(super) fn others_may(path: &Path) -> Option<Others> {
+pub(super) fn permissions_of_others(path: &Path) -> Option<OtherPermissions> {
     let mode = path.metadata().ok()?.mode();
-    Some(Others {
+    Some(OtherPermissions {
         access: mode & 0o077 != 0,
         write: mode & 0o022 != 0,
     })

@@ -4,7 +4,7 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::process::{Command, Stdio};
 
-use crate::{Admitted, Firewall};
+use crate::{AdmittedPorts, Firewall};
 
 /// A program that lists rules, its arguments, and the parser of its output.
 type List = (&'static str, &'static [&'static str], fn(&str) -> Firewall);
@@ -23,7 +23,7 @@ pub(super) fn read() -> Result<Firewall, String> {
         match listed(program, arguments) {
             Ok(text) => {
                 let mut found = parse(&text);
-                found.asked.push(program.to_owned());
+                found.sources.push(program.to_owned());
                 known = Some(match known {
                     Some(known) => known.and(found),
                     None => found,
@@ -120,11 +120,11 @@ fn protocols(name: Option<&str>) -> &'static [bool] {
     }
 }
 
-fn admitted(protocols: &[bool], ports: &[RangeInclusive<u16>]) -> Vec<Admitted> {
+fn admitted(protocols: &[bool], ports: &[RangeInclusive<u16>]) -> Vec<AdmittedPorts> {
     let both = protocols
         .iter()
         .flat_map(|is_udp| ports.iter().map(|ports| (*is_udp, ports.clone())));
-    both.map(|(is_udp, ports)| Admitted { is_udp, ports })
+    both.map(|(is_udp, ports)| AdmittedPorts { is_udp, ports })
         .collect()
 }
 
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn it_is_read_or_it_is_said_why_not() {
         match read() {
-            Ok(found) => assert!(!found.asked.is_empty()),
+            Ok(found) => assert!(!found.sources.is_empty()),
             Err(reason) => assert!(reason.contains("nft: "), "{reason}"),
         }
     }

@@ -19,7 +19,8 @@ use std::time::Duration;
 use rustix::time::{ClockId, clock_gettime};
 
 use super::{
-    ChildSignal, Facts, Firewall, HeldFolder, Others, Readers, ServiceState, SharedLock, System,
+    ChildSignal, Firewall, HeldFolder, OtherPermissions, Readers, ServiceState, SharedLock, System,
+    SystemFacts,
 };
 
 /// Linux, with systemd or without.
@@ -28,7 +29,7 @@ pub enum Linux {}
 
 impl System for Linux {
     #[cfg(feature = "signals")]
-    type EndSignals = signals::Signals;
+    type EndSignals = signals::EndSignalListener;
     type StampedSocket = stamped_socket::KernelStamped;
 
     /// Reads `CLOCK_MONOTONIC`. An i64 of nanoseconds covers 292 years of uptime.
@@ -65,7 +66,7 @@ impl System for Linux {
         threads::lock_memory()
     }
 
-    fn facts() -> Option<Facts> {
+    fn facts() -> Option<SystemFacts> {
         Some(facts::read())
     }
 
@@ -75,7 +76,7 @@ impl System for Linux {
 
     #[cfg(feature = "signals")]
     fn end_signals() -> io::Result<Self::EndSignals> {
-        signals::Signals::listen()
+        signals::EndSignalListener::listen()
     }
 
     /// Starts it under the name of this process.
@@ -86,23 +87,23 @@ impl System for Linux {
         by.exec()
     }
 
-    fn die_with(parent: i32) -> io::Result<()> {
-        processes::die_with(parent)
+    fn die_with_parent(parent: i32) -> io::Result<()> {
+        processes::die_with_parent(parent)
     }
 
     fn own_program() -> io::Result<File> {
         File::open("/proc/self/exe")
     }
 
-    fn tell_service_manager(state: ServiceState) -> io::Result<()> {
-        processes::tell_service_manager(state)
+    fn notify_service_manager(state: ServiceState) -> io::Result<()> {
+        processes::notify_service_manager(state)
     }
 
     fn watchdog() -> Option<Duration> {
         sd_notify::watchdog_enabled()
     }
 
-    fn apart_from_terminal(command: &mut Command) {
+    fn ignore_terminal_signals(command: &mut Command) {
         command.process_group(0);
     }
 
@@ -130,8 +131,8 @@ impl System for Linux {
         files::create(path, readers)
     }
 
-    fn others_may(path: &Path) -> Option<Others> {
-        files::others_may(path)
+    fn permissions_of_others(path: &Path) -> Option<OtherPermissions> {
+        files::permissions_of_others(path)
     }
 
     fn open_shared_file(path: &Path, make: bool) -> io::Result<File> {

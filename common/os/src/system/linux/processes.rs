@@ -9,7 +9,7 @@ use sd_notify::NotifyState;
 
 use crate::{ChildSignal, ServiceState};
 
-pub(super) fn die_with(parent: i32) -> io::Result<()> {
+pub(super) fn die_with_parent(parent: i32) -> io::Result<()> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     if Pid::as_raw(getppid()) == parent {
         Ok(())
@@ -19,7 +19,7 @@ pub(super) fn die_with(parent: i32) -> io::Result<()> {
 }
 
 /// Notifies in systemd's protocol; without a listener (`NOTIFY_SOCKET`) nothing is sent.
-pub(super) fn tell_service_manager(state: ServiceState) -> io::Result<()> {
+pub(super) fn notify_service_manager(state: ServiceState) -> io::Result<()> {
     let state = match state {
         ServiceState::Ready => NotifyState::Ready,
         ServiceState::Alive => NotifyState::Watchdog,

@@ -4,19 +4,19 @@ use std::io;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
+use crate::EndReason;
 use crate::EndSignals;
-use crate::Ended;
 
 /// Signals that end a program.
 #[derive(Debug)]
-pub struct Signals {
+pub struct EndSignalListener {
     interrupt: Signal,
     terminate: Signal,
     /// SIGHUP; none if the process was started to outlive its terminal.
     hang_up: Option<Signal>,
 }
 
-impl Signals {
+impl EndSignalListener {
     pub(super) fn listen() -> io::Result<Self> {
         let hang_up = (!ignores_hang_up()).then(|| signal(SignalKind::hangup()));
         Ok(Self {
@@ -27,8 +27,8 @@ impl Signals {
     }
 }
 
-impl EndSignals for Signals {
-    async fn next(&mut self) -> Ended {
+impl EndSignals for EndSignalListener {
+    async fn next(&mut self) -> EndReason {
         let hang_up = async {
             match &mut self.hang_up {
                 Some(signal) => signal.recv().await,
@@ -36,9 +36,9 @@ impl EndSignals for Signals {
             }
         };
         tokio::select! {
-            _ = self.interrupt.recv() => Ended::Interrupted,
-            _ = self.terminate.recv() => Ended::Terminated,
-            _ = hang_up => Ended::HungUp,
+            _ = self.interrupt.recv() => EndReason::Interrupted,
+            _ = self.terminate.recv() => EndReason::Terminated,
+            _ = hang_up => EndReason::HungUp,
         }
     }
 }

@@ -16,10 +16,10 @@ use nix::sys::time::TimeSpec;
 use rustix::time::{ClockId, clock_gettime};
 
 use super::threads::NANOS_PER_SEC;
-use crate::stamped_socket::{Came, ClockOffset, StampedSocket};
+use crate::stamped_socket::{ClockOffset, ReceivedDatagram, StampedSocket};
 
 /// Greatest wait for a datagram.
-const PATIENCE: Duration = Duration::from_millis(100);
+const RECEIVE_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// UDP socket with stamps of `CLOCK_REALTIME`, converted to the machine's clock.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub struct KernelStamped {
     stamps: Stamps,
     offset: ClockOffset,
     /// Buffer of the kernel's control messages beside a datagram.
-    beside: Vec<u8>,
+    control_messages: Vec<u8>,
 }
 
 impl KernelStamped {
@@ -37,21 +37,23 @@ impl KernelStamped {
             socket,
             stamps,
             offset: ClockOffset::default(),
-            beside: cmsg_space!(Timestamps, libc::sock_extended_err, libc::sockaddr_in6),
+            control_messages: cmsg_space!(Timestamps, libc::sock_extended_err, libc::sockaddr_in6),
         }
     }
 
     /// Converts a stamp of `CLOCK_REALTIME` to the machine's clock.
-    fn carried(&mut self, stamp: i64) -> Option<i64> {
+    fn converted(&mut self, stamp: i64) -> Option<i64> {
         let was_set = self.offset.measure(monotonic, realtime);
-        self.offset.carried(stamp, monotonic()).filter(|_| !was_set)
+        self.offset
+            .converted(stamp, monotonic())
+            .filter(|_| !was_set)
     }
 }
 
 impl StampedSocket for KernelStamped {
     fn bind(address: SocketAddr) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
-        socket.set_read_timeout(Some(PATIENCE))?;
+        socket.set_read_timeout(Some(RECEIVE_TIMEOUT))?;
         let wanted = TimestampingFlag::SOF_TIMESTAMPING_SOFTWARE
             | TimestampingFlag::SOF_TIMESTAMPING_RX_SOFTWARE
             | TimestampingFlag::SOF_TIMESTAMPING_TX_SOFTWARE
@@ -79,41 +81,41 @@ impl StampedSocket for KernelStamped {
         self.stamps
     }
 
-    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<Came>> {
+    fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<ReceivedDatagram>> {
         if self.stamps == Stamps::Application {
             return match self.socket.recv_from(buffer) {
-                Ok((length, from)) => Ok(Some(Came {
+                Ok((length, from)) => Ok(Some(ReceivedDatagram {
                     length,
                     from,
                     at_ns: Some(monotonic()),
                 })),
-                Err(error) => nothing_came(error),
+                Err(error) => none_if_timed_out(error),
             };
         }
         let mut parts = [IoSliceMut::new(buffer)];
         let received = recvmsg::<SockaddrStorage>(
             self.socket.as_raw_fd(),
             &mut parts,
-            Some(&mut self.beside),
+            Some(&mut self.control_messages),
             MsgFlags::empty(),
         );
         let (length, from, stamp) = match received {
             Ok(message) => {
-                let stamp = message.cmsgs().ok().and_then(|mut beside| {
-                    beside.find_map(|one| match one {
+                let stamp = message.cmsgs().ok().and_then(|mut control_messages| {
+                    control_messages.find_map(|one| match one {
                         ControlMessageOwned::ScmTimestampsns(stamps) => Some(nanos(stamps.system)),
                         _ => None,
                     })
                 });
                 (message.bytes, message.address.and_then(address_of), stamp)
             }
-            Err(errno) => return nothing_came(errno.into()),
+            Err(errno) => return none_if_timed_out(errno.into()),
         };
         let Some(from) = from else {
             return Ok(None);
         };
-        let at_ns = stamp.and_then(|stamp| self.carried(stamp));
-        Ok(Some(Came {
+        let at_ns = stamp.and_then(|stamp| self.converted(stamp));
+        Ok(Some(ReceivedDatagram {
             length,
             from,
             at_ns,
@@ -132,7 +134,7 @@ impl StampedSocket for KernelStamped {
             let message = recvmsg::<SockaddrStorage>(
                 self.socket.as_raw_fd(),
                 &mut [],
-                Some(&mut self.beside),
+                Some(&mut self.control_messages),
                 MsgFlags::MSG_ERRQUEUE | MsgFlags::MSG_DONTWAIT,
             );
             let (mut stamp, mut number) = (None, None);
@@ -150,7 +152,7 @@ impl StampedSocket for KernelStamped {
                 }
             }
             if let (Some(stamp), Some(number)) = (stamp, number)
-                && let Some(left) = self.carried(stamp)
+                && let Some(left) = self.converted(stamp)
             {
                 return Some((number, left));
             }
@@ -158,7 +160,7 @@ impl StampedSocket for KernelStamped {
     }
 }
 
-fn nothing_came(error: io::Error) -> io::Result<Option<Came>> {
+fn none_if_timed_out(error: io::Error) -> io::Result<Option<ReceivedDatagram>> {
     use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
     match error.kind() {
         // Nobody listens at that address yet, which the next call reports.

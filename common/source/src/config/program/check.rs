@@ -16,7 +16,7 @@ pub struct InvalidProgram {
 /// Checks a program: its velocities keep to its limits, it moves the axis only while it is enabled, and
 /// running it for ever takes time.
 pub(super) fn program(program: &ProgramConfig) -> Result<(), InvalidProgram> {
-    let check = Check {
+    let check = ProgramCheck {
         fastest: program.limits.velocity.get(),
     };
     let start_velocity = program.start_velocity.get();
@@ -45,11 +45,11 @@ fn takes_time(step: &StepConfig) -> bool {
     }
 }
 
-struct Check {
+struct ProgramCheck {
     fastest: f64,
 }
 
-impl Check {
+impl ProgramCheck {
     /// Checks steps that are run with the axis `enabled` or not, and returns the state that they leave.
     /// Steps that are run more than once also have to fit that state.
     fn steps(

@@ -1,6 +1,6 @@
 //! View settings of the page.
 
-use coaxle_plate::{Course, Demand, LawLimits, LawQuestion, Plate};
+use coaxle_plate::{Course, Demand, LawCriteria, LawLimits, Plate};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -75,8 +75,8 @@ impl ViewSettings {
         }
     }
 
-    pub(super) const fn question(&self) -> LawQuestion {
-        LawQuestion {
+    pub(super) const fn question(&self) -> LawCriteria {
+        LawCriteria {
             master_velocity: self.master_velocity,
             limits: self.limits(),
             least: self.least,

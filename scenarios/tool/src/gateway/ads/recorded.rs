@@ -171,7 +171,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
             _ => break,
         }
         let mut sample = PlcSample::of_axes(1);
-        while port.take(Instant::EPOCH, &mut sample) {
+        while port.receive(Instant::EPOCH, &mut sample) {
             samples.push((sample.index, sample.axes[0]));
         }
     }

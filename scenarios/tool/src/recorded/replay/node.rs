@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::Context;
 use coaxle_clock::{Instant, Local};
-use coaxle_node::{Node, Scan};
+use coaxle_node::{Node, NodeScan};
 use coaxle_receiver::{DriveConfig, Drives, Receiver, ReceiverConfig};
 use coaxle_recording::{Facts, RowEncoder, Table, Writer};
 
@@ -55,7 +55,7 @@ impl<W: Write> ReplayedReceiver<W> {
     }
 
     /// Gives the receiver the recorded inputs of a scan, and runs the scan.
-    pub(super) fn scan(&mut self, at_ns: i64, woke_ns: i64, scan: &Scan) -> anyhow::Result<()> {
+    pub(super) fn scan(&mut self, at_ns: i64, woke_ns: i64, scan: &NodeScan) -> anyhow::Result<()> {
         let receiver = &mut self.receiver;
         for received in &scan.received {
             receiver.receive(received.at, received.subscription, &received.message.get());

@@ -32,7 +32,7 @@ pub struct PeerArgs {
 /// # Errors
 /// A wrong plan, or a part that fails.
 pub fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
-    Os::die_with(args.parent).context("cannot be tied to the process that started it")?;
+    Os::die_with_parent(args.parent).context("cannot be tied to the process that started it")?;
     let plan: PeerPlan = serde_json::from_str(&args.plan).context("the plan of a process")?;
     let told = perform(plan, args.limit)?;
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());

@@ -234,6 +234,6 @@ impl EndCondition {
     }
 
     fn is_over(&self) -> bool {
-        self.interrupt.is_asked() || machine::now() >= self.limit
+        self.interrupt.is_received() || machine::now() >= self.limit
     }
 }

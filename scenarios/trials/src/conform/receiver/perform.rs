@@ -45,7 +45,7 @@ pub(super) fn perform(
     let mut epoch = player.epoch();
     let mut run = transport.announce(&played.run_key(epoch))?;
     while !player.is_done() {
-        if interrupt.is_asked() {
+        if interrupt.is_received() {
             return Ok(None);
         }
         machine::sleep_until(player.due());

@@ -2,7 +2,8 @@
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_node::exchange::{
-    MAX_TIME_RESPONSES, Reply, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
+    MAX_TIME_RESPONSES, ReceivedRequest, TIME_RESPONSES_CAPACITY, TimeResponsesHeader,
+    encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::keys::NodeName;
@@ -83,7 +84,7 @@ impl TimeResponder {
     /// Responds to all waiting requests in a frame; with `bad`, adds a frame of wrong responses, and returns their number.
     pub(super) fn respond(&mut self, cycle: &ResponseCycle, bad: bool) -> (Vec<Vec<u8>>, u64) {
         let waiting = std::mem::take(&mut self.waiting);
-        let reply = |(at, request): &(Instant<Machine>, TimeRequest)| Reply {
+        let reply = |(at, request): &(Instant<Machine>, TimeRequest)| ReceivedRequest {
             request: *request,
             received: *at - cycle.start,
         };
@@ -152,7 +153,7 @@ impl TimeResponder {
         ))
     }
 
-    fn frame(&self, cycle: &ResponseCycle, replies: &[Reply]) -> Vec<u8> {
+    fn frame(&self, cycle: &ResponseCycle, replies: &[ReceivedRequest]) -> Vec<u8> {
         let header = TimeResponsesHeader {
             sender: self.sender,
             epoch: cycle.epoch,
@@ -171,7 +172,7 @@ impl TimeResponder {
 }
 
 /// Wrong responses: to another run, to a request that was never sent, and a duplicate.
-fn wrong_ones(reply: &Reply) -> [Reply; 3] {
+fn wrong_ones(reply: &ReceivedRequest) -> [ReceivedRequest; 3] {
     let with = |change: fn(&mut TimeRequest)| {
         let mut other = *reply;
         change(&mut other.request);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use coaxle_clock::{CycleTime, Instant, Span};
-use coaxle_node::exchange::{Reply, TimeResponsesHeader};
+use coaxle_node::exchange::{ReceivedRequest, TimeResponsesHeader};
 use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, TimeRequest};
@@ -165,7 +165,7 @@ impl ExchangeChecks {
     fn judge(
         &mut self,
         at: Instant<Machine>,
-        reply: &Reply,
+        reply: &ReceivedRequest,
         left: Span,
         frames: Option<&FrameClock>,
     ) {

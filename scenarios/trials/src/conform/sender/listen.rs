@@ -100,7 +100,7 @@ impl NodeListener {
         let mut end = machine::now() + STARTUP_TIMEOUT;
         let mut has_begun = false;
         while machine::now() < end {
-            if interrupt.is_asked() {
+            if interrupt.is_received() {
                 return Ok(ListeningEnd::Interrupted);
             }
             match self.heard.recv_timeout(POLL_INTERVAL) {

@@ -4,7 +4,7 @@ use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
 use coaxle_host::transport::Delivery;
 use coaxle_node::exchange::{
-    Reply, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
+    ReceivedRequest, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
@@ -29,7 +29,7 @@ struct Bench {
     /// Arrival of a message.
     at: fn(u64, Instant<Machine>) -> Instant<Machine>,
     delivery: Delivery,
-    reply: fn(&mut TimeResponsesHeader, &mut Reply) -> Span,
+    reply: fn(&mut TimeResponsesHeader, &mut ReceivedRequest) -> Span,
     status: fn(&mut Value),
     tokens: fn(&NodeName) -> Vec<String>,
 }
@@ -133,7 +133,7 @@ impl Bench {
             count: count + 1,
             cycle_time: CycleTime::new(CYCLE).unwrap(),
         };
-        let mut reply = Reply {
+        let mut reply = ReceivedRequest {
             request,
             received: asked + Span::from_micros(150) - START,
         };

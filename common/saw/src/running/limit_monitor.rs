@@ -1,6 +1,6 @@
 //! Monitoring of the slave's limits as long as it is coupled.
 
-use crate::moment::SlaveLimits;
+use crate::coupling_moment::SlaveLimits;
 use crate::refusal::{Check, Violation};
 use coaxle_curve::profile::Kinematics;
 
@@ -8,14 +8,14 @@ use super::settings::{SawFault, SawTolerances};
 
 /// Limits of the axis, independent of the checks at the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Watch {
+pub(super) struct LimitMonitor {
     fastest: f64,
     margin: f64,
     lowest: f64,
     highest: f64,
 }
 
-impl Watch {
+impl LimitMonitor {
     pub(super) fn new(axis: &SlaveLimits, tolerances: &SawTolerances) -> Self {
         Self {
             fastest: axis.dynamics.velocity(),
@@ -27,7 +27,7 @@ impl Watch {
 
     /// True if the slave is within its limits; false for values that are not finite.
     #[inline]
-    pub(super) fn lets_pass(&self, slave: &Kinematics) -> bool {
+    pub(super) fn is_within_limits(&self, slave: &Kinematics) -> bool {
         slave.velocity.abs() <= self.fastest * self.margin
             && slave.position >= self.lowest
             && slave.position <= self.highest
@@ -37,7 +37,12 @@ impl Watch {
     /// True if it gets there in a cycle without being faster on the way than at its end: a master that
     /// jumps can pass a steep part of the profile within one cycle.
     #[inline]
-    pub(super) fn lets_step(&self, from: &Kinematics, to: &Kinematics, dt: f64) -> bool {
+    pub(super) fn is_step_within_limits(
+        &self,
+        from: &Kinematics,
+        to: &Kinematics,
+        dt: f64,
+    ) -> bool {
         (to.position - from.position).abs() <= self.fastest * self.margin * dt
     }
 

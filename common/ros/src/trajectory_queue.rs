@@ -7,27 +7,27 @@ use coaxle_wire::command::SlaveOrder;
 use coaxle_wire::keys::NodeName;
 
 use crate::source::SlaveMotion;
-use crate::trajectory::{Address, Plan};
+use crate::trajectory::{Address, TrajectoryPlan};
 
 /// The trajectories in progress. Each joint is in one of them at most.
 #[derive(Clone, Debug, Default)]
-pub struct Moves {
-    running: Vec<Running>,
+pub struct TrajectoryQueue {
+    running: Vec<RunningTrajectory>,
     begun: u64,
 }
 
 #[derive(Clone, Debug)]
-struct Running {
+struct RunningTrajectory {
     number: u64,
-    began: Instant<Local>,
-    plan: Plan,
+    started_at: Instant<Local>,
+    plan: TrajectoryPlan,
     /// Number of segments already ordered.
     ordered: usize,
 }
 
 /// An order that is due.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Due {
+pub struct DueOrder {
     /// The number of its trajectory.
     pub trajectory: u64,
     /// Name of the joint.
@@ -41,24 +41,24 @@ pub struct Due {
 /// A trajectory that ended before its time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("trajectory {trajectory}: {joint} is not heard any more, so the rest is dropped")]
-pub struct Lost {
+pub struct LostTrajectory {
     /// Number of the trajectory.
     pub trajectory: u64,
     /// The joint whose motion is not received.
     pub joint: String,
 }
 
-impl Moves {
+impl TrajectoryQueue {
     /// Begins a trajectory, which replaces all that have a joint in common with it. Returns its number,
     /// from 1 on.
-    pub fn begin(&mut self, plan: Plan, now: Instant<Local>) -> u64 {
+    pub fn begin(&mut self, plan: TrajectoryPlan, now: Instant<Local>) -> u64 {
         let is_shared = |other: &Address| plan.joints.iter().any(|own| own.joint == other.joint);
         self.running
             .retain(|running| !running.plan.joints.iter().any(is_shared));
         self.begun += 1;
-        self.running.push(Running {
+        self.running.push(RunningTrajectory {
             number: self.begun,
-            began: now + plan.begins,
+            started_at: now + plan.begins,
             plan,
             ordered: 0,
         });
@@ -71,7 +71,7 @@ impl Moves {
         &mut self,
         now: Instant<Local>,
         motion: impl Fn(&Address) -> Option<SlaveMotion>,
-    ) -> (Vec<Due>, Vec<Lost>) {
+    ) -> (Vec<DueOrder>, Vec<LostTrajectory>) {
         let (mut due, mut lost) = (Vec::new(), Vec::new());
         self.running.retain_mut(|running| {
             while running.next_at().is_some_and(|at| at <= now) {
@@ -91,7 +91,10 @@ impl Moves {
     /// Returns the time of the next order, if there is one.
     #[must_use]
     pub fn next_at(&self) -> Option<Instant<Local>> {
-        self.running.iter().filter_map(Running::next_at).min()
+        self.running
+            .iter()
+            .filter_map(RunningTrajectory::next_at)
+            .min()
     }
 
     /// Drops the rest of a trajectory.
@@ -100,20 +103,20 @@ impl Moves {
     }
 }
 
-impl Running {
+impl RunningTrajectory {
     /// Returns the time of its next orders; none if all have been returned.
     fn next_at(&self) -> Option<Instant<Local>> {
         let next = match self.plan.segments.as_slice() {
             [] if self.ordered == 0 => Some(Span::ZERO),
             segments => segments.get(self.ordered).map(|segment| segment.begins),
         };
-        next.map(|next| self.began + next)
+        next.map(|next| self.started_at + next)
     }
 
     fn orders(
         &mut self,
         motion: &impl Fn(&Address) -> Option<SlaveMotion>,
-    ) -> Result<Vec<Due>, Lost> {
+    ) -> Result<Vec<DueOrder>, LostTrajectory> {
         let segment = self.plan.segments.get(self.ordered);
         self.ordered += 1;
         let mut orders = Vec::new();
@@ -123,14 +126,14 @@ impl Running {
                     dynamics: Dynamics::default(),
                 }),
                 Some(segment) => {
-                    let motion = motion(address).ok_or_else(|| Lost {
+                    let motion = motion(address).ok_or_else(|| LostTrajectory {
                         trajectory: self.number,
                         joint: address.joint.clone(),
                     })?;
                     move_to(segment.positions[n], motion, segment.lasts)
                 }
             };
-            orders.extend(command.map(|command| Due {
+            orders.extend(command.map(|command| DueOrder {
                 trajectory: self.number,
                 joint: address.joint.clone(),
                 node: address.node.clone(),
@@ -146,9 +149,9 @@ impl Running {
 }
 
 /// Relative distance at which a position is reached: numbers of this size have no more digits.
-const THERE: f64 = 1e-9;
+const REACHED: f64 = 1e-9;
 /// Part of the peak velocity below which a slave counts as standing.
-const STANDING: f64 = 0.05;
+const STANDSTILL: f64 = 0.05;
 
 /// Returns the move to a position in this time; none if the slave already stands there.
 ///
@@ -158,7 +161,7 @@ const STANDING: f64 = 0.05;
 /// present one if greater, within its limits.
 fn move_to(position: f64, motion: SlaveMotion, lasts: Span) -> Option<Command> {
     let distance = (position - motion.position).abs();
-    if motion.velocity == 0.0 && distance <= THERE * position.abs().max(1.0) {
+    if motion.velocity == 0.0 && distance <= REACHED * position.abs().max(1.0) {
         return None;
     }
     let time = lasts.as_secs_f64();
@@ -166,7 +169,7 @@ fn move_to(position: f64, motion: SlaveMotion, lasts: Span) -> Option<Command> {
     let mut dynamics = Dynamics::default();
     if time > 0.0 {
         let peak = 1.5 * distance / time;
-        if motion.velocity.abs() <= STANDING * peak {
+        if motion.velocity.abs() <= STANDSTILL * peak {
             let acceleration = 9.0 * distance / (time * time);
             velocity = Some(peak);
             dynamics = Dynamics {
@@ -192,7 +195,7 @@ mod tests {
     use crate::trajectory::plan;
     use crate::trajectory::tests::{address, point};
 
-    fn planned(joints: &[&str], points: Vec<JointTrajectoryPoint>) -> Plan {
+    fn planned(joints: &[&str], points: Vec<JointTrajectoryPoint>) -> TrajectoryPlan {
         let known: Vec<_> = joints.iter().map(|&joint| address(joint)).collect();
         let joint_names = joints.iter().map(|&joint| joint.to_owned()).collect();
         let trajectory = JointTrajectory {
@@ -216,22 +219,22 @@ mod tests {
         }
     }
 
-    fn commands(moves: &mut Moves, now: Instant<Local>, position: f64) -> Vec<Command> {
-        let (due, lost) = moves.due(now, stands_at(position));
+    fn commands(queue: &mut TrajectoryQueue, now: Instant<Local>, position: f64) -> Vec<Command> {
+        let (due, lost) = queue.due(now, stands_at(position));
         assert!(lost.is_empty());
         due.iter().map(|due| due.order.command).collect()
     }
 
     #[test]
     fn each_point_is_ordered_when_the_one_before_is_reached() {
-        let mut moves = Moves::default();
+        let mut queue = TrajectoryQueue::default();
         let points = vec![
             point(&[0.3], 3000),
             point(&[0.3], 4000),
             point(&[0.0], 6000),
         ];
-        moves.begin(planned(&["saw/carriage"], points), at(1000));
-        let first = commands(&mut moves, at(1000), 0.0);
+        queue.begin(planned(&["saw/carriage"], points), at(1000));
+        let first = commands(&mut queue, at(1000), 0.0);
         assert_eq!(
             first,
             [Command::MoveAbsolute {
@@ -244,39 +247,39 @@ mod tests {
                 },
             }]
         );
-        assert_eq!(moves.next_at(), Some(at(4000)));
-        assert_eq!(commands(&mut moves, at(3999), 300.0), []);
-        assert_eq!(commands(&mut moves, at(4000), 300.0), [], "it is there");
-        assert_eq!(commands(&mut moves, at(5001), 300.0).len(), 1);
-        assert_eq!(moves.next_at(), None);
+        assert_eq!(queue.next_at(), Some(at(4000)));
+        assert_eq!(commands(&mut queue, at(3999), 300.0), []);
+        assert_eq!(commands(&mut queue, at(4000), 300.0), [], "it is there");
+        assert_eq!(commands(&mut queue, at(5001), 300.0).len(), 1);
+        assert_eq!(queue.next_at(), None);
     }
 
     #[test]
     fn a_later_trajectory_takes_the_place_of_one_with_the_same_joint() {
-        let mut moves = Moves::default();
+        let mut queue = TrajectoryQueue::default();
         let both = planned(
             &["saw/carriage", "saw/blade"],
             vec![point(&[0.3, 0.1], 1000), point(&[0.0, 0.0], 2000)],
         );
-        moves.begin(both, at(0));
-        assert_eq!(commands(&mut moves, at(0), 50.0).len(), 2);
-        moves.begin(planned(&["saw/blade"], vec![]), at(500));
+        queue.begin(both, at(0));
+        assert_eq!(commands(&mut queue, at(0), 50.0).len(), 2);
+        queue.begin(planned(&["saw/blade"], vec![]), at(500));
         assert_eq!(
-            commands(&mut moves, at(500), 50.0),
+            commands(&mut queue, at(500), 50.0),
             [Command::Halt {
                 dynamics: Dynamics::default()
             }]
         );
-        assert_eq!(moves.next_at(), None);
+        assert_eq!(queue.next_at(), None);
     }
 
     #[test]
     fn without_a_time_the_limits_of_the_slave_decide() {
-        let mut moves = Moves::default();
-        moves.begin(planned(&["saw/carriage"], vec![point(&[0.3], 0)]), at(0));
+        let mut queue = TrajectoryQueue::default();
+        queue.begin(planned(&["saw/carriage"], vec![point(&[0.3], 0)]), at(0));
         let dynamics = Dynamics::default();
         assert_eq!(
-            commands(&mut moves, at(0), 0.0),
+            commands(&mut queue, at(0), 0.0),
             [Command::MoveAbsolute {
                 position: 300.0,
                 velocity: None,
@@ -303,23 +306,23 @@ mod tests {
 
     #[test]
     fn of_a_slave_that_is_gone_the_rest_is_dropped() {
-        let mut moves = Moves::default();
-        moves.begin(
+        let mut queue = TrajectoryQueue::default();
+        queue.begin(
             planned(
                 &["saw/carriage"],
                 vec![point(&[0.3], 1000), point(&[0.0], 2000)],
             ),
             at(0),
         );
-        let (due, lost) = moves.due(at(0), |_| None);
+        let (due, lost) = queue.due(at(0), |_| None);
         assert!(due.is_empty());
         assert_eq!(
             lost[0].to_string(),
             "trajectory 1: saw/carriage is not heard any more, so the rest is dropped"
         );
-        assert_eq!(moves.next_at(), None);
-        let number = moves.begin(planned(&["saw/carriage"], vec![point(&[0.3], 1000)]), at(0));
-        moves.drop_rest(number);
-        assert_eq!(moves.next_at(), None);
+        assert_eq!(queue.next_at(), None);
+        let number = queue.begin(planned(&["saw/carriage"], vec![point(&[0.3], 1000)]), at(0));
+        queue.drop_rest(number);
+        assert_eq!(queue.next_at(), None);
     }
 }

@@ -2,23 +2,23 @@
 
 use coaxle_curve::law::Motion;
 
-use super::demands::Demands;
-use super::piece::Piece;
+use super::demands::SlaveDemands;
+use super::path_piece::PathPiece;
 
 /// Three phases of jerk to a velocity, one at it, three to the synchronous one, and the rest.
 const MAX_PIECES: usize = 8;
 
 /// At least one piece, following each other without a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Way {
-    first: Piece,
-    rest: [Piece; MAX_PIECES - 1],
+pub(super) struct SlavePath {
+    first: PathPiece,
+    rest: [PathPiece; MAX_PIECES - 1],
     len: usize,
 }
 
-impl Way {
+impl SlavePath {
     /// Makes a path of one piece.
-    pub(super) const fn of(first: Piece) -> Self {
+    pub(super) const fn of(first: PathPiece) -> Self {
         Self {
             first,
             rest: [first; MAX_PIECES - 1],
@@ -27,7 +27,7 @@ impl Way {
     }
 
     /// Appends a piece; of two pieces, one without length is none.
-    pub(super) fn then(mut self, piece: Piece) -> Self {
+    pub(super) fn then(mut self, piece: PathPiece) -> Self {
         if self.first.length == 0.0 {
             return Self::of(piece);
         }
@@ -38,15 +38,15 @@ impl Way {
         self
     }
 
-    pub(super) fn pieces(&self) -> impl DoubleEndedIterator<Item = &Piece> {
+    pub(super) fn pieces(&self) -> impl DoubleEndedIterator<Item = &PathPiece> {
         core::iter::once(&self.first).chain(&self.rest[..self.len])
     }
 
-    pub(super) fn first(&self) -> &Piece {
+    pub(super) fn first(&self) -> &PathPiece {
         &self.first
     }
 
-    pub(super) fn last(&self) -> &Piece {
+    pub(super) fn last(&self) -> &PathPiece {
         match self.len {
             0 => &self.first,
             len => &self.rest[len - 1],
@@ -55,21 +55,21 @@ impl Way {
 
     /// True if all its numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
-        self.pieces().all(Piece::is_finite)
+        self.pieces().all(PathPiece::is_finite)
     }
 
     /// Returns the slave at a master position (or time). The first and the last piece continue beyond the
     /// ends.
     pub(super) fn at(&self, master: f64) -> Motion {
-        let piece = self.pieces().find(|piece| !piece.is_left_by(master));
+        let piece = self.pieces().find(|piece| !piece.is_passed_by(master));
         piece.unwrap_or(self.last()).at(master)
     }
 
     /// Computes the demands on the slave.
-    pub(super) fn demands(&self, master_velocity: f64) -> Demands {
+    pub(super) fn demands(&self, master_velocity: f64) -> SlaveDemands {
         let first = self.first.demands(master_velocity);
         let rest = self.rest[..self.len].iter();
         rest.map(|piece| piece.demands(master_velocity))
-            .fold(first, Demands::joined)
+            .fold(first, SlaveDemands::joined)
     }
 }

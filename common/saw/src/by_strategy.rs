@@ -6,27 +6,27 @@ use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Profile, ProfileExtremes, bracket, to_velocity};
 
 use super::SyncStrategy;
-use super::chase::Chase;
-use super::checks::Ends;
+use super::checks::SyncEnds;
 use super::command::GearInPos;
-use super::demands::Demands;
-use super::moment::CouplingMoment;
-use super::piece::Piece;
+use super::coupling_moment::CouplingMoment;
+use super::demands::SlaveDemands;
+use super::path_limits::PathLimits;
+use super::path_piece::PathPiece;
 use super::plan::{SawForm, SawPlan, SyncLine, over_time};
 use super::refusal::{SawRefusal, Violation};
-use super::span::{Span, check_positions};
-use super::task::Task;
-use super::way::Way;
+use super::slave_path::SlavePath;
+use super::sync_span::{SyncSpan, check_positions};
+use super::task::SyncTask;
 
 /// Greatest part of acceleration, deceleration and jerk that a synchronisation as late as possible needs
 /// when it begins, so that the ripple of a master does not make the last moment too late.
-const LATE: f64 = 0.99;
+const LATEST_SHARE: f64 = 0.99;
 /// Least part of them to which a synchronisation is stretched.
-const LEAST: f64 = 1e-9;
+const MIN_SHARE: f64 = 1e-9;
 /// Relative margin of the share over the least one, so that a path keeps off a limit of position.
-const HAIR: f64 = 1e-6;
+const SHARE_MARGIN: f64 = 1e-6;
 /// Relative length below which a phase is none.
-const NO_PHASE: f64 = 1e-12;
+const MIN_PHASE: f64 = 1e-12;
 
 impl GearInPos {
     /// Plans the synchronisation by a strategy, from this moment on. The wait of [`SyncStrategy::Late`]
@@ -40,28 +40,28 @@ impl GearInPos {
         match strategy {
             SyncStrategy::Early => self.plan_early(&task),
             SyncStrategy::Slow | SyncStrategy::Late => {
-                Pursuit::new(&task, self)?.stretched().map(|way| {
+                SyncPathPlanner::new(&task, self)?.stretched().map(|path| {
                     let line = SyncLine {
                         ratio: task.ratio,
                         master: self.master_sync_position,
                         slave: self.slave_sync_position,
                     };
-                    SawPlan::over_master(&task, SawForm::JerkPhases, way, line)
+                    SawPlan::over_master(&task, SawForm::JerkPhases, path, line)
                 })
             }
         }
     }
 
     /// Returns the task of a command whose velocity limit is kept, in sync too.
-    fn limited_task(&self, moment: &CouplingMoment) -> Result<Task, SawRefusal> {
-        let task = Task::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
+    fn limited_task(&self, moment: &CouplingMoment) -> Result<SyncTask, SawRefusal> {
+        let task = SyncTask::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
         match self.limits.velocity {
             Some(limit) => task.check_sync_velocity(limit).map(|()| task),
             None => Ok(task),
         }
     }
 
-    fn plan_early(&self, task: &Task) -> Result<SawPlan, SawRefusal> {
+    fn plan_early(&self, task: &SyncTask) -> Result<SawPlan, SawRefusal> {
         check_positions(self)?;
         let line = Kinematics {
             position: self.slave_sync_position
@@ -132,7 +132,7 @@ impl GearInPos {
     /// Returns the time of the master to its synchronisation position, s.
     fn time_left(&self, moment: &CouplingMoment) -> Result<f64, SawRefusal> {
         let task = self.limited_task(moment)?;
-        Ok(Pursuit::new(&task, self)?.available())
+        Ok(SyncPathPlanner::new(&task, self)?.available())
     }
 
     /// Returns the time of the slave to the line of its gear, s, with nearly all of its dynamics; none if
@@ -140,13 +140,15 @@ impl GearInPos {
     fn arrival(&self, moment: &CouplingMoment) -> Result<Option<f64>, SawRefusal> {
         let task = self.limited_task(moment)?;
         // If the master is at its synchronisation position already, there is no time left.
-        let Ok(pursuit) = Pursuit::new(&task, self) else {
+        let Ok(planner) = SyncPathPlanner::new(&task, self) else {
             return Ok(None);
         };
-        if !pursuit.can_stop(moment) {
+        if !planner.can_stop(moment) {
             return Ok(None);
         }
-        Ok(pursuit.fastest(LATE).map(|profile| profile.duration().0))
+        Ok(planner
+            .fastest(LATEST_SHARE)
+            .map(|profile| profile.duration().0))
     }
 }
 
@@ -169,8 +171,8 @@ fn advanced(moment: &CouplingMoment, wait: f64) -> CouplingMoment {
     }
 }
 
-fn chase(task: &Task) -> Chase {
-    Chase {
+fn chase(task: &SyncTask) -> PathLimits {
+    PathLimits {
         limits: task.limits_in_force(),
         // It has been checked already.
         fastest_line: task.sync_velocity().abs(),
@@ -178,26 +180,26 @@ fn chase(task: &Task) -> Chase {
     }
 }
 
-fn nothing_left(task: &Task) -> SawRefusal {
+fn nothing_left(task: &SyncTask) -> SawRefusal {
     SawRefusal::NothingLeft {
         velocity: task.sync_velocity(),
         limit: task.checklist.velocity,
     }
 }
 
-fn check_over_time(task: &Task, profile: &Profile) -> Result<(), Violation> {
-    let Some(way) = over_time(profile) else {
+fn check_over_time(task: &SyncTask, profile: &Profile) -> Result<(), Violation> {
+    let Some(path) = over_time(profile) else {
         return Ok(());
     };
     let places = |time| task.master_position + task.master_velocity * time;
-    let demands = way.demands(1.0).with_places(places);
+    let demands = path.demands(1.0).with_places(places);
     check(task, demands, profile.end().position)
 }
 
-fn check(task: &Task, demands: Demands, sync_position: f64) -> Result<(), Violation> {
+fn check(task: &SyncTask, demands: SlaveDemands, sync_position: f64) -> Result<(), Violation> {
     task.check(
         &demands,
-        &Ends {
+        &SyncEnds {
             start: (task.slave_position, task.slave_velocity),
             sync: (sync_position, task.sync_velocity()),
         },
@@ -205,18 +207,18 @@ fn check(task: &Task, demands: Demands, sync_position: f64) -> Result<(), Violat
 }
 
 /// Path to the synchronisation positions: over time, with the master at its present velocity.
-struct Pursuit<'a> {
-    span: Span<'a>,
-    chase: Chase,
+struct SyncPathPlanner<'a> {
+    span: SyncSpan<'a>,
+    chase: PathLimits,
 }
 
-impl<'a> Pursuit<'a> {
-    fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+impl<'a> SyncPathPlanner<'a> {
+    fn new(task: &'a SyncTask, command: &GearInPos) -> Result<Self, SawRefusal> {
         if task.master_velocity == 0.0 {
             return Err(SawRefusal::MasterStands);
         }
         Ok(Self {
-            span: Span::of_master(task, command)?,
+            span: SyncSpan::of_master(task, command)?,
             chase: chase(task),
         })
     }
@@ -228,7 +230,7 @@ impl<'a> Pursuit<'a> {
 
     fn can_stop(&self, moment: &CouplingMoment) -> bool {
         let CouplingMoment { slave, axis, .. } = moment;
-        let stop = self.chase.stop(slave, LATE);
+        let stop = self.chase.stop(slave, LATEST_SHARE);
         let (low, high) = (stop.min(slave.position), stop.max(slave.position));
         axis.min_position.is_none_or(|min| low >= min)
             && axis.max_position.is_none_or(|max| high <= max)
@@ -253,25 +255,25 @@ impl<'a> Pursuit<'a> {
     fn fastest(&self, share: f64) -> Option<Profile> {
         let unchecked = |_: &Profile| Ok::<(), Infallible>(());
         let (start, line) = self.ends();
-        let way = self.chase.fastest((&start, &line), share, unchecked)?;
-        way.ok()
+        let path = self.chase.fastest((&start, &line), share, unchecked)?;
+        path.ok()
     }
 
     fn fastest_checked(&self, share: f64) -> Option<Result<Profile, Violation>> {
         let (start, line) = self.ends();
-        let check = |profile: &Profile| self.check(&self.way(profile));
+        let check = |profile: &Profile| self.check(&self.path_over_master(profile));
         self.chase.fastest((&start, &line), share, check)
     }
 
     /// Plans the path with the least part of acceleration, deceleration and jerk that arrives in time.
-    fn stretched(&self) -> Result<Way, SawRefusal> {
-        let way = self.way(&self.gentlest(|share| self.fastest(share))?);
-        match self.check(&way) {
-            Ok(()) => Ok(way),
+    fn stretched(&self) -> Result<SlavePath, SawRefusal> {
+        let path = self.path_over_master(&self.gentlest(|share| self.fastest(share))?);
+        match self.check(&path) {
+            Ok(()) => Ok(path),
             // Another path may pass, say one that does not reverse.
             Err(violation) => self
                 .gentlest(|share| self.fastest_checked(share)?.ok())
-                .map(|profile| self.way(&profile))
+                .map(|profile| self.path_over_master(&profile))
                 .map_err(|_| violation.into()),
         }
     }
@@ -291,7 +293,7 @@ impl<'a> Pursuit<'a> {
             Some(profile) if speed(&profile) <= most => profile.duration().0 - available,
             _ => f64::INFINITY,
         };
-        let gentlest = -libm::log(LEAST);
+        let gentlest = -libm::log(MIN_SHARE);
         let at_least = late_by(gentlest);
         let gentle = if at_least <= 0.0 {
             gentlest
@@ -299,8 +301,8 @@ impl<'a> Pursuit<'a> {
             let from = (0.0, needed - available);
             let found = bracket(from, (gentlest, at_least), late_by).below;
             // If a check ends the search, keep a small margin to its limit.
-            if late_by(found) < -NO_PHASE * available {
-                (found - HAIR).max(0.0)
+            if late_by(found) < -MIN_PHASE * available {
+                (found - SHARE_MARGIN).max(0.0)
             } else {
                 found
             }
@@ -310,11 +312,11 @@ impl<'a> Pursuit<'a> {
 
     /// Returns the path of a profile over the master's position. On the rest of the path the slave is
     /// synchronous.
-    fn way(&self, profile: &Profile) -> Way {
+    fn path_over_master(&self, profile: &Profile) -> SlavePath {
         let span = &self.span;
         let (start, end) = (span.task.master_position, span.sync.0);
         let (duration, available) = (profile.duration().0, self.available());
-        let is_exact = available - duration <= NO_PHASE * available;
+        let is_exact = available - duration <= MIN_PHASE * available;
         let whole = if is_exact { duration } else { available };
         let place = |time: f64| {
             if time == whole {
@@ -323,7 +325,7 @@ impl<'a> Pursuit<'a> {
                 start + span.master * (time / whole)
             }
         };
-        let least = NO_PHASE * whole;
+        let least = MIN_PHASE * whole;
         let begins = profile.phase_begins().map(|begin| begin.0);
         let ends = profile.phase_begins().skip(1).map(|begin| begin.0);
         let phases = begins
@@ -336,23 +338,23 @@ impl<'a> Pursuit<'a> {
                 state.acceleration,
                 profile.jerk_at(Seconds(begin)),
             );
-            let piece = Piece::phase(begin, end - begin, state.position, constants);
+            let piece = PathPiece::phase(begin, end - begin, state.position, constants);
             // The length of a short phase is not taken as the difference of two places, which have few
             // digits left for it.
-            piece.spread(place(begin), span.master * ((end - begin) / whole))
+            piece.over_range(place(begin), span.master * ((end - begin) / whole))
         });
         let rest = (!is_exact || duration == 0.0).then(|| {
             let begin = if is_exact { start } else { place(duration) };
             let left = end - begin;
             let position = span.sync.1 - span.task.ratio * left;
-            Piece::line(begin, left, position, span.task.ratio)
+            PathPiece::line(begin, left, position, span.task.ratio)
         });
         pieces
             .chain(rest)
-            .map(Way::of)
-            .reduce(|way, next| way.then(*next.first()))
+            .map(SlavePath::of)
+            .reduce(|path, next| path.then(*next.first()))
             .unwrap_or_else(|| {
-                Way::of(Piece::line(
+                SlavePath::of(PathPiece::line(
                     start,
                     span.master,
                     span.task.slave_position,
@@ -361,8 +363,8 @@ impl<'a> Pursuit<'a> {
             })
     }
 
-    fn check(&self, way: &Way) -> Result<(), Violation> {
+    fn check(&self, path: &SlavePath) -> Result<(), Violation> {
         let task = self.span.task;
-        check(task, way.demands(task.master_velocity), self.span.sync.1)
+        check(task, path.demands(task.master_velocity), self.span.sync.1)
     }
 }

@@ -10,12 +10,12 @@ use coaxle_wire::FrameHeader;
 ///
 /// They lag by about the delay of a frame on a quiet network: there are no time requests for it.
 #[derive(Clone, Debug, Default)]
-pub struct Stamps {
+pub struct CycleStarts {
     clock: Option<(Span, FarClock)>,
     now: Option<Instant<Local>>,
 }
 
-impl Stamps {
+impl CycleStarts {
     /// Takes the arrival of a frame.
     pub fn frame(&mut self, header: &FrameHeader, at: Instant<Local>) {
         let cycle_time = header.cycle_time.span();
@@ -40,14 +40,14 @@ impl Stamps {
     /// Returns the start of the cycle with this count. Until the clock is known, a second or two: the
     /// arrival of its frame.
     #[must_use]
-    pub fn began(&self, count: u64, came: Instant<Local>) -> Instant<Local> {
+    pub fn cycle_start(&self, count: u64, received_at: Instant<Local>) -> Instant<Local> {
         let clock = self.clock.as_ref().zip(self.now);
         let known = clock.and_then(|((_, clock), now)| {
             // The drift of the node's clock over so short a time is negligible.
             let since = clock.correction(count)?;
             Some(now - since.to_span())
         });
-        known.unwrap_or(came)
+        known.unwrap_or(received_at)
     }
 }
 
@@ -65,12 +65,12 @@ mod tests {
 
     #[test]
     fn the_jitter_of_arrivals_is_not_in_the_stamps() {
-        let mut stamps = Stamps::default();
+        let mut cycle_starts = CycleStarts::default();
         let (mut least, mut most) = (Span::MAX, Span::ZERO);
         for count in 0..8_000_u64 {
             // 200 ppm slow, and a delay of 0.1 to 0.6 ms.
-            let began = Instant::from_nanos(count as i64 * 1_000_200);
-            let came = began + Span::from_micros_f64(100.0 + 500.0 * noise(count));
+            let cycle_start = Instant::from_nanos(count as i64 * 1_000_200);
+            let received_at = cycle_start + Span::from_micros_f64(100.0 + 500.0 * noise(count));
             let header = FrameHeader {
                 sender: 1,
                 epoch: 7,
@@ -79,10 +79,10 @@ mod tests {
                 cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
                 send_stamp: Some(Span::ZERO),
             };
-            stamps.frame(&header, came);
+            cycle_starts.frame(&header, received_at);
             if count % 10 == 0 {
-                stamps.cycle(began + Span::from_micros(700));
-                let late = stamps.began(count, came) - began;
+                cycle_starts.cycle(cycle_start + Span::from_micros(700));
+                let late = cycle_starts.cycle_start(count, received_at) - cycle_start;
                 if count > 4_000 {
                     (least, most) = (least.min(late), most.max(late));
                 }
@@ -98,7 +98,10 @@ mod tests {
 
     #[test]
     fn a_frame_alone_is_dated_by_its_arrival() {
-        let came = Instant::from_nanos(5);
-        assert_eq!(Stamps::default().began(3, came), came);
+        let received_at = Instant::from_nanos(5);
+        assert_eq!(
+            CycleStarts::default().cycle_start(3, received_at),
+            received_at
+        );
     }
 }

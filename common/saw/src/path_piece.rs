@@ -7,15 +7,15 @@ use coaxle_curve::law::{MinMax, Motion, MotionLaw};
 /// Path of the slave from its position at `begin`, as a polynomial of `x`, which runs from 0 to 1 while
 /// the master (or the time) runs from `begin` over the signed `length`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct PathPiece {
     pub(super) begin: f64,
     pub(super) length: f64,
     pub(super) position: f64,
     /// Counted from `position`: far from zero a position has few digits left for differences.
-    pub(super) way: Polynomial<6>,
+    pub(super) displacement: Polynomial<6>,
 }
 
-impl Piece {
+impl PathPiece {
     /// Makes P1: a constant slope.
     pub(super) fn line(begin: f64, length: f64, position: f64, slope: f64) -> Self {
         Self::new(
@@ -49,7 +49,7 @@ impl Piece {
     ) -> Self {
         let bend = curvature * length * length;
         let rise = (to - from) * length;
-        let way = [
+        let displacement = [
             0.0,
             from * length,
             bend / 2.0,
@@ -57,7 +57,7 @@ impl Piece {
             bend / 4.0 - rise / 2.0,
             0.0,
         ];
-        Self::new(begin, length, position, way)
+        Self::new(begin, length, position, displacement)
     }
 
     /// Makes P5, from slope and curvature over `distance` to the slope `to` without curvature.
@@ -88,7 +88,7 @@ impl Piece {
         position: f64,
         (velocity, acceleration, jerk): (f64, f64, f64),
     ) -> Self {
-        let way = [
+        let displacement = [
             0.0,
             velocity * length,
             acceleration / 2.0 * length * length,
@@ -96,11 +96,11 @@ impl Piece {
             0.0,
             0.0,
         ];
-        Self::new(begin, length, position, way)
+        Self::new(begin, length, position, displacement)
     }
 
     /// Returns this course over another range of the master (or the time).
-    pub(super) const fn spread(self, begin: f64, length: f64) -> Self {
+    pub(super) const fn over_range(self, begin: f64, length: f64) -> Self {
         Self {
             begin,
             length,
@@ -108,12 +108,12 @@ impl Piece {
         }
     }
 
-    fn new(begin: f64, length: f64, position: f64, way: [f64; 6]) -> Self {
+    fn new(begin: f64, length: f64, position: f64, displacement: [f64; 6]) -> Self {
         Self {
             begin,
             length,
             position,
-            way: Polynomial(way),
+            displacement: Polynomial(displacement),
         }
     }
 
@@ -128,29 +128,32 @@ impl Piece {
     }
 
     /// True if the master has passed its end.
-    pub(super) fn is_left_by(&self, master: f64) -> bool {
+    pub(super) fn is_passed_by(&self, master: f64) -> bool {
         (master - self.end()) * self.length > 0.0
     }
 
     /// Returns the displacement of the slave from begin to end.
     pub(super) fn distance(&self) -> f64 {
-        self.way.0.iter().sum()
+        self.displacement.0.iter().sum()
     }
 
     /// True if all its numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
         let numbers = [self.begin, self.length, self.position];
-        numbers.iter().chain(&self.way.0).all(|n| n.is_finite())
+        numbers
+            .iter()
+            .chain(&self.displacement.0)
+            .all(|n| n.is_finite())
     }
 
     /// Returns the slave's position and its derivatives with respect to the master (or time). The
     /// polynomial continues beyond its ends.
     pub(super) fn at(&self, master: f64) -> Motion {
         let x = (master - self.begin) / self.length;
-        let [way, first, second, third] = self.way.derivatives(x);
+        let [displacement, first, second, third] = self.displacement.derivatives(x);
         let inverse = 1.0 / self.length;
         Motion {
-            position: self.position + way,
+            position: self.position + displacement,
             velocity: first * inverse,
             acceleration: second * inverse * inverse,
             jerk: third * inverse * inverse * inverse,
@@ -159,12 +162,13 @@ impl Piece {
 
     /// Returns the total path length of the slave, forwards and backwards.
     pub(super) fn path(&self) -> f64 {
-        let velocity = self.way.derivative();
+        let velocity = self.displacement.derivative();
         let turns = velocity.roots_in(0.0, 1.0);
         let mut from = 0.0;
         let mut path = 0.0;
         for &to in turns.iter().chain(core::iter::once(&1.0)) {
-            path += (self.way.derivatives(to)[0] - self.way.derivatives(from)[0]).abs();
+            path += (self.displacement.derivatives(to)[0] - self.displacement.derivatives(from)[0])
+                .abs();
             from = to;
         }
         path
@@ -172,7 +176,7 @@ impl Piece {
 
     /// Returns the integral over time of the squared acceleration.
     pub(super) fn squared_acceleration(&self, master_velocity: f64) -> f64 {
-        let acceleration = self.way.derivative().derivative();
+        let acceleration = self.displacement.derivative().derivative();
         let terms = &acceleration.0[..4];
         let mut integral = 0.0;
         for (i, a) in terms.iter().enumerate() {
@@ -185,7 +189,7 @@ impl Piece {
 
     /// Returns the minimum and maximum product of velocity and acceleration.
     pub(super) fn dynamic_moment(&self, master_velocity: f64) -> MinMax {
-        let velocity = self.way.derivative();
+        let velocity = self.displacement.derivative();
         let acceleration = velocity.derivative();
         let mut product = Polynomial([0.0; 8]);
         for (i, v) in velocity.0[..5].iter().enumerate() {
@@ -207,7 +211,7 @@ impl Piece {
     }
 
     pub(super) fn is_line(&self) -> bool {
-        self.way.0[2..].iter().all(|&c| c == 0.0)
+        self.displacement.0[2..].iter().all(|&c| c == 0.0)
     }
 }
 

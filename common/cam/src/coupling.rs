@@ -1,11 +1,11 @@
 //! Coupling of one slave to its master by up to four superposed plates.
 
+use super::change_moment::MasterStep;
 use super::error::CouplingError;
 use super::layer::{Layer, Queue};
 use super::limits::CamLimits;
-use super::moment::Step;
 use super::placement::Path;
-use super::ramp::Ramp;
+use super::ramp::GapRamp;
 use super::request::CamRequest;
 use super::tables::Tables;
 use coaxle_axis::{CommandState, Job, Origin, StateWord};
@@ -48,7 +48,7 @@ pub type CouplingState = CommandState<CouplingError>;
 #[derive(Clone, Debug)]
 pub struct CamCoupling {
     pub(super) parameters: CouplingParameters,
-    pub(super) kind: Option<Kind>,
+    pub(super) kind: Option<CouplingKind>,
     pub(super) layers: [Option<Layer>; MOST_PLATES],
     pub(super) queues: [Queue; MOST_PLATES],
     /// True if one of the queues is not empty.
@@ -58,9 +58,9 @@ pub struct CamCoupling {
     writes_seen: u32,
     /// Reason why written points did not take effect when they were due, if it has not been taken yet,
     /// and the number of writes at which it was last reported.
-    pub(super) held_back: Option<CouplingError>,
-    pub(super) held_back_writes: Option<u32>,
-    pub(super) ramp: Option<Ramp>,
+    pub(super) rejected_points: Option<CouplingError>,
+    pub(super) rejected_points_writes: Option<u32>,
+    pub(super) ramp: Option<GapRamp>,
     /// Set values of the last cycle.
     pub(super) master: Kinematics,
     pub(super) slave: Kinematics,
@@ -72,12 +72,12 @@ pub struct CamCoupling {
     finished: [Option<(Job, CouplingState)>; FINISHED],
     next_finished: usize,
     /// Finished jobs that have not been reported yet, a bit for each place.
-    untold: u16,
+    unreported: u16,
 }
 
 /// The two kinds of coupling, which exclude each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum CouplingKind {
     Single,
     Multi,
 }
@@ -97,8 +97,8 @@ impl CamCoupling {
             has_queue: false,
             data_waits: false,
             writes_seen: 0,
-            held_back: None,
-            held_back_writes: None,
+            rejected_points: None,
+            rejected_points_writes: None,
             ramp: None,
             master: Kinematics::default(),
             slave: Kinematics::default(),
@@ -107,7 +107,7 @@ impl CamCoupling {
             jobs: 0,
             finished: [None; FINISHED],
             next_finished: 0,
-            untold: 0,
+            unreported: 0,
         })
     }
 
@@ -135,8 +135,8 @@ impl CamCoupling {
 
     /// Takes the reason why written points did not take effect when they were due, once for each write.
     /// They wait for the next time, which may fail in the same way.
-    pub const fn take_held_back(&mut self) -> Option<CouplingError> {
-        self.held_back.take()
+    pub const fn take_rejected_points(&mut self) -> Option<CouplingError> {
+        self.rejected_points.take()
     }
 
     /// Computes one cycle: executes what is due, and returns the slave's set values for the master's.
@@ -243,7 +243,7 @@ impl CamCoupling {
             return Err(CouplingError::AxisError { code: 0 });
         }
         if self.has_queue || self.data_waits || self.writes_seen != tables.writes() {
-            let step = Step {
+            let step = MasterStep {
                 from: self.master.position,
                 to: master.position,
             };
@@ -314,19 +314,19 @@ impl CamCoupling {
         self.finished[place] = Some((job, state));
         self.next_finished = (place + 1) % FINISHED;
         // The owner of the coupling's first job sees its end by itself.
-        let is_untold = Some(job) != self.first;
-        self.untold = self.untold & !(1 << place) | u16::from(is_untold) << place;
+        let is_unreported = Some(job) != self.first;
+        self.unreported = self.unreported & !(1 << place) | u16::from(is_unreported) << place;
     }
 
     /// Returns the next finished job, of those that did not begin the coupling.
     pub(super) fn next_ended(&mut self) -> Option<Job> {
-        if self.untold == 0 {
+        if self.unreported == 0 {
             return None;
         }
         let oldest = self.next_finished;
-        let from_oldest = self.untold.rotate_right(oldest as u32);
+        let from_oldest = self.unreported.rotate_right(oldest as u32);
         let place = (oldest + from_oldest.trailing_zeros() as usize) % FINISHED;
-        self.untold &= !(1 << place);
+        self.unreported &= !(1 << place);
         self.finished[place].map(|(job, _)| job)
     }
 }

@@ -1,15 +1,15 @@
 //! The course after a change, checked ahead of the master: whether the slave can follow it.
 
+use super::coupling::CamCoupling;
 use super::error::CouplingError;
 use super::layer::Layer;
 use super::limits::CamLimits;
-use super::machine::CamCoupling;
-use super::placement::{Path, Placed};
-use super::ramp::Ramp;
+use super::placement::{Path, PlacedPlate};
+use super::ramp::GapRamp;
 use super::tables::Tables;
 use coaxle_curve::law::Quantity;
 use coaxle_curve::profile::Kinematics;
-use coaxle_plate::Course as Kind;
+use coaxle_plate::Course;
 
 /// Places of a cycle, and of a ramp, at which the course is checked, beside the peaks of a plate.
 const PLACES: u32 = 128;
@@ -22,16 +22,16 @@ const CYCLES: f64 = 128.0;
 const ROUNDING: f64 = 1e-6;
 
 /// Course of the slave once a change is in force: all plates, one of them new, and a ramp.
-pub(super) struct Course<'a> {
+pub(super) struct CourseAhead<'a> {
     pub(super) coupling: &'a CamCoupling,
     pub(super) tables: &'a Tables,
     /// Index of the place that changes, and the plate in it; none if it is removed.
     pub(super) index: usize,
-    pub(super) next: Option<Placed<'a>>,
-    pub(super) ramp: Option<Ramp>,
+    pub(super) next: Option<PlacedPlate<'a>>,
+    pub(super) ramp: Option<GapRamp>,
 }
 
-impl Course<'_> {
+impl CourseAhead<'_> {
     /// Checks whether the slave can follow the course ahead of a master that keeps its velocity: over a
     /// cycle of the new plate, and over the ramp, whose own jerk counts too.
     ///
@@ -47,9 +47,12 @@ impl Course<'_> {
         if velocity == 0.0 {
             return Ok(());
         }
-        for way in [self.way_on_plate(master), self.way_on_ramp(master)] {
+        for distance in [
+            self.distance_on_plate(master),
+            self.distance_on_ramp(master),
+        ] {
             for place in 0..=PLACES {
-                let master = from + way * f64::from(place) / f64::from(PLACES);
+                let master = from + distance * f64::from(place) / f64::from(PLACES);
                 self.check_at(master, velocity, limits)?;
             }
         }
@@ -59,13 +62,16 @@ impl Course<'_> {
 
     /// Checks the peaks of each plate, as far as they lie ahead.
     fn check_peaks(&self, master: &Kinematics, limits: &CamLimits) -> Result<(), CouplingError> {
-        let way = [self.way_on_plate(master), self.way_on_ramp(master)]
-            .into_iter()
-            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
-            .unwrap_or(0.0);
-        let ahead = (master.position, master.position + way);
+        let distance = [
+            self.distance_on_plate(master),
+            self.distance_on_ramp(master),
+        ]
+        .into_iter()
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0);
+        let ahead = (master.position, master.position + distance);
         let check =
-            |placed: &Placed<'_>| self.check_peaks_of(placed, ahead, master.velocity, limits);
+            |placed: &PlacedPlate<'_>| self.check_peaks_of(placed, ahead, master.velocity, limits);
         if let Some(placed) = &self.next {
             check(placed)?;
         }
@@ -77,20 +83,20 @@ impl Course<'_> {
 
     fn check_peaks_of(
         &self,
-        placed: &Placed<'_>,
+        placed: &PlacedPlate<'_>,
         (from, to): (f64, f64),
         velocity: f64,
         limits: &CamLimits,
     ) -> Result<(), CouplingError> {
-        let Placed { placement, plate } = placed;
+        let PlacedPlate { placement, plate } = placed;
         let (one, other) = (placement.on_plate(from), placement.on_plate(to));
         let (least, most) = (one.min(other), one.max(other));
         let period = plate.period();
         for peak in plate.peaks() {
             // The first time at or after the least place, and each cycle from there.
             let (mut place, cycle) = match plate.course() {
-                Kind::Linear => (peak, f64::INFINITY),
-                Kind::Cyclic => {
+                Course::Linear => (peak, f64::INFINITY),
+                Course::Cyclic => {
                     let turns = libm::ceil((least - peak) / period);
                     (peak + turns * period, period.max((most - least) / CYCLES))
                 }
@@ -110,7 +116,7 @@ impl Course<'_> {
         let Some(ramp) = &self.ramp else {
             return Ok(());
         };
-        let step = self.way_on_ramp(master) / f64::from(PLACES);
+        let step = self.distance_on_ramp(master) / f64::from(PLACES);
         let curvature = |place: u32| {
             let path = ramp.at(master.position + step * f64::from(place));
             path.unwrap_or_default().curvature
@@ -196,24 +202,25 @@ impl Course<'_> {
     }
 
     /// Returns the distance of the master ahead on the new plate: a cycle, or the rest of a linear one.
-    fn way_on_plate(&self, master: &Kinematics) -> f64 {
-        let Some(Placed { placement, plate }) = &self.next else {
+    fn distance_on_plate(&self, master: &Kinematics) -> f64 {
+        let Some(PlacedPlate { placement, plate }) = &self.next else {
             return 0.0;
         };
         let (start, end) = plate.master_range();
-        let ahead = |way: f64| way * master.velocity > 0.0;
-        if plate.course() == Kind::Cyclic {
+        let ahead = |distance: f64| distance * master.velocity > 0.0;
+        if plate.course() == Course::Cyclic {
             let period = placement.on_axis(end) - placement.on_axis(start);
             return period.abs().copysign(master.velocity);
         }
-        let ways = [start, end].map(|edge| placement.on_axis(edge) - master.position);
-        ways.into_iter()
-            .filter(|way| ahead(*way))
+        let distances = [start, end].map(|edge| placement.on_axis(edge) - master.position);
+        distances
+            .into_iter()
+            .filter(|distance| ahead(*distance))
             .max_by(|a, b| a.abs().total_cmp(&b.abs()))
             .unwrap_or(0.0)
     }
 
-    fn way_on_ramp(&self, master: &Kinematics) -> f64 {
+    fn distance_on_ramp(&self, master: &Kinematics) -> f64 {
         self.ramp
             .map_or(0.0, |ramp| ramp.length().copysign(master.velocity))
     }

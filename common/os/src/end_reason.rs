@@ -2,7 +2,7 @@
 
 /// Reason for the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum EndReason {
     /// End of its configured time.
     TimeUp,
     /// Ctrl-C.

@@ -1,106 +1,106 @@
 //! Checks of a change that are possible before it is due.
 
-use super::course::Course;
+use super::change_moment::ChangeMoment;
+use super::coupling::CamCoupling;
+use super::course_ahead::CourseAhead;
 use super::error::CouplingError;
-use super::machine::CamCoupling;
 use super::modes::{ActivationMode, JumpHandling};
-use super::moment::Moment;
-use super::placement::{Placed, Placement, Situation};
-use super::plan::First;
-use super::request::Terms;
+use super::placement::{PlacedPlate, Placement, PlacementContext};
+use super::plan::CouplingBegin;
+use super::request::CamInputs;
 use super::tables::{TableRef, Tables};
 use coaxle_plate::Plate;
 
 impl CamCoupling {
     /// Checks another plate for a place: completely if it is activated at once. Otherwise it checks
     /// whether the slave could follow it, with the master then as fast as it is now.
-    pub(super) fn foresee_plate(
+    pub(super) fn check_plate_early(
         &self,
         tables: &Tables,
         index: usize,
         table: TableRef,
-        terms: &Terms,
-        first: Option<&First>,
+        inputs: &CamInputs,
+        first: Option<&CouplingBegin>,
     ) -> Result<(), CouplingError> {
         let mut there = self.clone();
         if let Some(first) = first {
             (there.master, there.slave) = (first.master, first.slave);
         }
-        let Some(now) = there.moment_of_terms(terms) else {
+        let Some(now) = there.moment_of_inputs(inputs) else {
             let plate = tables.versions(&table)?.plate();
-            return there.foresee_alone(tables, index, Some(plate), terms);
+            return there.check_alone_early(tables, index, Some(plate), inputs);
         };
         there
-            .placing(tables, index, (&terms.scaling, &terms.jump), table, &now)
+            .placement_after_placing(tables, index, (&inputs.scaling, &inputs.jump), table, &now)
             .map(|_| ())
     }
 
-    /// Checks a plate that is scaled, as `foresee_plate`.
-    pub(super) fn foresee_scaling(
+    /// Checks a plate that is scaled, as `check_plate_early`.
+    pub(super) fn check_scaling_early(
         &self,
         tables: &Tables,
         index: usize,
-        terms: &Terms,
+        inputs: &CamInputs,
     ) -> Result<(), CouplingError> {
-        match self.moment_of_terms(terms) {
-            None => self.foresee_alone(tables, index, None, terms),
+        match self.moment_of_inputs(inputs) {
+            None => self.check_alone_early(tables, index, None, inputs),
             Some(now) => self
-                .scaled(tables, index, &terms.scaling, &terms.jump, &now)
+                .placement_after_scaling(tables, index, &inputs.scaling, &inputs.jump, &now)
                 .map(|_| ()),
         }
     }
 
-    /// Checks a plate that is removed, as `foresee_plate`.
-    pub(super) fn foresee_removal(
+    /// Checks a plate that is removed, as `check_plate_early`.
+    pub(super) fn check_removal_early(
         &self,
         tables: &Tables,
         index: usize,
-        terms: &Terms,
+        inputs: &CamInputs,
     ) -> Result<(), CouplingError> {
-        match self.moment_of_terms(terms) {
-            Some(now) if !self.is_last_plate() => {
-                self.removing(tables, index, &terms.jump, &now).map(|_| ())
-            }
+        match self.moment_of_inputs(inputs) {
+            Some(now) if !self.is_last_plate() => self
+                .ramp_after_removal(tables, index, &inputs.jump, &now)
+                .map(|_| ()),
             _ => Ok(()),
         }
     }
 
     /// Returns the present moment, for a change that comes with the next cycle, before any other.
-    fn moment_of_terms(&self, terms: &Terms) -> Option<Moment> {
-        let at_once = terms.activation.mode == ActivationMode::Instantaneous;
-        (at_once && !self.has_queue).then(|| Moment::at(self.master.position))
+    fn moment_of_inputs(&self, inputs: &CamInputs) -> Option<ChangeMoment> {
+        let at_once = inputs.activation.mode == ActivationMode::Instantaneous;
+        (at_once && !self.has_queue).then(|| ChangeMoment::at(self.master.position))
     }
 
     /// Checks the only plate of a slave by itself: its placement when it is due only shifts it.
-    fn foresee_alone(
+    fn check_alone_early(
         &self,
         tables: &Tables,
         index: usize,
         other: Option<&Plate>,
-        terms: &Terms,
+        inputs: &CamInputs,
     ) -> Result<(), CouplingError> {
         let is_only = self.layers.iter().flatten().count() <= 1;
-        if terms.jump == JumpHandling::Allow || !is_only || self.has_queue {
+        if inputs.jump == JumpHandling::Allow || !is_only || self.has_queue {
             return Ok(());
         }
-        let moment = Moment::at(self.master.position);
+        let moment = ChangeMoment::at(self.master.position);
         let layer = self.layers[index].as_ref();
         let before = layer.map(|layer| layer.placed(tables)).transpose()?;
         let Some(plate) = other.or(before.map(|before| before.plate)) else {
             return Ok(());
         };
-        let situation = Situation {
+        let context = PlacementContext {
             moment,
             before,
             strokes: 0.0,
             reference: self.slave.position,
         };
-        let placement = Placement::settle(&terms.scaling, plate, &situation);
-        let next = Some(Placed {
+        let placement = Placement::settle(&inputs.scaling, plate, &context);
+        let next = Some(PlacedPlate {
             placement: &placement,
             plate,
         });
-        let course = Course {
+        let course = CourseAhead {
             coupling: self,
             tables,
             index,

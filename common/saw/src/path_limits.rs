@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Limits of the slave on its path to the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Chase {
+pub(super) struct PathLimits {
     /// The limits in force.
     pub(super) limits: Limits,
     /// Greatest velocity of a line that the slave may follow, u/s: at least that of the limits.
@@ -19,9 +19,9 @@ pub(super) struct Chase {
 }
 
 /// Range of velocities.
-type Window = (f64, f64);
+type VelocityRange = (f64, f64);
 
-impl Chase {
+impl PathLimits {
     /// Plans the fastest profile onto a line that passes, with `share` of acceleration, deceleration and
     /// jerk. None if no profile leads there; an error with the reason of the fastest if none passes.
     ///
@@ -34,17 +34,17 @@ impl Chase {
         share: f64,
         check: impl Fn(&Profile) -> Result<(), E>,
     ) -> Option<Result<Profile, E>> {
-        let window = self.window(start.velocity, line.velocity);
+        let velocity_range = self.velocity_range(start.velocity, line.velocity);
         let (up, down) = (self.limits.acceleration(), self.limits.deceleration());
         let either = up.min(down);
-        let turning = self.way((start, line), window, (either, either), share);
+        let turning = self.profile_onto((start, line), velocity_range, (either, either), share);
         let turning = turning.map(|profile| check(&profile).map(|()| profile));
         // No profile is faster than one that may use all that the others may.
         if up == down && matches!(turning, Some(Ok(_))) {
             return turning;
         }
         let onward = self
-            .onward((start, line), window, (up, down), share)
+            .onward((start, line), velocity_range, (up, down), share)
             .map(|profile| check(&profile).map(|()| profile));
         faster(turning, onward)
     }
@@ -54,12 +54,12 @@ impl Chase {
     fn onward(
         &self,
         (start, line): (&Kinematics, &Kinematics),
-        (lowest, highest): Window,
+        (lowest, highest): VelocityRange,
         (faster, slower): (f64, f64),
         share: f64,
     ) -> Option<Profile> {
         let (ahead, is_up) = (start.velocity * line.velocity, line.velocity >= 0.0);
-        let window = if is_up {
+        let velocity_range = if is_up {
             (lowest.max(0.0), highest)
         } else {
             (lowest, highest.min(0.0))
@@ -70,7 +70,7 @@ impl Chase {
             (true, true) => (faster, slower),
             (true, false) => (slower, faster),
         };
-        let profile = self.way((start, line), window, pushes, share)?;
+        let profile = self.profile_onto((start, line), velocity_range, pushes, share)?;
         let extremes = ProfileExtremes::of(&profile);
         let slack = ROUNDING * self.limits.velocity();
         let turns = if is_up {
@@ -81,17 +81,17 @@ impl Chase {
         (!turns || faster == slower || ahead < 0.0).then_some(profile)
     }
 
-    fn way(
+    fn profile_onto(
         &self,
         (start, line): (&Kinematics, &Kinematics),
-        window: Window,
+        velocity_range: VelocityRange,
         pushes: (f64, f64),
         share: f64,
     ) -> Option<Profile> {
         if line.velocity.abs() > self.fastest_line * (1.0 + ROUNDING) {
             return None;
         }
-        let profile = to_line(start, line, &self.band(window, pushes, share))?;
+        let profile = to_line(start, line, &self.band(velocity_range, pushes, share))?;
         let end = profile.end();
         let numbers = [profile.duration().0, end.position, end.velocity];
         numbers.iter().all(|n| n.is_finite()).then_some(profile)
@@ -118,9 +118,9 @@ impl Chase {
     /// Plans the path towards a line that cannot be caught, as fast as possible; along with it if it is
     /// too fast.
     pub(super) fn towards(&self, start: &Kinematics, line: &Kinematics) -> Profile {
-        let window = self.window(start.velocity, line.velocity);
+        let velocity_range = self.velocity_range(start.velocity, line.velocity);
         let push = self.limits.acceleration().min(self.limits.deceleration());
-        let band = self.band(window, (push, push), 1.0);
+        let band = self.band(velocity_range, (push, push), 1.0);
         let velocity = if line.velocity.abs() > self.fastest_line {
             line.velocity.clamp(band.lowest, band.highest)
         } else if line.position > start.position {
@@ -131,7 +131,7 @@ impl Chase {
         towards(start, velocity, &band)
     }
 
-    fn band(&self, (lowest, highest): Window, (up, down): (f64, f64), share: f64) -> Band {
+    fn band(&self, (lowest, highest): VelocityRange, (up, down): (f64, f64), share: f64) -> Band {
         let part = share * (1.0 - ROUNDING);
         Band {
             lowest,
@@ -143,7 +143,7 @@ impl Chase {
     }
 
     /// Returns the velocities from `from` to `to` that the limit and the mask allow.
-    fn window(&self, from: f64, to: f64) -> Window {
+    fn velocity_range(&self, from: f64, to: f64) -> VelocityRange {
         let limit = self.limits.velocity() * (1.0 - ROUNDING);
         let reached = if to.abs() <= self.fastest_line {
             to

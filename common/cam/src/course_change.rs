@@ -1,22 +1,22 @@
 //! The transition from the old course to the new one: the slave's ramp, and its refusal.
 
-use super::course::Course;
+use super::change_moment::ChangeMoment;
+use super::coupling::CamCoupling;
+use super::course_ahead::CourseAhead;
 use super::error::CouplingError;
-use super::machine::CamCoupling;
 use super::modes::JumpHandling;
-use super::moment::Moment;
-use super::placement::{Path, Placed};
-use super::ramp::Ramp;
+use super::placement::{Path, PlacedPlate};
+use super::ramp::GapRamp;
 use super::tables::Tables;
 use coaxle_curve::profile::Kinematics;
 
 /// Change of the slave's course, and its place.
 #[derive(Clone, Copy)]
-pub(super) struct Crossing<'a> {
-    pub(super) moment: &'a Moment,
+pub(super) struct CourseChange<'a> {
+    pub(super) moment: &'a ChangeMoment,
     /// The place that changes, and the plate in it from then on.
     pub(super) index: usize,
-    pub(super) next: Option<Placed<'a>>,
+    pub(super) next: Option<PlacedPlate<'a>>,
     /// The old course less the new one.
     pub(super) gap: Path,
     pub(super) jump: &'a JumpHandling,
@@ -28,9 +28,9 @@ impl CamCoupling {
     pub(super) fn bridge(
         &self,
         tables: &Tables,
-        to: &Crossing<'_>,
-    ) -> Result<Option<Ramp>, CouplingError> {
-        let Crossing {
+        to: &CourseChange<'_>,
+    ) -> Result<Option<GapRamp>, CouplingError> {
+        let CourseChange {
             moment,
             index,
             next,
@@ -55,14 +55,14 @@ impl CamCoupling {
                     return Err(CouplingError::SlaveMoving { velocity: moving });
                 }
                 let gap = gap + self.ramp_at(moment);
-                Some(Ramp::new(moment.master, master_length, gap))
+                Some(GapRamp::new(moment.master, master_length, gap))
             }
         };
         let master = Kinematics {
             position: moment.master,
             ..self.master
         };
-        let course = Course {
+        let course = CourseAhead {
             coupling: self,
             tables,
             index,
@@ -74,7 +74,7 @@ impl CamCoupling {
     }
 
     /// Checks whether the slave can change its course within a cycle.
-    fn check_jump(&self, tables: &Tables, to: &Crossing<'_>) -> Result<(), CouplingError> {
+    fn check_jump(&self, tables: &Tables, to: &CourseChange<'_>) -> Result<(), CouplingError> {
         let limits = &self.parameters.limits;
         let allowed = limits.farthest();
         let rounding = 1e-12 * self.position_at(tables, to.moment)?.abs();
@@ -103,7 +103,7 @@ impl CamCoupling {
         &self,
         tables: &Tables,
         index: usize,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<Path, CouplingError> {
         match &self.layers[index] {
             Some(layer) => layer.path_at(tables, moment.master),
@@ -130,7 +130,7 @@ impl CamCoupling {
     pub(super) fn position_at(
         &self,
         tables: &Tables,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<f64, CouplingError> {
         if self.is_coupled() {
             Ok(self.path_at(tables, moment)?.position)
@@ -140,7 +140,11 @@ impl CamCoupling {
     }
 
     /// Returns the course of a coupled slave: the sum of all plates and the ramp.
-    pub(super) fn path_at(&self, tables: &Tables, moment: &Moment) -> Result<Path, CouplingError> {
+    pub(super) fn path_at(
+        &self,
+        tables: &Tables,
+        moment: &ChangeMoment,
+    ) -> Result<Path, CouplingError> {
         let mut path = self.ramp_at(moment);
         for layer in self.layers.iter().flatten() {
             path += layer.path_at(tables, moment.master)?;
@@ -148,7 +152,7 @@ impl CamCoupling {
         Ok(path)
     }
 
-    fn ramp_at(&self, moment: &Moment) -> Path {
+    fn ramp_at(&self, moment: &ChangeMoment) -> Path {
         self.ramp
             .and_then(|ramp| ramp.at(moment.master))
             .unwrap_or_default()
@@ -160,10 +164,10 @@ impl CamCoupling {
 
     /// Sets the slave to position and velocity where the last plate ends, so that a plate that ends at
     /// rest leaves it at rest.
-    pub(super) fn leave_slave_at(
+    pub(super) fn hand_over_slave(
         &mut self,
         tables: &Tables,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
         self.slave = self.path_at(tables, moment)?.slave_of(&self.master);
         Ok(())

@@ -2,11 +2,11 @@
 
 use super::command::GearInPos;
 use super::refusal::SawRefusal;
-use super::task::{Task, finite};
+use super::task::{SyncTask, finite};
 
 /// Distances from the coupling moment to the synchronisation position.
-pub(super) struct Span<'a> {
-    pub(super) task: &'a Task,
+pub(super) struct SyncSpan<'a> {
+    pub(super) task: &'a SyncTask,
     /// M, signed.
     pub(super) master: f64,
     /// Δs.
@@ -19,10 +19,10 @@ pub(super) struct Span<'a> {
     pub(super) sync: (f64, f64),
 }
 
-impl<'a> Span<'a> {
+impl<'a> SyncSpan<'a> {
     /// # Errors
     /// Positions that are not finite, or not ahead of master and slave.
-    pub(super) fn new(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+    pub(super) fn new(task: &'a SyncTask, command: &GearInPos) -> Result<Self, SawRefusal> {
         let span = Self::of_master(task, command)?;
         let direction = task.ratio.signum() * span.master.signum();
         if span.slave * direction <= 0.0 {
@@ -39,7 +39,7 @@ impl<'a> Span<'a> {
     ///
     /// # Errors
     /// Positions that are not finite, or not ahead of the master.
-    pub(super) fn of_master(task: &'a Task, command: &GearInPos) -> Result<Self, SawRefusal> {
+    pub(super) fn of_master(task: &'a SyncTask, command: &GearInPos) -> Result<Self, SawRefusal> {
         check_positions(command)?;
         let sync = (command.master_sync_position, command.slave_sync_position);
         let master = sync.0 - task.master_position;

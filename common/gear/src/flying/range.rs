@@ -2,13 +2,13 @@
 
 use coaxle_curve::profile::{Kinematics, Limits};
 
-use super::demands::Ability;
-use super::window::Window;
+use super::demands::SlaveDynamics;
+use super::window::GearWindow;
 use super::{FlyingGear, FlyingGearError};
 
 /// The range of the master over which a flying gear is engaged or released, and its demands on the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FlyingGearStretch {
+pub struct FlyingGearRange {
     /// Position of the master when the slave stands, u.
     pub master_free: f64,
     /// Position of the master when the slave is fully coupled, u.
@@ -29,8 +29,8 @@ pub struct FlyingGearStretch {
 impl FlyingGear {
     /// Ranges of engaging and release, with a master of this speed, u/s, and this cycle time, s.
     #[must_use]
-    pub fn stretches(&self, speed: f64, cycle: f64) -> [FlyingGearStretch; 2] {
-        [&self.engaging, &self.releasing].map(|window| self.stretch(window, speed.abs(), cycle))
+    pub fn ranges(&self, speed: f64, cycle: f64) -> [FlyingGearRange; 2] {
+        [&self.engaging, &self.releasing].map(|window| self.range(window, speed.abs(), cycle))
     }
 
     /// Returns the direction of the master for engaging: 1 or -1.
@@ -56,24 +56,24 @@ impl FlyingGear {
         speed: f64,
         cycle: f64,
     ) -> Result<(), FlyingGearError> {
-        self.check_demands(&Ability::of(limits), speed.abs(), cycle)
+        self.check_demands(&SlaveDynamics::of(limits), speed.abs(), cycle)
     }
 
     /// Returns the master's greatest speed at which a slave can follow, u/s.
     #[must_use]
     pub fn fastest(&self, limits: &Limits, cycle: f64) -> f64 {
-        let ability = Ability::of(limits);
-        ability
+        let dynamics = SlaveDynamics::of(limits);
+        dynamics
             .fastest(&self.engaging, cycle)
-            .min(ability.fastest(&self.releasing, cycle))
+            .min(dynamics.fastest(&self.releasing, cycle))
     }
 
-    fn stretch(&self, window: &Window, speed: f64, cycle: f64) -> FlyingGearStretch {
+    fn range(&self, window: &GearWindow, speed: f64, cycle: f64) -> FlyingGearRange {
         let [velocity, acceleration, jerk] = window.demands(speed, cycle);
         let standing = Kinematics::default();
         let slave = |course| self.slave_of(&course, &standing).position;
         let master = |progress: f64| self.master_sync + self.master_direction * progress;
-        FlyingGearStretch {
+        FlyingGearRange {
             master_free: master(window.free_master()),
             master_coupled: master(window.coupled_master),
             slave_free: slave(window.freed()),

@@ -1,24 +1,24 @@
 //! Changes for one cycle, and the return from them.
 
+use super::change_moment::{ChangeMoment, MasterStep};
 use super::command::{AxisScaling, ScalingData};
+use super::coupling::CamCoupling;
 use super::error::CouplingError;
 use super::layer::{Layer, Pending, Undo};
-use super::machine::CamCoupling;
 use super::modes::ScalingMode;
-use super::moment::{Moment, Step};
-use super::placement::{Path, Placed, Placement, Situation};
+use super::placement::{Path, PlacedPlate, Placement, PlacementContext};
 use super::tables::Tables;
 use super::trigger::next_cycle;
 use coaxle_axis::CommandState;
 
 impl CamCoupling {
     /// Removes the plate in a place: for one cycle, or for good.
-    pub(super) fn keep_or_drop(
+    pub(super) fn suspend_or_remove(
         &mut self,
         tables: &mut Tables,
         index: usize,
         pending: &Pending,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) {
         let before = self.layers[index];
         let mut strokes = 0.0;
@@ -50,7 +50,7 @@ impl CamCoupling {
         &mut self,
         tables: &mut Tables,
         index: usize,
-        step: Step,
+        step: MasterStep,
     ) -> Result<(), CouplingError> {
         let Some(undo) = &mut self.queues[index].undo else {
             return Ok(());
@@ -88,11 +88,12 @@ impl CamCoupling {
         tables: &mut Tables,
         index: usize,
         undo: &Undo,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
         let before = undo.before.ok_or(CouplingError::NotCoupled)?.placement;
         let scaling = scaling_back(&undo.scaling, &before);
-        let (placement, ramp) = self.scaled(tables, index, &scaling, &undo.jump, moment)?;
+        let (placement, ramp) =
+            self.placement_after_scaling(tables, index, &scaling, &undo.jump, moment)?;
         self.ramp = ramp;
         if let Some(layer) = &mut self.layers[index] {
             layer.placement = placement;
@@ -105,7 +106,7 @@ impl CamCoupling {
         tables: &mut Tables,
         index: usize,
         undo: &Undo,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
         let reference = self.reference(tables, index, moment)?;
         let placement = match &undo.before {
@@ -114,12 +115,12 @@ impl CamCoupling {
         };
         if let (Some(layer), Some(placement)) = (&undo.before, &placement) {
             let plate = tables.versions(&layer.table)?.plate();
-            let next = Placed { placement, plate };
-            self.ramp = self.moving(tables, index, next, &undo.jump, moment)?;
+            let next = PlacedPlate { placement, plate };
+            self.ramp = self.ramp_after_move(tables, index, next, &undo.jump, moment)?;
         } else if self.is_last_plate() {
-            self.leave_slave_at(tables, moment)?;
+            self.hand_over_slave(tables, moment)?;
         } else {
-            self.ramp = self.removing(tables, index, &undo.jump, moment)?;
+            self.ramp = self.ramp_after_removal(tables, index, &undo.jump, moment)?;
         }
         // As for a new plate: acquired before the previous one is left.
         let lease = match &undo.before {
@@ -149,21 +150,21 @@ impl CamCoupling {
         undo: &Undo,
         layer: &Layer,
         reference: Path,
-        moment: &Moment,
+        moment: &ChangeMoment,
     ) -> Result<Placement, CouplingError> {
         let plate = tables.versions(&layer.table)?.plate();
         let mut placement = layer.placement;
         if undo.scaling.master.mode == ScalingMode::AutoOffset
             && let Some(present) = &self.layers[index]
         {
-            let situation = Situation {
+            let context = PlacementContext {
                 moment: *moment,
                 before: Some(present.placed(tables)?),
                 strokes: undo.strokes,
                 reference: reference.position,
             };
             placement =
-                Placement::settle(&scaling_back(&undo.scaling, &placement), plate, &situation);
+                Placement::settle(&scaling_back(&undo.scaling, &placement), plate, &context);
         }
         if undo.scaling.slave.mode == ScalingMode::AutoOffset {
             placement = placement.through(plate, moment.master, reference.position);

@@ -12,7 +12,7 @@ pub struct CouplingMoment {
     /// The master's set values.
     pub master: Kinematics,
     /// Set if the master is an encoder, whose acceleration is never exactly zero.
-    pub encoder: Option<EncoderMaster>,
+    pub encoder: Option<EncoderNoise>,
     /// The slave's set values.
     pub slave: Kinematics,
     /// Limits of the slave's axis.
@@ -68,14 +68,14 @@ impl SlaveLimits {
 /// Encoder as a master: TS5055 7. Accelerations of less than two increments of position per cycle and
 /// cycle are its noise and count as zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EncoderMaster {
+pub struct EncoderNoise {
     /// Scaling, user units per increment.
     pub scaling: f64,
     /// The cycle time.
     pub cycle: Seconds,
 }
 
-impl EncoderMaster {
+impl EncoderNoise {
     /// Returns the smallest acceleration that counts, u/s².
     #[must_use]
     pub fn acceleration_threshold(&self) -> f64 {
@@ -90,7 +90,7 @@ impl CouplingMoment {
     ///
     /// # Errors
     /// [`SawRefusal::Limit`] for an invalid velocity.
-    pub(super) fn going(
+    pub(super) fn with_expected_velocity(
         &self,
         master_velocity: Option<f64>,
         direction: f64,

@@ -4,31 +4,31 @@
 use coaxle_curve::profile::{Kinematics, Profile};
 
 use super::over_time::between;
-use super::pursuit::Pursuit;
-use super::{Phase, SawCoupling};
+use super::pursuit::LinePursuit;
+use super::{SawCoupling, SawPhase};
 use crate::SyncMask;
-use crate::moment::EncoderMaster;
+use crate::coupling_moment::EncoderNoise;
 use crate::plan::SawPlan;
 use crate::rollback::RollbackReaction;
 
 impl SawCoupling {
     /// Begins to pursue the line, if the slave is not on it already.
-    pub(super) fn set_out(&mut self, plan: &SawPlan) {
+    pub(super) fn start_pursuit(&mut self, plan: &SawPlan) {
         let Some(profile) = plan.time_profile() else {
             return self.become_synchronous();
         };
-        self.phase = Phase::Early(self.pursuit_along(*profile, plan.master_start()));
+        self.phase = SawPhase::Early(self.pursuit_along(*profile, plan.master_start()));
     }
 
     /// Pursues the line from the position at which the limits have left the axis.
-    pub(super) fn pursuit_from(&self, axis: &Kinematics) -> Pursuit {
+    pub(super) fn pursuit_from(&self, axis: &Kinematics) -> LinePursuit {
         let stop = self.command.chase(&self.axis, axis).stopping(axis);
         let mut pursuit = self.pursuit_along(stop, self.master_position);
         pursuit.plan_again();
         pursuit
     }
 
-    fn pursuit_along(&self, profile: Profile, master: f64) -> Pursuit {
+    fn pursuit_along(&self, profile: Profile, master: f64) -> LinePursuit {
         let line = self.line.slave_of(&Kinematics {
             position: master,
             velocity: self.plan.master_velocity(),
@@ -36,15 +36,15 @@ impl SawCoupling {
         });
         let chase = self.command.chase(&self.axis, &self.slave);
         let start = self.plan.slave_start().position;
-        Pursuit::new(chase, self.command.range(&self.axis, start), profile, line)
+        LinePursuit::new(chase, self.command.range(&self.axis, start), profile, line)
     }
 
-    pub(super) fn pursue(&mut self, master: &Kinematics, before: f64, dt: f64) {
+    pub(super) fn follow_line(&mut self, master: &Kinematics, before: f64, dt: f64) {
         let line = self.line.slave_of(&Kinematics {
             acceleration: self.planned_acceleration(master),
             ..*master
         });
-        let Phase::Early(pursuit) = &mut self.phase else {
+        let SawPhase::Early(pursuit) = &mut self.phase else {
             return;
         };
         let from = self.slave;
@@ -57,10 +57,10 @@ impl SawCoupling {
             });
         }
         match next {
-            Some(slave) => self.lead_to(slave, master, dt),
+            Some(slave) => self.apply_set_values(slave, master, dt),
             None => {
                 self.become_synchronous();
-                self.lead_to(self.line.slave_of(master), master, dt);
+                self.apply_set_values(self.line.slave_of(master), master, dt);
             }
         }
     }
@@ -68,7 +68,7 @@ impl SawCoupling {
     /// Returns the acceleration of the master, as used for planning.
     fn planned_acceleration(&self, master: &Kinematics) -> f64 {
         let is_noise =
-            |encoder: EncoderMaster| master.acceleration.abs() < encoder.acceleration_threshold();
+            |encoder: EncoderNoise| master.acceleration.abs() < encoder.acceleration_threshold();
         let is_ignored = self.command.mask().contains(SyncMask::IGNORE_MASTER_ACC);
         if is_ignored || self.encoder.is_some_and(is_noise) {
             0.0

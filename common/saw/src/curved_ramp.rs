@@ -7,9 +7,9 @@
 //! shortest is found by a search.
 
 use super::checks::Checklist;
-use super::piece::Piece;
+use super::path_piece::PathPiece;
 use super::refusal::SawRefusal;
-use super::task::Task;
+use super::task::SyncTask;
 
 /// Factor between the durations of successive tries.
 const NEXT_TRY: f64 = 1.1;
@@ -22,8 +22,8 @@ const HALVINGS: usize = 40;
 const ROUNDING: f64 = 1e-13;
 
 /// Finds the shortest ramp of this task within acceleration, deceleration and jerk.
-pub(super) fn shortest(task: &Task) -> Result<Piece, SawRefusal> {
-    let change = Change::of(task);
+pub(super) fn shortest(task: &SyncTask) -> Result<PathPiece, SawRefusal> {
+    let change = VelocityRise::of(task);
     let limits = task.checklist.dynamics_only();
     let lasting = |duration| ramp_lasting(task, duration);
     let passes = |duration| {
@@ -31,14 +31,14 @@ pub(super) fn shortest(task: &Task) -> Result<Piece, SawRefusal> {
         limits.dynamics(&demands).is_ok()
     };
     let found = change.at_its_limits(&limits, passes);
-    let found = found.or_else(|| change.looked_for(&limits, passes));
+    let found = found.or_else(|| change.search(&limits, passes));
     found.map(lasting).ok_or(SawRefusal::NoRamp {
         slave_acceleration: change.acceleration,
     })
 }
 
-fn ramp_lasting(task: &Task, duration: f64) -> Piece {
-    Piece::curved_ramp(
+fn ramp_lasting(task: &SyncTask, duration: f64) -> PathPiece {
+    PathPiece::curved_ramp(
         task.master_position,
         task.master_velocity * duration,
         task.slave_position,
@@ -49,15 +49,15 @@ fn ramp_lasting(task: &Task, duration: f64) -> Piece {
 
 /// Change of velocity, over time.
 #[derive(Clone, Copy, Debug)]
-struct Change {
+struct VelocityRise {
     /// Velocity at the start and at the end, u/s.
     velocity: (f64, f64),
     /// Acceleration at the start, u/s².
     acceleration: f64,
 }
 
-impl Change {
-    fn of(task: &Task) -> Self {
+impl VelocityRise {
+    fn of(task: &SyncTask) -> Self {
         Self {
             velocity: (task.slave_velocity, task.sync_velocity()),
             acceleration: task.curvature() * task.master_velocity * task.master_velocity,
@@ -145,7 +145,7 @@ impl Change {
 
     /// Finds the first of longer and longer durations that passes, and from there bisects back to the one
     /// before.
-    fn looked_for(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
+    fn search(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
         let first = self.least(limits);
         let mut tries = core::iter::successors(Some(first), |duration| Some(duration * NEXT_TRY));
         let mut passed = tries.by_ref().take(TRIES).find(|&try_| passes(try_))?;
@@ -230,23 +230,23 @@ mod tests {
         ) {
             let limits = limits(up, down, jerk);
             let sign = if backwards { -1.0 } else { 1.0 };
-            let change = Change { velocity: (sign * from, sign * to), acceleration: share * up.min(down) };
+            let change = VelocityRise { velocity: (sign * from, sign * to), acceleration: share * up.min(down) };
             let passes = |duration: f64| {
                 let (slope, curvature) = (change.velocity.0, change.acceleration);
-                let ramp = Piece::curved_ramp(0.0, duration, 0.0, (slope, curvature), change.velocity.1);
+                let ramp = PathPiece::curved_ramp(0.0, duration, 0.0, (slope, curvature), change.velocity.1);
                 limits.dynamics(&ramp.demands(1.0)).is_ok()
             };
             if let Some(found) = change.at_its_limits(&limits, passes) {
                 prop_assert!(passes(found));
-                let looked_for = change.looked_for(&limits, passes);
-                prop_assert!(looked_for.is_none_or(|other| found <= other * (1.0 + 1e-9)), "{found} {looked_for:?}");
+                let search = change.search(&limits, passes);
+                prop_assert!(search.is_none_or(|other| found <= other * (1.0 + 1e-9)), "{found} {search:?}");
             }
         }
     }
 
     #[test]
     fn a_change_without_a_reversal_has_its_limits() {
-        let change = Change {
+        let change = VelocityRise {
             velocity: (250.0, 500.0),
             acceleration: 500.0,
         };
