@@ -3,16 +3,20 @@
 //! From the top down:
 //!
 //! * [`reported`] runs a scenario and leaves its report, [`sweep`] does it over a grid;
-//! * [`run`] is the report of a run: figures, their page, and [`run::print`], which draws them as SVG and PDF;
+//! * [`run`] is the report of a run: figures and their page;
 //! * [`table`] has the results of a run for a terminal;
 //! * [`inspect`] is what commands share that look into a file: answers, tables, numbers and charts;
-//! * [`page`] frames a page, with figures of the plotting library; [`plotting`] has what all plots share: colours, axes.
+//! * [`figure`] is the one model of what is drawn; [`page`] draws it in a browser, [`print`](mod@print) as SVG and PDF;
+//! * [`plotting`] has what all plots share, those of nodes that run among them: colours, numbers, axes.
 //!
 //! It knows the lab, and neither Zenoh nor a server.
 
+pub mod figure;
+mod html;
 pub mod inspect;
 pub mod page;
 pub mod plotting;
+pub mod print;
 pub mod reported;
 pub mod run;
 pub mod sweep;

@@ -10,7 +10,7 @@ use coaxle_lab::scenario::Scenario;
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_lab::summary::Summary;
 
-use crate::run::{Report, print, write};
+use crate::run::{Report, write, write_figures};
 
 /// What a report has beside the run.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +61,7 @@ pub fn run(
         },
     )?;
     if let Some((folder, width_mm)) = &presentation.figures {
-        print::write(folder, &summary, &curves, *width_mm)?;
+        write_figures(folder, &summary, &curves, *width_mm)?;
     }
     Ok(Outcome { summary, report })
 }

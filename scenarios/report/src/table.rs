@@ -21,7 +21,8 @@ pub use routers::routers;
 /// for all receivers the table is continued below, so that nothing is cut.
 #[must_use]
 pub fn results(summary: &Summary) -> String {
-    let width = Table::new().width().unwrap_or(WIDTH_OF_A_FILE);
+    let terminal = terminal_size::terminal_size_of(std::io::stdout());
+    let width = terminal.map_or(WIDTH_OF_A_FILE, |(width, _)| width.0);
     results_within(summary, width.into())
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use coaxle_report::figure::{Curve, Data, Panel};
 
 /// A folder of the scenarios.
 pub(crate) fn folder(name: &str) -> PathBuf {
@@ -30,24 +30,23 @@ pub(crate) fn examples_of(handbook: &str) -> Vec<String> {
         .collect()
 }
 
-/// The figure of a page, as a browser would read it.
-pub(crate) fn figure_of(page: &str, id: &str) -> Value {
-    let (_, rest) = page
-        .split_once(&format!("id=\"{id}-figure\">"))
-        .expect("a figure");
-    let (json, _) = rest.split_once("</script>").expect("an end");
-    serde_json::from_str(json).expect("JSON")
+/// The points of each curve of a panel, by name.
+pub(crate) fn curves_of(panel: &Panel) -> Vec<(&Curve, &[(f64, f64)])> {
+    let points = panel.curves.iter().map(|curve| match &curve.data {
+        Data::Points(points) | Data::Course(points) => points.as_slice(),
+        Data::Levels { .. } => panic!("no points"),
+    });
+    panel.curves.iter().zip(points).collect()
 }
 
-/// A page loads nothing from elsewhere, and runs only the plotting library and its own script.
+/// A page is small, loads nothing from elsewhere, and runs only its own scripts.
 pub(crate) fn stands_alone(page: &str) {
-    // The plotting library, the figure, and the page's own script.
-    assert_eq!(page.matches("</script>").count(), 3);
-    let own: String = page
-        .split("<script")
-        .filter(|part| !part.contains("plotly.js v"))
-        .collect();
-    for reference in ["http:", "https:", "src=", "href=", "@import"] {
-        assert!(!own.contains(reference), "{reference}");
+    // Its own scripts, and the figure.
+    let own = coaxle_report::page::document("", "");
+    let scripts = |page: &str| page.matches("</script>").count();
+    assert_eq!(scripts(page), scripts(&own) + 1);
+    for reference in ["http:", "https:", "src=", "href=", "@import", "url("] {
+        assert!(!page.contains(reference), "{reference}");
     }
+    assert!(page.len() < 200_000, "{} bytes", page.len());
 }

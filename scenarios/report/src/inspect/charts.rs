@@ -1,18 +1,17 @@
 //! Position, velocity, acceleration and jerk as charts, one above the other.
 
 use coaxle_curve::law::Motion;
-use serde_json::{Value, json};
 
 use super::QUANTITIES;
-use crate::page::{axis_name, band, escaped, layout, vertical};
+use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Scale, around, thinned};
 use crate::plotting::NEUTRAL;
 
 /// Four charts over one axis.
 pub struct Charts {
-    /// What lies along the axis, with its unit.
-    pub along: String,
-    /// The quantities with their units.
-    pub headings: [String; 4],
+    /// What lies along the axis, and its unit.
+    pub along: (String, String),
+    /// The units of the quantities.
+    pub units: [String; 4],
     /// The curves.
     pub course: Sampled,
     /// Places on them to point out.
@@ -61,106 +60,167 @@ impl Sampled {
 }
 
 impl Sampled {
+    /// One of the quantities over the places.
+    fn points(&self, quantity: usize) -> Vec<(f64, f64)> {
+        let values = self.values[quantity].iter();
+        self.along.iter().copied().zip(values.copied()).collect()
+    }
+
+    /// The least and the largest value of a quantity.
+    fn extent(&self, quantity: usize) -> (f64, f64) {
+        let values = self.values[quantity].iter();
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        })
+    }
+
     /// Where the places are, and the position, velocity, acceleration and jerk there.
     pub const fn columns(&self) -> (&Vec<f64>, &[Vec<f64>; 4]) {
         (&self.along, &self.values)
     }
 }
 
+/// Columns that a curve of very many places is thinned to: about what a screen has. Four points a column are kept, so that the
+/// page of a table of noise in all four charts stays below 200 kB; fewer than 3 200 places are all there.
+const COLUMNS: usize = 800;
+/// Height of a chart in a browser, pixels.
+const HEIGHT: usize = 210;
+
 impl Charts {
-    /// The figure, as the plotting library takes it.
-    pub fn figure(&self) -> Value {
-        let mut layout = layout(&escaped(&self.along));
-        let mut data = Vec::new();
-        for (n, heading) in self.headings.iter().enumerate() {
-            let axis = axis_name(n);
-            let mut scale = vertical(&escaped(heading), self.range(n));
-            scale["domain"] = band(n, QUANTITIES.len());
-            scale["exponentformat"] = "power".into();
-            layout[axis.replacen('y', "yaxis", 1)] = scale;
-            data.push(self.curve(n, &axis));
-            data.push(self.points(n, &axis));
-            data.extend(self.lines[n].iter().map(|line| self.level(line, &axis)));
-        }
-        layout["showlegend"] = false.into();
-        layout["hovermode"] = "x".into();
-        layout["hoversubplots"] = "axis".into();
-        layout["xaxis"]["anchor"] = axis_name(QUANTITIES.len() - 1).into();
+    /// The figure, without its words.
+    #[must_use]
+    pub fn figure(&self) -> Figure {
+        let (name, unit) = &self.along;
+        let mut across = Across::of(name, unit);
+        across.is_padded = true;
         if self.course.along.last() < self.course.along.first() {
             // Time shall go from left to right.
-            layout["xaxis"]["autorange"] = "reversed".into();
+            across.scale = Scale::Backwards;
         }
-        json!({ "data": data, "layout": layout })
+        let panel = |(n, unit): (usize, &String)| Panel {
+            quantity: QUANTITIES[n].to_owned(),
+            unit: unit.clone(),
+            height: HEIGHT,
+            range: self.range(n),
+            curves: self.curves(n),
+            ..Panel::default()
+        };
+        Figure {
+            across,
+            panels: self.units.iter().enumerate().map(panel).collect(),
+            ..Figure::default()
+        }
     }
 
-    fn curve(&self, quantity: usize, axis: &str) -> Value {
-        json!({
-            "type": "scatter",
-            "mode": "lines",
-            "name": QUANTITIES[quantity],
-            "xaxis": "x",
-            "yaxis": axis,
-            "x": self.course.along,
-            "y": self.course.values[quantity],
-            "line": { "color": COLOURS[quantity], "width": 1.5, "simplify": false },
-            "hovertemplate": "%{y:.6~g}",
-        })
+    fn curves(&self, quantity: usize) -> Vec<Curve> {
+        let levels = self.lines[quantity].iter();
+        let levels = levels.map(|line| self.level(line, quantity));
+        let course = thinned(&self.course.points(quantity), COLUMNS);
+        let course = Curve::new(
+            QUANTITIES[quantity],
+            COLOURS[quantity],
+            Data::Course(course),
+        );
+        let marks = Data::Points(self.marks.points(quantity));
+        let marks = Curve {
+            look: Look::Marks,
+            labels: self.labels.clone(),
+            ..Curve::new("points", NEUTRAL, marks)
+        };
+        let mut curves: Vec<_> = levels.chain([course]).collect();
+        if !marks.data.is_empty() {
+            curves.push(marks);
+        }
+        curves
     }
 
-    fn points(&self, quantity: usize, axis: &str) -> Value {
-        json!({
-            "type": "scatter",
-            "mode": "markers",
-            "name": "points",
-            "xaxis": "x",
-            "yaxis": axis,
-            "x": self.marks.along,
-            "y": self.marks.values[quantity],
-            "text": self.labels,
-            "marker": { "color": NEUTRAL, "size": 7 },
-            "hovertemplate": "%{text}<extra></extra>",
-        })
-    }
-
-    fn level(&self, line: &Line, axis: &str) -> Value {
+    fn level(&self, line: &Line, quantity: usize) -> Curve {
         let along = &self.course.along;
-        json!({
-            "type": "scatter",
-            "mode": "lines",
-            "name": line.name,
-            "xaxis": "x",
-            "yaxis": axis,
-            "x": [along.first(), along.last()],
-            "y": [line.value, line.value],
-            "line": {
-                "color": NEUTRAL,
-                "width": 1.2,
-                "dash": if line.binds { "dash" } else { "dot" },
+        let [from, to] = [along.first(), along.last()].map(|end| end.copied().unwrap_or(f64::NAN));
+        Curve {
+            look: if line.binds {
+                Look::Dashed
+            } else {
+                Look::Dotted
             },
-            "hovertemplate": "%{y:.6~g}",
-        })
+            is_aside: !self.is_near(line.value, quantity),
+            ..Curve::level(line.name, line.value, from, to)
+        }
     }
 
-    /// The curve with the levels near it: one far away must not flatten it. None where the charts
-    /// may show everything.
-    fn range(&self, quantity: usize) -> Option<(f64, f64)> {
+    /// Whether a level lies so near the curve that both can be shown: one far away must not flatten it.
+    fn is_near(&self, level: f64, quantity: usize) -> bool {
         /// The least share of the height that is the curve's.
         const SHARE: f64 = 0.3;
-        let lines = &self.lines[quantity];
-        let values = &self.course.values[quantity];
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (low, high) = self.course.extent(quantity);
         let height = high - low;
-        if lines.is_empty() || !(height > 0.0 && height.is_finite()) {
-            return None;
+        let is_flat = !(height > 0.0 && height.is_finite());
+        is_flat || (low - level).max(level - high) <= height / 2.0 * (1.0 / SHARE - 1.0)
+    }
+
+    /// The curve with the levels near it.
+    fn range(&self, quantity: usize) -> Option<(f64, f64)> {
+        let lines = self.lines[quantity].iter().map(|line| line.value);
+        let near = lines.filter(|value| self.is_near(*value, quantity));
+        around(
+            self.course.values[quantity].iter().copied().chain(near),
+            0.05,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn charts(values: &[f64], lines: Vec<Line>) -> Charts {
+        let mut course = Sampled::default();
+        for (n, value) in values.iter().enumerate() {
+            let motion = Motion {
+                position: *value,
+                velocity: 0.0,
+                acceleration: 0.0,
+                jerk: 0.0,
+            };
+            course.push(n as f64, motion);
         }
-        let near =
-            |value: f64| (low - value).max(value - high) <= height / 2.0 * (1.0 / SHARE - 1.0);
-        let shown = lines.iter().map(|line| line.value).filter(|&v| near(v));
-        let (low, high) = shown.fold((low, high), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-        let margin = 0.05 * (high - low);
-        Some((low - margin, high + margin))
+        Charts {
+            along: ("master".to_owned(), "°".to_owned()),
+            units: Default::default(),
+            course,
+            marks: Sampled::default(),
+            labels: Vec::new(),
+            lines: [lines, Vec::new(), Vec::new(), Vec::new()],
+        }
+    }
+
+    #[test]
+    fn a_limit_far_away_is_there_and_decides_no_range() {
+        let limit = |value| Line {
+            name: "limit",
+            value,
+            binds: true,
+        };
+        let charts = charts(&[0.0, 1.0], vec![limit(1.5), limit(100.0)]);
+        let figure = charts.figure();
+        let [near, far, course] = figure.panels[0].curves.as_slice() else {
+            panic!("three curves");
+        };
+        assert!(!near.is_aside && far.is_aside && !course.is_aside);
+        let (low, high) = figure.panels[0].range.unwrap();
+        assert!(low < 0.0 && high > 1.5 && high < 2.0, "{low} {high}");
+    }
+
+    #[test]
+    fn a_row_of_a_long_table_is_not_lost() {
+        let mut values = vec![0.0; 50_000];
+        values[31_007] = 3.0;
+        let figure = charts(&values, Vec::new()).figure();
+        let Data::Course(points) = &figure.panels[0].curves[0].data else {
+            panic!("a course");
+        };
+        assert!(points.len() <= 4 * (COLUMNS + 1), "{}", points.len());
+        assert!(points.contains(&(31_007.0, 3.0)));
+        assert_eq!(points.last(), Some(&(49_999.0, 0.0)));
     }
 }

@@ -1,60 +1,77 @@
-//! A page with plots that opens without a network, drawn by a plotting library that it carries with it: of cams, saws and sweeps.
+//! A page that opens without a network: its frame, and its figures, which a script of its own draws.
 
-mod drawing;
-mod html;
+mod encoding;
+mod maps;
+mod numbers;
 
-use anyhow::Context;
-use plotly::Plot;
+use crate::figure::{Figure, Maps};
+pub use crate::html::{escaped, script_json};
+use crate::plotting::AXES_JS;
 
-pub use drawing::{Drawing, axis_name, band, figure_element, layout, vertical};
-pub use html::{escaped, script_json};
+/// How a page looks, and its figures.
+const STYLES: [&str; 2] = [include_str!("page.css"), include_str!("figures.css")];
 
-/// How a page looks.
-pub const CSS: &str = include_str!("page.css");
+/// What draws the figures: axes that all pages have, the levels of a curve, a panel, maps, a picture to keep, and all figures of
+/// the page.
+const SCRIPTS: [&str; 6] = [
+    AXES_JS,
+    include_str!("levels.js"),
+    include_str!("draw.js"),
+    include_str!("maps.js"),
+    include_str!("keep.js"),
+    include_str!("figures.js"),
+];
 
-/// A page that opens without a network, drawing its figures in the browser's own colours.
-///
-/// # Errors
-/// The plotting library is not what it was.
-pub fn document(title: &str, body: &str) -> anyhow::Result<String> {
-    let js = include_str!("page.js");
-    let scripts = format!("<script>\n{js}</script>\n");
-    Ok(framed(title, body, &plotting_script()?, &scripts))
-}
+/// How figures are handled, for a page that has any.
+pub const HINT: &str = "<p class=\"hint\">Wheel: zoom (over the numbers at the left: values). Drag: move; with Shift: zoom to \
+     what is marked. Double click: all. Click: cursor A, with Shift: cursor B, Esc: none. Click a name to hide its \
+     curve.</p>\n";
 
-/// A page: what stands in its head besides the usual, its body, and its scripts.
-pub fn framed(title: &str, body: &str, head: &str, scripts: &str) -> String {
+/// A page of this title and body, in the browser's own colours. The same figures give the same bytes.
+#[must_use]
+pub fn document(title: &str, body: &str) -> String {
     let title = escaped(title);
+    let style = STYLES.concat();
+    let scripts = SCRIPTS.map(|script| format!("<script>\n{script}</script>\n"));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
-         <style>\n{CSS}</style>\n{head}\n</head>\n<body>\n<main>\n{body}</main>\n{scripts}</body>\n</html>\n"
+         <style>\n{style}</style>\n</head>\n<body>\n<main>\n{body}</main>\n{}</body>\n</html>\n",
+        scripts.concat()
     )
 }
 
-/// The plotting library as a script element. The crate hands out a formula renderer behind it,
-/// which no figure here needs.
-fn plotting_script() -> anyhow::Result<String> {
-    let mut scripts = Plot::offline_js_sources();
-    let end = scripts
-        .find(SCRIPT_END)
-        .context("the plotting library is not a script element")?;
-    scripts.truncate(end + SCRIPT_END.len());
-    Ok(scripts)
+/// A figure with its words.
+#[must_use]
+pub fn figure_element(figure: &Figure) -> String {
+    let Figure {
+        id, title, caption, ..
+    } = figure;
+    element(id, title, caption, "plot", &encoding::figure(figure))
 }
 
-const SCRIPT_END: &str = "</script>";
+/// Maps with their words.
+#[must_use]
+pub fn maps_element(maps: &Maps) -> String {
+    let Maps {
+        id, title, caption, ..
+    } = maps;
+    element(id, title, caption, "maps", &maps::encoded(maps))
+}
+
+fn element(id: &str, title: &str, caption: &str, class: &str, json: &serde_json::Value) -> String {
+    let [id, title, caption] = [id, title, caption].map(escaped);
+    let json = script_json(json);
+    format!(
+        "<figure>\n<h3>{title}</h3>\n<figcaption>{caption}</figcaption>\n\
+         <div class=\"{class}\" id=\"{id}\"></div>\n\
+         <script type=\"application/json\" id=\"{id}-figure\">{json}</script>\n</figure>\n"
+    )
+}
 
 #[cfg(test)]
-mod tests {
-    use super::*;
+pub(crate) use numbers::untold;
 
-    #[test]
-    fn the_plotting_library_is_one_script() {
-        let script = plotting_script().unwrap();
-        assert_eq!(script.matches(SCRIPT_END).count(), 1);
-        assert!(script.starts_with("<script") && script.ends_with(SCRIPT_END));
-        assert!(script.contains("plotly.js v"));
-    }
-}
+#[cfg(test)]
+mod tests;

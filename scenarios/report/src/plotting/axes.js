@@ -7,8 +7,9 @@ function ticks(from, to, count) {
   const power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= raw);
   const marks = [];
-  for (let n = Math.ceil(from / step); n * step <= to; n++) marks.push(n * step);
-  return { marks, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  // In a range finer than its own numbers the next mark is the same one, again and again: hence no more than were wanted.
+  for (let n = Math.ceil(from / step); n * step <= to && marks.length <= count + 1; n++) marks.push(n * step);
+  return { marks, decimals: Math.min(100, Math.max(0, -Math.floor(Math.log10(step) + 1e-9))) };
 }
 
 // As short as there is room for.

@@ -1,7 +1,7 @@
 //! One beat, every cycle of it, without correction and with it.
 
-use super::figure::{Across, Curve, Data, Figure, Look, Panel};
 use super::shown::Shown;
+use crate::figure::{Across, Curve, Data, Figure, Look, Panel};
 use coaxle_lab::row::Row;
 use coaxle_lab::units;
 
@@ -12,8 +12,8 @@ pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
         .filter_map(Beat::of)
         .collect();
     let unit = units::common(beats.iter().map(|beat| &beat.receiver.curves.unit));
-    let panel = |quantity, unit: String, curves: Vec<Curve>| Panel {
-        quantity,
+    let panel = |quantity: &str, unit: String, curves: Vec<Curve>| Panel {
+        quantity: quantity.to_owned(),
         unit,
         height: 200,
         marks: vec![0.0],
@@ -39,13 +39,13 @@ pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
         ),
     ];
     Figure {
-        id: "beat",
-        title: "Around one beat",
+        id: "beat".to_owned(),
+        title: "Around one beat".to_owned(),
         caption: "A receiver without correction beside a cured one, a point each cycle. Above: received (dotted) and corrected \
                   position (solid) of the far axis, minus its true position at that instant; the beat moves the received \
                   position by the way of one cycle. Below: how the corrected position moves from cycle to cycle, as the slaves \
-                  are given it, and how that changes. Time counts from the beat as each receiver sees it.",
-        across: Across::Beat,
+                  are given it, and how that changes. Time counts from the beat as each receiver sees it.".to_owned(),
+        across: Across::beat(),
         panels: panels.into(),
         is_on_one_scale: false,
     }

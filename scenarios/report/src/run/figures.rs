@@ -5,9 +5,9 @@ use coaxle_lab::summary::{ReceiverSummary, Summary};
 use coaxle_receiver::StateName;
 
 use super::around_beat;
-use super::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
 use super::shown::{Shown, coloured};
 use super::slaves;
+use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Room, Scale};
 use crate::plotting::NEUTRAL;
 
 /// All figures of a run, those without any curve among them.
@@ -75,13 +75,14 @@ impl Run<'_> {
             }
         });
         Figure {
-            id: "velocity",
-            title: "Velocity, without correction and with it",
+            id: "velocity".to_owned(),
+            title: "Velocity, without correction and with it".to_owned(),
             caption: "Set velocity (coloured) and actual velocity of the drive (grey), every \
                       receiver on the same scale, those without correction first. Spikes are \
                       beats: messages missed or received twice because two clocks drift. A \
-                      dotted line marks the first synchronisation.",
-            across: Across::Run,
+                      dotted line marks the first synchronisation."
+                .to_owned(),
+            across: Across::run(),
             panels: panels.collect(),
             is_on_one_scale: true,
         }
@@ -100,10 +101,11 @@ impl Run<'_> {
 
     fn correction(&self) -> Figure {
         Figure {
-            id: "correction",
-            title: "Correction time",
+            id: "correction".to_owned(),
+            title: "Correction time".to_owned(),
             caption: "By how much the received axis is extrapolated. A steady ramp, set back by \
-                      one cycle at every beat, is the drift being compensated.",
+                      one cycle at every beat, is the drift being compensated."
+                .to_owned(),
             ..self.over_time("µs", |curves| &curves.correction_us, |_| 0.0)
         }
     }
@@ -115,10 +117,11 @@ impl Run<'_> {
             lag.unwrap_or_else(|| -middle(&receiver.curves.time_error_us))
         };
         Figure {
-            id: "time-error",
-            title: "Error of the corrected time",
+            id: "time-error".to_owned(),
+            title: "Error of the corrected time".to_owned(),
             caption: "The far time each set value stands for, minus the true one, without the \
-                      mean (the lag). Times the velocity it is the position error.",
+                      mean (the lag). Times the velocity it is the position error."
+                .to_owned(),
             ..self.over_time("µs", |curves| &curves.time_error_us, lag)
         }
     }
@@ -138,10 +141,11 @@ impl Run<'_> {
             figure.panels[0].curves.extend(true_drifts);
         }
         Figure {
-            id: "drift",
-            title: "Estimated drift",
+            id: "drift".to_owned(),
+            title: "Estimated drift".to_owned(),
             caption: "The sender's clock against the receiver's own, positive when the sender's \
-                      is the faster one. Dashed: the true value at the end of the run.",
+                      is the faster one. Dashed: the true value at the end of the run."
+                .to_owned(),
             ..figure
         }
     }
@@ -171,15 +175,15 @@ impl Run<'_> {
             });
         let panel = Panel {
             height: 260,
-            words: &["no data", "bypass", "pt1", "time", "sync", "observer"],
+            scale: Scale::Words(STATES.map(str::to_owned).into()),
             curves: curves.collect(),
             ..Panel::default()
         };
         Figure {
-            id: "state",
-            title: "State",
-            caption: "The mode that makes the set values.",
-            across: Across::Run,
+            id: "state".to_owned(),
+            title: "State".to_owned(),
+            caption: "The mode that makes the set values.".to_owned(),
+            across: Across::run(),
             panels: vec![panel],
             is_on_one_scale: false,
         }
@@ -206,12 +210,9 @@ impl Run<'_> {
             ..Panel::default()
         };
         Figure {
-            id: "",
-            title: "",
-            caption: "",
-            across: Across::Run,
+            across: Across::run(),
             panels: vec![panel],
-            is_on_one_scale: false,
+            ..Figure::default()
         }
     }
 }
@@ -221,6 +222,9 @@ fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
     let curves = curves.into_iter();
     curves.filter(|curve| !curve.data.is_empty()).collect()
 }
+
+/// The states by their levels.
+const STATES: [&str; 6] = ["no data", "bypass", "pt1", "time", "sync", "observer"];
 
 fn level(state: Option<StateName>) -> f64 {
     match state {

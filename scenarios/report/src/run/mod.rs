@@ -1,11 +1,8 @@
 //! The report of a run: one HTML page that opens without a network, its figures drawn by a script of its own.
 
 mod around_beat;
-mod encoding;
-mod figure;
 mod figures;
 mod places;
-pub mod print;
 mod results;
 mod shown;
 mod slaves;
@@ -17,11 +14,10 @@ use anyhow::Context;
 use coaxle_lab::curves::Curves;
 use coaxle_lab::summary::{Summary, World};
 
-use self::figure::Figure;
 use self::results::{expectations, results};
-use crate::page::{escaped, framed, script_json};
-use crate::plotting::AXES_JS;
-use crate::table;
+use crate::figure::Figure;
+use crate::page::{HINT, document, escaped};
+use crate::{page, print, table};
 
 /// What the report shows.
 #[derive(Clone, Copy, Debug)]
@@ -41,33 +37,34 @@ pub struct Report<'a> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    std::fs::write(path, page(report)).with_context(|| format!("cannot write {}", path.display()))
+    std::fs::write(path, page_of(report))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// What draws the figures: axes that all pages have, the levels of a curve, its drawing, and the figures of this page.
-const SCRIPTS: [&str; 4] = [
-    AXES_JS,
-    include_str!("levels.js"),
-    include_str!("draw.js"),
-    include_str!("figures.js"),
-];
+/// Writes each figure of a run as SVG and PDF, so many millimetres wide.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write_figures(
+    folder: &Path,
+    summary: &Summary,
+    curves: &[Curves],
+    width_mm: f64,
+) -> anyhow::Result<()> {
+    print::write(folder, &figures::all(summary, curves), width_mm)
+}
 
-fn page(report: &Report<'_>) -> String {
-    let style = concat!("<style>\n", include_str!("figures.css"), "</style>");
-    let scripts = SCRIPTS.map(|script| format!("<script>\n{script}</script>\n"));
-    framed(
-        &report.summary.title,
-        &body(report),
-        style,
-        &scripts.concat(),
-    )
+fn page_of(report: &Report<'_>) -> String {
+    document(&report.summary.title, &body(report))
 }
 
 fn body(report: &Report<'_>) -> String {
     let mut body = introduction(report);
     body += &results(report.summary);
     body += &expectations(report.summary);
+    body += "<h2>Plots</h2>\n";
     body += HINT;
+    body += ABOUT_BANDS;
     body += &places(report.curves);
     for figure in &figures::all(report.summary, report.curves) {
         body += &figure_element(figure);
@@ -76,10 +73,8 @@ fn body(report: &Report<'_>) -> String {
     body
 }
 
-const HINT: &str = "<h2>Plots</h2>\n<p class=\"hint\">Wheel: zoom (over the numbers at the left: \
-     values). Drag: move; with Shift: zoom to what is marked. Double click: all. Click: cursor A, with Shift: cursor B, \
-     Esc: none. Click a name to hide its curve. The plots over time move together. Bands are the extremes of stretches of \
-     time; around what happens every cycle is there.</p>\n";
+const ABOUT_BANDS: &str = "<p class=\"hint\">The plots over time move together. Bands are the extremes of stretches of time; around \
+     what happens every cycle is there.</p>\n";
 
 /// Buttons that show where every cycle is kept.
 fn places(curves: &[Curves]) -> String {
@@ -133,22 +128,15 @@ fn description(scenario_toml: &str) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// The figure with its words.
+/// The figure with its words, or why there is none.
 fn figure_element(figure: &Figure) -> String {
-    let title = escaped(figure.title);
-    if figure.is_empty() {
-        return format!(
-            "<figure>\n<h3>{title}</h3>\n<p class=\"hint\">No receiver of this run has anything to \
-             show here.</p>\n</figure>\n"
-        );
+    if !figure.is_empty() {
+        return page::figure_element(figure);
     }
-    let Figure { id, caption, .. } = figure;
-    let caption = escaped(caption);
-    let json = script_json(&encoding::figure(figure));
+    let title = escaped(&figure.title);
     format!(
-        "<figure>\n<h3>{title}</h3>\n<figcaption>{caption}</figcaption>\n\
-         <div class=\"plot\" id=\"{id}\"></div>\n\
-         <script type=\"application/json\" id=\"{id}-figure\">{json}</script>\n</figure>\n"
+        "<figure>\n<h3>{title}</h3>\n<p class=\"hint\">No receiver of this run has anything to \
+         show here.</p>\n</figure>\n"
     )
 }
 

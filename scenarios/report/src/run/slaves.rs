@@ -1,7 +1,7 @@
 //! Where the slaves were, and how well they cut.
 
-use super::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
 use super::shown::Shown;
+use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
 use crate::plotting::colour;
 use coaxle_lab::summary::{Cut, Summary};
 use coaxle_lab::units;
@@ -21,7 +21,7 @@ pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Figure {
             })
         });
         Panel {
-            quantity,
+            quantity: quantity.to_owned(),
             unit: fine.unit.clone(),
             height: 230,
             curves: curves.collect(),
@@ -29,11 +29,13 @@ pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Figure {
         }
     });
     Figure {
-        id: "cuts",
-        title: "Every cut",
-        caption: "Above: by how much each piece is longer than its marks are apart. Below: how far \
-                  beyond its mark each cut is, a lag included.",
-        across: Across::Run,
+        id: "cuts".to_owned(),
+        title: "Every cut".to_owned(),
+        caption:
+            "Above: by how much each piece is longer than its marks are apart. Below: how far \
+                  beyond its mark each cut is, a lag included."
+                .to_owned(),
+        across: Across::run(),
         panels: panels.into(),
         is_on_one_scale: false,
     }
@@ -75,10 +77,10 @@ pub(super) fn positions(receivers: &[Shown<'_>], room: Room) -> Figure {
         }
     });
     Figure {
-        id: "positions",
-        title: "Where the slaves are",
-        caption: "Set positions of all slaves of each receiver.",
-        across: Across::Run,
+        id: "positions".to_owned(),
+        title: "Where the slaves are".to_owned(),
+        caption: "Set positions of all slaves of each receiver.".to_owned(),
+        across: Across::run(),
         panels: panels.collect(),
         is_on_one_scale: false,
     }

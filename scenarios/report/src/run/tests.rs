@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use coaxle_receiver::StateName;
 use serde_json::Value;
 
+use crate::page::untold;
 use crate::reported::Presentation;
 use coaxle_lab::stage::VirtualTime;
 use coaxle_lab::summary::{Cut, ReceiverSummary, SlaveSummary};
@@ -72,11 +73,6 @@ fn curves() -> Vec<Curves> {
     vec![cured, bare]
 }
 
-/// Figures and curves of a run.
-pub(super) fn a_run() -> (Summary, Vec<Curves>) {
-    (summary(), curves())
-}
-
 fn page_of(summary: &Summary, curves: &[Curves]) -> String {
     let report = Report {
         summary,
@@ -84,7 +80,7 @@ fn page_of(summary: &Summary, curves: &[Curves]) -> String {
         curves,
         command: NASTY,
     };
-    page(&report)
+    super::page_of(&report)
 }
 
 /// The figures of a page by their name, as a browser would read them.
@@ -113,7 +109,7 @@ fn nothing_from_the_scenario_becomes_markup() {
     assert_eq!(drawn, ["state-figure", "velocity-figure"]);
     assert_eq!(
         page.matches("</script>").count(),
-        drawn.len() + SCRIPTS.len()
+        drawn.len() + page_of(&summary(), &[]).matches("</script>").count()
     );
     assert!(page.contains("✗ failed"));
 }
@@ -211,7 +207,7 @@ fn the_page_loads_nothing() {
 /// The lowest and the highest value of a curve of a page between two times, by all that there is of it.
 fn extremes(data: &Value, from: f64, to: f64) -> (f64, f64) {
     let step = |of: &Value| of["step"].as_f64().unwrap();
-    let numbers = |of: &Value, key: &str| encoding::untold(of[key].as_str().unwrap(), step(of));
+    let numbers = |of: &Value, key: &str| untold(of[key].as_str().unwrap(), step(of));
     let stretches = &data["stretches"];
     let lows = numbers(stretches, "low");
     let heights = numbers(stretches, "height");
@@ -251,7 +247,7 @@ fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
     }
     let cycles = &data["windows"][0];
     let step = cycles["step"].as_f64().unwrap();
-    let values = encoding::untold(cycles["value"].as_str().unwrap(), step);
+    let values = untold(cycles["value"].as_str().unwrap(), step);
     assert_eq!(values.len(), 1_001);
     assert_eq!(values.iter().filter(|value| **value < 499.0).count(), 1);
     assert!((values[456] + 37.0).abs() < 0.01, "{}", values[456]);
@@ -320,4 +316,21 @@ fn figures_once_settled_stand_apart_from_those_of_locking_in() {
     assert!(place(">settled</th>") < place(">locking in</th>"));
     assert!(place("<td>1.25</td>") < place("<td>17.5</td>"));
     assert!(!page.contains("… once settled"));
+}
+
+#[test]
+fn figures_of_a_run_are_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (summary, curves) = (summary(), curves());
+    let path = folder.path().join("figures");
+    write_figures(&path, &summary, &curves, print::COLUMN_MM).unwrap();
+    let names = std::fs::read_dir(&path).unwrap();
+    let mut names: Vec<_> = names
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        ["state.pdf", "state.svg", "velocity.pdf", "velocity.svg"]
+    );
 }

@@ -1,14 +1,22 @@
 //! A sweep with its report: a table for a terminal, `plot.svg` and `report.html`.
 
+mod drawn;
 mod outcome;
 mod page;
-mod svg;
 #[cfg(test)]
 mod tests;
 
+use std::path::Path;
+use std::{fs, io};
+
+use anyhow::Context;
 use coaxle_lab::sweep::shown::ShownRows;
 use coaxle_lab::sweep::{Options, Prepared, SweepProgress, SweepResult};
 use comfy_table::{Cell, CellAlignment, Table, presets};
+
+use self::drawn::{Drawn, drawn};
+use crate::figure::{Figure, Maps};
+use crate::print;
 
 pub use outcome::Outcome;
 
@@ -31,8 +39,11 @@ pub fn run(
         plots,
         folder,
     } = sweep.run(options, on_progress)?;
+    let plots: Vec<_> = (plots.iter().enumerate())
+        .map(|(n, plot)| drawn(n, plot))
+        .collect();
     let plot = folder.file("plot.svg");
-    let plot = svg::write(&plot, sweep.scenario(), &plots)?.then_some(plot);
+    let plot = write_plot(&plot, sweep.scenario(), plots.first())?.then_some(plot);
     let outcome = Outcome {
         table: table(&shown),
         runs,
@@ -43,6 +54,43 @@ pub fn run(
     };
     page::write(sweep, &shown, &plots, &outcome, command)?;
     Ok(outcome)
+}
+
+/// Writes the first of the plots with the name of its scenario. False if there is none; then there is no file either.
+fn write_plot(path: &Path, name: &str, plot: Option<&Drawn>) -> anyhow::Result<bool> {
+    let cannot = || format!("cannot write {}", path.display());
+    let text = match plot {
+        Some(Drawn::Curves(figure)) => {
+            let mut figure = figure.clone();
+            let title = format!("{name}: {}", figure.title);
+            for panel in &mut figure.panels {
+                panel.title.clone_from(&title);
+                panel.quantity.clone_from(&figure.title);
+            }
+            print::svg(&Figure { title, ..figure })
+        }
+        Some(Drawn::Maps(maps)) => {
+            let left_out = match maps.left_out {
+                0 => String::new(),
+                more => format!("; {more} more maps are left out"),
+            };
+            let title = format!("{name}: {}{left_out}", maps.title);
+            print::svg_of_maps(&Maps {
+                title,
+                ..maps.clone()
+            })
+        }
+        None => {
+            return match fs::remove_file(path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    Err(error).with_context(cannot)
+                }
+                _ => Ok(false),
+            };
+        }
+    };
+    fs::write(path, text).with_context(cannot)?;
+    Ok(true)
 }
 
 /// The figures of most interest, as a table for a terminal.

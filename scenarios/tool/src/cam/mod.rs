@@ -83,7 +83,7 @@ pub fn run(command: &CamSubcommand, out: &mut dyn Write) -> anyhow::Result<bool>
         CamSubcommand::Inverse(args) => args.run(out)?,
         CamSubcommand::Plot(args) => {
             let (cam, plate) = load(&args.file)?;
-            inspect::write_plot(&args.output, &plot::page(&cam, &plate)?, out)?;
+            inspect::write_plot(&args.output, &plot::page(&cam, &plate), out)?;
         }
         CamSubcommand::Advise(args) => return args.run(out),
         // A page is not written: `print` serves it.

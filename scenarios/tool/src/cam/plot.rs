@@ -2,54 +2,53 @@
 
 use coaxle_node::cam_file::{CamFile, Shape};
 use coaxle_plate::{MotionPoint, Plate, PointType};
+use coaxle_report::figure::Figure;
 use coaxle_report::inspect::{Charts, Sampled, name};
-use coaxle_report::page::{Drawing, document, escaped, figure_element};
+use coaxle_report::page::{HINT, document, escaped, figure_element};
 
-use super::text::{description, heading, master_heading};
+use super::text::{description, unit};
 
 /// The page.
-///
-/// # Errors
-/// The plotting library is not the expected one.
-pub(super) fn page(cam: &CamFile, plate: &Plate) -> anyhow::Result<String> {
+pub(super) fn page(cam: &CamFile, plate: &Plate) -> String {
     let title = if cam.title.is_empty() {
         "Cam plate"
     } else {
         &cam.title
     };
-    let drawing = Drawing {
-        id: "cam",
-        title: "Position and its derivatives over the master",
-        caption: "Rest on a point to see its law. Drag to zoom in, double-click to zoom out; all \
-                  four charts zoom together.",
-        height: 1000,
-        figure: charts(cam, plate).figure(),
-    };
     let body = format!(
-        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n{}",
+        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n{}{HINT}",
         escaped(title),
         escaped(&description(cam, plate)),
-        figure_element(&drawing),
+        figure_element(&figure(cam, plate)),
     );
     document(title, &body)
 }
 
+/// The plate as it is drawn.
+pub(super) fn figure(cam: &CamFile, plate: &Plate) -> Figure {
+    Figure {
+        id: "cam".to_owned(),
+        title: "Position and its derivatives over the master".to_owned(),
+        caption: "Rest on a point to see its law. All four charts zoom together.".to_owned(),
+        ..charts(cam, plate).figure()
+    }
+}
+
 fn charts(cam: &CamFile, plate: &Plate) -> Charts {
-    let marks = CourseMark::all(cam, plate);
+    let marks = CourseMark::some(cam, plate);
     Charts {
-        along: master_heading(cam),
-        headings: std::array::from_fn(|quantity| heading(cam, quantity)),
-        course: course(plate, &marks),
+        along: ("master".to_owned(), cam.master_unit.clone()),
+        units: std::array::from_fn(|quantity| unit(cam, quantity)),
+        course: course(cam, plate),
         marks: points(plate, &marks),
         labels: marks.into_iter().map(|mark| mark.label).collect(),
         lines: Default::default(),
     }
 }
 
-/// Most places marked, and most stretches drawn: a table may have many more rows than a screen has
-/// pixels.
-const MOST_MARKS: usize = 1_500;
-/// Places drawn in all, as far as the marks leave a choice.
+/// Most places marked: of the many rows of a table more could not be told apart on a screen.
+const MOST_MARKS: usize = 400;
+/// Places computed in all, as far as the rows leave a choice.
 const SAMPLES: usize = 3_000;
 
 /// A place where the course may change abruptly.
@@ -59,8 +58,20 @@ struct CourseMark {
 }
 
 impl CourseMark {
-    fn all(cam: &CamFile, plate: &Plate) -> Vec<Self> {
-        let all: Vec<Self> = match &cam.shape {
+    /// All of them, or so many as there is room for.
+    fn some(cam: &CamFile, plate: &Plate) -> Vec<Self> {
+        let all = Self::all(cam);
+        let every = all.len().div_ceil(MOST_MARKS);
+        let (_, end) = plate.master_range();
+        all.into_iter()
+            .enumerate()
+            .filter(|(n, mark)| n % every == 0 || mark.master == end)
+            .map(|(_, mark)| mark)
+            .collect()
+    }
+
+    fn all(cam: &CamFile) -> Vec<Self> {
+        match &cam.shape {
             Shape::Points(points) => points_in_use(points).map(Self::of_point).collect(),
             Shape::Table(table) => {
                 let rows = table.rows.iter().enumerate();
@@ -70,14 +81,7 @@ impl CourseMark {
                 })
                 .collect()
             }
-        };
-        let every = all.len().div_ceil(MOST_MARKS);
-        let (_, end) = plate.master_range();
-        all.into_iter()
-            .enumerate()
-            .filter(|(n, mark)| n % every == 0 || mark.master == end)
-            .map(|(_, mark)| mark)
-            .collect()
+        }
     }
 
     fn of_point(point: &MotionPoint) -> Self {
@@ -104,12 +108,14 @@ fn points_in_use(points: &[MotionPoint]) -> impl Iterator<Item = &MotionPoint> {
         .filter(|point| point.point_type != PointType::Ignore)
 }
 
-/// The whole course. At each mark it has the values of both sides, so that jumps are upright.
-fn course(plate: &Plate, marks: &[CourseMark]) -> Sampled {
+/// The whole course. At each row it has the values of both sides, so that jumps are upright and no row of a long table is
+/// passed over.
+fn course(cam: &CamFile, plate: &Plate) -> Sampled {
     let mut course = Sampled::default();
-    let stretches = marks.len() - 1;
+    let rows = CourseMark::all(cam);
+    let stretches = rows.len().saturating_sub(1).max(1);
     let count = (SAMPLES / stretches).clamp(2, 500);
-    for pair in marks.windows(2) {
+    for pair in rows.windows(2) {
         let (start, end) = (pair[0].master, pair[1].master);
         for n in 0..count {
             let master = start + (end - start) * (n as f64 / count as f64);

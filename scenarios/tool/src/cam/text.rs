@@ -5,7 +5,7 @@ use coaxle_plate::{Course, Plate, TableType};
 use coaxle_report::inspect::{QUANTITIES, shown};
 
 /// The unit of one of the [`QUANTITIES`].
-fn unit(cam: &CamFile, quantity: usize) -> String {
+pub(super) fn unit(cam: &CamFile, quantity: usize) -> String {
     let CamFile {
         master_unit: master,
         slave_unit: slave,

@@ -72,7 +72,7 @@ pub fn run(command: &GearSubcommand, out: &mut dyn Write) -> anyhow::Result<bool
         GearSubcommand::Plot(args) => {
             let file = GearFile::load(&args.file)?;
             match file.gear() {
-                Ok(gear) => inspect::write_plot(&args.output, &plot::page(&file, &gear)?, out)?,
+                Ok(gear) => inspect::write_plot(&args.output, &plot::page(&file, &gear), out)?,
                 Err(refusal) => {
                     writeln!(out, "{}", refused(&args.file, &refusal))?;
                     return Ok(false);

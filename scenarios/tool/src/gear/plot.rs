@@ -2,38 +2,40 @@
 
 use coaxle_gear::FlyingGear;
 use coaxle_node::gear_file::GearFile;
-use coaxle_report::inspect::{Charts, Line, QUANTITIES, Sampled};
-use coaxle_report::page::{Drawing, document, escaped, figure_element};
+use coaxle_report::figure::Figure;
+use coaxle_report::inspect::{Charts, Line, Sampled};
+use coaxle_report::page::{HINT, document, escaped, figure_element};
 
 use super::course::course;
 use super::plan::outline;
 
 /// The page.
-///
-/// # Errors
-/// The plotting library is not the expected one.
-pub(super) fn page(file: &GearFile, gear: &FlyingGear) -> anyhow::Result<String> {
+pub(super) fn page(file: &GearFile, gear: &FlyingGear) -> String {
     let title = if file.title.is_empty() {
         "Flying gear"
     } else {
         &file.title
     };
-    let drawing = Drawing {
-        id: "gear",
-        title: "The slave over the master",
-        caption: "The master passes the gear at the velocity of the file, and comes back where the slave is released on the \
-                  way back. Limits are dashed; a limit far away is out of sight until you zoom out. Drag to zoom in, \
-                  double-click to zoom out; all four charts zoom together.",
-        height: 1000,
-        figure: charts(file, gear).figure(),
-    };
     let body = format!(
-        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n{}",
+        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}</p>\n</header>\n{}{HINT}",
         escaped(title),
         escaped(&outline(file, gear)),
-        figure_element(&drawing),
+        figure_element(&figure(file, gear)),
     );
     document(title, &body)
+}
+
+/// The gear as it is drawn.
+pub(super) fn figure(file: &GearFile, gear: &FlyingGear) -> Figure {
+    let caption = "The master passes the gear at the velocity of the file, and comes back where the slave is released on the \
+                   way back. Limits are dashed; a limit far away is out of sight until you zoom out with the wheel over the \
+                   numbers at the left. All four charts zoom together.";
+    Figure {
+        id: "gear".to_owned(),
+        title: "The slave over the master".to_owned(),
+        caption: caption.to_owned(),
+        ..charts(file, gear).figure()
+    }
 }
 
 fn charts(file: &GearFile, gear: &FlyingGear) -> Charts {
@@ -42,10 +44,8 @@ fn charts(file: &GearFile, gear: &FlyingGear) -> Charts {
     for (master, slave) in course(file, gear, &stretches) {
         sampled.push(master, slave);
     }
-    let heading = |quantity: usize| {
-        let per_time = ["", "/s", "/s²", "/s³"][quantity];
-        format!("{} ({}{per_time})", QUANTITIES[quantity], file.slave_unit)
-    };
+    let unit =
+        |quantity: usize| format!("{}{}", file.slave_unit, ["", "/s", "/s²", "/s³"][quantity]);
     let both = |name, limit: f64| {
         [limit, -limit]
             .map(|value| Line {
@@ -57,8 +57,8 @@ fn charts(file: &GearFile, gear: &FlyingGear) -> Charts {
     };
     let limits = &file.limits;
     Charts {
-        along: format!("master ({})", file.master_unit),
-        headings: std::array::from_fn(heading),
+        along: ("master".to_owned(), file.master_unit.clone()),
+        units: std::array::from_fn(unit),
         course: sampled,
         marks: Sampled::default(),
         labels: Vec::new(),

@@ -79,7 +79,7 @@ pub fn run(command: &SawSubcommand, out: &mut dyn Write) -> anyhow::Result<bool>
         SawSubcommand::Plot(args) => {
             let saw = SawFile::load(&args.file)?;
             match saw.plan() {
-                Ok(plan) => inspect::write_plot(&args.output, &plot::page(&saw, &plan)?, out)?,
+                Ok(plan) => inspect::write_plot(&args.output, &plot::page(&saw, &plan), out)?,
                 Err(refusal) => {
                     writeln!(out, "{}", refusal::in_words(&args.file, &saw, &refusal))?;
                     return Ok(false);

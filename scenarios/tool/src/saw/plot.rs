@@ -1,47 +1,50 @@
 //! `coaxle saw plot`: the course of a synchronisation as a page for a browser.
 
 use coaxle_node::saw_file::SawFile;
+use coaxle_report::figure::Figure;
 use coaxle_report::inspect::{Charts, Line, Sampled};
-use coaxle_report::page::{Drawing, document, escaped, figure_element};
+use coaxle_report::page::{HINT, document, escaped, figure_element};
 use coaxle_saw::{SawCommand, SawPlan, SyncLimits, SyncMask};
 
 use super::course::{CoursePhase, SlaveCourse};
 use super::plan::outline;
-use super::text::{description, heading, sync_mode};
+use super::text::{description, sync_mode, unit};
 
 /// The page.
-///
-/// # Errors
-/// The plotting library is not the expected one.
-pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> anyhow::Result<String> {
+pub(super) fn page(saw: &SawFile, plan: &SawPlan) -> String {
     let title = if saw.title.is_empty() {
         "Flying saw"
     } else {
         &saw.title
     };
-    let course = SlaveCourse::of(plan);
-    let drawing = Drawing {
-        id: "saw",
-        title: if course.is_over_time() {
-            "The slave over time"
-        } else {
-            "The slave over the master"
-        },
-        caption: "Limits are dashed where the command keeps them and dotted where it does not \
-                  check them; a limit far away is out of sight until you zoom out. Rest on a point \
-                  to see which phase begins there. Drag to zoom in, double-click to zoom out; all \
-                  four charts zoom together.",
-        height: 1000,
-        figure: charts(saw, &course).figure(),
-    };
     let body = format!(
-        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}: {}</p>\n</header>\n{}",
+        "<header>\n<h1>{}</h1>\n<p class=\"facts\">{}: {}</p>\n</header>\n{}{HINT}",
         escaped(title),
         escaped(&description(saw)),
         escaped(&outline(saw, plan)),
-        figure_element(&drawing),
+        figure_element(&figure(saw, plan)),
     );
     document(title, &body)
+}
+
+/// The synchronisation as it is drawn.
+pub(super) fn figure(saw: &SawFile, plan: &SawPlan) -> Figure {
+    let course = SlaveCourse::of(plan);
+    let title = if course.is_over_time() {
+        "The slave over time"
+    } else {
+        "The slave over the master"
+    };
+    let caption = "Limits are dashed where the command keeps them and dotted where it does not \
+                   check them; a limit far away is out of sight until you zoom out with the wheel \
+                   over the numbers at the left. Rest on a point to see which phase begins there. \
+                   All four charts zoom together.";
+    Figure {
+        id: "saw".to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        ..charts(saw, &course).figure()
+    }
 }
 
 /// The slave and its limits.
@@ -54,11 +57,11 @@ pub(super) fn charts(saw: &SawFile, course: &SlaveCourse<'_>) -> Charts {
     let laws = course.phases.iter().map(|phase| phase.law.clone());
     Charts {
         along: if course.is_over_time() {
-            "time since the coupling moment (s)".to_owned()
+            ("time since the coupling moment".to_owned(), "s".to_owned())
         } else {
-            format!("master ({})", saw.master_unit)
+            ("master".to_owned(), saw.master_unit.clone())
         },
-        headings: std::array::from_fn(|quantity| heading(saw, quantity)),
+        units: std::array::from_fn(|quantity| unit(saw, quantity)),
         course: sampled(saw, course),
         marks,
         labels: laws.chain(["synchronous".to_owned()]).collect(),

@@ -199,7 +199,8 @@ fn a_plot_is_written_where_it_is_wanted() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_eq!(text(&output.stdout), format!("plot: {page_name}\n"));
     let text_of_page = std::fs::read_to_string(&page).unwrap();
-    assert!(text_of_page.contains("plotly.js v"));
+    assert!(text_of_page.contains("id=\"saw-figure\"") && text_of_page.ends_with("</html>\n"));
+    assert!(text_of_page.len() < 200_000, "{}", text_of_page.len());
 
     std::fs::remove_file(&page).unwrap();
     let refused = SAW.run(&["plot", &SAW.shipped("too-close.toml"), "-o", page_name]);

@@ -75,3 +75,47 @@ fn wheel(browser: &Browser, by: i32) {
     );
     let _: Value = browser.run(&script);
 }
+
+#[test]
+fn a_page_of_a_saw_is_zoomed_names_its_phases_and_is_saved() {
+    let Some(browser) = Browser::start() else {
+        return;
+    };
+    let scratch = tempfile::tempdir().expect("a folder");
+    let page = scratch.path().join("saw.html");
+    let saw = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenarios/saws/saw-position-1-checked.toml");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
+    command.args(["saw", "plot"]).arg(saw).arg("-o").arg(&page);
+    let status = command.stdout(Stdio::null()).status();
+    assert!(status.is_ok_and(|status| status.success()));
+    browser.open(&format!("file://{}", page.display()));
+    let text = |script: &str| browser.run(script).as_str().unwrap_or_default().to_owned();
+    let number = |script: &str| browser.run(script).as_f64().unwrap_or_default();
+    until("the figure is drawn", || {
+        number("return Number(document.querySelector('.plot').dataset.to)") > 1000.0
+    });
+    // On the mark of the second phase.
+    browser.run(
+        "const { canvas } = figures[0].panels[3]; const { left, top } = canvas.getBoundingClientRect(); \
+         const { from, to } = figures[0].view; const place = area(canvas); \
+         const clientX = left + place.left + ((500 - from) / (to - from)) * place.width; \
+         canvas.dispatchEvent(new PointerEvent('pointermove', { clientX, clientY: top + 40 }))",
+    );
+    let tip = text("return document.querySelector('.tip').textContent");
+    for told in ["500", "polynom1", "limit of jerk: 5000 mm/s³"] {
+        assert!(tip.contains(told), "{told}: {tip}");
+    }
+    let span = "const { from, to } = figures[0].view; return to - from";
+    let before = number(span);
+    browser.run(
+        "const { canvas } = figures[0].panels[0]; const { left, top } = canvas.getBoundingClientRect(); \
+         canvas.dispatchEvent(new WheelEvent('wheel', { deltaY: -100, clientX: left + 400, clientY: top + 40 }))",
+    );
+    until("all charts are zoomed", || number(span) < before);
+    let saved = "let kept; HTMLAnchorElement.prototype.click = function () { kept = [this.download, this.href.length]; }; \
+                 document.querySelector('.keep').click(); return kept";
+    let saved = browser.run(saved);
+    assert_eq!(saved[0], "saw.png");
+    assert!(saved[1].as_u64() > Some(10_000), "{saved}");
+}

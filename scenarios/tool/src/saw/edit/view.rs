@@ -38,7 +38,8 @@ pub(super) fn view(design: &mut SawDesign, text: &str) -> Value {
     match saw.plan() {
         Ok(plan) => {
             design.last = Some(text.to_owned());
-            view["along"] = charts(&saw, &SlaveCourse::of(&plan)).along.into();
+            let (along, unit) = charts(&saw, &SlaveCourse::of(&plan)).along;
+            view["along"] = format!("{along} ({unit})").into();
             view["curves"] = json!([curve(&saw, &SlaveCourse::of(&plan), false)]);
             view["points"] = marks(&saw, &SlaveCourse::of(&plan));
             view["outline"] = outline(&saw, &plan).into();

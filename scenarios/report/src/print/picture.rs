@@ -6,6 +6,11 @@ pub(super) const MM: f64 = 72.0 / 25.4;
 pub(super) type Point = (f64, f64);
 pub(super) type Colour = (u8, u8, u8);
 
+pub(super) const BLACK: Colour = (0, 0, 0);
+
+/// Letters, points.
+pub(super) const SIZE: f64 = 7.0;
+
 /// A picture.
 #[derive(Clone, Debug)]
 pub(super) struct Picture {
@@ -33,11 +38,17 @@ pub(super) enum Shape {
         /// 0 to 1.
         opacity: f64,
     },
+    Dot {
+        at: Point,
+        radius: f64,
+        colour: Colour,
+    },
     Text {
         at: Point,
         text: String,
         size: f64,
         anchor: Anchor,
+        colour: Colour,
         /// Read from the bottom to the top.
         is_upward: bool,
     },
@@ -49,6 +60,32 @@ pub(super) enum Anchor {
     Start,
     Middle,
     End,
+}
+
+impl Shape {
+    /// Black text that reads from left to right.
+    pub(super) fn text(at: Point, text: &str, anchor: Anchor) -> Self {
+        Self::Text {
+            at,
+            text: text.to_owned(),
+            size: SIZE,
+            anchor,
+            colour: BLACK,
+            is_upward: false,
+        }
+    }
+
+    /// Black text that reads upwards, in the middle of its place.
+    pub(super) fn upward(at: Point, text: String) -> Self {
+        Self::Text {
+            at,
+            text,
+            size: SIZE,
+            anchor: Anchor::Middle,
+            colour: BLACK,
+            is_upward: true,
+        }
+    }
 }
 
 /// About how wide a text is. Letters of the usual sans-serif fonts are half as wide as high.

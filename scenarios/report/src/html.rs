@@ -1,8 +1,8 @@
-//! Text from outside, made safe for a page.
+//! Text from outside, made safe for a page or a picture.
 
 use serde_json::Value;
 
-/// Text for an element or an attribute.
+/// Text for an element or an attribute of HTML and SVG.
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -12,6 +12,10 @@ pub fn escaped(text: &str) -> String {
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
             '\'' => safe.push_str("&#39;"),
+            // XML has no way to write these, and a picture with one of them is not drawn at all.
+            '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => {
+                safe.push('\u{fffd}');
+            }
             c => safe.push(c),
         }
     }
@@ -34,6 +38,7 @@ mod tests {
             escaped("<b title=\"x\">&'</b>"),
             "&lt;b title=&quot;x&quot;&gt;&amp;&#39;&lt;/b&gt;"
         );
+        assert_eq!(escaped("a\u{0}b\u{1b}c\td\n"), "a\u{fffd}b\u{fffd}c\td\n");
     }
 
     #[test]

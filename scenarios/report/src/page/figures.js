@@ -1,7 +1,9 @@
 'use strict';
-// Draws every figure of the page, zooms and moves them, and tells values.
+// Every figure of the page: drawn, zoomed, moved, measured.
 
 const MOST_TOLD = 24;
+// Pixels from the pointer to a mark that it is on.
+const REACH = 9;
 
 function element(kind, parent, name, text) {
   const made = document.createElement(kind);
@@ -20,9 +22,8 @@ class View {
 
   add(figure) {
     this.figures.push(figure);
-    for (const { levels } of figure.curves) {
-      this.all = [Math.min(this.all[0], levels.first()), Math.max(this.all[1], levels.last())];
-    }
+    const [from, to] = figure.told.extent;
+    this.all = [Math.min(this.all[0], from), Math.max(this.all[1], to)];
     [this.from, this.to] = this.all;
   }
 
@@ -67,20 +68,23 @@ class Figure {
     Object.assign(this, { place, told, hidden: new Set(), isDirty: true });
     this.panels = told.panels.map((panel) => this.panel(panel));
     this.curves = this.panels.flatMap((panel) => panel.curves);
+    element('div', place, 'across', told.across.words);
     this.legend();
     this.measured = element('table', place, 'measured');
     this.tip = element('div', place, 'tip');
     this.tip.hidden = true;
-    if (!views.has(told.unit)) views.set(told.unit, new View());
-    this.view = views.get(told.unit);
+    const key = told.unit || told.across.words;
+    if (!views.has(key)) views.set(key, new View());
+    this.view = views.get(key);
     this.view.add(this);
   }
 
   panel(told) {
-    if (told.title) element('div', this.place, 'panel-title', told.title);
+    const heading = told.title || (told.unit ? told.quantity && `${told.quantity} (${told.unit})` : told.quantity);
+    if (heading) element('div', this.place, 'panel-title', heading);
     const canvas = element('canvas', this.place);
     canvas.style.height = `${told.height}px`;
-    const curves = told.curves.map((curve) => ({ ...curve, unit: told.unit, levels: new Levels(curve.data) }));
+    const curves = told.curves.map((curve) => ({ ...curve, unit: told.unit, levels: new Levels(curve) }));
     const panel = { ...told, canvas, curves };
     handle(this, panel);
     return panel;
@@ -89,9 +93,11 @@ class Figure {
   legend() {
     const legend = element('div', this.place, 'legend');
     const groups = new Map(this.curves.map((curve) => [curve.group, curve]));
-    for (const [group, { colour }] of groups) {
+    for (const [group, { colour, look }] of groups) {
       const button = element('button', legend);
-      element('i', button).style.borderColor = colour;
+      const swatch = element('i', button);
+      swatch.style.borderColor = colour;
+      swatch.style.borderTopStyle = { dashed: 'dashed', dotted: 'dotted', marks: 'dotted' }[look] ?? 'solid';
       button.append(group);
       button.setAttribute('aria-pressed', 'true');
       button.addEventListener('click', () => {
@@ -102,6 +108,8 @@ class Figure {
         this.view.redraw();
       });
     }
+    const keep = element('button', legend, 'keep', 'save as PNG');
+    keep.addEventListener('click', () => keepPicture(this.place));
   }
 
   shown(panel) {
@@ -114,7 +122,9 @@ class Figure {
     const fits = this.panels.map((panel) => {
       if (panel.words.length) return [-0.5, panel.words.length - 0.5];
       if (isUsual && panel.range) return panel.range;
-      return this.shown(panel).reduce(([low, high], { levels }) => {
+      const curves = this.shown(panel);
+      const decisive = curves.filter(({ isAside }) => !isAside);
+      return (decisive.length ? decisive : curves).reduce(([low, high], { levels }) => {
         const [least, most] = levels.extremes(this.view.from, this.view.to, width);
         return [Math.min(low, least), Math.max(high, most)];
       }, [Infinity, -Infinity]);
@@ -133,7 +143,7 @@ class Figure {
     const ranges = this.ranges(width);
     this.panels.forEach((panel, n) => {
       panel.shown = ranges[n];
-      drawPanel(panel, this.shown(panel), this.view, this.told.unit);
+      drawPanel(panel, this.shown(panel), this.view, this.told);
     });
     const { from, to } = this.view;
     Object.assign(this.place.dataset, { from, to });
@@ -144,21 +154,38 @@ class Figure {
     const { A, B } = this.view.cursors;
     this.measured.replaceChildren();
     if (A === undefined && B === undefined) return;
-    const unit = this.told.unit;
     const head = element('tr', this.measured);
-    const times = [A, B, B - A].map((time) => `${told(time, 9)} ${unit}`);
-    ['', `A: ${times[0]}`, `B: ${times[1]}`, `Δ: ${times[2]}`].forEach((text) => element('th', head, '', text));
+    const values = [A, B].map((time) => valueAt(this.told.across.scale, time));
+    const apart = this.told.across.labels.length ? '–' : `${told(values[1] - values[0], 9)} ${this.told.unit}`;
+    ['', `A: ${this.timeText(A)}`, `B: ${this.timeText(B)}`, `Δ: ${apart}`].forEach((text) => element('th', head, '', text));
     for (const panel of this.panels) {
       const of = panel.title || panel.quantity;
-      for (const curve of this.shown(panel)) {
-        const [a, b] = [A, B].map((time) => (time === undefined ? undefined : curve.levels.at(time)));
+      for (const curve of this.shown(panel).filter(({ look }) => look !== 'marks')) {
+        const [a, b] = [A, B].map((time) => (time === undefined ? undefined : valuesIn(panel, curve.levels.at(time))));
         const row = element('tr', this.measured);
         const name = element('td', row);
         element('i', name).style.borderColor = curve.colour;
-        name.append(of ? `${curve.name} (${of})` : curve.name);
+        name.append(of && of !== curve.name ? `${curve.name} (${of})` : curve.name);
         for (const value of [a, b, difference(a, b)]) element('td', row, '', valueOf(value, curve, panel));
       }
     }
+  }
+
+  // A place from left to right as people read it.
+  timeText(time) {
+    const { unit, across } = this.told;
+    if (time === undefined) return '–';
+    if (across.labels.length) return across.labels[Math.round(time)] ?? '–';
+    // By a logarithm there are no more digits.
+    const digits = across.scale === 'logarithmic' ? 6 : 9;
+    return `${told(valueAt(across.scale, time), digits)} ${unit}`.trim();
+  }
+
+  // What a curve is there; of a mark only as near as a finger's breadth.
+  known(curve, time, reach) {
+    const value = curve.levels.at(time);
+    if (!value || curve.look !== 'marks') return value;
+    return Math.abs(curve.levels.whole.times[value[2]] - time) <= reach ? value : undefined;
   }
 
   // Every curve at the pointer, with its value.
@@ -169,18 +196,22 @@ class Figure {
     const isOutside = event.offsetX < place.left || time > this.view.to;
     this.tip.hidden = isOutside;
     if (isOutside) return;
-    const known = this.shown(panel).map((curve) => ({ curve, value: curve.levels.at(time) }));
+    const reach = (REACH / place.width) * (this.view.to - this.view.from);
+    const known = this.shown(panel).map((curve) => ({ curve, value: this.known(curve, time, reach) }));
     const valued = known.filter(({ value }) => value);
     const at = panel.shown[1] - ((event.offsetY - place.top) / place.height) * (panel.shown[1] - panel.shown[0]);
     const off = ({ value: [low, high] }) => Math.max(low - at, at - high, 0);
     const nearest = valued.toSorted((a, b) => off(a) - off(b)).slice(0, MOST_TOLD);
     this.tip.replaceChildren();
     this.tip.classList.toggle('many', nearest.length > 12);
-    element('b', this.tip, '', `${told(time, 9)} ${this.told.unit}`);
+    // Where there are nothing but single points, it is theirs.
+    const single = valued.length && valued.every(({ curve }) => curve.levels.isNearest) ? valued[0] : undefined;
+    element('b', this.tip, '', this.timeText(single ? single.curve.levels.whole.times[single.value[2]] : time));
     for (const { curve, value } of valued.filter((one) => nearest.includes(one))) {
       const line = element('div', this.tip);
       element('i', line).style.borderColor = curve.colour;
-      line.append(`${curve.name}: ${valueOf(value, curve, panel)}`);
+      const words = curve.labels[value[2]];
+      line.append(words ?? `${curve.name}: ${valueOf(valuesIn(panel, value), curve, panel)}${spreadOf(value, curve, panel)}`);
     }
     if (valued.length > nearest.length) element('div', this.tip, '', `${valued.length - nearest.length} more`);
     const isRight = event.offsetX > canvas.clientWidth / 2;
@@ -188,6 +219,18 @@ class Figure {
     this.tip.style.right = isRight ? `${canvas.clientWidth - event.offsetX + 16}px` : 'auto';
     this.tip.style.top = `${canvas.offsetTop + 8}px`;
   }
+}
+
+// Places as values.
+function valuesIn({ scale }, value) {
+  return value?.slice(0, 2).map((place) => valueAt(scale, place));
+}
+
+// The spread of a point, if it has one.
+function spreadOf([, , n], { levels, spread }, panel) {
+  if (n === undefined || !spread[0].length) return '';
+  const [low, high] = valuesIn(panel, [levels.whole.low[n], levels.whole.high[n]]).map((end) => told(end));
+  return low === high ? '' : ` (${low} … ${high})`;
 }
 
 function difference(a, b) {
@@ -199,7 +242,7 @@ function valueOf(value, curve, { words }) {
   if (!value) return '–';
   if (words.length) return words[Math.round(value[0])] ?? '–';
   const [low, high] = value.map((end) => told(end));
-  return `${low === high ? low : `${low} … ${high}`} ${curve.unit}`;
+  return `${low === high ? low : `${low} … ${high}`} ${curve.unit}`.trim();
 }
 
 // --- Mouse and keys
@@ -294,7 +337,7 @@ function request() {
 
 // Those that are seen, or nearly; the others when they are.
 function drawSeen() {
-  for (const figure of figures.filter(({ isDirty }) => isDirty)) {
+  for (const figure of [...figures, ...maps].filter(({ isDirty }) => isDirty)) {
     const { top, bottom } = figure.place.getBoundingClientRect();
     if (isPrinting || (bottom > -400 && top < innerHeight + 400)) figure.draw();
   }
@@ -302,8 +345,11 @@ function drawSeen() {
 
 function redrawAll() {
   for (const view of views.values()) view.redraw();
+  for (const map of maps) map.isDirty = true;
+  request();
 }
 
+const maps = [...document.querySelectorAll('.maps')].map((place) => new Maps(place));
 const figures = [...document.querySelectorAll('.plot')].map((place) => new Figure(place));
 for (const button of document.querySelectorAll('.places button')) {
   button.addEventListener('click', () => {

@@ -23,6 +23,12 @@ function numbersOf(text, step) {
   return Float64Array.from(values);
 }
 
+// Numbers as they are, with gaps, or of a text.
+function valuesOf(numbers) {
+  if (Array.isArray(numbers)) return Float64Array.from(numbers, (value) => value ?? NaN);
+  return numbersOf(numbers.value, numbers.step);
+}
+
 function timesOf(times) {
   if (!Array.isArray(times)) return numbersOf(times.value, times.step);
   const [first, distance, count] = times;
@@ -71,13 +77,17 @@ class Level {
   }
 }
 
-// A curve: the level of the whole run first, then those of single cycles within it.
+// A curve: the level of the whole run first, then those of single cycles within it. Of points, `values` are those, and a
+// level goes from the one end of their spread to the other.
 class Levels {
-  constructor({ x, y, stretches, windows }) {
+  constructor({ data: { x, y, isCourse, stretches, windows }, look, spread }) {
     if (x) {
-      const values = Float64Array.from(y, (value) => value ?? NaN);
-      this.whole = new Level(Float64Array.from(x), values, values);
+      this.values = valuesOf(y);
+      const [low, high] = spread.map((ends) => (ends.length ? valuesOf(ends) : this.values));
+      this.whole = new Level(valuesOf(x), low, high);
       this.isPoints = true;
+      this.isCourse = isCourse;
+      this.isNearest = look === 'dots' || look === 'marks';
       this.windows = [];
       return;
     }
@@ -110,13 +120,29 @@ class Levels {
     return this.whole.at(time);
   }
 
-  // The point that holds: the last one before.
+  // The point that holds, as a value twice and its number: the last one before. Of single points it is the nearest one; a
+  // course has a value of its own between two.
   pointAt(time) {
-    const { whole } = this;
+    const { whole, values } = this;
     const next = whole.find(time);
+    if (this.isNearest) return this.point(this.nearest(time, next));
     const n = whole.times[next] === time ? next : next - 1;
     if (n < 0 || n >= whole.length || time > this.last()) return undefined;
-    return Number.isNaN(whole.low[n]) ? undefined : [whole.low[n], whole.low[n]];
+    if (!this.isCourse || n === next) return this.point(n);
+    const share = (time - whole.times[n]) / (whole.times[next] - whole.times[n]);
+    const value = values[n] + share * (values[next] - values[n]);
+    return Number.isNaN(value) ? undefined : [value, value];
+  }
+
+  point(n) {
+    const value = this.values[n];
+    return value === undefined || Number.isNaN(value) ? undefined : [value, value, n];
+  }
+
+  nearest(time, next) {
+    const { times } = this.whole;
+    if (next === 0 || next === times.length) return Math.min(next, times.length - 1);
+    return times[next] - time < time - times[next - 1] ? next : next - 1;
   }
 
   // Pieces of levels between two times, in order: cycles where there are any and there is room to see them.

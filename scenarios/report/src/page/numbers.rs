@@ -1,110 +1,15 @@
-//! Figures as a page holds them: JSON, in which long curves are text.
+//! Long sequences of numbers as text.
 //!
-//! A sequence of numbers is scaled to whole numbers by a step of its own, a power of ten. Text has their differences, or the
+//! A sequence is scaled to whole numbers by a step of its own, a power of ten. Text has their differences, or the
 //! differences of those where that is shorter (the first character says which, `1` or `2`), each with its sign as the lowest
 //! bit, five bits a character, the lowest first, and 32 added to all but the last.
 
-use coaxle_lab::curves::Stretch;
 use serde_json::{Value, json};
-
-use super::figure::{Curve, Data, Figure, Panel};
-
-/// A figure for the page's script.
-pub(super) fn figure(figure: &Figure) -> Value {
-    let ranges = figure.ranges();
-    let panels: Vec<_> = (figure.panels.iter().zip(ranges))
-        .map(|(one, range)| panel(one, range))
-        .collect();
-    json!({
-        "unit": figure.across.unit(),
-        "words": figure.across.words(),
-        "oneScale": figure.is_on_one_scale,
-        "panels": panels,
-    })
-}
-
-fn panel(panel: &Panel, range: Option<(f64, f64)>) -> Value {
-    json!({
-        "title": panel.title,
-        "quantity": panel.quantity,
-        "unit": panel.unit,
-        "height": panel.height,
-        "range": range.map(|(low, high)| [number(low), number(high)]),
-        "words": panel.words,
-        "marks": panel.marks,
-        "curves": panel.curves.iter().map(curve).collect::<Vec<_>>(),
-    })
-}
-
-fn curve(curve: &Curve) -> Value {
-    let data = match &curve.data {
-        Data::Points(points) => json!({
-            "x": points.iter().map(|(x, _)| number(*x)).collect::<Vec<_>>(),
-            "y": points.iter().map(|(_, y)| number(*y)).collect::<Vec<_>>(),
-        }),
-        Data::Levels {
-            stretches: all,
-            windows,
-        } => {
-            let windows = windows.iter().filter(|window| !window.is_empty());
-            json!({
-                "stretches": stretches(all),
-                "windows": windows.map(|window| cycles(window)).collect::<Vec<_>>(),
-            })
-        }
-    };
-    json!({
-        "name": curve.name,
-        "group": curve.group,
-        "colour": curve.colour,
-        "look": curve.look.name(),
-        "data": data,
-    })
-}
-
-/// A number with seven significant digits; null where there is none.
-fn number(value: f64) -> Value {
-    if !value.is_finite() {
-        return Value::Null;
-    }
-    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-    if rounded.fract() == 0.0 && rounded.abs() < 1e9 {
-        // Shorter than with the decimal point.
-        Value::from(rounded as i64)
-    } else {
-        Value::from(rounded)
-    }
-}
-
-fn stretches(stretches: &[Stretch]) -> Value {
-    let lows: Vec<_> = stretches.iter().map(|stretch| stretch.low).collect();
-    let heights = stretches.iter().map(|stretch| stretch.high - stretch.low);
-    let heights: Vec<_> = heights.collect();
-    let ends = stretches.iter().flat_map(|s| [s.low, s.high]);
-    // Both in the same steps, so that no height is less than nothing.
-    let step = step_of(ends, &[&lows, &heights]);
-    json!({
-        "t": times(stretches.iter().map(|stretch| stretch.t_s).collect()),
-        "step": step,
-        "low": text(&lows, step),
-        "height": text(&heights, step),
-    })
-}
-
-fn cycles(cycles: &[(f64, f64)]) -> Value {
-    let values: Vec<_> = cycles.iter().map(|(_, value)| *value).collect();
-    let step = step_of(values.iter().copied(), &[&values]);
-    json!({
-        "t": times(cycles.iter().map(|(t, _)| *t).collect()),
-        "step": step,
-        "value": text(&values, step),
-    })
-}
 
 /// Times that are as regular as this are told by the first, the distance and the count.
 const TIME_STEP: f64 = 1e-6;
 
-fn times(times: Vec<f64>) -> Value {
+pub(super) fn times(times: Vec<f64>) -> Value {
     let (Some(first), Some(last)) = (times.first(), times.last()) else {
         return json!([0, 0, 0]);
     };
@@ -119,27 +24,40 @@ fn times(times: Vec<f64>) -> Value {
 }
 
 /// How fine values are: of their range at best a millionth, at worst a four-thousandth, so fine as is told in few characters.
-fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64 {
+pub(super) fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64 {
     const FINENESS: [f64; 4] = [1e-6, 1e-5, 6e-5, 2.5e-4];
     const CHARACTERS: f64 = 2.4;
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
-    let largest = low.abs().max(high.abs());
-    if low > high || largest == 0.0 {
-        return 1.0;
-    }
-    // A number of the browser has no more digits.
-    let least = 1e-13 * largest;
-    let step = |fineness: f64| decade((fineness * (high - low)).max(least));
+    let step = steps_of(values);
     let count: usize = told.iter().map(|values| values.len()).sum();
     let is_short = |step: &f64| {
         let length: usize = told.iter().map(|values| text(values, *step).len()).sum();
         length as f64 <= CHARACTERS * count as f64
     };
-    let mut steps = FINENESS.into_iter().map(step);
+    let mut steps = FINENESS.into_iter().map(&step);
     let coarsest = step(FINENESS[FINENESS.len() - 1]);
     steps.find(is_short).unwrap_or(coarsest)
+}
+
+/// A step that is this part of the range of a course at most: finer than six digits, as which values are shown.
+pub(super) fn fine_step_of(values: impl Iterator<Item = f64>) -> f64 {
+    const FINENESS: f64 = 1e-7;
+    steps_of(values)(FINENESS)
+}
+
+/// Steps by which part of the range of these they are.
+fn steps_of(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    let largest = low.abs().max(high.abs());
+    // A number of the browser has no more digits.
+    let least = 1e-13 * largest;
+    move |fineness: f64| {
+        if low > high || largest == 0.0 {
+            return 1.0;
+        }
+        decade((fineness * (high - low)).max(least))
+    }
 }
 
 /// The power of ten that is not above.
@@ -150,7 +68,7 @@ fn decade(value: f64) -> f64 {
 }
 
 /// The text of these values in such steps.
-fn text(values: &[f64], step: f64) -> String {
+pub(super) fn text(values: &[f64], step: f64) -> String {
     let whole: Vec<i64> = values
         .iter()
         .map(|value| (value / step).round() as i64)
@@ -194,7 +112,7 @@ fn told(order: char, values: &[i64]) -> String {
 
 /// What the page's script makes of a text.
 #[cfg(test)]
-pub(super) fn untold(text: &str, step: f64) -> Vec<f64> {
+pub(crate) fn untold(text: &str, step: f64) -> Vec<f64> {
     const DIGITS: &str = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let (order, text) = text.split_at(1);
     let (mut value, mut scale) = (0_i64, 1_i64);
@@ -219,15 +137,6 @@ pub(super) fn untold(text: &str, step: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short_and_never_nan() {
-        assert_eq!(number(f64::NAN), Value::Null);
-        assert_eq!(number(f64::INFINITY), Value::Null);
-        assert_eq!(number(1.234_567_891).to_string(), "1.234568");
-        assert_eq!(number(499.999_999_99).to_string(), "500");
-        assert_eq!(number(-0.000_012_345_678_9), Value::from(-1.234_568e-5));
-    }
 
     #[test]
     fn what_is_told_is_what_was() {

@@ -3,13 +3,25 @@
 use std::fmt::Write as _;
 
 use super::picture::{Anchor, Colour, MM, Picture, Point, Shape};
-use crate::page::escaped;
+use crate::html::escaped;
 
-pub(super) fn drawn(picture: &Picture) -> String {
+/// In what a picture is measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Measure {
+    /// As large as it is, in millimetres.
+    Millimetres,
+    /// So many pixels a point.
+    Pixels(f64),
+}
+
+pub(super) fn drawn(picture: &Picture, measure: Measure) -> String {
     let Picture { width, height, .. } = picture;
-    let (wide, high) = (width / MM, height / MM);
+    let [wide, high] = [width, height].map(|length| match measure {
+        Measure::Millimetres => format!("{:.2}mm", length / MM),
+        Measure::Pixels(each) => format!("{:.0}", length * each),
+    });
     let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.2}mm\" height=\"{high:.2}mm\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide}\" height=\"{high}\" \
          viewBox=\"0 0 {width:.2} {height:.2}\" font-family=\"Helvetica, Arial, sans-serif\">\n\
          <title>{}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
         escaped(&picture.title)
@@ -49,11 +61,20 @@ fn element(shape: &Shape) -> String {
             hex(*colour),
             places(points)
         ),
+        Shape::Dot {
+            at: (x, y),
+            radius,
+            colour,
+        } => format!(
+            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{}\"/>\n",
+            hex(*colour)
+        ),
         Shape::Text {
             at: (x, y),
             text,
             size,
             anchor,
+            colour,
             is_upward,
         } => {
             let anchor = match anchor {
@@ -66,7 +87,8 @@ fn element(shape: &Shape) -> String {
                 false => String::new(),
             };
             format!(
-                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size}\" text-anchor=\"{anchor}\"{turned}>{}</text>\n",
+                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{}\"{turned}>{}</text>\n",
+                hex(*colour),
                 escaped(text)
             )
         }

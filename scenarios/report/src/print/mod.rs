@@ -1,0 +1,65 @@
+//! Figures as files: SVG and PDF, of vectors, as wide as a column of a paper, or SVG as large as a screen shows it.
+
+mod curves;
+mod frame;
+mod legend;
+mod maps;
+mod panels;
+mod pdf;
+mod picture;
+mod svg;
+
+use std::path::Path;
+
+use anyhow::Context;
+
+use self::panels::Paper;
+use self::svg::Measure;
+use crate::figure::{Figure, Maps};
+
+/// How wide a column of a paper is, mm.
+pub const COLUMN_MM: f64 = 85.0;
+
+/// Pixels a point where a picture is for a screen.
+const PIXELS: f64 = 2.0;
+
+/// Writes each figure that has anything in it as `NAME.svg` and `NAME.pdf`, so many millimetres wide.
+///
+/// # Errors
+/// Names the folder that cannot be made, or the file that cannot be written.
+pub(crate) fn write(folder: &Path, figures: &[Figure], width_mm: f64) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    for figure in figures.iter().filter(|figure| !figure.is_empty()) {
+        let [svg, pdf] = files_of(figure, width_mm);
+        for (ending, bytes) in [("svg", svg), ("pdf", pdf)] {
+            let path = folder.join(format!("{}.{ending}", figure.id));
+            std::fs::write(&path, bytes)
+                .with_context(|| format!("cannot write {}", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// The figure as SVG and as PDF.
+fn files_of(figure: &Figure, width_mm: f64) -> [Vec<u8>; 2] {
+    let picture = panels::picture(figure, &Paper::column(width_mm));
+    let svg = svg::drawn(&picture, Measure::Millimetres);
+    [svg.into_bytes(), pdf::drawn(&picture)]
+}
+
+/// A figure as SVG for a screen.
+#[must_use]
+pub fn svg(figure: &Figure) -> String {
+    let picture = panels::picture(figure, &Paper::screen(figure));
+    svg::drawn(&picture, Measure::Pixels(PIXELS))
+}
+
+/// Maps as SVG for a screen.
+#[must_use]
+pub fn svg_of_maps(maps: &Maps) -> String {
+    svg::drawn(&maps::picture(maps), Measure::Pixels(PIXELS))
+}
+
+#[cfg(test)]
+mod tests;
