@@ -96,7 +96,7 @@ impl Drive for Stepper {
 /// # Errors
 /// An invalid config.
 pub(crate) fn run(cycles: u32) -> Result<(f64, u64), Box<dyn std::error::Error>> {
-    let config: ReceiverConfig = coaxle_node::config::parse("station.toml", CONFIG)?;
+    let config: ReceiverConfig = coaxle_node::lab::NodeFile::parse_machine("station.toml", CONFIG)?;
     let pulses = Arc::new(AtomicU64::new(0));
     let stepper = Stepper {
         units_per_step: 0.01,

@@ -1,4 +1,5 @@
-//! The receiver's config file.
+//! The receiver's config file. A file of its own, which a [`NodeFile`](coaxle_node::lab::NodeFile) reads, has what is injected
+//! or simulated in a table `[lab]`; a scenario has it in its places.
 
 mod axes;
 mod drive;
@@ -7,6 +8,7 @@ mod far;
 mod far_limits;
 mod followers;
 mod form;
+mod lab;
 mod masters;
 mod notes;
 mod positions;
@@ -35,6 +37,7 @@ pub use drive::{DriveConfig, SharedMemoryConfig};
 pub use encoders::WrongEncoder;
 pub use far::{AsymmetryConfig, DelayConfig, FarChannel, FarConfig, Mode};
 pub use far_limits::FarLimits;
+pub use lab::{FarLab, ReceiverLab, SlaveLab};
 pub use masters::{MasterRef, WrongSlave};
 pub use positions::Positions;
 pub use publish::{PublishFarAxes, WrongPublished};

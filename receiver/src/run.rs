@@ -12,6 +12,7 @@ use std::path::PathBuf;
 
 use coaxle_clock::{Instant, Local};
 use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
+use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::Exit;
 use coaxle_os::{ArrivalsTrace, EndReason, arrivals_beside};
 
@@ -51,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
 /// As [`run`], and those of the service.
 pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let node = &args.node;
-    let mut config: ReceiverConfig = node.load()?;
+    let NodeFile { mut config, lab } = node.load::<ReceiverConfig>()?;
     config.relative_to(node.folder());
     config.transport = node.transport(&config.name, &config.transport)?;
     for note in config.notes() {
@@ -72,6 +73,7 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     };
     let outcome = coaxle_host::run(Setup {
         run_for: node.run_for,
+        lab,
         beside,
         ..setup(&config, Box::new(build), Box::new(recorder))
     })?;
@@ -108,6 +110,7 @@ pub fn setup(
         real_time: config.real_time,
         clock: config.clock.clone(),
         seed: config.seed,
+        lab: None,
         send_stamps: true,
         wiring: config.wiring(),
         timing: config.timing_endpoints(),

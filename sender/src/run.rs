@@ -5,6 +5,7 @@ mod recorder;
 use coaxle_clock::{Instant, Local};
 use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
 use coaxle_node::Node;
+use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::Exit;
 
 use crate::config::SenderConfig;
@@ -28,7 +29,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
 /// # Errors
 /// As [`run`], and those of the service.
 pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
-    let mut config: SenderConfig = args.load()?;
+    let NodeFile { mut config, lab } = args.load::<SenderConfig>()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
     config.check_files().map_err(|wrong| args.wrong(wrong))?;
@@ -42,6 +43,7 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let build = move |start, epoch| build(&args_of_node, &node, start, epoch);
     let outcome = coaxle_host::run(Setup {
         run_for: args.run_for,
+        lab,
         beside,
         ..setup(&config, Box::new(build), Box::new(recorder))
     })?;
@@ -70,6 +72,7 @@ pub fn setup<N: Node>(
         real_time: config.real_time,
         clock: config.clock.clone(),
         seed: config.seed,
+        lab: None,
         send_stamps: config.send_stamps,
         wiring: config.wiring(),
         timing: config.timing_endpoints(),

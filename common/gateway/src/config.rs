@@ -2,9 +2,9 @@
 //!
 //! ```
 //! use coaxle_gateway::config::GatewayConfig;
-//! use coaxle_node::config::parse;
+//! use coaxle_node::lab::NodeFile;
 //!
-//! let config: GatewayConfig = parse(
+//! let config: GatewayConfig = NodeFile::parse_machine(
 //!     "press.toml",
 //!     r#"
 //!     name = "press"
@@ -40,9 +40,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::signals::{GatewaySignals, PlcAxisSignals};
 pub use address::{HostPort, NetId, WrongPlcAddress};
+pub use lab::GatewayLab;
 pub use wrong::WrongGateway;
 
 mod address;
+mod lab;
 mod outputs;
 mod wrong;
 
@@ -59,6 +61,7 @@ pub struct GatewayConfig {
     pub layout: Layout,
     /// Faults of the gateway's own clock, injected on purpose. None by default.
     #[serde(default)]
+    #[schemars(extend("x-lab" = "lab.clock = {}"))]
     pub clock: ClockConfig,
     /// Transport to the other nodes.
     #[serde(default)]

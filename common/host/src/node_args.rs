@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
-use coaxle_node::config::{ConfigError, TransportConfig, load};
+use coaxle_node::config::{ConfigError, TransportConfig};
 use coaxle_node::keys::NodeName;
+use coaxle_node::lab::{LabFields, NodeFile, WithLab};
 use coaxle_node::signal::Instance;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_os::Trace;
 use coaxle_os::machine;
 use coaxle_os::{Os, System};
 use coaxle_recording::{Facts, Growth, Table};
-use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
 
 use crate::cli::parse_duration;
 use crate::credentials::{Credentials, CredentialsFault};
@@ -41,6 +40,10 @@ pub struct NodeArgs {
     /// Only check the config and the files it names: print "CONFIG: ok" or the errors
     #[arg(long, conflicts_with_all = ["run_for", "trace", "record"])]
     pub check: bool,
+    /// Start with the config's [lab] table: injected faults and simulated inputs, for experiments. Without this a config that
+    /// has one is refused. Log and status say so all the time
+    #[arg(long)]
+    pub lab: bool,
     /// Connect here instead of to the endpoints in the config, such as tcp/192.168.1.10:7447; may
     /// be given several times
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
@@ -59,12 +62,18 @@ pub struct NodeArgs {
 }
 
 impl NodeArgs {
-    /// Reads the config file.
+    /// Reads the config file. Its `lab` says what is injected or simulated, if the node is started for an experiment.
     ///
     /// # Errors
-    /// Names the file, the field, the value received and the one expected.
-    pub fn load<C: DeserializeOwned + JsonSchema>(&self) -> anyhow::Result<C> {
-        Ok(load(&self.config)?)
+    /// Names the file, the field, what was received and what is expected; a `[lab]` table that was not asked for.
+    pub fn load<C: WithLab>(&self) -> anyhow::Result<NodeFile<C>> {
+        let NodeFile { config, lab } = NodeFile::load(&self.config)?;
+        let lab = match lab {
+            Some(fields) if !self.lab => return Err(self.wrong(fields.refusal()).into()),
+            None if self.lab => Some(LabFields::default()),
+            lab => lab,
+        };
+        Ok(NodeFile { config, lab })
     }
 
     /// Error in the config file from a separate check whose text begins with the field, with its line.
@@ -141,9 +150,12 @@ impl NodeArgs {
             ("role", role),
             ("version", env!("CARGO_PKG_VERSION")),
         ];
-        let facts: Facts = facts
+        let mut facts: Facts = facts
             .map(|(name, fact)| (name.to_owned(), fact.to_owned()))
             .into();
+        if self.lab {
+            facts.insert("lab".to_owned(), "true".to_owned());
+        }
         let trace = |path| Trace::with_columns(path, columns);
         let trace = self.trace.as_deref().map(trace).transpose()?;
         let recording = self.recording(&table, &facts, cycle)?;

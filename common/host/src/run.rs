@@ -9,6 +9,7 @@ use coaxle_node::Node;
 use coaxle_node::config::{ClockConfig, RealTimeConfig, TimingEndpoints, TransportConfig};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
+use coaxle_node::lab::LabFields;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_os::EndReason;
 use coaxle_os::machine;
@@ -60,6 +61,8 @@ pub struct Setup<N: Node> {
     pub clock: ClockConfig,
     /// Seed of all injected randomness.
     pub seed: u64,
+    /// What is injected or simulated, if it was started for an experiment; none on a machine.
+    pub lab: Option<LabFields>,
     /// True if frames of axes carry their send delay.
     pub send_stamps: bool,
     /// Publications and subscriptions. The node follows the nodes whose axes it subscribes to.
@@ -182,6 +185,9 @@ where
     T: Transport + 'static,
 {
     let mut signals = Os::end_signals().context("cannot listen for signals")?;
+    if let Some(lab) = &setup.lab {
+        tracing::warn!(node = %setup.name, "started with --lab, for an experiment and no machine: {lab}");
+    }
     let (panic_watch, mut panics) = panics();
     let epoch = getrandom::u64().context("the system gives no random epoch")?;
     let identity = identity(&setup, epoch);
@@ -374,6 +380,7 @@ fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
             .collect(),
         publishes: axes.map(|p| p.node.channel_key(p.channel)).collect(),
         in_secure_network: setup.transport.secure.is_some(),
+        lab: setup.lab.as_ref().map(ToString::to_string),
     }
 }
 

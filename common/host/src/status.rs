@@ -36,6 +36,8 @@ pub(crate) struct Identity {
     pub(crate) publishes: Vec<String>,
     /// True if access control decides which data pass between the nodes.
     pub(crate) in_secure_network: bool,
+    /// What is injected or simulated, if it was started for an experiment.
+    pub(crate) lab: Option<String>,
 }
 
 /// Publishes the status and watches the health.
@@ -220,6 +222,9 @@ impl Reporter {
         let mut put = |name: &str, value: Value| facts.insert(name.to_owned(), value);
         put("node", json!(self.identity.name.as_str()));
         put("role", json!(self.identity.role));
+        if let Some(lab) = &self.identity.lab {
+            put("lab", json!(lab));
+        }
         put("epoch", json!(format!("{:016x}", self.identity.epoch)));
         put(
             "uptime_s",

@@ -13,6 +13,7 @@ pub mod faults;
 mod fields;
 pub mod gear_file;
 pub mod guess;
+pub mod lab;
 pub mod point_table;
 pub mod saw_file;
 pub mod signal;

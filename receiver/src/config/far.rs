@@ -67,9 +67,11 @@ pub struct FarConfig {
     pub timing: Option<TimingLinkConfig>,
     /// Faults applied to all messages from the node, and to the time requests to it.
     #[serde(default)]
+    #[schemars(extend("x-lab" = "[[lab.far]] with its node and faults = {}"))]
     pub faults: LinkConfig,
     /// Faults applied to the time requests instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-lab" = "[[lab.far]] with its node and request-faults = {}"))]
     pub request_faults: Option<LinkConfig>,
 }
 

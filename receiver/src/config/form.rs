@@ -49,8 +49,10 @@ pub(super) struct Form {
     /// Short form, with `master`: the timing channel to the node.
     timing: Option<TimingLinkConfig>,
     /// Short form, with `master`: faults applied to all messages from the node.
+    #[schemars(extend("x-lab" = "[[lab.far]] with its node and faults = {}"))]
     faults: Option<LinkConfig>,
     /// Short form, with `master`: other faults for the time requests.
+    #[schemars(extend("x-lab" = "[[lab.far]] with its node and request-faults = {}"))]
     request_faults: Option<LinkConfig>,
     /// Former name of the field.
     #[schemars(skip)]
@@ -69,9 +71,11 @@ pub(super) struct Form {
     slaves: Option<Vec<SlaveConfig>>,
     /// Injected clock faults. None by default.
     #[serde(default)]
+    #[schemars(extend("x-lab" = "lab.clock = {}"))]
     clock: ClockConfig,
     /// Seed of all its randomness. 0 by default.
     #[serde(default)]
+    #[schemars(extend("x-lab" = "lab.seed = {}"))]
     seed: u64,
     /// Connection to other nodes.
     #[serde(default)]

@@ -57,11 +57,13 @@ pub struct SlaveConfig {
     #[doc(alias = "MC_CamTableSelect")]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cams: Vec<CamSource>,
-    /// Registration marks on the material that its master moves, and the sensor that sees them.
+    /// Registration marks on the material that its master moves, and the sensor that sees them. Both are simulated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-lab" = "[[lab.slave]] with its name and marks = {}"))]
     pub marks: Option<MarksConfig>,
     /// Cutting tool.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("x-lab" = "[[lab.slave]] with its name and tool = {}"))]
     pub tool: ToolConfig,
     /// Program of the slave.
     #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
@@ -136,6 +138,20 @@ impl SlaveConfig {
         } else {
             CoupleConfig::Off
         })
+    }
+
+    /// Whether its tool can cut: the wrong field, what was received and what is expected.
+    pub(crate) fn check_tool(&self) -> Result<(), (&'static str, String)> {
+        let ratio = self.tool.ratio;
+        if !ratio.is_finite() || ratio == 0.0 {
+            let reason = format!("received {ratio}, expected a number other than 0");
+            return Err(("tool.ratio", reason));
+        }
+        if self.tool.cuts_every.is_some() && self.steps.iter().any(|step| step.cut) {
+            let reason = "received one beside steps that cut, expected one or the other";
+            return Err(("tool.cuts-every", reason.to_owned()));
+        }
+        Ok(())
     }
 
     pub(super) fn relative_to(&mut self, folder: &Path) {

@@ -292,7 +292,9 @@ fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
         ("at-mark", step.at_mark),
     ];
     if let Some((field, _)) = asks.iter().find(|(_, asks)| *asks && !has_marks) {
-        return Err((field, "expected a slave with marks".to_owned()));
+        let reason = "expected a slave with marks, which are simulated so far: `marks` of the slave in a scenario, \
+                      [[lab.slave]] in the config of a node";
+        return Err((field, reason.to_owned()));
     }
     if step.at_mark && !step.slave_command().is_some_and(at_mark::has_positions) {
         let received = step.command.as_ref();

@@ -225,14 +225,7 @@ fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
     if let Some(marks) = &slave.marks {
         marks.check().map_err(|error| wrong(n, "marks", error))?;
     }
-    let tool = &slave.tool;
-    if !tool.ratio.is_finite() || tool.ratio == 0.0 {
-        let reason = format!("received {}, expected a number other than 0", tool.ratio);
-        return Err(wrong(n, "tool.ratio", reason));
-    }
-    if tool.cuts_every.is_some() && slave.steps.iter().any(|step| step.cut) {
-        let reason = "received one beside steps that cut, expected one or the other";
-        return Err(wrong(n, "tool.cuts-every", reason));
-    }
-    Ok(())
+    slave
+        .check_tool()
+        .map_err(|(field, reason)| wrong(n, field, reason))
 }

@@ -12,7 +12,13 @@ struct Cli {
 }
 
 fn check(file: &Path) -> Result<(), String> {
-    let cli = Cli::try_parse_from(["receiver".as_ref(), file.as_os_str(), "--check".as_ref()]);
+    check_with(file, &[])
+}
+
+fn check_with(file: &Path, options: &[&str]) -> Result<(), String> {
+    let line = ["receiver".as_ref(), file.as_os_str(), "--check".as_ref()];
+    let options = options.iter().map(std::ffi::OsStr::new);
+    let cli = Cli::try_parse_from(line.into_iter().chain(options));
     let ended = run(&cli.expect("valid arguments").args);
     ended.map(|_| ()).map_err(|error| format!("{error:#}"))
 }
@@ -24,12 +30,16 @@ fn written(folder: &Path, text: &str) -> PathBuf {
 }
 
 #[test]
-fn every_config_that_is_shipped_is_valid() {
+fn every_config_that_is_shipped_is_valid_and_only_experiments_need_lab() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let files: Vec<_> = std::fs::read_dir(folder).unwrap().collect();
     assert!(files.len() >= 2);
     for file in files {
-        assert_eq!(check(&file.unwrap().path()), Ok(()));
+        let file = file.unwrap();
+        let is_experiment = file.file_name().to_string_lossy().starts_with("lab-");
+        let without = check(&file.path());
+        assert_eq!(without.is_err(), is_experiment, "{without:?}");
+        assert_eq!(check_with(&file.path(), &["--lab"]), Ok(()));
     }
 }
 
@@ -71,4 +81,16 @@ fn a_check_finds_what_is_wrong_and_names_file_and_field() {
         assert_eq!(message.matches(expected).count(), 1, "{message}");
     }
     assert_eq!(check(&written(folder.path(), head)), Ok(()));
+}
+
+#[test]
+fn a_lab_table_is_refused_without_lab_and_says_what_is_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = "name = 'r'\ncycle-time-us = 1000\nmaster = { node = 'm' }\n";
+    let lab = "[[lab.far]]\nnode = 'm'\nfaults.loss = 0.1\n[[lab.slave]]\nname = 'slave'\ntool.cuts-every = 360\n";
+    let file = written(folder.path(), &format!("{machine}{lab}"));
+    let refused = check(&file).unwrap_err();
+    let expected = "lab: received lab.far \"m\".faults.loss = 0.1, lab.slave \"slave\".tool.cuts-every = 360, expected no [lab] table";
+    assert!(refused.contains(expected), "{refused}");
+    assert_eq!(check_with(&file, &["--lab"]), Ok(()));
 }

@@ -16,6 +16,7 @@ use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN
 use coaxle_host::fitness::{self, Finding, Weight};
 use coaxle_host::transport::is_local;
 use coaxle_node::keys::NodeName;
+use coaxle_node::lab::LabFields;
 use coaxle_os::machine;
 use coaxle_os::{Firewall, Os, System};
 use coaxle_report::inspect;
@@ -27,8 +28,8 @@ use ports::of_ports;
 /// Arguments of `coaxle doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// Config files of senders and receivers: what they leave open to others, and whether they follow each other in a
-    /// circle [default: this PC, and how late it wakes a thread]
+    /// Config files of senders and receivers: what they leave open to others, whether they follow each other in a circle, and
+    /// whether one injects or simulates anything [default: this PC, and how late it wakes a thread]
     #[arg(value_name = "CONFIG")]
     configs: Vec<PathBuf>,
     /// Wake a thread for this time
@@ -128,6 +129,8 @@ enum FindingKind {
     Open,
     /// Keeps out those that are to come in.
     Shut,
+    /// It is an experiment.
+    Lab,
     /// Needs no change.
     Noted,
 }
@@ -158,13 +161,14 @@ fn write_findings(
     findings: &[ConfigFinding],
     out: &mut dyn Write,
 ) -> anyhow::Result<()> {
-    if !findings.iter().any(ConfigFinding::is_bad) {
+    if !findings.iter().any(is_of_transport) {
         writeln!(out, "{file}: nothing is open")?;
     }
     for ConfigFinding { kind, text, remedy } in findings {
         let what = match kind {
             FindingKind::Open => "open",
             FindingKind::Shut => "shut",
+            FindingKind::Lab => "lab",
             FindingKind::Noted => "note",
         };
         writeln!(out, "{file}: {what}: {text}\n    {remedy}")?;
@@ -180,7 +184,7 @@ fn examine(
 ) -> anyhow::Result<Vec<ConfigFinding>> {
     let mut transport = config.transport().clone();
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
-    let mut findings = Vec::new();
+    let mut findings = Vec::from_iter(config.lab.as_ref().map(of_lab));
     if let Some(folder) = &transport.secure {
         findings.extend(of_folder(config.name(), folder, now));
     }
@@ -193,10 +197,23 @@ fn examine(
             findings.extend(of_ports(&listens, firewall));
         }
         // The fault of the folder is among the findings already.
-        Err(_) if findings.iter().any(ConfigFinding::is_bad) => {}
+        Err(_) if findings.iter().any(is_of_transport) => {}
         Err(error) => return Err(error.context(file.display().to_string())),
     }
     Ok(findings)
+}
+
+fn is_of_transport(opening: &ConfigFinding) -> bool {
+    matches!(opening.kind, FindingKind::Open | FindingKind::Shut)
+}
+
+/// A config of an experiment.
+fn of_lab(fields: &LabFields) -> ConfigFinding {
+    ConfigFinding {
+        kind: FindingKind::Lab,
+        text: format!("injected or simulated, no machine: {fields}"),
+        remedy: "take [lab] out; the node refuses it without --lab",
+    }
 }
 
 const BREAK: &str = "let one of them follow a sender's axis or a virtual axis";
@@ -360,6 +377,17 @@ mod tests {
                 .filter(|opening| opening.text.contains("udp port 7450"));
             assert_eq!(shut.count(), found, "{listen}");
         }
+    }
+
+    #[test]
+    fn a_config_of_an_experiment_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = examined(
+            folder.path(),
+            "listen = ['tcp/127.0.0.1:7448']\n[lab]\nclock.drift-ppm = -300",
+            0,
+        );
+        assert_found(&found, &["no machine: lab.clock.drift-ppm = -300"]);
     }
 
     #[test]

@@ -3,12 +3,17 @@
 use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect;
 
-/// Role of the node, name and text of each config.
-const EXAMPLES: [(&str, &str, &str); 9] = [
+/// Whose config it is, its name, and its text.
+const EXAMPLES: [(&str, &str, &str); 10] = [
     (
         "sender",
         "conveyor",
         include_str!("../../../sender/configs/conveyor.toml"),
+    ),
+    (
+        "sender",
+        "lab-conveyor",
+        include_str!("../../../sender/configs/lab-conveyor.toml"),
     ),
     (
         "receiver",
@@ -88,7 +93,7 @@ fn list() -> String {
 fn line((role, name, text): &(&str, &str, &str)) -> String {
     let about = text.lines().next().unwrap_or_default();
     format!(
-        "{name:10} {role:9} {}",
+        "{name:12} {role:9} {}",
         about.trim_start_matches(['#', ' '])
     )
 }
@@ -97,7 +102,7 @@ fn line((role, name, text): &(&str, &str, &str)) -> String {
 mod tests {
     use super::*;
     use coaxle_gateway::config::GatewayConfig;
-    use coaxle_node::config::parse;
+    use coaxle_node::lab::{NodeFile, WithLab};
     use coaxle_receiver::ReceiverConfig;
     use coaxle_sender::config::SenderConfig;
 
@@ -118,14 +123,25 @@ mod tests {
                 assert!(found.is_some(), "{role} {name}");
             }
         }
+    }
+
+    /// A file, of which only one of an experiment injects or simulates anything.
+    fn read<C: WithLab>(name: &str, text: &str) -> C {
+        let NodeFile { config, lab } = NodeFile::<C>::parse(name, text).unwrap();
+        assert_eq!(lab.is_some(), name.starts_with("lab-"), "{name}: {lab:?}");
+        config
+    }
+
+    #[test]
+    fn no_shipped_config_injects_a_fault_unless_its_name_says_so() {
         for (role, name, text) in EXAMPLES {
             match role {
-                "sender" => drop(parse::<SenderConfig>(name, text).unwrap()),
+                "sender" => drop(read::<SenderConfig>(name, text)),
                 "gateway" => {
-                    let config: GatewayConfig = parse(name, text).unwrap();
+                    let config: GatewayConfig = read(name, text);
                     assert_eq!(config.check(), Ok(()), "{name}");
                 }
-                _ => drop(parse::<ReceiverConfig>(name, text).unwrap()),
+                _ => drop(read::<ReceiverConfig>(name, text)),
             }
         }
     }

@@ -4,8 +4,9 @@ use std::net::SocketAddr;
 use std::path::Path;
 
 use coaxle_gateway::config::GatewayConfig;
-use coaxle_node::config::{ConfigError, TransportConfig, parse, parse_table};
+use coaxle_node::config::{ConfigError, TransportConfig, parse_table};
 use coaxle_node::keys::NodeName;
+use coaxle_node::lab::{LabFields, NodeFile, WithLab};
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_node::wiring::Wiring;
 use coaxle_receiver::ReceiverConfig;
@@ -13,13 +14,28 @@ use coaxle_sender::config::SenderConfig;
 
 /// The config of a node, by its kind.
 #[derive(Clone, Debug)]
-pub enum NodeConfig {
+pub struct NodeConfig {
+    /// The config, by the kind of node.
+    pub kind: NodeKind,
+    /// What its `[lab]` table injects or simulates; none without a table.
+    pub lab: Option<LabFields>,
+}
+
+/// The config of a node, by its kind.
+#[derive(Clone, Debug)]
+pub enum NodeKind {
     /// A sender.
     Sender(Box<SenderConfig>),
     /// A receiver.
     Receiver(Box<ReceiverConfig>),
     /// A gateway.
     Gateway(Box<GatewayConfig>),
+}
+
+impl From<NodeKind> for NodeConfig {
+    fn from(kind: NodeKind) -> Self {
+        Self { kind, lab: None }
+    }
 }
 
 impl NodeConfig {
@@ -35,53 +51,63 @@ impl NodeConfig {
             .iter()
             .any(|key| table.contains_key(*key));
         if is_gateway {
-            return Ok(Self::Gateway(parse(&name, &text)?));
+            return Self::read(&name, &text, NodeKind::Gateway);
         }
         let follows = ["far", "master", "slave"]
             .iter()
             .any(|key| table.contains_key(*key));
         if table.contains_key("axis") && !follows {
-            return Ok(Self::Sender(parse(&name, &text)?));
+            return Self::read(&name, &text, NodeKind::Sender);
         }
-        Ok(Self::Receiver(parse(&name, &text)?))
+        Self::read(&name, &text, NodeKind::Receiver)
+    }
+
+    fn read<C: WithLab>(
+        file: &str,
+        text: &str,
+        kind: impl FnOnce(Box<C>) -> NodeKind,
+    ) -> Result<Self, ConfigError> {
+        let NodeFile { config, lab } = NodeFile::parse(file, text)?;
+        let kind = kind(Box::new(config));
+        Ok(Self { kind, lab })
     }
 
     /// The node's name.
     #[must_use]
     pub fn name(&self) -> &NodeName {
-        match self {
-            Self::Sender(config) => &config.name,
-            Self::Receiver(config) => &config.name,
-            Self::Gateway(config) => &config.name,
+        match &self.kind {
+            NodeKind::Sender(config) => &config.name,
+            NodeKind::Receiver(config) => &config.name,
+            NodeKind::Gateway(config) => &config.name,
         }
     }
 
     /// The node's transport.
     #[must_use]
     pub fn transport(&self) -> &TransportConfig {
-        match self {
-            Self::Sender(config) => &config.transport,
-            Self::Receiver(config) => &config.transport,
-            Self::Gateway(config) => &config.transport,
+        match &self.kind {
+            NodeKind::Sender(config) => &config.transport,
+            NodeKind::Receiver(config) => &config.transport,
+            NodeKind::Gateway(config) => &config.transport,
         }
     }
 
     /// Address at which a sender answers beacons, if it does.
     #[must_use]
     pub fn timing_listen(&self) -> Option<SocketAddr> {
-        match self {
-            Self::Sender(config) => config.timing_endpoints().listen,
-            Self::Receiver(_) | Self::Gateway(_) => None,
+        match &self.kind {
+            NodeKind::Sender(config) => config.timing_endpoints().listen,
+            NodeKind::Receiver(_) | NodeKind::Gateway(_) => None,
         }
     }
 
     /// Channels that the node publishes and subscribes to.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
-        match self {
-            Self::Sender(config) => config.wiring(),
-            Self::Receiver(config) => config.wiring(),
-            Self::Gateway(config) => config.wiring(),
+        match &self.kind {
+            NodeKind::Sender(config) => config.wiring(),
+            NodeKind::Receiver(config) => config.wiring(),
+            NodeKind::Gateway(config) => config.wiring(),
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use coaxle_node::signal::{Instance, Signal};
 use coaxle_report::inspect;
 
-use crate::node_config::NodeConfig;
+use crate::node_config::{NodeConfig, NodeKind};
 
 /// Prints every signal of the node of a config: its column of the trace, unit and meaning.
 pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
@@ -20,10 +20,10 @@ pub(crate) fn signals(file: &Path) -> anyhow::Result<bool> {
 }
 
 fn instances_of(file: &Path) -> anyhow::Result<Vec<Instance>> {
-    Ok(match NodeConfig::load(file)? {
-        NodeConfig::Sender(config) => config.instances(),
-        NodeConfig::Receiver(config) => config.instances(),
-        NodeConfig::Gateway(config) => config.instances(),
+    Ok(match NodeConfig::load(file)?.kind {
+        NodeKind::Sender(config) => config.instances(),
+        NodeKind::Receiver(config) => config.instances(),
+        NodeKind::Gateway(config) => config.instances(),
     })
 }
 

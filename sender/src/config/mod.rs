@@ -1,10 +1,10 @@
 //! The sender's config file.
 //!
 //! ```
-//! use coaxle_node::config::parse;
+//! use coaxle_node::lab::NodeFile;
 //! use coaxle_sender::config::SenderConfig;
 //!
-//! let config: SenderConfig = parse(
+//! let config: SenderConfig = NodeFile::parse_machine(
 //!     "sender.toml",
 //!     r#"
 //!     name = "infeed"
@@ -23,6 +23,7 @@
 //! # Ok::<(), coaxle_node::config::ConfigError>(())
 //! ```
 
+mod lab;
 mod shown;
 
 use std::ops::Deref;
@@ -40,6 +41,7 @@ use coaxle_source::config::AxisConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use lab::SenderLab;
 pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
 
 /// A sender: its name, its clock and its axes.
@@ -55,9 +57,11 @@ pub struct SenderConfig {
     pub send_stamps: bool,
     /// Seed of the randomness in its clock. 0 by default.
     #[serde(default)]
+    #[schemars(extend("x-lab" = "lab.seed = {}"))]
     pub seed: u64,
     /// Injected clock faults. None by default.
     #[serde(default)]
+    #[schemars(extend("x-lab" = "lab.clock = {}"))]
     pub clock: ClockConfig,
     /// Connection to other nodes.
     #[serde(default)]

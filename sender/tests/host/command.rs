@@ -12,7 +12,13 @@ struct Cli {
 }
 
 fn check(file: &Path) -> Result<(), String> {
-    let cli = Cli::try_parse_from(["sender".as_ref(), file.as_os_str(), "--check".as_ref()]);
+    check_with(file, &[])
+}
+
+fn check_with(file: &Path, options: &[&str]) -> Result<(), String> {
+    let line = ["sender".as_ref(), file.as_os_str(), "--check".as_ref()];
+    let options = options.iter().map(std::ffi::OsStr::new);
+    let cli = Cli::try_parse_from(line.into_iter().chain(options));
     let ended = run(&cli.expect("valid arguments").args);
     ended.map(|_| ()).map_err(|error| format!("{error:#}"))
 }
@@ -24,12 +30,16 @@ fn written(folder: &Path, text: &str) -> PathBuf {
 }
 
 #[test]
-fn every_config_that_is_shipped_is_valid() {
+fn every_config_that_is_shipped_is_valid_and_only_experiments_need_lab() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let files: Vec<_> = std::fs::read_dir(folder).unwrap().collect();
-    assert!(!files.is_empty());
+    assert!(files.len() >= 2);
     for file in files {
-        assert_eq!(check(&file.unwrap().path()), Ok(()));
+        let file = file.unwrap();
+        let is_experiment = file.file_name().to_string_lossy().starts_with("lab-");
+        let without = check(&file.path());
+        assert_eq!(without.is_err(), is_experiment, "{without:?}");
+        assert_eq!(check_with(&file.path(), &["--lab"]), Ok(()));
     }
 }
 
@@ -87,4 +97,45 @@ fn a_trace_that_cannot_be_written_stops_the_start() {
     ]);
     let error = run(&cli.unwrap().args).unwrap_err();
     assert!(format!("{error:#}").contains("no/folder.csv"), "{error:#}");
+}
+
+#[test]
+fn a_lab_table_is_refused_without_lab_and_says_what_is_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = "name = 's'\ncycle-time-us = 1000\naxis = [{ id = 1, name = 'a', program = { limits = \
+                   { velocity = 1, acceleration = 1, jerk = 1 } } }]\n";
+    let file = written(
+        folder.path(),
+        &format!("{machine}lab = {{ clock.drift-ppm = 500, seed = 7 }}"),
+    );
+    let refused = check(&file).unwrap_err();
+    let expected = "s.toml:4:7: lab: received lab.clock.drift-ppm = 500, lab.seed = 7, expected no [lab] table: no fault is \
+                    injected into a machine; take the table out, or start the node with --lab for an experiment";
+    assert!(refused.ends_with(expected), "{refused}");
+    assert_eq!(check_with(&file, &["--lab"]), Ok(()));
+    let file = written(folder.path(), machine);
+    assert_eq!(
+        (check(&file), check_with(&file, &["--lab"])),
+        (Ok(()), Ok(()))
+    );
+}
+
+#[test]
+fn a_lab_table_keeps_a_node_from_starting() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/lab-conveyor.toml");
+    // It would be written before the first motion.
+    let trace = folder.path().join("trace.csv");
+    let cli = Cli::try_parse_from([
+        "sender".as_ref(),
+        config.as_os_str(),
+        "--trace".as_ref(),
+        trace.as_os_str(),
+    ]);
+    let error = run(&cli.unwrap().args).unwrap_err();
+    assert!(
+        format!("{error:#}").contains("lab.clock.drift-ppm = 500"),
+        "{error:#}"
+    );
+    assert!(!trace.exists());
 }

@@ -7,6 +7,7 @@ use coaxle_lab::catalog::Source;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_node::gear_file::GearFile;
+use coaxle_node::lab::{NodeFile, WithLab};
 use coaxle_node::one_line;
 use coaxle_node::point_table::PointTable;
 use coaxle_node::saw_file::SawFile;
@@ -28,7 +29,7 @@ const CYCLES: usize = 10;
 
 /// A sender's config.
 pub(super) fn sender_config(data: &[u8]) -> Outcome {
-    let mut config: SenderConfig = parse("sender.toml", text(data)?).map_err(error_text)?;
+    let mut config: SenderConfig = node_config("sender.toml", text(data)?)?;
     config.relative_to(&root().join("sender/configs"));
     config.check_files().map_err(error_text)?;
     let mut sender = Sender::new(&config, Instant::EPOCH, 1).map_err(error_text)?;
@@ -39,7 +40,7 @@ pub(super) fn sender_config(data: &[u8]) -> Outcome {
 
 /// A receiver's config.
 pub(super) fn receiver_config(data: &[u8]) -> Outcome {
-    let mut config: ReceiverConfig = parse("receiver.toml", text(data)?).map_err(error_text)?;
+    let mut config: ReceiverConfig = node_config("receiver.toml", text(data)?)?;
     config.relative_to(&root().join("receiver/configs"));
     config.check_files().map_err(error_text)?;
     let notes = config.notes();
@@ -52,6 +53,14 @@ pub(super) fn receiver_config(data: &[u8]) -> Outcome {
     let _ = (config.columns(), config.wiring());
     scan(&mut receiver, &config.name, CYCLES);
     Ok(())
+}
+
+/// The config of a node, as its own file has it or as a scenario does.
+fn node_config<C: WithLab>(file: &str, text: &str) -> Result<C, String> {
+    match NodeFile::parse(file, text).map_err(error_text) {
+        Ok(NodeFile { config, .. }) => Ok(config),
+        Err(_) => parse(file, text).map_err(error_text),
+    }
 }
 
 /// A scenario, as `coaxle check` reads it.

@@ -100,6 +100,7 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
         real_time: RealTimeConfig::default(),
         clock: ClockConfig::default(),
         seed: 1,
+        lab: None,
         send_stamps: true,
         wiring: Wiring {
             node: name(node),

@@ -76,19 +76,25 @@ impl Stepped {
     /// Creates a node that publishes axes.
     fn sending(node: &str, network: &Network) -> Self {
         let publishes = [Publication::new(&name(node), Channel::Axes)];
-        Self::new(node, network, &publishes, &[], false)
+        Self::new(node, network, &publishes, &[], false, None)
+    }
+
+    /// One that publishes axes, started for an experiment.
+    fn in_lab(node: &str, network: &Network, lab: &str) -> Self {
+        let publishes = [Publication::new(&name(node), Channel::Axes)];
+        Self::new(node, network, &publishes, &[], false, Some(lab))
     }
 
     /// Creates a node that publishes axes in a secure network.
     fn sending_securely(node: &str, network: &Network) -> Self {
         let publishes = [Publication::new(&name(node), Channel::Axes)];
-        Self::new(node, network, &publishes, &[], true)
+        Self::new(node, network, &publishes, &[], true, None)
     }
 
     /// Creates a node that follows another.
     fn following(node: &str, source: &str, axis: u32, faults: &str, network: &Network) -> Self {
         let subscriptions = following(source, axis, faults);
-        Self::new(node, network, &[], &subscriptions, false)
+        Self::new(node, network, &[], &subscriptions, false, None)
     }
 
     fn new(
@@ -97,6 +103,7 @@ impl Stepped {
         publishes: &[Publication],
         subscriptions: &[Subscription],
         in_secure_network: bool,
+        lab: Option<&str>,
     ) -> Self {
         let node = name(node);
         let counters = Arc::new(Counters::default());
@@ -142,6 +149,7 @@ impl Stepped {
                 .map(|p| p.node.channel_key(p.channel))
                 .collect(),
             in_secure_network,
+            lab: lab.map(str::to_owned),
         };
         let toy = Toy::sending(start, cycle_time, body(&node, 1));
         let (records, telemetry) = telemetry(toy.snapshot(), usize::MAX, arrived);
@@ -417,6 +425,16 @@ fn every_field_of_the_status_has_its_own_number() {
         "received": 51, "refused": 60, "mailbox_dropped": 80, "arrivals_dropped": 100,
     });
     assert_eq!(saw.status(at(1_500)), expected);
+}
+
+#[test]
+fn a_node_of_an_experiment_says_so_in_its_status() {
+    let network = Network::new();
+    let machine = Stepped::sending("belt", &network).status(at(10));
+    assert_eq!(machine.get("lab"), None);
+    let lab = "lab.clock.drift-ppm = 500";
+    let status = Stepped::in_lab("press", &network, lab).status(at(10));
+    assert_eq!(status["lab"], lab);
 }
 
 #[test]

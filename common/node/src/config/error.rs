@@ -41,6 +41,13 @@ impl ConfigError {
         Self::field(file, "", reason)
     }
 
+    /// Several errors of one file.
+    pub(crate) fn fields(file: &str, fields: impl IntoIterator<Item = (String, String)>) -> Self {
+        let mistakes = fields.into_iter();
+        let mistakes = mistakes.map(|(field, reason)| Mistake::new(file, &field, reason));
+        Self::Wrong(mistakes.collect())
+    }
+
     /// The error that serde reports, with all missing or unknown fields.
     pub(super) fn read(file: &str, field: &str, reason: &str, findings: Vec<Finding>) -> Self {
         let by_serde = Mistake::new(file, field, reason);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 
 use super::ConfigError;
@@ -45,12 +45,28 @@ pub fn from_table<T: DeserializeOwned + JsonSchema>(
     file: &str,
     table: toml::Table,
 ) -> Result<T, ConfigError> {
-    serde_path_to_error::deserialize(table.clone()).map_err(|error| {
+    part_of_table(file, "", table.clone().into(), &table, schema_of::<T>)
+}
+
+/// Reads the part of a whole document that is at `path`, with errors that name all fields that are missing or unknown in the
+/// whole.
+pub(crate) fn part_of_table<T: DeserializeOwned>(
+    file: &str,
+    path: &str,
+    part: toml::Value,
+    whole: &toml::Table,
+    schema_of_whole: impl FnOnce() -> Schema,
+) -> Result<T, ConfigError> {
+    serde_path_to_error::deserialize(part).map_err(|error| {
         let field = error.path().to_string();
-        // The path of the file itself.
-        let field = if field == "." { "" } else { &field };
-        let findings = compare(schema_of::<T>().as_value(), &table);
-        ConfigError::read(file, field, error.inner().message(), findings)
+        let field = match (path, field.as_str()) {
+            // The path of the part itself.
+            (path, ".") => path.to_owned(),
+            ("", field) => field.to_owned(),
+            (path, field) => format!("{path}.{field}"),
+        };
+        let findings = compare(schema_of_whole().as_value(), whole);
+        ConfigError::read(file, &field, error.inner().message(), findings)
     })
 }
 

@@ -30,6 +30,7 @@ pub use error::{ConfigError, Mistake};
 pub use forgery::{Forged, Forgery, Times};
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use list::at_most;
+pub(crate) use load::part_of_table;
 pub use load::{from_table, load, parse, parse_table};
 pub(crate) use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;

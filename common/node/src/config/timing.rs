@@ -30,6 +30,7 @@ pub struct TimingLinkConfig {
     pub per_s: BeaconsPerSecond,
     /// Faults applied to the beacons, in both directions.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(extend("x-lab" = "[[lab.far]] with its node and timing-faults = {}"))]
     pub faults: LinkConfig,
 }
 

@@ -3,14 +3,14 @@
 use coaxle_node::circles::{Circle, circles};
 use coaxle_receiver::ReceiverConfig;
 
-use crate::node_config::NodeConfig;
+use crate::node_config::{NodeConfig, NodeKind};
 
 /// The circles among the axes of these nodes. A gateway's axes come from a PLC, a sender's from its programs: only
 /// receivers follow.
 pub(super) fn among(configs: &[NodeConfig]) -> Vec<Circle> {
-    let receivers = configs.iter().filter_map(|config| match config {
-        NodeConfig::Receiver(config) => Some(config.as_ref()),
-        NodeConfig::Sender(_) | NodeConfig::Gateway(_) => None,
+    let receivers = configs.iter().filter_map(|config| match &config.kind {
+        NodeKind::Receiver(config) => Some(config.as_ref()),
+        NodeKind::Sender(_) | NodeKind::Gateway(_) => None,
     });
     let followers: Vec<_> = receivers.flat_map(ReceiverConfig::followers).collect();
     circles(&followers)

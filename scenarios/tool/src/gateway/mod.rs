@@ -15,7 +15,7 @@ use coaxle_gateway::Gateway;
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_host::{Beside, NodeArgs, Setup};
 use coaxle_node::config::TimingEndpoints;
-use coaxle_node::faults::check_clock;
+use coaxle_node::lab::{LabFields, NodeFile};
 use coaxle_os::exit::Exit;
 
 use port::{PlcEnd, RingPort, StopFlag};
@@ -27,7 +27,7 @@ use recorder::GatewayRecorder;
 /// The config names a wrong value (file, field, received, expected), the trace file, a socket or the endpoints cannot be
 /// opened, or the trace could not be kept. A PLC that is not there is no error: the gateway waits for it.
 pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exit> {
-    let config = load(args)?;
+    let (config, lab) = load(args)?;
     if args.check {
         return args.say_ok().map(|()| Exit::Done);
     }
@@ -35,7 +35,10 @@ pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exi
     let stop = Arc::new(StopFlag::default());
     let (port, end) = port::rings(&config, Arc::clone(&stop));
     let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
-    let outcome = coaxle_host::run(setup(args, config, port, beside)?);
+    let outcome = coaxle_host::run(Setup {
+        lab,
+        ..setup(args, config, port, beside)?
+    });
     stop.set();
     for thread in threads {
         // A thread that panicked has reported it.
@@ -51,13 +54,12 @@ pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exi
     Ok(Exit::Done)
 }
 
-fn load(args: &NodeArgs) -> anyhow::Result<GatewayConfig> {
-    let mut config: GatewayConfig = args.load()?;
+fn load(args: &NodeArgs) -> anyhow::Result<(GatewayConfig, Option<LabFields>)> {
+    let NodeFile { mut config, lab } = args.load::<GatewayConfig>()?;
     config.clock.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
-    check_clock(&config.clock).map_err(|wrong| args.wrong(wrong.within("clock")))?;
     config.check().map_err(|wrong| args.wrong(wrong))?;
-    Ok(config)
+    Ok((config, lab))
 }
 
 /// Starts the threads that wait for the PLC. Returns those that can be ended.
@@ -91,6 +93,7 @@ fn setup(
         real_time: config.real_time,
         clock: config.clock.clone(),
         seed: 0,
+        lab: None,
         send_stamps: true,
         wiring: config.wiring(),
         timing: TimingEndpoints::default(),

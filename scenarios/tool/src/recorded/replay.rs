@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use coaxle_node::NodeScan;
-use coaxle_node::config::parse;
-use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
+use coaxle_node::config::{ConfigError, parse, parse_table};
+use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::{Exit, Mistake, wrong_file};
 use coaxle_os::machine;
 use coaxle_receiver::ReceiverConfig;
@@ -174,14 +174,21 @@ fn recorded_config(file: &Path, known: &ReplaySetup) -> anyhow::Result<ReceiverC
         ));
     };
     let text = String::from_utf8_lossy(data);
-    let mut config: ReceiverConfig = parse(&format!("{shown}: {name}"), &text)?;
+    let mut config = parse_recorded(&format!("{shown}: {name}"), &text)?;
     config.relative_to(file.parent().unwrap_or(Path::new("")));
     Ok(config)
 }
 
+/// A recording of before there was a `[lab]` table has its fields where a scenario has them.
+fn parse_recorded(file: &str, text: &str) -> Result<ReceiverConfig, ConfigError> {
+    if parse_table(file, text)?.contains_key("lab") {
+        return NodeFile::parse(file, text).map(|file| file.config);
+    }
+    parse(file, text)
+}
+
 fn read_config(path: &Path) -> anyhow::Result<ReceiverConfig> {
-    let text = text_file::read(path, MOST_CONFIG_BYTES)?;
-    let mut config: ReceiverConfig = parse(&path.display().to_string(), &text)?;
+    let NodeFile { mut config, .. } = NodeFile::<ReceiverConfig>::load(path)?;
     config.relative_to(path.parent().unwrap_or(Path::new("")));
     Ok(config)
 }
@@ -218,4 +225,20 @@ fn check_follows_the_same(
         ));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_with_and_without_a_lab_table_are_read() {
+        let machine = "name = 'r'\ncycle-time-us = 1000\nmaster = { node = 'belt' }\n";
+        let read = |rest: &str| parse_recorded("r", &format!("{machine}{rest}")).unwrap();
+        let in_place = read("clock.drift-ppm = 5\nfaults.loss = 0.5\n");
+        let in_lab =
+            read("[lab]\nclock.drift-ppm = 5\nfar = [{ node = 'belt', faults.loss = 0.5 }]\n");
+        assert_eq!(in_place, in_lab);
+        assert_eq!(in_lab.far[0].faults.loss.get(), 0.5);
+    }
 }

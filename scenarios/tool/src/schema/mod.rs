@@ -14,6 +14,7 @@ use coaxle_lab::scenario::Scenario;
 use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::schema_of;
 use coaxle_node::gear_file::GearFile;
+use coaxle_node::lab::NodeFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_report::inspect::print_text;
@@ -72,9 +73,9 @@ impl FileKind {
     pub fn schema(self) -> Value {
         let mut schema = match self {
             Self::Scenario => schema_of::<Scenario>(),
-            Self::Sender => schema_of::<SenderConfig>(),
-            Self::Receiver => schema_of::<ReceiverConfig>(),
-            Self::Gateway => schema_of::<GatewayConfig>(),
+            Self::Sender => NodeFile::<SenderConfig>::schema(),
+            Self::Receiver => NodeFile::<ReceiverConfig>::schema(),
+            Self::Gateway => NodeFile::<GatewayConfig>::schema(),
             Self::Cam => schema_of::<CamFile>(),
             Self::Saw => schema_of::<SawFile>(),
             Self::Gear => schema_of::<GearFile>(),

@@ -4,15 +4,16 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use coaxle_gateway::config::GatewayConfig;
+use coaxle_gateway::config::{GatewayConfig, GatewayLab};
 use coaxle_lab::scenario::Scenario;
 use coaxle_lab::summary::{ReceiverSummary, SlaveSummary};
 use coaxle_node::cam_file::CamFile;
-use coaxle_node::config::schema::{alternatives, kind, resolved, schema_of};
+use coaxle_node::config::schema::{alternatives, kind, resolved, schema_without_lab_fields};
 use coaxle_node::gear_file::GearFile;
 use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
-use coaxle_sender::config::SenderConfig;
+use coaxle_receiver::config::ReceiverLab;
+use coaxle_sender::config::{SenderConfig, SenderLab};
 use schemars::JsonSchema;
 use serde_json::Value;
 
@@ -24,8 +25,11 @@ use super::figures;
 struct All {
     scenario: Scenario,
     sender: SenderConfig,
+    sender_lab: SenderLab,
     receiver: ReceiverConfig,
+    receiver_lab: ReceiverLab,
     gateway: GatewayConfig,
+    gateway_lab: GatewayLab,
     cam: CamFile,
     saw: SawFile,
     gear: GearFile,
@@ -34,11 +38,14 @@ struct All {
 }
 
 /// The files: property, heading.
-const FILES: [(&str, &str); 7] = [
+const FILES: [(&str, &str); 10] = [
     ("scenario", "A scenario"),
     ("sender", "The config of a sender"),
+    ("sender_lab", "The lab table of a sender"),
     ("receiver", "The config of a receiver"),
+    ("receiver_lab", "The lab table of a receiver"),
     ("gateway", "The config of a gateway"),
+    ("gateway_lab", "The lab table of a gateway"),
     ("cam", "A cam file"),
     ("saw", "A saw file"),
     ("gear", "A gear file"),
@@ -46,7 +53,7 @@ const FILES: [(&str, &str); 7] = [
 
 /// The page.
 pub(super) fn page() -> String {
-    let root = schema_of::<All>().to_value();
+    let root = schema_without_lab_fields::<All>().to_value();
     let mut page = Page {
         root: &root,
         text: INTRODUCTION.to_owned(),
@@ -254,10 +261,15 @@ An editor shows the same while a file is written, completes names and marks what
 #:schema ./schemas/coaxle-receiver.schema.json
 ```
 
+What is injected or simulated for an experiment is apart: the config of a node has it in a table `[lab]`, without which a machine runs,
+and with which a node starts with `--lab` only. A scenario is an experiment. Its nodes have the same fields in their places:
+`clock` and `seed` of each sender and receiver; `faults`, `request-faults` and `timing.faults` of each `[[receiver.far]]`, or beside
+`master`; `marks` and `tool` of each `[[receiver.slave]]`.
+
 What a schema cannot say, such as that a name is one of another list, is checked when a file is read: `coaxle check SCENARIO`,
 `coaxle sender CONFIG --check`, `coaxle receiver CONFIG --check`, `coaxle cam check FILE` and `coaxle saw plan FILE` read
 one and say what is wrong in it, with line and column.
 
-This page is made from the types that read the files: `UPDATE_DOCS=1 cargo test -p coaxle reference` writes it anew. What
+This page is made from the types that read the files: `UPDATE_DOCS=1 cargo test -p coaxle reference` writes it again. What
 signals mean is in [SIGNALS.md](SIGNALS.md).
 ";

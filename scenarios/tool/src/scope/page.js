@@ -53,7 +53,10 @@ function kind(node) {
 function showNodes() {
   $('nodes').replaceChildren(...state.nodes.map((node) => {
     const [tone, health] = kind(node);
-    return make('li', `${node.name}: ${health}`, { className: `badge ${tone}`, title: node.status?.role ?? '' });
+    const lab = node.status?.lab;
+    const said = lab ? `${health}, lab` : health;
+    const title = [node.status?.role, lab].filter(Boolean).join(', ');
+    return make('li', `${node.name}: ${said}`, { className: `badge ${tone}`, title });
   }));
 }
 

@@ -6,7 +6,7 @@ use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
 
 use super::member::{Member, Operator};
-use crate::node_config::NodeConfig;
+use crate::node_config::NodeKind;
 
 pub(super) const LINE: &str = "name = 'line'\ncycle-time-us = 1000\n[[axis]]\nid = 1\nname = 'belt'\n\
     program = { limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n\
@@ -25,8 +25,8 @@ pub(super) fn operator(text: &str) -> Operator {
 pub(super) fn member(text: &str) -> Member {
     if text.contains("[[axis]]") {
         let config: SenderConfig = parse("sender.toml", text).unwrap();
-        return Member::of(&NodeConfig::Sender(Box::new(config)));
+        return Member::of(&NodeKind::Sender(Box::new(config)).into());
     }
     let config: ReceiverConfig = parse("receiver.toml", text).unwrap();
-    Member::of(&NodeConfig::Receiver(Box::new(config)))
+    Member::of(&NodeKind::Receiver(Box::new(config)).into())
 }

@@ -67,15 +67,18 @@ fn as_table(seen: &[SeenNode]) -> String {
     for node in seen {
         let empty = serde_json::Map::new();
         let status = reading(node).unwrap_or(StatusFields::of(&empty));
-        let text = |name| Cell::new(status.text(name).unwrap_or(UNKNOWN));
         let health = match node.is_alive {
             true => status.text("health").unwrap_or(UNKNOWN),
             false => "gone",
         };
+        let role = match (status.text("role"), status.text("lab")) {
+            (Some(role), Some(_)) => format!("{role}, lab"),
+            (role, _) => role.unwrap_or(UNKNOWN).to_owned(),
+        };
         let sources = status.parts("sources").map(|(name, _)| name);
         table.add_row([
             Cell::new(&node.name),
-            text("role"),
+            Cell::new(role),
             Cell::new(health),
             right(&or_unknown(status.number("uptime_s"), seconds)),
             Cell::new(sources.collect::<Vec<_>>().join(", ")),
@@ -117,7 +120,7 @@ fn as_json(seen: &[SeenNode]) -> String {
         let sources: Vec<&str> = sources.unwrap_or_default();
         json!({
             "node": node.name, "alive": node.is_alive, "role": text("role"), "health": text("health"),
-            "epoch": text("epoch"), "follows": sources,
+            "epoch": text("epoch"), "follows": sources, "lab": text("lab"),
         })
     };
     format!("{:#}", seen.iter().map(node).collect::<serde_json::Value>())
@@ -159,6 +162,18 @@ mod tests {
             );
         }
         assert_eq!(as_table(&[]), "");
+    }
+
+    #[test]
+    fn a_node_of_an_experiment_is_listed_as_one() {
+        let mut all = seen();
+        if let Some((_, status)) = &mut all[0].status {
+            status.insert("lab".to_owned(), json!("lab.clock.drift-ppm = 500"));
+        }
+        let text = as_table(&all);
+        assert!(text.contains("sender, lab"), "{text}");
+        let list: serde_json::Value = serde_json::from_str(&as_json(&all)).unwrap();
+        assert_eq!(list[0]["lab"], "lab.clock.drift-ppm = 500");
     }
 
     #[test]

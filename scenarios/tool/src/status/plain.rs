@@ -26,6 +26,11 @@ pub(super) fn all(seen: &[SeenNode], now: Instant<Machine>) -> String {
 /// Text of a node with a status of this age, s.
 fn of(status: &StatusFields<'_>, age: f64) -> String {
     let mut parts = vec![head(status, age)];
+    if let Some(lab) = status.text("lab") {
+        parts.push(format!(
+            "started with --lab, for an experiment and no machine: {lab}"
+        ));
+    }
     if let Some(error) = status.fault("error") {
         parts.push(format!("error {error}"));
     }
@@ -332,6 +337,17 @@ mod tests {
                 "{expected}\n{lines:#?}"
             );
         }
+    }
+
+    #[test]
+    fn a_node_of_an_experiment_says_so() {
+        let json = SENDER.replace(
+            "\"seen_by\"",
+            "\"lab\": \"lab.clock.drift-ppm = 500\", \"seen_by\"",
+        );
+        let expected =
+            "started with --lab, for an experiment and no machine: lab.clock.drift-ppm = 500";
+        assert_eq!(lines(&json, 0.1)[1], expected);
     }
 
     #[test]

@@ -94,6 +94,8 @@ impl Child {
                 NodeRole::Receiver => "receiver",
             })
             .arg(&self.config)
+            // A scenario is an experiment.
+            .arg("--lab")
             .arg(match self.output {
                 NodeOutput::Trace => "--trace",
                 NodeOutput::Arrivals => "--arrivals",

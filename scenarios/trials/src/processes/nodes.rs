@@ -8,8 +8,8 @@ use anyhow::Context;
 use coaxle_lab::scenario::Scenario;
 use coaxle_lab::topology::Topology;
 use coaxle_node::config::TransportConfig;
+use coaxle_node::lab::{NodeFile, WithLab};
 use coaxle_node::wiring;
-use serde::Serialize;
 
 use super::child::{Child, NodeOutput, NodeRole};
 
@@ -124,9 +124,9 @@ fn local(config: &TransportConfig, listen: String, connect: Vec<String>) -> Tran
     }
 }
 
-fn write_toml(folder: &Path, name: &str, config: &impl Serialize) -> anyhow::Result<PathBuf> {
+fn write_toml(folder: &Path, name: &str, config: &impl WithLab) -> anyhow::Result<PathBuf> {
     let path = folder.join(format!("{name}.toml"));
-    let text = toml::to_string(config).with_context(|| format!("cannot write {name} as TOML"))?;
+    let text = NodeFile::text_of(config).with_context(|| format!("cannot write {name} as TOML"))?;
     std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(path)
 }

@@ -28,10 +28,10 @@ impl Line {
             nodes: Vec::new(),
         };
         let sender = format!(
-            "cycle-time-us = 2000\nclock = {{ drift-ppm = {drift_ppm} }}\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = {velocity}\n\
+            "cycle-time-us = 2000\nlab.clock = {{ drift-ppm = {drift_ppm} }}\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = {velocity}\n\
              limits = {{ velocity = 100, acceleration = 100, jerk = 1000 }}\nsteps = []\n"
         );
-        line.start("sender", "belt", &sender);
+        line.start_with("sender", "belt", &sender, &["--lab"]);
         line
     }
 

@@ -99,7 +99,20 @@ virtual_time faults`), which runs some more seeds of each every time, and 200 of
 A sender's wall clock is no fault: nothing reads a wall clock but log lines (`clippy.toml` refuses it everywhere else).
 
 Besides what has a name of its own, the drift of a node's clock and the delay of a link are sums of terms over the time since the
-start: `drift-terms-ppm = [...]` of `[clock]`, `delay-terms-us = [...]` of `[network]` and of `faults`, up to 16 each.
+start: `drift-terms-ppm = [...]` of `clock`, `delay-terms-us = [...]` of `[network]` and of `faults`, up to 16 each.
+
+A scenario has `clock` and `faults` at its nodes. The config of a node of its own has them in a table `[lab]`, and is refused with it
+unless the node is started with `--lab`; then log, status and recording say that it is an experiment:
+
+```toml
+[lab]
+clock = { drift-ppm = 500 }                     # of a sender, a receiver or a gateway
+[[lab.far]]                                     # of a receiver: the link to a node that it follows
+node = \"conveyor\"
+faults = { latency-us = 300, loss = 0.1 }
+request-faults = { latency-us = 900 }           # over the time requests instead
+timing-faults = { loss = 0.2 }                  # over the beacons of the timing channel
+```
 
 | term | what it is |
 |--|--|

@@ -4,7 +4,7 @@ use serde_json::Value as Schema;
 use toml::{Table, Value};
 
 use super::expected::{expected, variant};
-use super::{alternatives, resolved};
+use super::{LAB_MARK, alternatives, resolved};
 use crate::config::did_you_mean;
 
 /// A field that is missing or unknown, and why.
@@ -17,12 +17,21 @@ pub(in crate::config) struct Finding {
 /// Finds all missing or unknown fields of a document. Where a value allows several alternatives and
 /// it is ambiguous which is meant, no field is reported.
 pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding> {
-    let mut comparison = Comparison {
-        root,
-        findings: Vec::new(),
-    };
-    comparison.table(root, document, "");
-    comparison.findings
+    Comparison::of(root, document).findings
+}
+
+/// A field of a document that injects or simulates something.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct LabField {
+    /// Its path.
+    pub(crate) field: String,
+    /// How it is written in a `[lab]` table.
+    pub(crate) in_lab: String,
+}
+
+/// The fields of a document that its schema marks as those that inject or simulate something.
+pub(crate) fn lab_fields(root: &Schema, document: &Table) -> Vec<LabField> {
+    Comparison::of(root, document).lab_fields
 }
 
 /// Greatest number of names listed for an unknown one.
@@ -33,9 +42,20 @@ const MOST_FINDINGS: usize = 20;
 struct Comparison<'s> {
     root: &'s Schema,
     findings: Vec<Finding>,
+    lab_fields: Vec<LabField>,
 }
 
 impl<'s> Comparison<'s> {
+    fn of(root: &'s Schema, document: &Table) -> Self {
+        let mut comparison = Self {
+            root,
+            findings: Vec::new(),
+            lab_fields: Vec::new(),
+        };
+        comparison.table(root, document, "");
+        comparison
+    }
+
     fn value(&mut self, schema: &'s Schema, value: &Value, path: &str) {
         let Some(schema) = self.meant(schema, value) else {
             return;
@@ -65,7 +85,15 @@ impl<'s> Comparison<'s> {
         let mut unknown = Vec::new();
         for (name, value) in table {
             match known.and_then(|known| known.get(name)) {
-                Some(schema) => self.value(schema, value, &field(name)),
+                Some(schema) => {
+                    if let Some(mark) = schema.get(LAB_MARK).and_then(Schema::as_str) {
+                        self.lab_fields.push(LabField {
+                            field: field(name),
+                            in_lab: mark.replace("{}", &short(value)),
+                        });
+                    }
+                    self.value(schema, value, &field(name));
+                }
                 None if is_closed => unknown.push(name.as_str()),
                 None => {}
             }
@@ -126,6 +154,17 @@ impl<'s> Comparison<'s> {
             None if fits(schema, value) => candidates.push(schema),
             None => {}
         }
+    }
+}
+
+/// A value on one line, its beginning if it is long.
+fn short(value: &Value) -> String {
+    /// Characters of a value in a message.
+    const MOST: usize = 120;
+    let text = value.to_string();
+    match text.char_indices().nth(MOST) {
+        None => text,
+        Some((end, _)) => format!("{} …", &text[..end]),
     }
 }
 

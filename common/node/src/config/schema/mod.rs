@@ -8,15 +8,45 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde_json::{Map, Value};
 
 pub(super) use compare::{Finding, compare};
+pub(crate) use compare::{LabField, lab_fields};
 pub(super) use expected::readable;
 pub use expected::{expected, kind};
+
+/// The mark of a field that injects or simulates something. A scenario has it in its place; the config of a node has it in its
+/// `[lab]` table, as the mark says: the value stands for the `{}` in it.
+const LAB_MARK: &str = "x-lab";
 
 /// The schema of a file that is read into a `T`: each field with its meaning, its range and its default.
 #[must_use]
 pub fn schema_of<T: JsonSchema>() -> Schema {
+    let mut schema = marked_schema_of::<T>();
+    RecursiveTransform(without_mark).transform(&mut schema);
+    schema
+}
+
+/// [`schema_of`] without the fields that inject or simulate something.
+#[must_use]
+pub fn schema_without_lab_fields<T: JsonSchema>() -> Schema {
+    let mut schema = marked_schema_of::<T>();
+    RecursiveTransform(without_lab_fields).transform(&mut schema);
+    schema
+}
+
+/// [`schema_of`] with the marks of the fields that inject or simulate something.
+pub(crate) fn marked_schema_of<T: JsonSchema>() -> Schema {
     let mut schema = SchemaGenerator::default().into_root_schema_for::<T>();
     RecursiveTransform(simplify).transform(&mut schema);
     schema
+}
+
+fn without_mark(schema: &mut Schema) {
+    schema.remove(LAB_MARK);
+}
+
+fn without_lab_fields(schema: &mut Schema) {
+    if let Some(Value::Object(fields)) = schema.get_mut("properties") {
+        fields.retain(|_, field| field.get(LAB_MARK).is_none());
+    }
 }
 
 /// Resolves a reference to a definition of a schema; other parts are returned as they are.

@@ -5,8 +5,8 @@ name = 'conveyor'
 cycle-time-us = 1000
 [transport]
 listen = ['tcp/127.0.0.1:0']
-[clock]
-drift-ppm = 50
+[real-time]
+spin-us = 50
 [[axis]]
 id = 1
 name = 'belt'

@@ -106,15 +106,27 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
     ),
     (
         "s.toml",
-        "drift-ppm = 50",
-        "drift-ppm = 0,5",
-        "s.toml:6:14: is not valid TOML: unexpected key or value, expected newline, `#`; did you mean 0.5?",
+        "spin-us = 50",
+        "spin-us = 0,5",
+        "s.toml:6:12: is not valid TOML: unexpected key or value, expected newline, `#`; did you mean 0.5?",
     ),
     (
         "s.toml",
-        "drift-ppm = 50",
-        "drift-ppm = 5e6",
-        "s.toml:6:13: clock.drift-ppm: received 5000000, expected a number from -100000 to 100000",
+        "[real-time]\nspin-us = 50",
+        "[lab.clock]\ndrift-ppm = 5e6",
+        "s.toml:6:13: lab.clock.drift-ppm: received 5000000, expected a number from -100000 to 100000",
+    ),
+    (
+        "s.toml",
+        "[real-time]\nspin-us = 50",
+        "[lab.clock]\ndrift-ppm = 50",
+        "s.toml:5:2: lab: received lab.clock.drift-ppm = 50, expected no [lab] table: no fault is injected into a machine; take the table out, or start the node with --lab for an experiment",
+    ),
+    (
+        "s.toml",
+        "[real-time]\nspin-us = 50",
+        "[clock]\ndrift-ppm = 50",
+        "s.toml:5:1: clock: what is injected or simulated lives in [lab]: write lab.clock = { drift-ppm = 50 }, and start the node with --lab",
     ),
     (
         "s.toml",

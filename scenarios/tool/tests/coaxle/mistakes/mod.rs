@@ -143,7 +143,7 @@ fn all_fields_that_are_missing_or_unknown_are_told_at_once() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let text = SENDER
         .replace("name = 'conveyor'\n", "")
-        .replace("drift-ppm", "drfit-ppm")
+        .replace("spin-us", "spni-us")
         .replace(", jerk = 10", "")
         .replace("acceleration = 10", "aceleration = 10");
     std::fs::write(folder.path().join("s.toml"), text).expect("a file");
@@ -156,7 +156,7 @@ fn all_fields_that_are_missing_or_unknown_are_told_at_once() {
         places,
         [
             "s.toml name",
-            "s.toml:5:1 clock.drfit-ppm",
+            "s.toml:5:1 real-time.spni-us",
             "s.toml:12:10 axis \"belt\".program.limits.jerk",
             "s.toml:12:27 axis \"belt\".program.limits.aceleration",
         ],

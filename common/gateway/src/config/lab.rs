@@ -1,0 +1,41 @@
+//! `[lab]` of a gateway.
+
+use std::path::Path;
+
+use coaxle_node::config::ClockConfig;
+use coaxle_node::faults::{WrongTerm, check_clock};
+use coaxle_node::lab::{LabTable, WithLab, WrongLab};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::GatewayConfig;
+
+/// Faults injected into a gateway, for experiments: a gateway with this table starts with `--lab` only.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct GatewayLab {
+    /// Deviation injected into the gateway's own clock.
+    pub clock: ClockConfig,
+}
+
+impl LabTable for GatewayLab {
+    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
+        let mut clock = self.clock.clone();
+        clock.relative_to(folder);
+        check_clock(&clock).map_err(|wrong| wrong.within("clock"))
+    }
+}
+
+impl WithLab for GatewayConfig {
+    type Lab = GatewayLab;
+
+    fn set_lab(&mut self, GatewayLab { clock }: GatewayLab) -> Result<(), WrongLab> {
+        self.clock = clock;
+        Ok(())
+    }
+
+    fn lab(&self) -> GatewayLab {
+        let clock = self.clock.clone();
+        GatewayLab { clock }
+    }
+}

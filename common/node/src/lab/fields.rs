@@ -1,0 +1,68 @@
+//! The fields of a `[lab]` table, for people.
+
+use std::fmt;
+
+use coaxle_wire::one_line;
+use toml::Value;
+
+/// What a `[lab]` table injects or simulates: each field with its value.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LabFields(Vec<String>);
+
+impl LabFields {
+    pub(super) fn of(table: &Value) -> Self {
+        let mut fields = Vec::new();
+        collect("lab", table, &mut fields);
+        Self(fields)
+    }
+
+    /// Why a node that is to run a machine does not start.
+    #[must_use]
+    pub fn refusal(&self) -> String {
+        format!(
+            "lab: received {self}, expected no [lab] table: no fault is injected into a machine; take the table out, or start \
+             the node with --lab for an experiment"
+        )
+    }
+}
+
+impl fmt::Display for LabFields {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0[..] {
+            [] => f.write_str("nothing injected or simulated"),
+            fields => f.write_str(&one_line(&fields.join(", "))),
+        }
+    }
+}
+
+/// Each value that is no table, by its path. Elements of lists are called by the node or slave that they are for.
+fn collect(path: &str, value: &Value, fields: &mut Vec<String>) {
+    match value {
+        Value::Table(table) => {
+            for (name, value) in table {
+                collect(&format!("{path}.{name}"), value, fields);
+            }
+        }
+        Value::Array(list) if list.iter().any(|element| key_of(element).is_some()) => {
+            for element in list {
+                let Some((key, name)) = key_of(element) else {
+                    continue;
+                };
+                let mut rest = element.clone();
+                if let Value::Table(rest) = &mut rest {
+                    rest.remove(key);
+                }
+                collect(&format!("{path} {name:?}"), &rest, fields);
+            }
+        }
+        value => fields.push(format!("{path} = {value}")),
+    }
+}
+
+/// What an element of a list is called by.
+fn key_of(element: &Value) -> Option<(&'static str, &str)> {
+    ["node", "name"].into_iter().find_map(|key| {
+        let name = element.get(key)?.as_str()?;
+        Some((key, name))
+    })
+}

@@ -1,0 +1,208 @@
+//! `[lab]`: what the config of a node injects or simulates, apart from what a machine runs.
+//!
+//! A scenario is an experiment, and has these fields of its nodes where they belong. The config of a node has them in a table of
+//! their own, with which a node starts only if it is asked to: nobody takes an injected fault for one of the machine.
+
+mod fields;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use crate::config::schema::{
+    LabField, lab_fields, marked_schema_of, schema_of, schema_without_lab_fields,
+};
+use crate::config::{ConfigError, parse_table, part_of_table};
+use crate::faults::WrongTerm;
+use crate::text_file::{self, MOST_CONFIG_BYTES};
+
+pub use fields::LabFields;
+
+/// The config of a node whose file may have a `[lab]` table. As a type it has the fields of the table where they belong.
+pub trait WithLab: Clone + Serialize + DeserializeOwned + JsonSchema {
+    /// The table.
+    type Lab: LabTable;
+
+    /// Puts the fields of the table where they belong.
+    ///
+    /// # Errors
+    /// [`WrongLab`] names a field that has no place in this config.
+    fn set_lab(&mut self, lab: Self::Lab) -> Result<(), WrongLab>;
+
+    /// The fields of the table, from where they belong.
+    fn lab(&self) -> Self::Lab;
+}
+
+/// A `[lab]` table. By default nothing is injected.
+pub trait LabTable:
+    Clone + Default + PartialEq + Serialize + DeserializeOwned + JsonSchema
+{
+    /// Reads the files that the table names by relative paths from `folder`, as the node's start does.
+    ///
+    /// # Errors
+    /// [`WrongTerm`] names the field and the file.
+    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm>;
+}
+
+/// A field of a `[lab]` table that has no place in its config.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("lab.{field}: {reason}")]
+pub struct WrongLab {
+    /// The field in the table, as a path.
+    pub field: String,
+    /// What was received and what is expected.
+    pub reason: String,
+}
+
+/// The config of a node as a file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeFile<C> {
+    /// The config.
+    pub config: C,
+    /// What its `[lab]` table injects or simulates; none without a table.
+    pub lab: Option<LabFields>,
+}
+
+impl<C: WithLab> NodeFile<C> {
+    /// Reads a file, and the files that its `[lab]` table names.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the file and the field.
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let text = text_file::read(path, MOST_CONFIG_BYTES)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::read(&path.display().to_string(), &text, Some(folder))
+    }
+
+    /// Reads a text; `file` is what the errors call it.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the file and the field.
+    pub fn parse(file: &str, text: &str) -> Result<Self, ConfigError> {
+        Self::read(file, text, None)
+    }
+
+    /// Reads the text of a config that runs a machine: nothing is injected or simulated.
+    ///
+    /// # Errors
+    /// [`ConfigError`], naming the file and the field; a `[lab]` table.
+    pub fn parse_machine(file: &str, text: &str) -> Result<C, ConfigError> {
+        let Self { config, lab } = Self::parse(file, text)?;
+        match lab {
+            None => Ok(config),
+            Some(fields) => Err(ConfigError::whole(file, fields.refusal()).in_text(file, text)),
+        }
+    }
+
+    /// A config as the text of a file.
+    ///
+    /// # Errors
+    /// It cannot be written as TOML.
+    pub fn text_of(config: &C) -> Result<String, toml::ser::Error> {
+        let mut table = toml::Table::try_from(config)?;
+        remove_lab_fields(marked_schema_of::<C>().as_value(), &mut table);
+        let lab = config.lab();
+        if lab != C::Lab::default() {
+            table.insert(LAB.to_owned(), toml::Value::try_from(lab)?);
+        }
+        toml::to_string(&table)
+    }
+
+    /// The schema of a file.
+    #[must_use]
+    pub fn schema() -> Schema {
+        let mut schema = schema_without_lab_fields::<C>();
+        let mut lab = schema_of::<C::Lab>();
+        lab.remove("$schema");
+        if let Some(Value::Object(definitions)) = lab.remove("$defs") {
+            let empty = || Value::Object(Map::new());
+            let known = schema.ensure_object().entry("$defs").or_insert_with(empty);
+            if let Value::Object(known) = known {
+                known.extend(definitions);
+            }
+        }
+        if let Some(Value::Object(properties)) = schema.get_mut("properties") {
+            properties.insert(LAB.to_owned(), lab.to_value());
+        }
+        schema
+    }
+
+    fn read(file: &str, text: &str, folder: Option<&Path>) -> Result<Self, ConfigError> {
+        let read = Self::from_table(file, parse_table(file, text)?, folder);
+        read.map_err(|error| error.in_text(file, text))
+    }
+
+    fn from_table(
+        file: &str,
+        whole: toml::Table,
+        folder: Option<&Path>,
+    ) -> Result<Self, ConfigError> {
+        refuse_lab_fields(file, marked_schema_of::<C>().as_value(), &whole)?;
+        let mut rest = whole.clone();
+        let table = rest.remove(LAB);
+        let mut config: C = part_of_table(file, "", rest.into(), &whole, Self::schema)?;
+        let Some(table) = table else {
+            return Ok(Self { config, lab: None });
+        };
+        let fields = LabFields::of(&table);
+        let lab: C::Lab = part_of_table(file, LAB, table, &whole, Self::schema)?;
+        if let Some(folder) = folder {
+            lab.check_files(folder)
+                .map_err(|wrong| ConfigError::whole(file, wrong.within(LAB)))?;
+        }
+        config
+            .set_lab(lab)
+            .map_err(|wrong| ConfigError::whole(file, wrong))?;
+        let lab = Some(fields);
+        Ok(Self { config, lab })
+    }
+}
+
+/// The table's name in a file.
+const LAB: &str = "lab";
+
+/// Fields of the table that stand where a scenario has them.
+fn refuse_lab_fields(file: &str, schema: &Value, table: &toml::Table) -> Result<(), ConfigError> {
+    let misplaced = lab_fields(schema, table);
+    if misplaced.is_empty() {
+        return Ok(());
+    }
+    let wrong = misplaced.into_iter().map(|LabField { field, in_lab }| {
+        let reason = format!(
+            "what is injected or simulated lives in [lab]: write {in_lab}, and start the node with --lab"
+        );
+        (field, reason)
+    });
+    Err(ConfigError::fields(file, wrong))
+}
+
+/// Takes the fields of the table out of the places where a scenario has them.
+fn remove_lab_fields(schema: &Value, table: &mut toml::Table) {
+    for LabField { field, .. } in lab_fields(schema, table) {
+        remove(table, &field);
+    }
+}
+
+/// Removes a field by its path: `far[0].timing.faults`.
+fn remove(table: &mut toml::Table, path: &str) {
+    let Some((first, rest)) = path.split_once('.') else {
+        table.remove(path);
+        return;
+    };
+    let (name, index) = match first.split_once('[') {
+        Some((name, index)) => (name, index.trim_end_matches(']').parse().ok()),
+        None => (first, None),
+    };
+    let value = table.get_mut(name).and_then(|value| match index {
+        Some(index) => value.get_mut::<usize>(index),
+        None => Some(value),
+    });
+    if let Some(toml::Value::Table(inner)) = value {
+        remove(inner, rest);
+    }
+}
