@@ -12,11 +12,14 @@ use super::prediction::moved_on;
 
 /// An axis without data comes to rest within this time, s.
 const BRAKING: f64 = 0.5;
-/// While it is brought back it is faster or slower than its master by at most this part of its
-/// greatest velocity up to then, …
+/// While it is brought back it is faster or slower than its master by at most this part of its greatest velocity up to
+/// then, however long that takes: a follower of the axis needs one and a half times the velocity of the master, and no more.
+/// A clock that flipped for 40 s left it 24 m behind, and a return within 30 s took four times the velocity of its master.
 const FASTER: f64 = 0.5;
-/// … but it arrives after this many seconds, at any distance and any speed.
-const LONGEST: f64 = 30.0;
+/// Longest return, s, to a master that has not moved yet, whose velocity is unknown, …
+const TO_A_RESTING_MASTER: f64 = 30.0;
+/// … and to one that has moved, even if only by its noise.
+const LONGEST: f64 = 3_600.0;
 /// Set values whose positions and velocity differ by more than this part of the greatest velocity
 /// up to then are evaluated by their positions: those of a mode that shows every beat, or that
 /// stand still without new data.
@@ -45,10 +48,18 @@ pub struct Continuity {
     shortest: f64,
     /// The newest set values, and the difference of the velocity of their positions from theirs, u/s.
     last: Option<(Kinematics, f64)>,
-    reach: Reach,
-    /// Positions come in beats, and give no velocity.
-    shows_beats: bool,
     motion: Motion,
+}
+
+/// Knowledge of the master in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MasterCycle {
+    /// Own cycles since the one before.
+    pub elapsed: u32,
+    /// Largest motion up to now, which bounds the acceleration and speed at which the axis is brought back.
+    pub reach: Reach,
+    /// True if positions come in beats, as in mode bypass. The velocity that comes with them is then that of the axis.
+    pub shows_beats: bool,
 }
 
 /// Largest motion that a master has shown.
@@ -92,50 +103,29 @@ impl Continuity {
             cycle_time: cycle_time.as_secs_f64(),
             shortest: shortest.0,
             last: None,
-            reach: Reach::default(),
-            shows_beats: false,
             motion: Motion::Following,
         }
     }
 
-    /// Sets the largest motion of the master up to now, which bounds the acceleration and speed at
-    /// which the axis is brought back.
-    pub const fn set_reach(&mut self, reach: Reach) {
-        self.reach = reach;
-    }
-
-    /// Sets whether positions come in beats from now on, as in mode bypass. The velocity that comes
-    /// with them is then that of the axis.
-    pub const fn show_beats(&mut self, shows_beats: bool) {
-        self.shows_beats = shows_beats;
-    }
-
-    /// Largest motion of the master up to now.
-    #[must_use]
-    pub const fn reach(&self) -> Reach {
-        self.reach
-    }
-
     /// Runs a cycle in which the master has set values; returns those of the axis.
-    ///
-    /// `elapsed` counts the own cycles since the previous call.
-    pub fn follow(&mut self, master: &Kinematics, elapsed: u32) -> Kinematics {
-        let passed = self.cycle_time * f64::from(elapsed);
+    pub fn follow(&mut self, master: &Kinematics, cycle: &MasterCycle) -> Kinematics {
+        let passed = self.passed(cycle);
+        let reach = &cycle.reach;
         let set = match (&mut self.motion, &self.last) {
             (Motion::Following, _) | (_, None) => {
                 self.motion = Motion::Following;
                 *master
             }
-            (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * self.reach.velocity => {
+            (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * reach.velocity => {
                 rejoin.since += passed;
                 rejoin.over(master)
             }
             (Motion::Braking { .. } | Motion::Returning | Motion::Rejoining(_), Some(_)) => {
                 let standing = self
-                    .moving()
+                    .moving(reach)
                     .map_or(*master, |last| moved_on(&last, passed));
-                let master = self.possible(master);
-                let rejoin = self.rejoin_from(&standing, &master);
+                let master = reach.possible(master);
+                let rejoin = self.rejoin_from(&standing, &master, reach);
                 self.motion = Motion::Rejoining(rejoin);
                 rejoin.over(&master)
             }
@@ -145,14 +135,14 @@ impl Continuity {
         {
             self.motion = Motion::Following;
         }
-        self.keep(set, elapsed);
+        self.keep(set, cycle);
         set
     }
 
     /// Runs a cycle in which the master's position is unknown; none before it was ever known.
-    pub fn brake(&mut self, elapsed: u32) -> Option<Kinematics> {
-        let passed = self.cycle_time * f64::from(elapsed);
-        let last = self.moving()?;
+    pub fn brake(&mut self, cycle: &MasterCycle) -> Option<Kinematics> {
+        let passed = self.passed(cycle);
+        let last = self.moving(&cycle.reach)?;
         let (braking, since) = match self.motion {
             Motion::Braking { braking, since } => (braking, since + passed),
             Motion::Following | Motion::Returning | Motion::Rejoining(_) => {
@@ -162,7 +152,7 @@ impl Continuity {
         };
         self.motion = Motion::Braking { braking, since };
         let set = braking.at(since);
-        self.keep(set, elapsed);
+        self.keep(set, cycle);
         Some(set)
     }
 
@@ -181,10 +171,16 @@ impl Continuity {
         }
     }
 
-    fn keep(&mut self, set: Kinematics, elapsed: u32) {
-        let passed = self.cycle_time * f64::from(elapsed);
+    /// Seconds since the cycle before.
+    fn passed(&self, cycle: &MasterCycle) -> f64 {
+        self.cycle_time * f64::from(cycle.elapsed)
+    }
+
+    fn keep(&mut self, set: Kinematics, cycle: &MasterCycle) {
+        let passed = self.passed(cycle);
+        let says_velocity = (1..=SAID_OVER).contains(&cycle.elapsed) && !cycle.shows_beats;
         let beside = match &self.last {
-            Some((last, _)) if (1..=SAID_OVER).contains(&elapsed) && !self.shows_beats => {
+            Some((last, _)) if says_velocity => {
                 (set.position - last.position) / passed - set.velocity
             }
             _ => 0.0,
@@ -193,38 +189,21 @@ impl Continuity {
     }
 
     /// The motion of the axis by its positions, within its limits.
-    fn moving(&self) -> Option<Kinematics> {
+    fn moving(&self, reach: &Reach) -> Option<Kinematics> {
         let (last, beside) = self.last?;
-        let is_true = beside.abs() <= CONTRADICTION * self.reach.velocity;
+        let is_true = beside.abs() <= CONTRADICTION * reach.velocity;
         let (velocity, acceleration) = match is_true {
             true => (last.velocity, last.acceleration),
             false => (last.velocity + beside, 0.0),
         };
-        Some(self.possible(&Kinematics {
+        Some(reach.possible(&Kinematics {
             velocity,
             acceleration,
             ..last
         }))
     }
 
-    /// Set values with a velocity and an acceleration that the axis can have. A position that
-    /// jumped gives neither: an axis that took the jump for its velocity continued at 100 m/s.
-    fn possible(&self, set: &Kinematics) -> Kinematics {
-        let (fastest, hardest) = ((1.0 + FASTER) * self.reach.velocity, self.hardest());
-        Kinematics {
-            velocity: set.velocity.clamp(-fastest, fastest),
-            acceleration: set.acceleration.clamp(-hardest, hardest),
-            ..*set
-        }
-    }
-
-    /// The greatest acceleration of an axis that is braked or brought back, u/s².
-    fn hardest(&self) -> f64 {
-        let by_braking = BRAKED * (1.0 + FASTER) * self.reach.velocity / BRAKING;
-        self.reach.acceleration.max(by_braking)
-    }
-
-    fn rejoin_from(&self, standing: &Kinematics, master: &Kinematics) -> Rejoin {
+    fn rejoin_from(&self, standing: &Kinematics, master: &Kinematics, reach: &Reach) -> Rejoin {
         let ahead = Kinematics {
             position: standing.position - master.position,
             velocity: standing.velocity - master.velocity,
@@ -235,7 +214,7 @@ impl Continuity {
         let Reach {
             velocity: fastest,
             acceleration: hardest,
-        } = self.reach;
+        } = *reach;
         let velocity = fastest.max(hardest * BRAKING / BRAKED);
         let share = if velocity > 0.0 {
             (ahead.velocity.abs() / velocity).min(1.0)
@@ -250,12 +229,17 @@ impl Continuity {
             length: (BRAKING * share).max(self.shortest),
         };
         let way = ahead.position + slowing.way();
-        let faster = (FASTER * fastest).max(STEEPEST * way.abs() / LONGEST);
+        let longest = if fastest > 0.0 {
+            LONGEST
+        } else {
+            TO_A_RESTING_MASTER
+        };
+        let faster = (FASTER * fastest).max(STEEPEST * way.abs() / longest);
         let harder = hardest.max(BRAKED * fastest / BRAKING);
         let by = |most: f64, length: f64| if most > 0.0 { length } else { 0.0 };
         let for_velocity = by(faster, STEEPEST * way.abs() / faster);
         let for_acceleration = by(harder, libm::sqrt(MOST_CURVED * way.abs() / harder));
-        let for_way = for_velocity.max(for_acceleration.min(LONGEST));
+        let for_way = for_velocity.max(for_acceleration.min(longest));
         Rejoin {
             slowing,
             way,
@@ -263,6 +247,25 @@ impl Continuity {
             since: 0.0,
             fastest,
         }
+    }
+}
+
+impl Reach {
+    /// Set values with a velocity and an acceleration that the axis can have. A position that jumped says nothing of either: an axis
+    /// that took the jump for its velocity went on at 100 m/s.
+    fn possible(&self, set: &Kinematics) -> Kinematics {
+        let (fastest, hardest) = ((1.0 + FASTER) * self.velocity, self.hardest());
+        Kinematics {
+            velocity: set.velocity.clamp(-fastest, fastest),
+            acceleration: set.acceleration.clamp(-hardest, hardest),
+            ..*set
+        }
+    }
+
+    /// The greatest acceleration of an axis that is braked or brought back, u/s².
+    fn hardest(&self) -> f64 {
+        let by_braking = BRAKED * (1.0 + FASTER) * self.velocity / BRAKING;
+        self.acceleration.max(by_braking)
     }
 }
 

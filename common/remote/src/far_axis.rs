@@ -118,6 +118,25 @@ impl FarAxis {
         self.extrapolate.begin_anew();
     }
 
+    /// This cycle once more, as a block that [begins anew](Self::begin_anew) has it: without what it was blended from.
+    pub fn without_blend(
+        &mut self,
+        received: &Kinematics,
+        correction: &FarCorrection,
+        moved: &FarAxisOutput,
+        elapsed: u32,
+    ) -> FarAxisOutput {
+        self.begin_anew();
+        let (times, fall_back) = (correction.times, correction.fall_back);
+        let again =
+            (self.extrapolate).move_set_values(received, times, moved.state, fall_back, elapsed);
+        FarAxisOutput {
+            set: again.set,
+            diagnostic: again.diagnostic,
+            ..*moved
+        }
+    }
+
     /// Changes the parameters while running; the set values continue from their current state.
     pub fn set_parameters(&mut self, parameters: &CheckedParameters) {
         self.extrapolate

@@ -5,9 +5,10 @@ use crate::far_time::LARGEST_RATE_ERROR;
 /// Velocity that a mode may add to the master's while an axis rejoins, as a share of the greatest
 /// velocity seen (`coaxle_remote`'s `Continuity`).
 const REJOINING: f64 = 0.5;
-/// Longest time of rejoining from any distance, s, by a curve with this ratio of the steepest to
+/// Longest time of rejoining a master that has moved, and one that has not, s, by a curve with this ratio of the steepest to
 /// the mean slope.
-const LONGEST: f64 = 30.0;
+const LONGEST: f64 = 3_600.0;
+const TO_A_RESTING_MASTER: f64 = 30.0;
 const STEEPEST: f64 = 1.875;
 /// Velocity gain of a quartic that takes an acceleration to rest in half a second: at most 4/27 of
 /// acceleration · time.
@@ -288,9 +289,14 @@ impl FarMotionCheck {
             FarAxisMode::Blocks => pace_of_blocks,
             FarAxisMode::Observer => LARGEST_RATE_ERROR,
         };
+        let longest = if self.fastest > 0.0 {
+            LONGEST
+        } else {
+            TO_A_RESTING_MASTER
+        };
         let velocity = velocity * (1.0 + pace + REJOINING)
             + BRAKING * self.acceleration
-            + STEEPEST * self.farthest / LONGEST
+            + STEEPEST * self.farthest / longest
             + blended / blending_time.max(cycle_time);
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
         // A blend from a mode that shows received values still contains a part of them.

@@ -280,6 +280,85 @@ mod tests {
         assert!((acceleration.limit - 200.0).abs() < 1e-9);
     }
 
+    /// An axis at rest whose stated velocity is `velocity` in the last cycles, as many as there are limits to compare it by.
+    fn standing(check: &mut ToldCheck, velocity: &[f64]) -> Vec<bool> {
+        let found = velocity.iter().map(|velocity| {
+            let [found, _] = check.push(&set(7.0, *velocity, 0.0), 1);
+            found.is_some()
+        });
+        found.collect()
+    }
+
+    /// A velocity that is beside its positions by what a cycle of the jerk makes may be that of a motion; one of a cycle later is not.
+    #[test]
+    fn a_velocity_of_another_cycle_is_found_where_the_jerk_binds() {
+        // 1e5 u/s³ make 0.1 u/s of a cycle, and the pace 3 % of the velocity.
+        let told = |velocity: f64| {
+            let mut check = ToldCheck::new(&limits(), T);
+            let _ = standing(&mut check, &[0.0; 5]);
+            standing(&mut check, &[0.5 * velocity, velocity, velocity])
+        };
+        assert_eq!(told(0.099), [false; 3]);
+        assert_eq!(told(0.105), [false, false, true]);
+        let late = |cycles: f64| {
+            let start = set(0.0, 0.0, 0.0);
+            let profile: Profile = to_position(&start, 400.0, &limits());
+            let mut check = ToldCheck::new(&limits(), T);
+            (0..200).any(|k| {
+                let at = |cycle: f64| profile.at(Seconds(cycle * T));
+                let told = Kinematics {
+                    velocity: at(f64::from(k) + cycles).velocity,
+                    ..at(f64::from(k))
+                };
+                check.push(&told, 1) != [None; 2]
+            })
+        };
+        assert!(!late(0.0));
+        assert!(late(1.0) && late(-1.0));
+    }
+
+    /// Where no jerk binds, an acceleration may turn round from one cycle to the next.
+    #[test]
+    fn a_velocity_beside_its_positions_is_found_where_the_jerk_is_free() {
+        let coarse = Limits::new(1_000.0, 5_000.0, 5_000.0, 1e9).unwrap();
+        // 5 000 u/s² make 5 u/s of a cycle, of which the velocity may be beside by 1½; it comes there as fast as it may.
+        let told = |velocity: f64| {
+            let mut check = ToldCheck::new(&coarse, T);
+            let _ = standing(&mut check, &[0.0; 5]);
+            standing(&mut check, &[4.0, velocity, velocity])
+        };
+        assert_eq!(told(7.4), [false; 3]);
+        assert_eq!(told(7.8), [false, false, true]);
+        // All along the limit, there and back again, each turn in the middle of a cycle.
+        let mut check = ToldCheck::new(&coarse, T);
+        let turns = |k: u32| {
+            let (t, half) = (T * (f64::from(k % 8) + 0.5), 4.0 * T);
+            let (away, sign) = if t < half { (t, 1.0) } else { (t - half, -1.0) };
+            let velocity = 5_000.0 * sign * (away - 0.5 * half);
+            set(
+                2_500.0 * sign * away * (away - half),
+                velocity,
+                5_000.0 * sign,
+            )
+        };
+        assert!((0..100).all(|k| check.push(&turns(k), 1)[0].is_none()));
+    }
+
+    /// After skipped cycles a velocity is compared by what the limits make of those, for three differences and no more.
+    #[test]
+    fn what_was_skipped_is_made_up_for_within_three_cycles() {
+        // Nine cycles of the jerk make 8.1 u/s.
+        let after = |velocity: f64, cycles: usize| {
+            let mut check = ToldCheck::new(&limits(), T);
+            let _ = standing(&mut check, &[0.0; 5]);
+            let _ = check.push(&set(7.0, 0.0, 0.0), 9);
+            standing(&mut check, &[velocity; 4][..cycles])
+        };
+        assert_eq!(after(8.0, 3), [false; 3]);
+        assert_eq!(after(8.0, 4), [false, false, false, true]);
+        assert_eq!(after(8.6, 2), [false, true]);
+    }
+
     #[test]
     fn what_is_set_anew_is_no_step() {
         let mut check = ToldCheck::new(&limits(), T);

@@ -67,6 +67,8 @@ pub struct SlaveAxis {
     /// Mean velocity in the newest cycle, u/s: a motion that ended within it has not stood for a
     /// cycle yet.
     mean_velocity: f64,
+    /// How long that took, s.
+    newest_cycle: f64,
     motion: Motion,
     couplings: Couplings,
     /// Shift of the first master as the coupling sees it.
@@ -136,6 +138,7 @@ impl SlaveAxis {
             stop_held: false,
             set: here,
             mean_velocity: 0.0,
+            newest_cycle: 0.0,
             motion: Motion::Own(Planned::rest(here.position, &guard)),
             couplings: Couplings::new(parameters.saw()?),
             phasing: Shift::NONE,
@@ -170,6 +173,7 @@ impl SlaveAxis {
             self.run_plan(elapsed);
         }
         self.mean_velocity = (self.set.position - before) / elapsed.0;
+        self.newest_cycle = elapsed.0;
         self.finish(stood);
         self.move_drive(elapsed);
         self.wait_for_drive();

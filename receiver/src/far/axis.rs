@@ -9,7 +9,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
     CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, ExtrapolateParameters,
-    FarAxis, FarAxisOutput, FarCorrection, FilterState, Reach,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle,
 };
 
 use self::shown::far_time;
@@ -287,10 +287,12 @@ impl Axis {
         self.leads = moved.state == FilterState::Observer;
         let passed = self.cycle_time * i64::from(elapsed);
         self.seen.pass(passed.as_secs_f64());
-        self.continuity.set_reach(self.reach(&moved.set));
+        if self.encoder.is_some() {
+            self.seen.take_smoothed(&moved.set);
+        }
         let far_time = far_time(header, self.count, &moved);
         let known = far_time.filter(|_| !is_lost);
-        let way = self.way_without_step(&sample.set, &moved, known, passed);
+        let (way, mut moved) = self.without_step(&sample.set, moved, correction, known, elapsed);
         let shows = shows_what_comes(moved.state) && self.encoder.is_none();
         let silence = cycles_of_silence(header, self.cycle_time, scan.age);
         let going = Going {
@@ -322,26 +324,39 @@ impl Axis {
         })
     }
 
-    /// Way of the set values, u: 0 in a step that neither their mode nor the master explains, from
+    /// Way of the set values, u, and the set values: 0 in a step that neither their mode nor the master explains, from
     /// which the axis is brought back.
-    fn way_without_step(
+    fn without_step(
         &mut self,
         received: &Kinematics,
-        moved: &FarAxisOutput,
+        moved: FarAxisOutput,
+        correction: &FarCorrection,
         known: Option<Instant<Remote>>,
-        passed: Span,
-    ) -> f64 {
+        elapsed: u32,
+    ) -> (f64, FarAxisOutput) {
+        let passed = self.cycle_time * i64::from(elapsed);
         let advance = self.course.advance(moved.state, known, passed);
         let before = self.steps.position();
-        if !self.is_step(received, moved, advance, passed) {
-            return before.map_or(0.0, |before| moved.set.position - before);
+        let is_step = self.is_step(received, &moved, advance, passed);
+        let state = self.continuity.state();
+        // On top of the way back a blend would be a straight line: the way back would be planned with its velocity, which ends at once.
+        let is_in_the_way = self.block.is_blending() && state != ContinuityState::Following;
+        if !(is_step || is_in_the_way) {
+            let way = before.map_or(0.0, |before| moved.set.position - before);
+            return (way, moved);
         }
-        if self.block.is_blending() {
-            // A blend would add a straight line to the way back.
-            self.block.begin_anew();
+        if is_step || state == ContinuityState::Rejoining {
+            self.continuity.rejoin();
         }
-        self.continuity.rejoin();
-        0.0
+        if !self.block.is_blending() {
+            return (0.0, moved);
+        }
+        let unblended = (self.block).without_blend(received, correction, &moved, elapsed);
+        if self.encoder.is_some() {
+            return (0.0, moved);
+        }
+        self.steps.go_on_from(&unblended.set);
+        (0.0, unblended)
     }
 
     /// The set values without steps and within limits; none before any are known.
@@ -351,15 +366,18 @@ impl Axis {
         is_known: bool,
         going: &Going,
     ) -> Option<Kinematics> {
-        self.continuity
-            .show_beats(moved.state == FilterState::Bypass);
+        let cycle = MasterCycle {
+            elapsed: going.elapsed,
+            reach: self.seen.reach(),
+            shows_beats: moved.state == FilterState::Bypass,
+        };
         // Between two beats it stands, and follows its master on average. On its way back it is
         // braked once the silence exceeds a beat: relative to a master that stands and jumps, it
         // reached twice its velocity.
         let is_silent = going.silence > LARGEST_BEAT && !self.follows();
         let set = match is_known && !going.is_lost && !is_silent {
-            true => Some(self.continuity.follow(&moved.set, going.elapsed)),
-            false => self.continuity.brake(going.elapsed),
+            true => Some(self.continuity.follow(&moved.set, &cycle)),
+            false => self.continuity.brake(&cycle),
         };
         // Without earlier values it stands where it was received, except for noise.
         let mut set = set.or(is_known.then_some(moved.set))?;
@@ -398,21 +416,6 @@ impl Axis {
         let is_step = (self.steps).is_step(&moved.set, &course, &self.blending, &self.seen);
         // Increments have jumps of their own, and their smoothing leaves none.
         advance == Advance::Jump || (is_step && self.encoder.is_none())
-    }
-
-    /// Largest motion of the master up to now: increments count once they are smoothed.
-    fn reach(&self, set: &Kinematics) -> Reach {
-        if self.encoder.is_none() {
-            return self.seen.reach();
-        }
-        let Reach {
-            velocity,
-            acceleration,
-        } = self.continuity.reach();
-        Reach {
-            velocity: velocity.max(set.velocity.abs()),
-            acceleration: acceleration.max(set.acceleration.abs()),
-        }
     }
 
     /// Standard deviation of the set values from the master, while its motion stays within the

@@ -24,6 +24,8 @@ const MEMORY: f64 = 1.0;
 pub(super) struct SeenMotion {
     /// The greatest velocity, u/s, and the greatest acceleration, u/s², stated or by differences of the velocity.
     reach: Reach,
+    /// The same of an axis that comes in increments, once those are smoothed.
+    smoothed: Option<Reach>,
     /// The greatest jerk by differences of the stated acceleration, u/s³.
     jerk: f64,
     /// The rate of the velocity between the newest frames, u/s², if they were neighbours.
@@ -90,9 +92,16 @@ impl SeenMotion {
         }
     }
 
-    /// Largest observed motion.
-    pub(super) const fn reach(&self) -> Reach {
-        self.reach
+    /// Takes a smoothed set value of an axis that comes in increments.
+    pub(super) fn take_smoothed(&mut self, set: &Kinematics) {
+        let reach = self.smoothed.get_or_insert_default();
+        reach.velocity = reach.velocity.max(set.velocity.abs());
+        reach.acceleration = reach.acceleration.max(set.acceleration.abs());
+    }
+
+    /// Largest observed motion; for increments, after smoothing.
+    pub(super) fn reach(&self) -> Reach {
+        self.smoothed.unwrap_or(self.reach)
     }
 
     /// Longest recent way from one received frame to the next, u.

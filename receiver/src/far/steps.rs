@@ -162,6 +162,11 @@ impl StepWatch {
         self.last.map(|last| last.position)
     }
 
+    /// The next set values come after these.
+    pub(super) const fn go_on_from(&mut self, set: &Kinematics) {
+        self.last = Some(*set);
+    }
+
     /// Restarts: the next set values are unrelated to the previous ones.
     pub(super) const fn forget(&mut self) {
         self.last = None;

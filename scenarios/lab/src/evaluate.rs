@@ -7,6 +7,7 @@ mod judge;
 mod lag;
 mod moments;
 mod settling;
+mod skipped;
 mod slave;
 mod watch;
 
@@ -27,6 +28,7 @@ use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, World};
 use crate::topology::{Root, Topology};
 use judge::{Clocks, MotionSource, ReceiverJudge};
+use skipped::SkippedCycles;
 use watch::ReceiverWatch;
 
 /// True state of a sender's axis at the ideal start of a cycle, by its signals.
@@ -60,6 +62,7 @@ pub struct Evaluation {
     virtual_axes: Vec<Box<[u32]>>,
     /// A watch for each receiver.
     watches: Vec<ReceiverWatch>,
+    skipped: SkippedCycles,
 }
 
 /// Result of an evaluation.
@@ -167,7 +170,13 @@ impl Evaluation {
             watches: (scenario.receivers.iter())
                 .map(|receiver| ReceiverWatch::new(receiver, &scenario.events, world))
                 .collect(),
+            skipped: SkippedCycles::new(scenario, topology),
         }
+    }
+
+    /// Takes a cycle of a sender: its signals.
+    pub fn push_sender(&mut self, sender: usize, node: &SenderSignals) {
+        (self.skipped).push_node(sender, node.run, node.cycle, node.overruns);
     }
 
     /// Takes a cycle of a sender: the true state of one of its axes.
@@ -185,6 +194,9 @@ impl Evaluation {
         sink: &mut impl RowSink,
     ) {
         self.push_clock(receiver, at_ns, signals);
+        let (skipped, node) = (&mut self.skipped, &signals.node);
+        skipped.push_node(self.senders + receiver, node.run, node.cycle, node.overruns);
+        skipped.push_receiver(receiver, &signals.far);
         let since = Instant::from_nanos(at_ns) - self.start;
         self.watches[receiver].push(since.as_secs_f64(), signals);
         for view in self.of_receiver[receiver].clone() {
@@ -239,7 +251,9 @@ impl Evaluation {
         violations.extend(self.judges.iter().flat_map(ReceiverJudge::violations));
         let judged = self.judges.into_iter();
         Evaluated {
-            receivers: judged.map(|judge| judge.finish(watches)).collect(),
+            receivers: judged
+                .map(|judge| judge.finish(watches, &self.skipped))
+                .collect(),
             violations,
         }
     }

@@ -207,6 +207,7 @@ const RECEIVER: &[Declared] = &[
     text("mode"),
     text("master"),
     count("cycles"),
+    count("skipped_by_sender"),
     count("errors"),
     text("last_error"),
     count("warnings"),

@@ -44,6 +44,8 @@ pub enum Invariant {
     Cycles,
     /// A slave that has set values has them in every cycle from then on.
     SetValues,
+    /// The position of a slave is set anew, as switching on, homing and a reset do, only where it stood in the cycle before.
+    SetAnew,
     /// Another run of a far node, or another node, is followed only if it is counted.
     Owner,
     /// Every message of a far node is accounted for, once.
@@ -86,6 +88,7 @@ impl Invariant {
             Self::StoppingWay => "stopping-way",
             Self::Cycles => "cycles",
             Self::SetValues => "set-values",
+            Self::SetAnew => "set-anew",
             Self::Owner => "owner",
             Self::Messages => "messages",
             Self::FarAxis => "far-axis",

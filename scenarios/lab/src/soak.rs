@@ -3,6 +3,7 @@
 //! A schedule is a scenario made from a seed. In virtual time a day of them takes minutes; a failing one is shrunk for as
 //! long as it fails, and left as a scenario file that repeats it.
 
+mod at_end;
 pub mod schedule;
 mod shrink;
 
@@ -13,22 +14,16 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::Context;
-use coaxle_node::config::{ClockConfig, CycleMicros};
 use coaxle_os::machine;
-use coaxle_receiver::ContinuityName;
-use coaxle_receiver::ReceiverConfig;
-use coaxle_receiver::config::{FarConfig, Mode};
 
 use crate::catalog::Source;
-use crate::expect::receiver_of;
 use crate::finished::{Finished, Progress};
 use crate::invariants::Invariant;
 use crate::junit::{self, JunitCase};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Options, TraceFormat};
-use crate::scenario::Scenario;
 use crate::stage::Stage;
-use crate::summary::{ReceiverSummary, World};
+use crate::summary::World;
 use crate::virtual_time;
 
 /// Schedules to run, and their results' destination.
@@ -38,8 +33,8 @@ pub struct Soak<'a> {
     pub stage: &'a dyn Stage,
     /// The schedules.
     pub seeds: Range<u64>,
-    /// True for [wide](schedule::wide) schedules.
-    pub wide: bool,
+    /// Schedule of a seed: [`schedule::of`] or [`schedule::wide`].
+    pub schedule: fn(u64) -> String,
     /// Folder for files of failures, and of processes.
     pub out: PathBuf,
     /// Path of a report in JUnit's format.
@@ -156,19 +151,18 @@ impl Soak<'_> {
         seed: u64,
         goes_on: &dyn Fn() -> bool,
     ) -> anyhow::Result<Option<Option<SoakFailure>>> {
-        let text = match self.wide {
-            true => schedule::wide(seed),
-            false => schedule::of(seed),
-        };
-        let wrong = match self.stage.world() {
-            World::Virtual => wrong_while(&text, goes_on),
+        let text = (self.schedule)(seed);
+        let outcome = match self.stage.world() {
+            World::Virtual => outcome_of(&text, goes_on),
             World::Processes => {
                 let out = self.out.join(format!("seed-{seed}-processes"));
-                wrong_on(self.stage, &text, &out, goes_on)
+                outcome_on(self.stage, &text, &out, goes_on)
             }
         };
-        let Some(wrong) = wrong else {
-            return Ok(None);
+        let (wrong, is_refused) = match outcome {
+            ScheduleOutcome::Ended => return Ok(None),
+            ScheduleOutcome::Run(wrong) => (wrong, false),
+            ScheduleOutcome::Refused(reason) => (vec![reason], true),
         };
         if wrong.is_empty() {
             return Ok(Some(None));
@@ -179,7 +173,8 @@ impl Soak<'_> {
         };
         let file = self.out.join(format!("seed-{seed}.toml"));
         write(&file, &text)?;
-        if self.stage.world() == World::Virtual {
+        // What is refused leaves no rows.
+        if self.stage.world() == World::Virtual && !is_refused {
             self.leave_rows(&file, text)?;
         }
         Ok(Some(Some(SoakFailure { seed, wrong, file })))
@@ -226,11 +221,26 @@ fn source(text: String) -> Source {
     }
 }
 
+/// ScheduleOutcome of a schedule.
+#[derive(Debug, PartialEq)]
+enum ScheduleOutcome {
+    /// Run to its end: its faults, a line each.
+    Run(Vec<String>),
+    /// Not run: a config refuses a drawn value, or a node breaks its contract.
+    Refused(String),
+    /// Ended before its time.
+    Ended,
+}
+
 /// Faults of a scenario in virtual time, a line each: a violated invariant, a receiver that is not in sync at the end, or
 /// the error that prevents the run.
 #[must_use]
 pub fn faults_of(text: &str) -> Vec<String> {
-    wrong_while(text, &|| true).unwrap_or_default()
+    match outcome_of(text, &|| true) {
+        ScheduleOutcome::Run(wrong) => wrong,
+        ScheduleOutcome::Refused(reason) => vec![reason],
+        ScheduleOutcome::Ended => Vec::new(),
+    }
 }
 
 /// Ends a run once the condition is false.
@@ -242,44 +252,46 @@ impl Progress for RunWhile<'_> {
     }
 }
 
-/// Faults of a scenario as long as `goes_on` returns true; none if it was interrupted.
-fn wrong_while(text: &str, goes_on: &dyn Fn() -> bool) -> Option<Vec<String>> {
+/// ScheduleOutcome of a scenario in virtual time, as long as `goes_on` returns true.
+fn outcome_of(text: &str, goes_on: &dyn Fn() -> bool) -> ScheduleOutcome {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
         let finished = virtual_time::run(&scenario, &mut (), &mut RunWhile(goes_on))?;
         if finished.interrupted_at_s.is_some() {
-            return Ok(None);
+            return Ok(ScheduleOutcome::Ended);
         }
-        let duration = scenario.duration_s.get();
-        let lost = finished
-            .figures()
-            .iter()
-            .filter(|(_, receiver)| synchronises(receiver.mode) && !is_back(receiver, duration))
-            .filter(|(name, _)| is_to_be_in_sync(&scenario, name))
-            .map(|(name, receiver)| {
-                format!("{name} ({}) is not in sync at the end", receiver.mode)
-            });
-        anyhow::Ok(Some(violations(&finished).chain(lost).collect()))
+        let lost = at_end::out_of_sync(&scenario, &finished);
+        anyhow::Ok(ScheduleOutcome::Run(
+            violations(&finished).chain(lost).collect(),
+        ))
     };
-    run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
+    run().unwrap_or_else(refused)
 }
 
-/// Faults of a run as processes. Only conditions that hold on a busy machine too are checked: the invariants, and that every
+/// ScheduleOutcome as processes. Only conditions that hold on a busy machine too are checked: the invariants, and that every
 /// node runs to the end and is not killed by a signal.
-fn wrong_on(
+fn outcome_on(
     stage: &dyn Stage,
     text: &str,
     out: &Path,
     goes_on: &dyn Fn() -> bool,
-) -> Option<Vec<String>> {
+) -> ScheduleOutcome {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
         let finished = stage.play(&scenario, out, &mut (), &mut RunWhile(goes_on))?;
-        let is_whole = finished.interrupted_at_s.is_none();
+        if finished.interrupted_at_s.is_some() {
+            return Ok(ScheduleOutcome::Ended);
+        }
         let deaths = finished.deaths.iter().map(ToString::to_string);
-        anyhow::Ok(is_whole.then(|| deaths.chain(violations(&finished)).collect()))
+        anyhow::Ok(ScheduleOutcome::Run(
+            deaths.chain(violations(&finished)).collect(),
+        ))
     };
-    run().unwrap_or_else(|error: anyhow::Error| Some(vec![format!("{error:#}")]))
+    run().unwrap_or_else(refused)
+}
+
+fn refused(error: anyhow::Error) -> ScheduleOutcome {
+    ScheduleOutcome::Refused(format!("it cannot be run: {error:#}"))
 }
 
 /// Violations. A slave may end in error stop, as its orders come at random. Whether far axes end well is judged by
@@ -288,93 +300,6 @@ fn violations(finished: &Finished) -> impl Iterator<Item = String> {
     let all = finished.violations().iter();
     let judged = all.filter(|one| one.invariant != Invariant::EndsWell);
     judged.map(ToString::to_string)
-}
-
-/// Least tolerance of a block, in cycles of silence or of difference, for a quiet network of these schedules: with less it
-/// may never get in sync.
-const LEAST_TOLERANCE: f64 = 20.0;
-
-/// True if a receiver has to be in sync once the network is quiet: its blocks tolerate the remaining faults, and its master
-/// is published.
-fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
-    let named = |name: &str| {
-        let mut receivers = scenario.receivers.iter();
-        receivers.find(|receiver| receiver.name.as_str() == name)
-    };
-    let receiver = named(receiver_of(name));
-    let mut far = receiver.into_iter().flat_map(|receiver| &receiver.far);
-    far.all(|far| {
-        // Slaves of an axis that cannot keep up with its master wait for it with their power off, for any time.
-        let master = named(far.node.as_str());
-        let may_wait = master.is_some_and(has_limits);
-        let is_published =
-            master.is_none_or(|master| is_to_be_in_sync(scenario, master.name.as_str()));
-        let has_beats = far.mode == Mode::Observer
-            || receiver.is_some_and(|receiver| has_beats(scenario, receiver, far));
-        tolerates_the_network(far) && has_beats && is_published && !may_wait
-    })
-}
-
-/// Shortest cycle that is longer than the jitter of these schedules, s. In shorter ones TS5066 finds no beat.
-const SHORTEST_CYCLE: f64 = 0.4e-3;
-/// Longest time between two beats with which it learns the drift before a schedule is over, s.
-const BETWEEN_BEATS: f64 = 10.0;
-
-/// True if a block of TS5066 sees beats from which it can learn the drift.
-fn has_beats(scenario: &Scenario, receiver: &ReceiverConfig, far: &FarConfig) -> bool {
-    let of = |name: &str, cycle: CycleMicros, clock: &ClockConfig| {
-        (name == far.node.as_str()).then(|| (cycle.0.as_secs_f64(), clock.drift_ppm.get()))
-    };
-    let mut senders = scenario.senders.iter();
-    let mut receivers = scenario.receivers.iter();
-    let master = senders
-        .find_map(|one| of(one.name.as_str(), one.cycle_time_us, &one.clock))
-        .or_else(|| receivers.find_map(|one| of(one.name.as_str(), one.cycle_time_us, &one.clock)));
-    let Some((cycle, drift)) = master else {
-        return true;
-    };
-    let own = receiver.cycle_time_us.0.as_secs_f64();
-    let drift = (drift - receiver.clock.drift_ppm.get()).abs() * 1e-6;
-    cycle.min(own) >= SHORTEST_CYCLE && cycle.max(own) <= BETWEEN_BEATS * drift
-}
-
-fn tolerates_the_network(far: &FarConfig) -> bool {
-    let parameters = &far.sync.time_sync;
-    let least = f64::from(parameters.age_of_data_limit).min(parameters.max_cycle_index_difference);
-    far.mode == Mode::Observer || least >= LEAST_TOLERANCE
-}
-
-fn has_limits(receiver: &ReceiverConfig) -> bool {
-    let mut axes = receiver.far.iter().flat_map(|far| far.axes.iter());
-    axes.any(|axis| axis.limits.is_some())
-}
-
-/// Time that an observer may take to lock, s. A follower of another receiver starts once that is back itself.
-const STARTING_UP: f64 = 30.0;
-/// TS5066 learns the drift from one beat to the next.
-const BEATS: u64 = 2;
-
-/// True if a receiver is in sync after this time, or cannot be yet; or if its clock is and the axis is on its way. That
-/// takes up to half a minute after a long absence.
-fn is_back(receiver: &ReceiverSummary, duration: f64) -> bool {
-    let (far, axis) = (&receiver.last.far, &receiver.last.axis);
-    let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
-    let heard_for = match far.last_relock_s {
-        // Only another run restarted it: frames come since then.
-        Some(since) if u64::from(far.relocks) <= far.restarts => duration - since,
-        _ if far.restarts == 0 => {
-            far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64
-        }
-        _ => f64::INFINITY,
-    };
-    let has_just_begun = far.expected > 0 && heard_for < STARTING_UP;
-    let waits_for_beats =
-        receiver.mode != "observer" && far.error == 0 && u64::from(far.beats) < BEATS;
-    receiver.synced_at_end || is_on_its_way || has_just_begun || waits_for_beats
-}
-
-fn synchronises(mode: &str) -> bool {
-    matches!(mode, "observer" | "sync" | "time")
 }
 
 #[cfg(test)]
@@ -386,7 +311,7 @@ mod tests {
         Soak {
             stage: &VirtualTime,
             seeds: 0..3,
-            wide: false,
+            schedule: schedule::of,
             out: folder.join("out"),
             junit: Some(folder.join("junit.xml")),
             leave: &|_, _, _| Ok(()),
@@ -401,7 +326,42 @@ mod tests {
         assert!(soaked.failures.is_empty());
         let report = std::fs::read_to_string(folder.path().join("junit.xml")).unwrap();
         assert!(report.contains("tests=\"0\" failures=\"0\""), "{report}");
-        assert_eq!(wrong_while(&schedule::of(1), &|| false), None);
+        assert_eq!(
+            outcome_of(&schedule::of(1), &|| false),
+            ScheduleOutcome::Ended
+        );
+    }
+
+    const SHORT: &str = "title = 'short'\nduration-s = 1\n[network]\nlatency-us = 200\n[[sender]]\nname = 'a'\ncycle-time-us = 1000\n\
+        [[sender.axis]]\nid = 1\nname = 'x'\nprogram.start-velocity = 1.0\nprogram.limits = { velocity = 2.0, acceleration = 3.0, \
+        jerk = 4.0 }\n[[receiver]]\nname = 'b'\ncycle-time-us = 1000\nmode = 'bypass'\nmaster = { node = 'a', axis = 1 }\n";
+
+    /// Drew a jerk of 4.6e15 once, and the soak ended with its refusal and without its seed.
+    #[test]
+    fn a_schedule_that_a_config_refuses_is_a_failure_of_its_seed_and_the_others_are_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let soak = Soak {
+            schedule: |seed| match seed {
+                1 => SHORT.replace("latency-us = 200", "mtu = 9000"),
+                _ => SHORT.to_owned(),
+            },
+            leave: &|source, _, _| source.read(&[]).map(|_| ()),
+            ..soak(folder.path())
+        };
+        let soaked = soak.run(&|| true, &|_, _| {}).unwrap();
+        assert_eq!(soaked.schedules, 3);
+        let [failure] = &soaked.failures[..] else {
+            panic!("{soaked:?}");
+        };
+        assert_eq!(failure.seed, 1);
+        let [line] = &failure.wrong[..] else {
+            panic!("{failure:?}");
+        };
+        assert!(
+            line.starts_with("it cannot be run: ") && line.contains("mtu"),
+            "{line}"
+        );
+        assert!(failure.file.is_file());
     }
 
     #[test]

@@ -89,6 +89,8 @@ pub struct ReceiverSummary {
     #[serde(flatten)]
     #[schemars(skip)]
     pub last: LastSignals,
+    /// Cycles that the node before it skipped itself: no message of those was ever sent. They are not among `lost` here.
+    pub skipped_by_sender: u64,
     /// Times an error was raised.
     pub errors: u64,
     /// The last error's code, such as `0x4b52`; null if there was none.

@@ -329,8 +329,10 @@ impl<S: RowSink> Observer<AnyNode> for RunObserver<'_, S> {
         match seen.node {
             AnyNode::Sender(sender) => {
                 let snapshot = sender.snapshot();
+                let node = &snapshot.signals.node;
+                self.evaluation.push_sender(seen.index, node);
                 for (id, axis) in snapshot.axes() {
-                    let sample = truth_of(at_ns, &snapshot.signals.node, axis);
+                    let sample = truth_of(at_ns, node, axis);
                     self.evaluation.push_master(seen.index, id, sample);
                 }
             }

@@ -240,7 +240,7 @@ struct Figure {
     text: fn(&ReceiverSummary) -> String,
 }
 
-const FIGURES: [Figure; 16] = [
+const FIGURES: [Figure; 17] = [
     Figure {
         label: "correction",
         text: |r| correction(r.mode).to_owned(),
@@ -300,6 +300,13 @@ const FIGURES: [Figure; 16] = [
     Figure {
         label: "time to sync, s",
         text: |r| optional(r.time_to_sync_s, 1.0),
+    },
+    Figure {
+        label: "cycles that its sender skipped",
+        text: |r| match r.skipped_by_sender {
+            0 => NOTHING.to_owned(),
+            skipped => skipped.to_string(),
+        },
     },
     Figure {
         label: "errors",

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Args;
 use coaxle_lab::junit;
-use coaxle_lab::soak::schedule::DURATION_S;
+use coaxle_lab::soak::schedule::{self, DURATION_S};
 use coaxle_lab::soak::{Soak, SoakResult, seeds_of_hours};
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_os::exit::Exit;
@@ -57,7 +57,10 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let soak = Soak {
         stage,
         seeds: seeds_of_hours(args.hours, args.seed),
-        wide: args.wide,
+        schedule: match args.wide {
+            true => schedule::wide,
+            false => schedule::of,
+        },
         out: args.out.clone(),
         junit: args.junit.clone(),
         leave: &reported::leave,

@@ -211,7 +211,11 @@ impl SlaveAxis {
         } else {
             *self.guard.limits()
         };
-        let brake = to_velocity(&self.free(), 0.0, &limits);
+        let mut from = self.free();
+        if quick {
+            from.velocity = self.borne_velocity(from.velocity);
+        }
+        let brake = to_velocity(&from, 0.0, &limits);
         if let Motion::Coupled(kind) = self.motion {
             self.couplings.get_mut(kind).fail(error.code());
         }
@@ -223,6 +227,16 @@ impl SlaveAxis {
         self.exempt = quick;
         self.state.follow(Transition::Fault);
         self.jobs.set(failed);
+    }
+
+    /// The nearest velocity that the axis can have come to since the middle of its newest cycle, where its positions have the mean: half of
+    /// that cycle of its acceleration away. What is stated may be farther, as in the cycle in which a blend begins, and nothing limits
+    /// the positions of a quick stop from there.
+    fn borne_velocity(&self, stated: f64) -> f64 {
+        let limits = self.guard.limits();
+        let most = 0.5 * limits.acceleration().max(limits.deceleration()) * self.newest_cycle;
+        let mean = self.mean_velocity;
+        stated.max(mean - most).min(mean + most)
     }
 
     /// Handles the end of the motion, and updates the command's state. Power is switched off only

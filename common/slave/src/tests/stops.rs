@@ -152,6 +152,45 @@ fn power_taken_away_as_a_motion_ends_goes_after_a_cycle_at_rest_too() {
     assert_eq!((trace[2].0, trace[2].2), (AxisStatus::Disabled, before + 1));
 }
 
+/// Wide schedule 200075: the blend of a far axis began, and its velocity was stated in the cycle before its positions had it; in the next the
+/// master was lost. The quick stop from there took 1.17 times the deceleration, by its positions.
+#[test]
+fn a_quick_stop_goes_on_from_a_velocity_that_its_positions_can_have() {
+    let parameters = SlaveParameters {
+        on_master_loss: OnMasterLoss::QuickStop,
+        ..SlaveParameters::new(1_000.0, 5_000.0, 1e8)
+    };
+    for beside in [0.0, 2.0, -2.0, 3.35, -3.35, 4.9] {
+        let mut axis = powered(&parameters);
+        let mut master = Master::at(0.0, 100.0);
+        master.lead(&mut axis, 1);
+        start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
+        master.lead(&mut axis, 500);
+        let mut positions = std::vec![axis.set().position];
+        let mut stated = std::vec![axis.set().velocity];
+        master.lead(&mut axis, 1);
+        positions.push(axis.set().position);
+        master.0.position += 0.1;
+        master.0.velocity -= beside;
+        axis.update(Some(&master.0), CYCLE);
+        for _ in 0..60 {
+            positions.push(axis.set().position);
+            stated.push(axis.set().velocity);
+            run(&mut axis, 1);
+        }
+        assert_eq!(axis.status(), AxisStatus::ErrorStop);
+        assert_eq!(axis.set().velocity, 0.0);
+        let dt = CYCLE.0;
+        let seconds = (positions.windows(3)).map(|w| (w[2] - 2.0 * w[1] + w[0]) / (dt * dt));
+        let hardest = seconds.fold(0.0, |most: f64, now| most.max(now.abs()));
+        assert!(hardest <= 5_000.0 * (1.0 + 1e-6), "{beside}: {hardest}");
+        let steps = stated.windows(2).map(|w| (w[1] - w[0]) / dt);
+        let step = steps.fold(0.0, |most: f64, now| most.max(now.abs()));
+        // What was stated beside the positions is given up on top of it.
+        assert!(step <= 1.5 * 5_000.0, "{beside}: {step}");
+    }
+}
+
 /// A gear that the axis cannot follow accelerates it to its highest velocity; the drive fails
 /// meanwhile. The start state of the stop has less acceleration, which would exceed that velocity;
 /// the stated one has not.

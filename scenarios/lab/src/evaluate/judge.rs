@@ -13,6 +13,7 @@ use super::drift::DriftTruth;
 use super::lag::MasterLag;
 use super::moments::Moments;
 use super::settling::{SettledFigure, Settling};
+use super::skipped::SkippedCycles;
 use super::slave::SlaveJudge;
 use super::watch::{FarErrorWatch, FarPositionWatch, ReceiverWatch};
 use crate::followed::JudgedAxis;
@@ -387,13 +388,23 @@ impl ReceiverJudge {
         }
     }
 
-    pub(super) fn finish(mut self, watches: &[ReceiverWatch]) -> (String, ReceiverSummary) {
+    pub(super) fn finish(
+        mut self,
+        watches: &[ReceiverWatch],
+        skipped: &SkippedCycles,
+    ) -> (String, ReceiverSummary) {
         let summary = &mut self.summary;
         if let Some(last) = &self.last {
             let ReceiverCycle {
                 node, far, axis, ..
             } = **last;
             summary.last = LastSignals { node, far, axis };
+            if let Some(heard) = self.view.nodes.get(last.place) {
+                // A cycle that never was is none that the network lost.
+                let skipped = skipped.of(self.view.receiver, *heard).min(far.lost);
+                summary.skipped_by_sender = skipped;
+                summary.last.far.lost -= skipped;
+            }
         }
         summary.drift_ppm_true = self.drift.ppm();
         let share = |ripple: f64| (self.fastest_master > 0.0).then(|| ripple / self.fastest_master);

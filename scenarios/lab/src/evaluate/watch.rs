@@ -9,6 +9,8 @@ mod motion;
 mod node;
 mod slave;
 mod target;
+#[cfg(test)]
+mod truth_tests;
 
 use coaxle_receiver::{ReceiverConfig, SignalRow, SlaveConfig};
 use coaxle_sim::Shares;
@@ -333,6 +335,21 @@ mod tests {
         let mut some = with();
         some.slaves[0].velocity = None;
         assert_eq!(broken([some]), [Invariant::SetValues]);
+    }
+
+    /// Schedules found 16 slaves that were set anew in motion, from `stopping` to `disabled`, before anything watched it.
+    #[test]
+    fn a_slave_is_set_anew_at_rest_only() {
+        let then_set_anew = |velocity: f64, acceleration: f64| {
+            let mut moving = in_state(AxisStatus::Stopping, 7.0, velocity);
+            moving.slaves[0].acceleration = Some(acceleration);
+            let mut set_anew = in_state(AxisStatus::Disabled, 9.0, 0.0);
+            set_anew.slaves[0].set_anew = 1;
+            broken([moving, set_anew])
+        };
+        assert_eq!(then_set_anew(0.0, 0.0), []);
+        assert_eq!(then_set_anew(30.0, -900.0), [Invariant::SetAnew]);
+        assert_eq!(then_set_anew(0.0, -900.0), [Invariant::SetAnew]);
     }
 
     /// A slave at this distance from the position that its coupling requires.

@@ -54,6 +54,7 @@ pub(super) fn evaluate(
         match step {
             TraceStep::Sender(sender, cycle) => {
                 let SenderRow { node, axes } = &cycle.signals;
+                evaluation.push_sender(sender, node);
                 for (config, axis) in scenario.senders[sender].shown_axes().zip(axes) {
                     let sample = truth_of(cycle.at_ns, node, axis);
                     evaluation.push_master(sender, config.id.get(), sample);

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use coaxle_lab::soak::Soak;
+use coaxle_lab::soak::{Soak, schedule};
 use coaxle_lab::stage::VirtualTime;
 use coaxle_report::reported;
 
@@ -57,7 +57,7 @@ fn run_all(seeds: Range<u64>) {
     let soak = Soak {
         stage: &VirtualTime,
         seeds,
-        wide: false,
+        schedule: schedule::of,
         out,
         junit: None,
         leave: &reported::leave,

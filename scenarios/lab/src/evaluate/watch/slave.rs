@@ -43,6 +43,7 @@ struct SlaveBefore {
     state: AxisStatus,
     position: Option<f64>,
     velocity: Option<f64>,
+    acceleration: Option<f64>,
     distance: f64,
     set_anew: u32,
 }
@@ -53,6 +54,7 @@ impl From<&SlaveSignals> for SlaveBefore {
             state: slave.state,
             position: slave.position,
             velocity: slave.velocity,
+            acceleration: slave.acceleration,
             distance: slave.distance,
             set_anew: slave.set_anew,
         }
@@ -101,6 +103,7 @@ impl SlaveWatch {
             target.push(cycle, slave, &mut self.found);
         }
         self.watch_error_stop(cycle, &before, slave);
+        self.watch_rest(cycle, &before, slave);
         let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
         let is_set_anew = slave.set_anew != before.set_anew || slave.state == AxisStatus::Disabled;
         let begins_anew = is_set_anew || stops_now || cycle.since.is_none();
@@ -158,6 +161,16 @@ impl SlaveWatch {
 
     fn is_reset_at(&self, t_s: f64) -> bool {
         (self.resets.iter()).any(|at| (*at..*at + ORDER_UNDER_WAY).contains(&t_s))
+    }
+
+    /// A position is set without a motion at rest only. In skipped cycles the axis may have come to rest.
+    fn watch_rest(&mut self, cycle: &WatchedCycle, before: &SlaveBefore, slave: &SlaveSignals) {
+        let is_set_anew = cycle.since == Some(1) && slave.set_anew != before.set_anew;
+        let moved = [before.velocity, before.acceleration].map(|value| value.unwrap_or_default());
+        if is_set_anew && moved != [0.0; 2] {
+            let velocity = moved[0].abs();
+            (self.found).add(cycle, Invariant::SetAnew, velocity, 0.0);
+        }
     }
 
     fn watch_error_stop(
