@@ -110,55 +110,62 @@ fn a_small_step_of_the_delay_does_not_kick_the_drift() {
     }
 }
 
-/// Part of the cycles of all runs with an error within three standard deviations, and of the worst run.
-fn within(case: &Case) -> (f64, f64) {
-    let runs = bench::all(Subject::Generated(case), FIRST_SEED, 10);
-    let parts: Vec<f64> = runs
-        .iter()
-        .map(|run| run.observer.claims.as_ref().unwrap().within)
-        .collect();
-    let mean = parts.iter().sum::<f64>() / parts.len() as f64;
-    (mean, parts.iter().copied().fold(1.0, f64::min))
+/// The runs are within three standard deviations for 99 % of their cycles, none of them for less than 98 %, and the standard
+/// deviation that is said is on the mean no larger than this number of times the error.
+fn assert_honest(name: &str, runs: &[Scores], largest: f64) {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let of = |run: &Scores| {
+        let claims = run.observer.claims.as_ref().unwrap();
+        (
+            claims.within,
+            claims.sigma / run.observer.mean_square.sqrt(),
+        )
+    };
+    let (parts, ratios): (Vec<f64>, Vec<f64>) = runs.iter().map(of).unzip();
+    let worst = parts.iter().copied().fold(1.0, f64::min);
+    assert!(mean(&parts) >= 0.99 && worst >= 0.98, "{name}: {parts:?}");
+    assert!(mean(&ratios) < largest, "{name}: {ratios:?}");
 }
 
-/// Before it was calibrated by its own innovations: 98.3, 90 and, in the worst run of arrivals on 50 µs, 65 %.
+/// Before it was calibrated by its own innovations: 98.3, 90 and, in the worst run of arrivals on 50 µs, 65 %. What is said of
+/// it afterwards was forgotten too soon: 87 % in one of thirty runs of the first case, 95 % where a servo sets back every 10 s.
 #[test]
 fn it_is_as_sure_as_it_says() {
     let plain = Case::new(5.0, 20.0, false);
-    let cases = [
-        ("AR(1) 40 µs/5 s", half_normal(40e-6, 5.0), 0.9),
-        (
-            "sine 5 ppm/20 s",
-            Case {
-                sine_drift: Some((5e-6, 20.0)),
-                ..plain
-            },
-            0.985,
-        ),
-        (
-            "servo 1 µs/s",
-            Case {
-                servo: Some((1e-6, 4.0)),
-                ..plain
-            },
-            0.97,
-        ),
-        (
-            "arrivals on 50 µs",
-            Case {
-                arrival_grid: Some(50e-6),
-                ..plain
-            },
-            0.97,
-        ),
-    ];
-    for (name, case, of_worst) in cases {
-        let (mean, worst) = within(&case);
-        assert!(mean >= 0.99 && worst >= of_worst, "{name}: {mean}, {worst}");
+    let stamped = Case::new(5.0, 20.0, true);
+    let servo = |period: f64| Case {
+        servo: Some((1e-6, period)),
+        ..plain
+    };
+    let sine = Case {
+        sine_drift: Some((5e-6, 20.0)),
+        ..plain
+    };
+    let grid = Case {
+        arrival_grid: Some(50e-6),
+        ..plain
+    };
+    let correlated = |case: Case| Case {
+        correlated: half_normal(40e-6, 5.0).correlated,
+        ..case
+    };
+    for (name, case, largest) in [
+        ("5/20", plain, 2.5),
+        ("5/20 stamped", stamped, 2.5),
+        ("AR(1) 40 µs/5 s", correlated(plain), 5.0),
+        ("AR(1) 40 µs/5 s, stamped", correlated(stamped), 5.0),
+        ("sine 5 ppm/20 s", sine, 2.5),
+        ("servo 1 µs/s, 4 s", servo(4.0), 2.5),
+        ("servo 1 µs/s, 10 s", servo(10.0), 2.5),
+        ("arrivals on 50 µs", grid, 6.0),
+    ] {
+        let runs = bench::all(Subject::Generated(&case), FIRST_SEED, 10);
+        assert_honest(name, &runs, largest);
     }
 }
 
-/// An access point that keeps messages back for 102 ms: 2 ms off before, by the waiting of whole batches.
+/// An access point that keeps messages back for 102 ms: 2 ms off before, by the waiting of whole batches, and within three
+/// standard deviations for 96 and 83 % of the time, as waits were taken for independent.
 #[test]
 fn the_last_of_each_batch_is_followed() {
     for cycle in [1e-3, 1e-2] {
@@ -178,5 +185,6 @@ fn the_last_of_each_batch_is_followed() {
             observer <= 2.0 * regression,
             "{cycle}: {observer} s, regression {regression} s"
         );
+        assert_honest(&format!("{cycle} s"), &runs, 3.0);
     }
 }

@@ -90,6 +90,8 @@ pub(crate) struct Claims {
     pub(crate) shifts: u32,
     /// Part of the cycles whose error is within three standard deviations.
     pub(crate) within: f64,
+    /// The standard deviation that was said of them, rms.
+    pub(crate) sigma: f64,
     /// Cycles while synchronised, from the start of the run, and those of them whose error is within three
     /// standard deviations.
     pub(crate) synced: u64,
@@ -175,7 +177,10 @@ impl Trace {
     fn claims(&self, last: &ObserverOutput, scope: &Scope) -> Claims {
         let cycles = || self.errors.iter().map(|e| e.abs()).zip(&self.said);
         let scored = cycles().take(scope.scored.end).skip(scope.scored.start);
-        let within = scored.filter(|(e, said)| *e <= said.three_sigma).count();
+        let within = scored.clone().filter(|(e, said)| *e <= said.three_sigma);
+        let within = within.count();
+        let squares = scored.map(|(_, said)| said.three_sigma * said.three_sigma);
+        let sigma = (squares.sum::<f64>() / scope.scored.len() as f64).sqrt() / 3.0;
         let synced = || {
             cycles()
                 .enumerate()
@@ -189,6 +194,7 @@ impl Trace {
         Claims {
             shifts: last.shifts,
             within: within as f64 / scope.scored.len() as f64,
+            sigma,
             synced: synced().count() as u64,
             synced_within: synced().filter(|(e, said)| *e <= said.three_sigma).count() as u64,
             max_synced: synced().map(|(e, _)| e).fold(0.0, f64::max),

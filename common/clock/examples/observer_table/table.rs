@@ -11,7 +11,7 @@ line: through the lowest of each of the last 8 s. servo: PI on the lowest of eac
 frequency 0.2 rad/s, damping 0.7; best: the best of a few frequencies. regression: over up to 64
 lowest of 1/8 s, their number by a test of runs. bound: Bayesian Cramér-Rao.
 The observer's own: shifts of all seeds together; part of the cycles with |e| ≤ 3σ (all seeds, worst
-seed); the same of all cycles while synchronised, from the start on; largest |e| while synchronised,
+seed); its standard deviation over the rms error (mean, largest); the part within of all cycles while synchronised, from the start on; largest |e| while synchronised,
 also over 3σ; synchronised after (median, worst seed); largest error of the drift, and part of the cycles
 with it within 3σ; lead (median); after an event: within 1 µs rms again after (median, worst).
 Steps of the delay and of the drift, load: errors after the event against the constant before it; the
@@ -19,7 +19,7 @@ first 2 s after a step of the delay, and what slewing by it at 100 ppm takes, do
 moves by the step.
 Recorded: first third skipped, else first quarter.";
 
-const COLUMNS: [&str; 17] = [
+const COLUMNS: [&str; 18] = [
     "case",
     "observer rms (worst) / max",
     "bound",
@@ -29,6 +29,7 @@ const COLUMNS: [&str; 17] = [
     "regression rms (worst) / max",
     "shifts",
     "in 3σ, % (worst)",
+    "σ / rms (most)",
     "synced in 3σ, %",
     "max synced",
     "over 3σ",
@@ -40,8 +41,8 @@ const COLUMNS: [&str; 17] = [
 ];
 
 /// Column widths: rows are printed as they come, so the widths cannot wait for all of them.
-const WIDTHS: [usize; 17] = [
-    44, 26, 6, 22, 23, 22, 28, 6, 16, 15, 10, 7, 17, 16, 14, 6, 18,
+const WIDTHS: [usize; 18] = [
+    44, 26, 6, 22, 23, 22, 28, 6, 16, 14, 15, 10, 7, 17, 16, 14, 6, 18,
 ];
 
 pub(crate) fn header() -> String {
@@ -70,6 +71,7 @@ pub(crate) fn row(name: &str, bound: Option<f64>, runs: &[Scores]) -> String {
             .sum::<f64>()
             .to_string(),
         format!("{:.1} ({:.1})", mean(&within), quantile(&within, 0.0)),
+        sigma_over_rms(runs),
         format!("{:.1}", synced_within(runs)),
         micros(worst(&observer(|claims| claims.max_synced))),
         short(worst(&observer(|claims| claims.worst_ratio))),
@@ -84,7 +86,7 @@ pub(crate) fn row(name: &str, bound: Option<f64>, runs: &[Scores]) -> String {
     ])
 }
 
-fn line(cells: &[String; 17]) -> String {
+fn line(cells: &[String; 18]) -> String {
     let cells = cells.iter().zip(WIDTHS);
     let cells = cells.map(|(cell, width)| format!(" {cell:width$} |"));
     format!("|{}", cells.collect::<String>())
@@ -97,6 +99,16 @@ fn synced_within(runs: &[Scores]) -> f64 {
         (within + claims.synced_within, synced + claims.synced)
     });
     within as f64 / synced as f64 * 100.0
+}
+
+/// The standard deviation that is said over what the error is, the mean over the runs and the largest.
+fn sigma_over_rms(runs: &[Scores]) -> String {
+    let of = |run: &Scores| {
+        let claims = run.observer.claims.as_ref()?;
+        Some(claims.sigma / run.observer.mean_square.sqrt())
+    };
+    let ratios: Vec<f64> = runs.iter().filter_map(of).collect();
+    format!("{:.1} ({:.1})", mean(&ratios), quantile(&ratios, 1.0))
 }
 
 /// Rms over all runs, that of the worst run, largest error.

@@ -51,6 +51,11 @@ pub(super) enum Picked {
 }
 
 impl Batches {
+    /// Whether only the last message of each batch is used.
+    pub(super) const fn are_picked_from(&self) -> bool {
+        self.batched
+    }
+
     /// Takes a message, and whether it came together with the one before.
     pub(super) fn take(&mut self, arrival: Arrival, together: bool) -> Picked {
         if together {

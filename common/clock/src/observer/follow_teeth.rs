@@ -48,7 +48,7 @@ impl PhaseObserver {
         let unseen = if is_unseen {
             self.seconds_per_count
         } else {
-            0.0
+            stream.waits.open(self.seconds_per_count)
         };
         stream.choice.cells_unseen(unseen);
         if stream.line.is_none() || polled == 0.0 {

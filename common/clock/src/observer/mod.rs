@@ -52,6 +52,7 @@ mod show;
 mod steadiness;
 mod stream;
 mod teeth;
+mod waits;
 
 pub(crate) use bank::Bank;
 pub use drift_change::SuspectedDrift;
@@ -82,6 +83,7 @@ use resolution::Resolution;
 use shift::ShiftDetector;
 use stream::{BLOCK, Line, Residual, Stream};
 use teeth::{Teeth, within_cell};
+use waits::Waits;
 
 /// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
 /// are worth a jitter of so many times x.
@@ -227,6 +229,9 @@ impl PhaseObserver {
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
         let phase = phase.as_secs_f64();
         let value = phase - stream.expected(count, self.seconds_per_count);
+        if stream.batches.are_picked_from() && stream.line.is_some() {
+            stream.waits.take(value);
+        }
         if let Some(stamp) = send_stamp {
             let stamp = stamp.as_secs_f64();
             stream.echo.take(count, phase + stamp, stamp);
@@ -251,6 +256,7 @@ impl PhaseObserver {
         stream.calibration = Calibration::new();
         stream.drift_steps = DriftSteps::new(self.seconds_per_count);
         stream.echo = Echo::default();
+        stream.waits = Waits::new();
         self.jitter = Jitter::new();
         self.detector.clear();
         self.drift_change.forget_suspicion();
@@ -369,6 +375,7 @@ impl PhaseObserver {
             newest_arrival: arrived,
             newest_used: arrived,
             batches: Batches::default(),
+            waits: Waits::new(),
             block: [Residual::default(); FIRST_BLOCK],
             filled: 0,
             held_up: 0,
@@ -545,6 +552,9 @@ impl PhaseObserver {
         }
         let time = middle as f64 * self.seconds_per_count;
         (stream.calibration).look(time, &estimate, drift_walk, sigma);
+        if stream.choice.is_edge() {
+            stream.calibration.hold(sigma);
+        }
     }
 
     /// Not on a backlog that comes all at once, and not before far time is where the line is: afterwards it is slewed

@@ -12,6 +12,7 @@ use super::jitter::{FIRST_BLOCK, Jitter};
 use super::resolution::Resolution;
 use super::shift::Bounds;
 use super::teeth::Teeth;
+use super::waits::Waits;
 use crate::instant::{Instant, Local, Remote, Span};
 
 /// Messages that make one measurement.
@@ -34,6 +35,8 @@ pub(super) struct Stream {
     pub(super) newest_used: Instant<Local>,
     /// Which are used.
     pub(super) batches: Batches,
+    /// What those leave open.
+    pub(super) waits: Waits,
     pub(super) block: [Residual; FIRST_BLOCK],
     pub(super) filled: usize,
     /// So many messages in a row may have been held up.
