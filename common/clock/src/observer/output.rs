@@ -39,6 +39,21 @@ pub(super) struct Pace {
     pub(super) pull_time: f64,
     /// Largest correction, s/s.
     pub(super) limit: f64,
+    /// The same of what would take too long at that limit, s/s.
+    pub(super) catch_up: f64,
+}
+
+/// What is not made up within this time at the usual limit is made up faster, s: the limit is then what remains over this
+/// time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
+const MADE_UP_WITHIN: f64 = 10.0;
+/// The limit rises by this per second, s/s²: an axis at 500 mm/s is accelerated by 0.5 mm/s².
+const RISE: f64 = 1e-3;
+
+impl Pace {
+    /// Whether a distance takes too long at the usual limit.
+    pub(super) fn is_too_slow_for(&self, distance: Seconds) -> bool {
+        distance.0.abs() > self.limit * MADE_UP_WITHIN
+    }
 }
 
 /// The time shown last, and when.
@@ -48,6 +63,8 @@ pub(super) struct Shown {
     pub(super) far: FarTime,
     /// The estimate lies this much later, s.
     pub(super) remaining: Seconds,
+    /// By how much the limit of corrections is raised, s/s.
+    raised: f64,
 }
 
 impl Shown {
@@ -56,6 +73,7 @@ impl Shown {
             at,
             far,
             remaining: Seconds::ZERO,
+            raised: 0.0,
         }
     }
 
@@ -75,10 +93,18 @@ impl Shown {
         let error = target.since(coasting.instant).0 * 1e9 - coasting.fraction_ns;
         let seconds = passed * 1e-9;
         let pull = error * (seconds / (seconds + pace.pull_time));
-        let bound = passed * pace.limit;
+        let bound = passed * self.limit(seconds, error, pace);
         let correction = pull.clamp(-bound, bound);
         self.far = coasting.plus(correction);
         self.remaining = Seconds((error - correction) * 1e-9);
         self.at = at;
+    }
+
+    /// The largest correction in the next `seconds`, s/s, where `error` nanoseconds are to be made up.
+    fn limit(&mut self, seconds: f64, error: f64, pace: Pace) -> f64 {
+        let in_time = libm::fabs(error) * 1e-9 / MADE_UP_WITHIN;
+        let wanted = in_time.min(pace.catch_up) - pace.limit;
+        self.raised = wanted.min(self.raised + RISE * seconds).max(0.0);
+        pace.limit + self.raised
     }
 }

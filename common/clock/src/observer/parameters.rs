@@ -31,6 +31,10 @@ pub struct ObserverParameters {
     /// The far time once synchronised gains or loses at most this much on the estimated far
     /// clock, ppm. Above 0, at most 500 000.
     pub slew_limit_ppm: f64,
+    /// What would take longer than ten seconds to make up at `slew_limit_ppm` is made up at up to this, ppm: a clock that leapt
+    /// by some milliseconds without time responses that say so. The state is unsure meanwhile. No more than `slew_limit_ppm` is
+    /// that limit for everything. Above 0, at most 500 000.
+    pub catch_up_slew_limit_ppm: f64,
     /// The same until synchronised. Above 0, at most 500 000.
     pub locking_slew_limit_ppm: f64,
     /// The far time approaches the estimate with this time constant, ms. At least 0.
@@ -64,6 +68,7 @@ impl Default for ObserverParameters {
             synced_messages: 256,
             longest_locking_s: 30.0,
             slew_limit_ppm: 100.0,
+            catch_up_slew_limit_ppm: 1_000.0,
             locking_slew_limit_ppm: 500_000.0,
             pull_time_ms: 50.0,
             shift_messages: 48,
@@ -117,6 +122,12 @@ impl ObserverParameters {
                 "slew-limit-ppm",
                 self.slew_limit_ppm,
                 slew(self.slew_limit_ppm),
+                SLEW,
+            ),
+            (
+                "catch-up-slew-limit-ppm",
+                self.catch_up_slew_limit_ppm,
+                slew(self.catch_up_slew_limit_ppm),
                 SLEW,
             ),
             (
@@ -188,14 +199,17 @@ impl ObserverParameters {
     /// How fast the far time may move.
     pub(super) fn pace(&self, locking: bool) -> Pace {
         if locking {
+            let limit = self.locking_slew_limit_ppm * 1e-6;
             Pace {
                 pull_time: 0.0,
-                limit: self.locking_slew_limit_ppm * 1e-6,
+                limit,
+                catch_up: limit,
             }
         } else {
             Pace {
                 pull_time: self.pull_time_ms * 1e-3,
                 limit: self.slew_limit_ppm * 1e-6,
+                catch_up: self.catch_up_slew_limit_ppm * 1e-6,
             }
         }
     }

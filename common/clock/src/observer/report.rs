@@ -15,7 +15,8 @@ pub enum ObserverState {
     Locking,
     /// The far time is sure.
     Synced,
-    /// It was sure, and is followed on, but is uncertain by more than twice what is good enough.
+    /// It was sure, and is followed on, but is uncertain by more than twice what is good enough, or is so far from where
+    /// it should be that making that up takes longer than ten seconds.
     Unsure,
     /// No messages lately: going on by the last estimate.
     Holdover,

@@ -43,13 +43,19 @@ impl PhaseObserver {
             ObserverState::Lost
         } else if silence > self.holdover_after {
             ObserverState::Holdover
-        } else if self.progress.is_unsure() {
-            ObserverState::Unsure
-        } else if self.progress.is_synced() {
-            ObserverState::Synced
-        } else {
+        } else if !self.progress.is_synced() {
             ObserverState::Locking
+        } else if self.progress.is_unsure() || self.is_far_off() {
+            ObserverState::Unsure
+        } else {
+            ObserverState::Synced
         }
+    }
+
+    /// Whether the far time shown is so far from where it should be that it takes too long to make that up.
+    fn is_far_off(&self) -> bool {
+        let pace = self.parameters.pace(false);
+        (self.shown.as_ref()).is_some_and(|shown| pace.is_too_slow_for(shown.remaining))
     }
 
     fn show(&mut self, now: Instant<Local>, state: ObserverState, followed: Option<&Followed>) {

@@ -120,6 +120,24 @@ impl World {
         far.since(self.observer.far_time_of(self.count).unwrap()).0 + lag
     }
 
+    /// The fastest slew since so many outputs: what the far time gains beside the estimated rate of
+    /// the far clock, s/s. Locking has a limit of its own.
+    fn fastest_slew(&self, since: usize) -> f64 {
+        let mut fastest = 0.0_f64;
+        for n in since.max(1)..self.outputs.len() {
+            let [before, output] = [&self.outputs[n - 1], &self.outputs[n]];
+            if let (Some(earlier), Some(far)) = (before.far_time, output.far_time)
+                && output.state != ObserverState::Locking
+            {
+                let gained = far.since(earlier.instant).0 * 1e9 - earlier.fraction_ns;
+                let passed = (self.asked[n] - self.asked[n - 1]) as f64;
+                let slew = gained / passed - (1.0 + output.drift_ppm * 1e-6);
+                fastest = fastest.max(slew.abs());
+            }
+        }
+        fastest
+    }
+
     fn is_monotone(&self) -> bool {
         let shown: Vec<_> = self.outputs.iter().filter_map(|o| o.far_time).collect();
         shown
@@ -297,15 +315,61 @@ fn a_delay_step_is_noticed_at_once_and_slewed() {
         assert!(output.slew_remaining.as_micros().abs() < 1.0);
         assert!(world.error().abs() < 5e-6, "{}", world.error());
         assert!(world.is_monotone());
-        let shown: Vec<_> = world.outputs[20_000..]
-            .iter()
-            .filter_map(|o| o.far_time)
-            .collect();
-        for pair in shown.windows(2) {
-            let gained = pair[1].since(pair[0].instant).0 * 1e9 - pair[0].fraction_ns;
-            assert!((gained - 1e6).abs() < 1e6 * 110e-6, "{gained}");
+        // Beyond a millisecond it is what remains over ten seconds.
+        let most = 1.1e-4_f64.max(1.1 * step.abs() * 1e-9 / 10.0);
+        let pace = world.fastest_slew(20_000);
+        assert!(pace < most, "{step}: {pace}");
+    }
+}
+
+/// Found in a random schedule: two seconds after the start the sender's clock leaps by 26.5 ms, which is no whole number of
+/// its cycles of 250 µs, and no time response says whose it is. Far time was slewed by 100 ppm, and called synchronised, for
+/// 265 s.
+#[test]
+fn a_clock_that_leaps_is_caught_up_with_in_a_minute_and_is_unsure_until_then() {
+    let cycle = Span::from_micros(250);
+    for leap in [26.5389e6, -26.5389e6] {
+        let mut world = World::new(cycle, -30.0);
+        world.delay = 30e6;
+        assert_eq!(world.run(1.915).state, ObserverState::Synced);
+        let before = world.outputs.len();
+        world.delay -= leap;
+        let output = world.run(0.5);
+        assert_eq!((output.shifts, output.rebases), (1, 0), "{leap}");
+        assert_eq!(output.state, ObserverState::Unsure, "{leap}");
+        let remaining = output.slew_remaining.0;
+        assert!((remaining - leap * 1e-9).abs() < 2e-4, "{remaining}");
+        let found = world.outputs.len();
+        let output = world.run(59.0);
+        assert_eq!(output.state, ObserverState::Synced, "{leap}");
+        assert!(world.error().abs() < 5e-6, "{}", world.error());
+        let pace = world.fastest_slew(before);
+        assert!(pace < 1.01e-3, "{leap}: {pace}");
+        let most = 1e-3 + 1e-6;
+        for output in &world.outputs[found..] {
+            let is_far_off = output.slew_remaining.0.abs() > most;
+            assert!(!is_far_off || output.state == ObserverState::Unsure);
         }
     }
+}
+
+#[test]
+fn who_allows_no_catching_up_is_slewed_to_at_the_usual_limit() {
+    let cycle = millis(1);
+    let parameters = ObserverParameters {
+        catch_up_slew_limit_ppm: 50.0,
+        ..ObserverParameters::default()
+    };
+    let mut world = World::new(cycle, 0.0);
+    world.observer = PhaseObserver::new(CycleTime::new(cycle).unwrap(), parameters).unwrap();
+    let _ = world.run(20.0);
+    world.delay += 10.3e6;
+    let output = world.run(0.2);
+    assert_eq!((output.shifts, output.rebases), (1, 0));
+    let before = world.outputs.len();
+    let _ = world.run(20.0);
+    let pace = world.fastest_slew(before);
+    assert!((90e-6..110e-6).contains(&pace), "{pace}");
 }
 
 #[test]
