@@ -12,21 +12,21 @@ use coaxle_lab::summary::Summary;
 
 use crate::run::{Report, write, write_figures};
 
-/// What a report has beside the run.
+/// Command and figures that a report has beside the run.
 #[derive(Clone, Debug, Default)]
 pub struct Presentation {
     /// The command that repeats the run.
     pub command: String,
-    /// Where to leave each figure of the report as SVG and PDF, and how wide, mm; nowhere if none.
+    /// Folder for each figure of the report as SVG and PDF, and their width, mm; none: no figures are written.
     pub figures: Option<(PathBuf, f64)>,
 }
 
-/// What a run came to, and where the rest of it lies.
+/// Result of a run, and its report.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The figures.
+    /// Figures of the run.
     pub summary: Summary,
-    /// The report.
+    /// Path of the report.
     pub report: PathBuf,
 }
 
@@ -66,10 +66,10 @@ pub fn run(
     Ok(Outcome { summary, report })
 }
 
-/// Runs a scenario in virtual time, which this command repeats, and leaves its files: what a soak does with what failed.
+/// Runs a scenario in virtual time, which this command repeats, and writes its files: used by a soak for failed runs.
 ///
 /// # Errors
-/// What [`run()`] fails with.
+/// Errors of [`run()`].
 pub fn leave(source: &Source, options: &Options, command: &str) -> anyhow::Result<()> {
     let scenario = run::prepare(source, options)?;
     let presentation = Presentation {
@@ -93,7 +93,7 @@ mod tests {
     use coaxle_lab::catalog;
     use coaxle_lab::run::{TraceFormat, prepare};
 
-    /// Somebody who has seen enough.
+    /// Progress that ends the run at a share of it.
     struct Until(f64);
 
     impl Progress for Until {

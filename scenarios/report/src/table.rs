@@ -1,4 +1,4 @@
-//! The results as a person reads them in a terminal.
+//! The results for a person at a terminal.
 
 mod cuts;
 mod many;
@@ -17,8 +17,8 @@ use serde_json::Value;
 
 pub use routers::routers;
 
-/// The table of results: a column per receiver, a row per figure. Where the terminal is too narrow
-/// for all receivers the table is continued below, so that nothing is cut.
+/// Returns the table of results: a column per receiver, a row per figure. Where the terminal is too narrow for all receivers
+/// the table is continued below, so that nothing is cut.
 #[must_use]
 pub fn results(summary: &Summary) -> String {
     let terminal = terminal_size::terminal_size_of(std::io::stdout());
@@ -29,7 +29,7 @@ pub fn results(summary: &Summary) -> String {
 /// Columns assumed where the output is no terminal.
 const WIDTH_OF_A_FILE: u16 = 100;
 
-/// Most receivers that have a column each: of more, their ranges are shown.
+/// Greatest number of receivers that have a column each: of more, their ranges are shown.
 const MOST_COLUMNS: usize = 24;
 
 fn results_within(summary: &Summary, width: usize) -> String {
@@ -70,8 +70,8 @@ fn right(text: &str) -> Cell {
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
-/// The expectations, one a line: those that failed last, where the eye is. Of very many that are met, only how many. Empty if
-/// there are none.
+/// Returns the expectations, one a line: those that failed last, where the eye is. Of very many that are met, only their
+/// number. Empty if there are none.
 #[must_use]
 pub fn verdicts(summary: &Summary) -> String {
     let (met, failed): (Vec<_>, Vec<_>) = summary.expectations.iter().partition(|v| v.met);
@@ -86,7 +86,7 @@ pub fn verdicts(summary: &Summary) -> String {
     lines.join("\n")
 }
 
-/// Most expectations that are met and told one by one.
+/// Greatest number of met expectations that are listed one by one.
 const MOST_MET: usize = 100;
 
 fn verdict(verdict: &Verdict) -> String {
@@ -96,14 +96,14 @@ fn verdict(verdict: &Verdict) -> String {
     format!("{outcome} {place} is {received}, expected {expected}")
 }
 
-/// What the run shows, in a few lines: without correction, and with each kind of it. None where the
-/// scenario does not compare them.
+/// Returns the conclusion of the run, in a few lines: without correction, and with each kind of it. None where the scenario
+/// does not compare them.
 #[must_use]
 pub fn conclusion(summary: &Summary) -> Option<String> {
     cuts::conclusion(summary).or_else(|| velocities(summary))
 }
 
-/// The corrections, with what a line of a conclusion calls them.
+/// The corrections, with their names in a line of a conclusion.
 const CORRECTIONS: [(&str, &str); 4] = [
     ("pt1", "with a PT1 filter:  "),
     ("time", "with time mode:     "),
@@ -151,14 +151,14 @@ fn velocities(summary: &Summary) -> Option<String> {
     any.then_some(text)
 }
 
-/// Two significant digits, the rest zeros.
+/// Formats a factor with two significant digits, the rest zeros.
 fn roughly(factor: f64) -> String {
     let rounded: f64 = format!("{factor:.1e}").parse().unwrap_or(factor);
     significant(rounded, 2)
 }
 
-/// The receiver of a mode (and of a master) whose velocity is the roughest; one that was never
-/// judged, if there is any, is worse than all.
+/// Returns the receiver of a mode (and of a master) whose velocity is the roughest; one that was never judged, if there is any,
+/// is worse than all.
 fn worst<'a>(
     summary: &'a Summary,
     mode: &str,
@@ -173,7 +173,7 @@ fn worst<'a>(
         .max_by(|a, b| ripple(a).total_cmp(&ripple(b)))
 }
 
-/// The figures shown, in the order of interest: a label and a value per receiver.
+/// Returns the figures shown, in the order of interest: a label and a value per receiver.
 pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
     let unit = units::common(receivers.iter().map(|(_, receiver)| &receiver.unit));
     let row = |figure: &Figure| {
@@ -185,12 +185,12 @@ pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<S
     rows.extend(cuts::rows(receivers));
     rows.extend(others.iter().map(row));
     rows.extend(signal_rows(receivers, &unit));
-    // What no receiver has would only be in the way.
+    // A figure that no receiver has would only be in the way.
     rows.retain(|(_, values)| values.iter().any(|value| value != NOTHING));
     rows
 }
 
-/// The signals whose declaration has a label: what they said last.
+/// Returns the last values of the signals whose declaration has a label.
 fn signal_rows(receivers: &[(&str, &ReceiverSummary)], unit: &Unit) -> Vec<(String, Vec<String>)> {
     let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for (n, (_, receiver)) in receivers.iter().enumerate() {
@@ -211,7 +211,7 @@ fn signal_rows(receivers: &[(&str, &ReceiverSummary)], unit: &Unit) -> Vec<(Stri
     rows
 }
 
-/// A value as one reads it: three digits of a number, all of a count.
+/// Formats a value for people: three digits of a number, all of a count.
 fn shown(value: &Value) -> String {
     match value {
         Value::Null => NOTHING.to_owned(),
@@ -221,7 +221,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// A label, with the unit that the `u` after its comma stands for.
+/// Returns a label, with the unit that the `u` after its comma stands for.
 fn in_unit(label: &str, unit: &Unit) -> String {
     match label.rsplit_once(", ") {
         Some((name, of)) => format!("{name}, {}", unit.in_place_of_u(of)),
@@ -229,10 +229,10 @@ fn in_unit(label: &str, unit: &Unit) -> String {
     }
 }
 
-/// In place of a value.
+/// Text in place of a missing value.
 const NOTHING: &str = "–";
 
-/// One figure of a receiver, as tables show it.
+/// Figure of a receiver, as tables show it.
 struct Figure {
     /// Name and unit.
     label: &'static str,
@@ -317,10 +317,10 @@ const FIGURES: [Figure; 17] = [
     },
 ];
 
-/// Figures of a phase of the run: what it is called, and a label and a value per receiver.
+/// Figures of a phase of the run: its name, and a label and a value per receiver.
 pub(crate) type Phase = (&'static str, Vec<(String, Vec<String>)>);
 
-/// The figures apart for the time in which all is settled, and for that of locking in; without those that no receiver has.
+/// Returns the figures of the settled time, and those of locking in, apart; without those that no receiver has.
 pub(crate) fn phases(receivers: &[(&str, &ReceiverSummary)]) -> Vec<Phase> {
     let unit = units::common(receivers.iter().map(|(_, receiver)| &receiver.unit));
     let of = |figures: &[Figure]| {
@@ -336,7 +336,7 @@ pub(crate) fn phases(receivers: &[(&str, &ReceiverSummary)]) -> Vec<Phase> {
     all.collect()
 }
 
-/// Whether [`phases`] has the figure of this label, too.
+/// Reports whether [`phases`] has the figure of this label, too.
 pub(crate) fn is_of_a_phase(label: &str) -> bool {
     label.starts_with("… once settled") || label.starts_with("… while locking in")
 }
@@ -375,7 +375,7 @@ const LOCKING_IN: [Figure; 3] = [
     },
 ];
 
-/// A mode in words.
+/// Returns a mode in words.
 pub(crate) fn correction(mode: &str) -> &str {
     match mode {
         "bypass" => "none",
@@ -388,7 +388,7 @@ pub(crate) fn correction(mode: &str) -> &str {
     }
 }
 
-/// Names and figures, receivers without correction first: what is cured stands before the cure.
+/// Returns names and figures, receivers without correction first: the uncured before the cured.
 pub(crate) fn in_order(summary: &Summary) -> Vec<(&str, &ReceiverSummary)> {
     let mut receivers: Vec<_> = summary
         .receivers
@@ -399,7 +399,7 @@ pub(crate) fn in_order(summary: &Summary) -> Vec<(&str, &ReceiverSummary)> {
     receivers
 }
 
-/// How much is corrected.
+/// Returns the rank of a mode by the amount that it corrects.
 pub(crate) fn rank(mode: &str) -> u8 {
     match mode {
         "bypass" => 0,
@@ -409,7 +409,7 @@ pub(crate) fn rank(mode: &str) -> u8 {
     }
 }
 
-/// A value of the summary as text.
+/// Formats a value of the summary as text.
 pub(crate) fn value(value: &Value) -> String {
     match value {
         Value::Null => "null".to_owned(),

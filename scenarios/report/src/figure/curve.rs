@@ -6,27 +6,27 @@ use crate::plotting::NEUTRAL;
 /// A curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Its name beside its values.
+    /// Name, shown beside its values.
     pub name: String,
-    /// Curves of a group are one in the legend, and hidden together.
+    /// Group: its curves share an entry of the legend and are hidden together.
     pub group: String,
     /// `#rrggbb`.
     pub colour: String,
-    /// How it is drawn.
+    /// Style of the line.
     pub look: Look,
-    /// What was before, while it locked in, does not decide the range that the figure begins with.
+    /// Start of the settled part: earlier values, while it locked in, do not decide the initial range of the figure.
     pub settled_from: f64,
-    /// Whether it decides no range: a limit far away must not flatten what is compared with it.
+    /// True if it does not decide the range: a limit far away must not flatten the curves compared with it.
     pub is_aside: bool,
-    /// What it goes through.
+    /// Points or extremes of the curve.
     pub data: Data,
-    /// The spread of each point, from its low to its high end; empty: there is none.
+    /// Spread of each point, from its low to its high end; empty: none.
     pub spread: Vec<(f64, f64)>,
-    /// The words of each point; empty: it is its value.
+    /// Label of each point; empty: its value.
     pub labels: Vec<String>,
 }
 
-/// How a curve is drawn.
+/// Style of a curve's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// A line.
@@ -58,7 +58,7 @@ impl Look {
 }
 
 impl Curve {
-    /// A solid line that is a group of its own.
+    /// Creates a solid line that is a group of its own.
     #[must_use]
     pub fn new(name: &str, colour: &str, data: Data) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl Curve {
         }
     }
 
-    /// A level from one place to another.
+    /// Creates a level from one place to another.
     #[must_use]
     pub fn level(name: &str, value: f64, from: f64, to: f64) -> Self {
         Self {
@@ -87,7 +87,7 @@ impl Curve {
         }
     }
 
-    /// The values that decide a range.
+    /// Returns the values that decide a range.
     pub(super) fn settled(&self) -> Vec<f64> {
         let mut values = self.data.values_from(self.settled_from);
         values.extend(self.spread.iter().flat_map(|(low, high)| [*low, *high]));

@@ -1,13 +1,13 @@
-//! What a curve goes through.
+//! Data of a curve.
 
 use coaxle_lab::curves::{Series, Stretch, joined};
 
-/// What a curve goes through, in the order of its places.
+/// Data of a curve, in the order of their places.
 #[derive(Clone, Debug)]
 pub enum Data {
-    /// Points that were seen; one that is not finite is a gap.
+    /// Observed points; one that is not finite is a gap.
     Points(Vec<(f64, f64)>),
-    /// Points of a continuous course: what is between two of them lies on their line.
+    /// Points of a continuous course, linear between two of them.
     Course(Vec<(f64, f64)>),
     /// Extremes of stretches of time, and every cycle of some windows.
     Levels {
@@ -19,7 +19,7 @@ pub enum Data {
 }
 
 impl Data {
-    /// A series of at most so many stretches, neighbours joined, and its first windows; shifted by an offset.
+    /// Returns a series shifted by an offset, thinned to the room: neighbouring stretches joined, and its first windows.
     pub(crate) fn of(series: &Series, room: Room, offset: f64) -> Self {
         let per_group = series.stretches.len().div_ceil(room.stretches.max(1));
         let groups = series.stretches.chunks(per_group.max(1));
@@ -46,7 +46,7 @@ impl Data {
         }
     }
 
-    /// Where it begins, and where it ends.
+    /// Returns the places where it begins and ends.
     pub(super) fn ends(&self) -> Vec<f64> {
         match self {
             Self::Points(points) | Self::Course(points) => {
@@ -80,7 +80,7 @@ impl Data {
     }
 }
 
-/// How much of each series a report has room for.
+/// Room of a report for each series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Room {
     pub(crate) stretches: usize,
@@ -88,11 +88,11 @@ pub(crate) struct Room {
 }
 
 impl Room {
-    /// Stretches in all curves together, and cycles.
+    /// Greatest number of stretches, and of cycles, in all curves together.
     const MOST_STRETCHES: usize = 60_000;
     const MOST_CYCLES: usize = 260_000;
 
-    /// Shared out among all these. Windows are the same ones of each, the first ones.
+    /// Divides the room among all series. Each of them keeps the same windows, the first ones.
     pub(crate) fn shared_by<'a>(all: impl Iterator<Item = &'a Series> + Clone) -> Self {
         let known = all.clone().filter(|series| !series.stretches.is_empty());
         let stretches = Self::MOST_STRETCHES / known.count().max(1);

@@ -9,38 +9,38 @@ pub struct Maps {
     pub id: String,
     /// The quantity.
     pub title: String,
-    /// What to look at.
+    /// Caption: the feature to look at.
     pub caption: String,
-    /// What lies from left to right, and its values.
+    /// Horizontal axis: its quantity and its values.
     pub across: (String, Vec<String>),
-    /// What lies from the bottom to the top, and its values.
+    /// Vertical axis, from the bottom up: its quantity and its values.
     pub up: (String, Vec<String>),
-    /// Beside and below each other.
+    /// Maps, beside and below each other.
     pub maps: Vec<Map>,
-    /// Maps that there would be beside these.
+    /// Number of maps left out.
     pub left_out: usize,
 }
 
 /// A map.
 #[derive(Clone, Debug, Default)]
 pub struct Map {
-    /// What is above it.
+    /// Title above the map.
     pub title: String,
-    /// The value at each place, row by row upwards; none where nothing is known.
+    /// Value at each place, row by row upwards; none where nothing is known.
     pub cells: Vec<Option<f64>>,
 }
 
-/// Maps beside each other.
+/// Greatest number of maps beside each other.
 const MOST_COLUMNS: usize = 3;
 
 impl Maps {
-    /// Columns and rows of maps.
+    /// Returns the numbers of columns and rows of maps.
     pub(crate) fn grid(&self) -> (usize, usize) {
         let columns = self.maps.len().clamp(1, MOST_COLUMNS);
         (columns, self.maps.len().div_ceil(columns))
     }
 
-    /// The least and the largest value; none where there is none.
+    /// Returns the least and the largest value; none without values.
     pub(crate) fn range(&self) -> Option<(f64, f64)> {
         super::extent(self.values())
     }
@@ -50,14 +50,15 @@ impl Maps {
         cells.flatten().copied()
     }
 
-    /// The cells of each map as shares of the way from the least to the largest value, by logarithms where that suits them.
+    /// Returns the cells of each map as shares of the way from the least to the largest value, logarithmic where that suits
+    /// them.
     pub(crate) fn shares(&self) -> Vec<Vec<Option<f64>>> {
         let scale = Scale::suiting(self.values());
         let (low, high) = self.range().unwrap_or_default();
         let (low, high) = (scale.place(low), scale.place(high));
         let share = |value: f64| {
             let share = (scale.place(value) - low) / (high - low);
-            // All are the same.
+            // All values are equal.
             if share.is_finite() { share } else { 0.0 }
         };
         let of = |map: &Map| map.cells.iter().map(|cell| cell.map(share)).collect();
@@ -74,7 +75,7 @@ const VIRIDIS: [[f64; 3]; 5] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// The colour of a share.
+/// Returns the colour of a share.
 pub(crate) fn bright(share: f64) -> (u8, u8, u8) {
     let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let (below, above) = (VIRIDIS[place as usize], VIRIDIS[place.ceil() as usize]);
@@ -82,7 +83,7 @@ pub(crate) fn bright(share: f64) -> (u8, u8, u8) {
     (part(0), part(1), part(2))
 }
 
-/// The colour of a number on the colour of a share.
+/// Returns the colour of a number that is written on the colour of a share.
 pub(crate) const fn ink(share: f64) -> (u8, u8, u8) {
     if share < 0.5 {
         (0xff, 0xff, 0xff)

@@ -1,7 +1,7 @@
 //! A figure, however it is drawn: [panels](Panel) of [curves](Curve) one above the other over one axis, or [maps](Maps) of
 //! coloured cells. [`page`](crate::page) draws it in a browser, [`print`](mod@crate::print) as SVG and PDF.
 //!
-//! Curves hold values; a [`Scale`] says where a value lies, and every drawing asks it.
+//! Curves hold values; a [`Scale`] maps them to places for every drawing.
 
 mod curve;
 mod data;
@@ -28,62 +28,62 @@ pub struct Figure {
     pub id: String,
     /// The subject, in a line.
     pub title: String,
-    /// What to look at.
+    /// Caption: the feature to look at.
     pub caption: String,
-    /// What lies from left to right.
+    /// Horizontal axis.
     pub across: Across,
-    /// From the top.
+    /// Panels, from the top.
     pub panels: Vec<Panel>,
-    /// Whether the panels have the same scale.
+    /// True if the panels have the same scale.
     pub is_on_one_scale: bool,
 }
 
-/// What lies from left to right.
+/// Horizontal axis of a figure.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Across {
     /// The quantity.
     pub name: String,
-    /// Its unit; empty: none.
+    /// Unit; empty: none.
     pub unit: String,
-    /// Where its values lie.
+    /// Scale of its values.
     pub scale: Scale,
-    /// Whether there is room at both ends, for points that lie there.
+    /// True if there is room at both ends, for points that lie there.
     pub is_padded: bool,
 }
 
 /// Curves over one vertical axis.
 #[derive(Clone, Debug, Default)]
 pub struct Panel {
-    /// What is above it; empty: nothing.
+    /// Title above the panel; empty: none.
     pub title: String,
-    /// What the curves are of; empty if the figure's title says it.
+    /// Quantity of the curves; empty if the figure's title names it.
     pub quantity: String,
     /// Unit of the values; empty: none.
     pub unit: String,
     /// Pixels in a browser.
     pub height: usize,
-    /// Where values lie.
+    /// Scale of the values.
     pub scale: Scale,
-    /// The values that it begins with; none: the usual ones of the curves.
+    /// Initial range of values; none: the usual range of the curves.
     pub range: Option<(f64, f64)>,
-    /// Places to point out.
+    /// Places to mark.
     pub marks: Vec<f64>,
-    /// In the order of drawing.
+    /// Curves, in the order of drawing.
     pub curves: Vec<Curve>,
 }
 
 impl Across {
-    /// The time of a run.
+    /// Returns the axis of the time of a run.
     pub(crate) fn run() -> Self {
         Self::of("time", "s")
     }
 
-    /// The time from a beat.
+    /// Returns the axis of the time from a beat.
     pub(crate) fn beat() -> Self {
         Self::of("time from the beat", "ms")
     }
 
-    /// A quantity in a unit, which may be empty.
+    /// Returns the axis of a quantity in a unit, which may be empty.
     #[must_use]
     pub fn of(name: &str, unit: &str) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl Across {
         }
     }
 
-    /// The quantity with its unit.
+    /// Returns the quantity with its unit.
     #[must_use]
     pub fn words(&self) -> String {
         with_unit(&self.name, &self.unit)
@@ -101,7 +101,7 @@ impl Across {
 }
 
 impl Panel {
-    /// The quantity with its unit.
+    /// Returns the quantity with its unit.
     #[must_use]
     pub fn words(&self) -> String {
         with_unit(&self.quantity, &self.unit)
@@ -116,17 +116,17 @@ fn with_unit(quantity: &str, unit: &str) -> String {
 }
 
 impl Figure {
-    /// Whether there is nothing to draw.
+    /// Reports whether there is nothing to draw.
     pub(crate) fn is_empty(&self) -> bool {
         self.curves().all(|curve| curve.data.is_empty())
     }
 
-    /// The curves of all panels.
+    /// Returns the curves of all panels.
     pub(crate) fn curves(&self) -> impl Iterator<Item = &Curve> {
         self.panels.iter().flat_map(|panel| &panel.curves)
     }
 
-    /// From where to where the curves go, as places on the scale.
+    /// Returns the range of the curves, as places on the scale.
     pub(crate) fn extent(&self) -> (f64, f64) {
         let scale = &self.across.scale;
         if let Scale::Words(words) = scale {
@@ -145,7 +145,7 @@ impl Figure {
         }
     }
 
-    /// The places that each panel begins with; none of words, and where nothing is known.
+    /// Returns the initial range of each panel, as places; none for words, and where nothing is known.
     pub(crate) fn ranges(&self) -> Vec<Option<(f64, f64)>> {
         let of = |panels: &[Panel]| {
             let places = panels.iter().flat_map(Panel::places);
@@ -163,7 +163,7 @@ impl Figure {
 }
 
 impl Panel {
-    /// Where the values lie that decide the range.
+    /// Returns the places of the values that decide the range.
     fn places(&self) -> Vec<f64> {
         if matches!(self.scale, Scale::Words(_)) {
             return Vec::new();

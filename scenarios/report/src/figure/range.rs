@@ -1,6 +1,6 @@
 //! Ranges around values.
 
-/// The least and the largest of these, as far as they can be drawn; none where none can.
+/// Returns the least and the largest of the values that can be drawn; none if none can.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let values = values.filter(|value| is_drawable(*value));
     values.fold(None, |range, value| {
@@ -9,13 +9,13 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Beyond this a range from the one side to the other would not be a number.
+/// Reports whether a value can be drawn: beyond this a range from one side to the other would not be a number.
 fn is_drawable(value: f64) -> bool {
     const LARGEST: f64 = 1e300;
     value.abs() < LARGEST
 }
 
-/// A range around these with a share of it at each end; none where there is none of them. What is constant has a range, too.
+/// Returns a range around the values with a share of it at each end; none without values. Constant values have a range, too.
 pub fn around(values: impl Iterator<Item = f64>, share: f64) -> Option<(f64, f64)> {
     let (low, high) = extent(values)?;
     let largest = low.abs().max(high.abs());
@@ -28,8 +28,8 @@ pub fn around(values: impl Iterator<Item = f64>, share: f64) -> Option<(f64, f64
     Some((low - margin, high + margin))
 }
 
-/// A range that shows all of these values, but for rare ones far beyond the others: a single jump
-/// at the start must not flatten everything else. A beat's spike is not that far away.
+/// Returns a range that shows all of the values, except rare ones far beyond the others: a single jump at the start must not
+/// flatten everything else. A beat's spike is not that far away.
 pub(super) fn usual(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let mut values: Vec<f64> = values.filter(|value| is_drawable(*value)).collect();
     if values.is_empty() {
@@ -48,7 +48,7 @@ pub(super) fn usual(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     } else {
         (values[0], values[last])
     };
-    // What is constant must not look wild.
+    // Constant values must not look wild.
     let margin = (0.08 * (high - low)).max(5e-3 * high.abs()).max(1e-9);
     Some((low - margin, high + margin))
 }

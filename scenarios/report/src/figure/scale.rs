@@ -1,25 +1,25 @@
-//! Where values lie along an axis.
+//! Scales: places of values along an axis.
 
 use coaxle_lab::sweep::plot::is_logarithmic;
 
 use crate::plotting::short;
 
-/// Where values lie along an axis. A place is a number, too: drawings take places and label values.
+/// Scale of an axis: the places of its values. A place is a number, too: drawings take places and label values.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
-    /// At themselves.
+    /// Linear: the places are the values.
     #[default]
     Linear,
-    /// The largest first, so that time still goes from left to right where a master goes backwards.
+    /// Largest value first, so that time still goes from left to right where a master goes backwards.
     Backwards,
-    /// By their logarithms to the base of ten.
+    /// Logarithmic: the places are logarithms to the base of ten.
     Logarithmic,
-    /// One word beside the other; the values are their numbers.
+    /// Words beside each other; the values are their numbers.
     Words(Vec<String>),
 }
 
 impl Scale {
-    /// By their logarithms where that suits these, otherwise linear.
+    /// Returns a logarithmic scale where that suits the values, otherwise a linear one.
     #[must_use]
     pub fn suiting(values: impl Iterator<Item = f64>) -> Self {
         if is_logarithmic(values) {
@@ -29,7 +29,7 @@ impl Scale {
         }
     }
 
-    /// Where a value lies; not a number where it has no place.
+    /// Returns the place of a value; not a number where it has no place.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
         match self {
@@ -40,7 +40,7 @@ impl Scale {
         }
     }
 
-    /// The value that lies at a place.
+    /// Returns the value at a place.
     #[must_use]
     pub fn value(&self, place: f64) -> f64 {
         match self {
@@ -50,7 +50,7 @@ impl Scale {
         }
     }
 
-    /// Places to label between two places, about as many as asked for, with their labels.
+    /// Returns places to label between two places, about as many as requested, with their labels.
     pub(crate) fn ticks(&self, (from, to): (f64, f64), count: f64) -> Vec<(f64, String)> {
         match self {
             Self::Linear => {
@@ -81,7 +81,7 @@ impl Scale {
         }
     }
 
-    /// The words; none of numbers.
+    /// Returns the words; none for a scale of numbers.
     pub(crate) fn words(&self) -> &[String] {
         match self {
             Self::Words(words) => words,
@@ -90,7 +90,7 @@ impl Scale {
     }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, so that there are at most about so many: the steps that people read without
+/// Returns multiples of 1, 2 or 5 times a power of ten, at most about `count` of them: steps that people read without
 /// computing. None where the range is none.
 fn ticks((from, to): (f64, f64), count: f64) -> Vec<f64> {
     let raw = (to - from) / count.max(1.0);
@@ -108,7 +108,8 @@ fn ticks((from, to): (f64, f64), count: f64) -> Vec<f64> {
     (first..=last).map(|n| n as f64 * step).collect()
 }
 
-/// Powers of ten; with their doubles and fivefolds where the decades are few, and as on a linear scale within one.
+/// Returns powers of ten, with their doubles and fivefolds where the decades are few; within one decade, places as on a linear
+/// scale.
 fn decades((from, to): (f64, f64), count: f64) -> Vec<(f64, String)> {
     if !(from.is_finite() && to.is_finite() && from < to) {
         return Vec::new();

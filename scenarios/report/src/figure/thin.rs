@@ -1,12 +1,12 @@
-//! Fewer points that look the same.
+//! Thinning of points without a visible difference.
 
 /// Points per column that are kept.
 const KEPT: usize = 4;
 
-/// Points in the order of their places, thinned to so many columns: of each column the first, the lowest, the highest and the
-/// last one. A line through these covers the same pixels as one through all (M4: Jugel, Jerzak, Hackenbroich, Markl, "M4: a
-/// visualization-oriented time series data aggregation", VLDB 2014); means or every n-th point would hide a beat, which lasts a
-/// single cycle. A point that is not finite is a gap and stays one.
+/// Thins points, in the order of their places, to a number of columns: of each column the first, the lowest, the highest and
+/// the last one stay. A line through these covers the same pixels as one through all (M4: Jugel, Jerzak, Hackenbroich, Markl,
+/// "M4: a visualization-oriented time series data aggregation", VLDB 2014); means or every n-th point would hide a beat, which
+/// lasts a single cycle. A point that is not finite is a gap and stays one.
 #[must_use]
 pub fn thinned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     let columns = columns.max(1);
@@ -30,7 +30,7 @@ fn is_finite((at, value): &(f64, f64)) -> bool {
     at.is_finite() && value.is_finite()
 }
 
-/// The first, the lowest, the highest and the last, in their order; of a gap only one.
+/// Returns the first, the lowest, the highest and the last point, in their order; of a gap only one.
 fn outline(run: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let numbers = || run.iter().enumerate();
     let lowest = numbers().min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));

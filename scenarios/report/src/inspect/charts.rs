@@ -8,15 +8,15 @@ use crate::plotting::NEUTRAL;
 
 /// Four charts over one axis.
 pub struct Charts {
-    /// What lies along the axis, and its unit.
+    /// Quantity along the axis, and its unit.
     pub along: (String, String),
-    /// The units of the quantities.
+    /// Units of the four quantities.
     pub units: [String; 4],
     /// The curves.
     pub course: Sampled,
-    /// Places on them to point out.
+    /// Places on the curves to mark.
     pub marks: Sampled,
-    /// What they are.
+    /// Labels of the marks.
     pub labels: Vec<String>,
     /// Levels to compare the curves with.
     pub lines: [Vec<Line>; 4],
@@ -24,22 +24,22 @@ pub struct Charts {
 
 /// A level in a chart.
 pub struct Line {
-    /// What it is.
+    /// Name of the level.
     pub name: &'static str,
-    /// Where it is.
+    /// Value of the level.
     pub value: f64,
-    /// Whether it binds: otherwise it is only dotted.
+    /// True if it binds: otherwise it is only dotted.
     pub binds: bool,
 }
 
-/// Places along the axis, and what the slave does there.
+/// Places along the axis, and the motion of the slave there.
 #[derive(Default)]
 pub struct Sampled {
     along: Vec<f64>,
     values: [Vec<f64>; 4],
 }
 
-/// Of position, velocity, acceleration and jerk.
+/// Colours of position, velocity, acceleration and jerk.
 const COLOURS: [&str; 4] = ["#2f86d6", "#0b9c78", "#d99a00", "#d9541e"];
 
 impl Sampled {
@@ -60,13 +60,13 @@ impl Sampled {
 }
 
 impl Sampled {
-    /// One of the quantities over the places.
+    /// Returns the points of a quantity over the places.
     fn points(&self, quantity: usize) -> Vec<(f64, f64)> {
         let values = self.values[quantity].iter();
         self.along.iter().copied().zip(values.copied()).collect()
     }
 
-    /// The least and the largest value of a quantity.
+    /// Returns the least and the largest value of a quantity.
     fn extent(&self, quantity: usize) -> (f64, f64) {
         let values = self.values[quantity].iter();
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -74,7 +74,7 @@ impl Sampled {
         })
     }
 
-    /// Where the places are, and the position, velocity, acceleration and jerk there.
+    /// Returns the places, and the position, velocity, acceleration and jerk there.
     pub const fn columns(&self) -> (&Vec<f64>, &[Vec<f64>; 4]) {
         (&self.along, &self.values)
     }
@@ -87,7 +87,7 @@ const COLUMNS: usize = 800;
 const HEIGHT: usize = 210;
 
 impl Charts {
-    /// The figure, without its words.
+    /// Returns the figure, without its words.
     #[must_use]
     pub fn figure(&self) -> Figure {
         let (name, unit) = &self.along;
@@ -148,9 +148,9 @@ impl Charts {
         }
     }
 
-    /// Whether a level lies so near the curve that both can be shown: one far away must not flatten it.
+    /// Reports whether a level lies so near the curve that both can be shown: one far away must not flatten it.
     fn is_near(&self, level: f64, quantity: usize) -> bool {
-        /// The least share of the height that is the curve's.
+        /// Least share of the height for the curve.
         const SHARE: f64 = 0.3;
         let (low, high) = self.course.extent(quantity);
         let height = high - low;
@@ -158,7 +158,7 @@ impl Charts {
         is_flat || (low - level).max(level - high) <= height / 2.0 * (1.0 / SHARE - 1.0)
     }
 
-    /// The curve with the levels near it.
+    /// Returns the range of the curve with the levels near it.
     fn range(&self, quantity: usize) -> Option<(f64, f64)> {
         let lines = self.lines[quantity].iter().map(|line| line.value);
         let near = lines.filter(|value| self.is_near(*value, quantity));

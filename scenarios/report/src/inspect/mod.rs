@@ -1,4 +1,4 @@
-//! What commands share that look into a file: answers, names, numbers, tables and charts.
+//! Parts that commands share which look into a file: answers, names, numbers, tables and charts.
 
 mod charts;
 mod tables;
@@ -18,7 +18,7 @@ pub use text::{QUANTITIES, name, shown};
 /// as `head` has, is no error.
 ///
 /// # Errors
-/// What `run` fails with; standard output that cannot be written.
+/// Errors of `run`; standard output that cannot be written.
 pub fn print(run: impl FnOnce(&mut dyn Write) -> anyhow::Result<bool>) -> anyhow::Result<bool> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let done = run(&mut out).and_then(|good| {
@@ -51,7 +51,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
         .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// Writes a plot and says where it is. What is there already and is no page, such as the file that is drawn, stays.
+/// Writes a plot and reports its path. Refuses to replace a file that is no page, such as the file that is drawn.
 ///
 /// # Errors
 /// A page that cannot be written, or would take the place of something else.
@@ -67,14 +67,14 @@ pub fn write_plot(path: &Path, page: &str, out: &mut dyn Write) -> anyhow::Resul
     Ok(())
 }
 
-/// Whether there is something that is no page, and not empty.
+/// Reports whether a file is there that is no page, and not empty.
 fn is_something_else(path: &Path) -> bool {
     const PAGE: &[u8] = b"<!doctype html";
     let mut begin = [0; PAGE.len()];
     let Ok(mut file) = std::fs::File::open(path) else {
         return false;
     };
-    // Whatever cannot be read, a folder among others, cannot be written either, which says more.
+    // A path that cannot be read, such as a folder, cannot be written either; that error says more.
     match file.read(&mut begin) {
         Ok(0) | Err(_) => false,
         Ok(read) => !begin[..read].eq_ignore_ascii_case(&PAGE[..read]),

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-/// What a slave does, in the order of columns and charts.
+/// Quantities of a slave's motion, in the order of columns and charts.
 pub const QUANTITIES: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
 
-/// A number in at most ten digits, for people.
+/// Formats a number in at most ten digits, for people.
 pub fn shown(value: f64) -> String {
     let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
     if rounded == 0.0 {
@@ -17,7 +17,7 @@ pub fn shown(value: f64) -> String {
     }
 }
 
-/// A value's name in files.
+/// Returns a value's name in files.
 pub fn name(value: &impl Serialize) -> String {
     let name = serde_json::to_value(value).ok();
     name.and_then(|name| name.as_str().map(str::to_owned))

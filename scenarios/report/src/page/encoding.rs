@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::numbers::{fine_step_of, step_of, text, times};
 use crate::figure::{Across, Curve, Data, Figure, Panel, Scale};
 
-/// A figure for the page's script. All its numbers but those of words are places on their scales.
+/// Encodes a figure for the page's script. All its numbers but those of words are places on their scales.
 pub(super) fn figure(figure: &Figure) -> Value {
     let ranges = figure.ranges();
     let across = &figure.across;
@@ -83,7 +83,7 @@ fn curve(curve: &Curve, across: &Scale, up: &Scale) -> Value {
     })
 }
 
-/// A number with seven significant digits; null where there is none.
+/// Encodes a number with seven significant digits; null where there is none.
 fn number(value: f64) -> Value {
     if !value.is_finite() {
         return Value::Null;
@@ -97,7 +97,7 @@ fn number(value: f64) -> Value {
     }
 }
 
-/// The numbers of a course; with a gap in it as they are.
+/// Encodes the numbers of a course as text; with a gap in it, as a list.
 fn course(values: Vec<f64>) -> Value {
     if values.iter().any(|value| !value.is_finite()) {
         return values.into_iter().map(number).collect();

@@ -5,10 +5,10 @@ use serde_json::{Value, json};
 use crate::figure::{Maps, bright};
 use crate::plotting::short;
 
-/// Steps of the colours.
+/// Number of colours.
 const COLOURS: usize = 256;
 
-/// Maps for the page's script: cells as values, and as the numbers of their colours.
+/// Encodes maps for the page's script: cells as values, and as the numbers of their colours.
 pub(super) fn encoded(maps: &Maps) -> Value {
     let last = (COLOURS - 1) as f64;
     let colours = (0..COLOURS).map(|n| {

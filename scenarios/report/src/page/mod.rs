@@ -8,11 +8,11 @@ use crate::figure::{Figure, Maps};
 pub use crate::html::{escaped, script_json};
 use crate::plotting::AXES_JS;
 
-/// How a page looks, and its figures.
+/// Styles of a page and of its figures.
 const STYLES: [&str; 2] = [include_str!("page.css"), include_str!("figures.css")];
 
-/// What draws the figures: axes that all pages have, the levels of a curve, a panel, maps, a picture to keep, and all figures of
-/// the page.
+/// Scripts that draw the figures: axes that all pages have, the levels of a curve, a panel, maps, a picture to keep, and all
+/// figures of the page.
 const SCRIPTS: [&str; 6] = [
     AXES_JS,
     include_str!("levels.js"),
@@ -22,12 +22,12 @@ const SCRIPTS: [&str; 6] = [
     include_str!("figures.js"),
 ];
 
-/// How figures are handled, for a page that has any.
+/// Instructions for the figures, for a page that has any.
 pub const HINT: &str = "<p class=\"hint\">Wheel: zoom (over the numbers at the left: values). Drag: move; with Shift: zoom to \
      what is marked. Double click: all. Click: cursor A, with Shift: cursor B, Esc: none. Click a name to hide its \
      curve.</p>\n";
 
-/// A page of this title and body, in the browser's own colours. The same figures give the same bytes.
+/// Returns a page of this title and body, in the browser's own colours. Equal figures give equal bytes.
 #[must_use]
 pub fn document(title: &str, body: &str) -> String {
     let title = escaped(title);
@@ -42,7 +42,7 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// A figure with its words.
+/// Returns a figure with its words.
 #[must_use]
 pub fn figure_element(figure: &Figure) -> String {
     let Figure {
@@ -51,7 +51,7 @@ pub fn figure_element(figure: &Figure) -> String {
     element(id, title, caption, "plot", &encoding::figure(figure))
 }
 
-/// Maps with their words.
+/// Returns maps with their words.
 #[must_use]
 pub fn maps_element(maps: &Maps) -> String {
     let Maps {

@@ -6,7 +6,7 @@
 
 use serde_json::{Value, json};
 
-/// Times that are as regular as this are told by the first, the distance and the count.
+/// Greatest deviation of regular times, s: these are encoded as the first, the distance and the count. Step of others.
 const TIME_STEP: f64 = 1e-6;
 
 pub(super) fn times(times: Vec<f64>) -> Value {
@@ -23,7 +23,7 @@ pub(super) fn times(times: Vec<f64>) -> Value {
     json!({ "step": TIME_STEP, "value": text(&times, TIME_STEP) })
 }
 
-/// How fine values are: of their range at best a millionth, at worst a four-thousandth, so fine as is told in few characters.
+/// Returns the step of values: of their range at best a millionth, at worst a four-thousandth, as fine as few characters allow.
 pub(super) fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64 {
     const FINENESS: [f64; 4] = [1e-6, 1e-5, 6e-5, 2.5e-4];
     const CHARACTERS: f64 = 2.4;
@@ -38,13 +38,13 @@ pub(super) fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64
     steps.find(is_short).unwrap_or(coarsest)
 }
 
-/// A step that is this part of the range of a course at most: finer than six digits, as which values are shown.
+/// Returns a step that is at most this part of the range of a course: finer than the six digits in which values are shown.
 pub(super) fn fine_step_of(values: impl Iterator<Item = f64>) -> f64 {
     const FINENESS: f64 = 1e-7;
     steps_of(values)(FINENESS)
 }
 
-/// Steps by which part of the range of these they are.
+/// Returns the step of the values, given as a part of their range.
 fn steps_of(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
@@ -60,14 +60,14 @@ fn steps_of(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
     }
 }
 
-/// The power of ten that is not above.
+/// Returns the greatest power of ten that is not above a value.
 fn decade(value: f64) -> f64 {
     // As text, so that it is the very number.
     let exponent = value.log10().floor();
     format!("1e{exponent}").parse().unwrap_or(value)
 }
 
-/// The text of these values in such steps.
+/// Encodes values as text, in multiples of a step.
 pub(super) fn text(values: &[f64], step: f64) -> String {
     let whole: Vec<i64> = values
         .iter()
@@ -110,7 +110,7 @@ fn told(order: char, values: &[i64]) -> String {
     text
 }
 
-/// What the page's script makes of a text.
+/// Decodes a text as the page's script does.
 #[cfg(test)]
 pub(crate) fn untold(text: &str, step: f64) -> Vec<f64> {
     const DIGITS: &str = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

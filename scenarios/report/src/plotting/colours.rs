@@ -5,10 +5,10 @@ const CHOSEN: [&str; 7] = [
     "#d9541e", "#d99a00", "#0b9c78", "#2f86d6", "#b06fa8", "#4fb0dc", "#8c7a5b",
 ];
 
-/// What is no receiver's: the drive, the truth.
+/// Colour of curves that belong to no receiver: the drive, the truth.
 pub const NEUTRAL: &str = "#8a8a8a";
 
-/// The n-th curve's, `#rrggbb`: the chosen ones, then others as far apart as can be.
+/// Returns the n-th curve's colour, `#rrggbb`: the chosen ones, then others as far apart as can be.
 pub fn colour(n: usize) -> String {
     match CHOSEN.get(n) {
         Some(chosen) => (*chosen).to_owned(),
@@ -16,7 +16,7 @@ pub fn colour(n: usize) -> String {
     }
 }
 
-/// The parts of a colour `#rrggbb`.
+/// Returns the parts of a colour `#rrggbb`.
 pub fn rgb(colour: &str) -> (u8, u8, u8) {
     let part = |at: usize| {
         let hex = colour.get(at..at + 2);
@@ -26,7 +26,7 @@ pub fn rgb(colour: &str) -> (u8, u8, u8) {
     (red, green, blue)
 }
 
-/// Hues by the golden angle, which never come back, in three lightnesses.
+/// Returns hues by the golden angle, which never come back, in three lightnesses.
 fn further(n: usize) -> String {
     const GOLDEN_ANGLE: f64 = 137.507_764;
     let hue = (100.0 + GOLDEN_ANGLE * n as f64) % 360.0;

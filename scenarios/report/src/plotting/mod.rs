@@ -1,4 +1,4 @@
-//! What plots have in common, wherever they are drawn: colours, numbers, and the script for axes in a browser.
+//! Common parts of plots, wherever they are drawn: colours, numbers, and the script for axes in a browser.
 
 mod colours;
 
@@ -7,7 +7,7 @@ pub use colours::{NEUTRAL, colour, rgb};
 /// Ticks, numbers, axes and cursors, for any page that draws on a canvas.
 pub const AXES_JS: &str = include_str!("axes.js");
 
-/// So many digits, without the zeros behind them.
+/// Formats a value in `digits` significant digits, without the zeros behind them.
 pub fn short(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1))
         .parse()

@@ -7,13 +7,13 @@ use super::picture::{Colour, Point, Shape};
 use crate::figure::{Curve, Data, Look, thinned};
 use crate::plotting::rgb;
 
-/// Of what lies between two extremes.
+/// Opacity of the band between two extremes.
 const OPACITY: f64 = 0.35;
-/// Of the spread of points, where several lie over each other.
+/// Opacity of the spread of points, where several lie over each other.
 const OPACITY_OF_A_SPREAD: f64 = 0.2;
-/// Columns a point across: finer than a printer needs.
+/// Columns per typographic point: finer than a printer needs.
 const COLUMNS: f64 = 2.0;
-/// Least room for each of the points that are dots, points.
+/// Least room for each dot, in typographic points.
 const ROOM_OF_A_DOT: f64 = 4.0;
 
 pub(super) fn draw(drawing: &mut Drawing<'_>, curve: &Curve, frame: &Frame) {
@@ -68,7 +68,7 @@ fn draw_points(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame
     }
 }
 
-/// The spread of points: a band from one to the next, and a whisker at each.
+/// Draws the spread of points: a band from one to the next, and a whisker at each.
 fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Frame) {
     let colour = rgb(&curve.colour);
     let ends = points
@@ -96,7 +96,7 @@ fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Fr
     }
 }
 
-/// From the lowest to the highest values; a line where they are the same.
+/// Draws a band from the lowest to the highest values; a line where they are equal.
 fn band(drawing: &mut Drawing<'_>, stretches: &[Stretch], colour: Colour, frame: &Frame) {
     let ends = |of: fn(&Stretch) -> f64| -> Vec<Point> {
         let places = stretches.iter().map(|stretch| (stretch.t_s, of(stretch)));
@@ -118,7 +118,7 @@ fn band(drawing: &mut Drawing<'_>, stretches: &[Stretch], colour: Colour, frame:
     drawing.line(low, colour, 0.4, &[]);
 }
 
-/// A value holds until the next one.
+/// Returns the corners of steps: a value holds until the next one.
 fn stairs(points: &[Point]) -> Vec<Point> {
     let pairs = points
         .windows(2)

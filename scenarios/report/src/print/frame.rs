@@ -1,4 +1,4 @@
-//! Where values lie on paper.
+//! Places of values on paper.
 
 use super::picture::{Anchor, Colour, Point, Shape};
 use crate::figure::{Look, Scale};
@@ -9,11 +9,11 @@ pub(super) struct Drawing<'a> {
     pub(super) left: f64,
     pub(super) right: f64,
     pub(super) across: &'a Scale,
-    /// From where to where the figure goes.
+    /// Range of the figure along its axis, as places on the scale.
     pub(super) x: (f64, f64),
 }
 
-/// Where a panel is, and what it shows.
+/// Place, scale and range of a panel.
 pub(super) struct Frame<'a> {
     pub(super) top: f64,
     pub(super) bottom: f64,
@@ -48,7 +48,7 @@ impl Drawing<'_> {
         });
     }
 
-    /// Where a value lies; one beyond the range at its edge. None for what has no place.
+    /// Returns the place of a value; one beyond the range at its edge. None for a value that has no place on its scale.
     pub(super) fn at(&self, frame: &Frame<'_>, (x, y): Point) -> Option<Point> {
         let (x, y) = (self.across.place(x), frame.scale.place(y));
         (x.is_finite() && y.is_finite()).then(|| (self.x_of(x), frame.y_of(y)))
@@ -73,7 +73,7 @@ fn share(place: f64, (low, high): (f64, f64)) -> f64 {
     ((place - low) / (high - low)).clamp(0.0, 1.0)
 }
 
-/// The dashes and gaps of a look.
+/// Returns the dashes and gaps of a look.
 pub(super) const fn dashes(look: Look) -> &'static [f64] {
     match look {
         Look::Dotted => &[1.0, 1.5],

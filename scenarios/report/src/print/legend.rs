@@ -10,12 +10,12 @@ const LINE: f64 = 10.0;
 const SAMPLE: f64 = 14.0;
 const GAP: f64 = 8.0;
 
-/// How wide the entry of a name is.
+/// Returns the width of the entry of a name.
 pub(super) fn width_of_entry(name: &str) -> f64 {
     SAMPLE + 4.0 + width_of(name, SIZE) + GAP
 }
 
-/// The names of the groups from left to right, in as many lines as they need. Gives the height.
+/// Draws the names of the groups from left to right, in as many lines as they need. Returns the height.
 pub(super) fn legend(
     shapes: &mut Vec<Shape>,
     figure: &Figure,

@@ -6,20 +6,20 @@ use super::picture::{Anchor, Picture, SIZE, Shape, width_of};
 use crate::figure::{Map, Maps, Scale, bright, ink};
 use crate::plotting::short;
 
-/// A map's cells, and at least what is around them, points.
+/// Size of a map's cells, and the least room around them, points.
 const CELLS: (f64, f64) = (210.0, 160.0);
 const LEFT: f64 = 40.0;
 const RIGHT: f64 = 10.0;
 const ABOVE: f64 = 16.0;
 const BELOW: f64 = 30.0;
-/// Above all maps: the title, and the colours.
+/// Room above all maps: the title, and the colours.
 const HEAD: f64 = 36.0;
-/// Between two numbers upwards.
+/// Distance between two numbers upwards.
 const LINE: f64 = 9.0;
 /// Steps of the bar of colours.
 const STEPS: usize = 32;
 
-/// All maps, with what their colours mean.
+/// Returns all maps, with the meaning of their colours.
 pub(super) fn picture(maps: &Maps) -> Picture {
     let (columns, rows) = maps.grid();
     let labels = maps.up.1.iter().map(|word| width_of(word, SIZE));
@@ -40,7 +40,7 @@ pub(super) fn picture(maps: &Maps) -> Picture {
     }
 }
 
-/// The colours from the least to the largest value.
+/// Returns the bar of colours from the least to the largest value.
 fn bar(maps: &Maps, left: f64) -> Vec<Shape> {
     const LENGTH: f64 = 96.0;
     let Some((low, high)) = maps.range() else {
@@ -52,7 +52,7 @@ fn bar(maps: &Maps, left: f64) -> Vec<Shape> {
     for n in 0..STEPS {
         let step = LENGTH / STEPS as f64;
         let x = from + n as f64 * step;
-        // Each a little into the next: a reader that smooths edges leaves no gaps.
+        // Each overlaps the next a little: a reader that smooths edges leaves no gaps.
         let corners = rectangle((x, 20.0), (step + 0.3, SIZE));
         shapes.push(filled(corners, n as f64 / (STEPS - 1) as f64));
     }
@@ -106,7 +106,7 @@ fn drawn(
     shapes
 }
 
-/// The words along both axes, as many as there is room for, and what they are of.
+/// Returns the words along both axes, as many as there is room for, and the quantities.
 fn labels(maps: &Maps, (left, bottom): (f64, f64), each: (f64, f64), room: f64) -> Vec<Shape> {
     let mut shapes = Vec::new();
     let words = maps.across.1.iter();

@@ -17,13 +17,13 @@ use self::panels::Paper;
 use self::svg::Measure;
 use crate::figure::{Figure, Maps};
 
-/// How wide a column of a paper is, mm.
+/// Width of a column of a paper, mm.
 pub const COLUMN_MM: f64 = 85.0;
 
-/// Pixels a point where a picture is for a screen.
+/// Pixels per point of a picture for a screen.
 const PIXELS: f64 = 2.0;
 
-/// Writes each figure that has anything in it as `NAME.svg` and `NAME.pdf`, so many millimetres wide.
+/// Writes each figure that is not empty as `NAME.svg` and `NAME.pdf`, `width_mm` wide.
 ///
 /// # Errors
 /// Names the folder that cannot be made, or the file that cannot be written.
@@ -41,21 +41,21 @@ pub(crate) fn write(folder: &Path, figures: &[Figure], width_mm: f64) -> anyhow:
     Ok(())
 }
 
-/// The figure as SVG and as PDF.
+/// Returns the figure as SVG and as PDF.
 fn files_of(figure: &Figure, width_mm: f64) -> [Vec<u8>; 2] {
     let picture = panels::picture(figure, &Paper::column(width_mm));
     let svg = svg::drawn(&picture, Measure::Millimetres);
     [svg.into_bytes(), pdf::drawn(&picture)]
 }
 
-/// A figure as SVG for a screen.
+/// Returns a figure as SVG for a screen.
 #[must_use]
 pub fn svg(figure: &Figure) -> String {
     let picture = panels::picture(figure, &Paper::screen(figure));
     svg::drawn(&picture, Measure::Pixels(PIXELS))
 }
 
-/// Maps as SVG for a screen.
+/// Returns maps as SVG for a screen.
 #[must_use]
 pub fn svg_of_maps(maps: &Maps) -> String {
     svg::drawn(&maps::picture(maps), Measure::Pixels(PIXELS))

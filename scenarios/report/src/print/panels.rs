@@ -1,4 +1,4 @@
-//! Where the panels of a figure lie on paper.
+//! Places of the panels of a figure on paper.
 
 use super::curves;
 use super::frame::{Drawing, Frame};
@@ -10,18 +10,18 @@ use crate::plotting::{NEUTRAL, rgb};
 /// Room at the left for numbers and the quantity, and at the right.
 const LEFT: f64 = 40.0;
 const RIGHT: f64 = 8.0;
-/// Above a panel with a title or without, and below it.
+/// Room above a panel with a title or without, and below it.
 const ABOVE: f64 = 12.0;
 const ABOVE_NONE: f64 = 6.0;
 const BELOW: f64 = 11.0;
 const LINE: f64 = 10.0;
-/// Between two labels, from left to right and upwards.
+/// Distance between two labels, from left to right and upwards.
 const LABEL: f64 = 45.0;
 const LABEL_UP: f64 = 16.0;
 
 const RULE: Colour = (0xdd, 0xdd, 0xdd);
 
-/// What a figure is drawn on, points.
+/// Paper of a figure, points.
 pub(super) struct Paper {
     width: f64,
     /// Height of a panel among others, and of one alone, without what is above and below it.
@@ -30,7 +30,7 @@ pub(super) struct Paper {
 }
 
 impl Paper {
-    /// A column of a paper.
+    /// Returns a column of a paper.
     pub(super) fn column(width_mm: f64) -> Self {
         Self {
             width: width_mm * MM,
@@ -39,7 +39,7 @@ impl Paper {
         }
     }
 
-    /// A window; wide enough for each of the names.
+    /// Returns a window, wide enough for each of the names.
     pub(super) fn screen(figure: &Figure) -> Self {
         const WIDTH: f64 = 430.0;
         let names = figure.curves().map(|curve| width_of_entry(&curve.group));
@@ -51,7 +51,7 @@ impl Paper {
     }
 }
 
-/// The figure on this paper.
+/// Returns the figure on this paper.
 pub(super) fn picture(figure: &Figure, paper: &Paper) -> Picture {
     let mut drawing = Drawing {
         shapes: Vec::new(),
@@ -85,7 +85,7 @@ pub(super) fn picture(figure: &Figure, paper: &Paper) -> Picture {
     }
 }
 
-/// Draws a panel and gives its height with all that is around it.
+/// Draws a panel and returns its height with everything around it.
 fn draw_panel(
     drawing: &mut Drawing<'_>,
     panel: &Panel,

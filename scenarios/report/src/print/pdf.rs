@@ -40,7 +40,7 @@ pub(super) fn drawn(picture: &Picture) -> Vec<u8> {
     pdf.finish()
 }
 
-/// That of all that is seen through: a figure has bands of one kind.
+/// Returns the opacity of all translucent shapes: a figure has bands of one kind.
 fn opacity_of(picture: &Picture) -> f32 {
     let mut shapes = picture.shapes.iter();
     let opacity = shapes.find_map(|shape| match shape {
@@ -143,9 +143,9 @@ fn trace(content: &mut Content, points: &[Point], place: impl Fn(Point) -> (f32,
     }
 }
 
-/// A circle of four curves.
+/// Draws a circle of four curves.
 fn dot(content: &mut Content, (x, y): (f32, f32), radius: f32) {
-    /// How far the handles of a quarter are from its ends, of the radius: 4/3 tan(π/8), at most 0.03 % off a circle.
+    /// Distance of the handles of a quarter from its ends, of the radius: 4/3 tan(π/8), at most 0.03 % off a circle.
     const HANDLE: f32 = 0.552_285;
     let (r, h) = (radius, HANDLE * radius);
     content.move_to(x + r, y);
@@ -160,7 +160,7 @@ fn shares((red, green, blue): Colour) -> [f32; 3] {
     [red, green, blue].map(|part| f32::from(part) / 255.0)
 }
 
-/// The characters that the font has, by their codes of Windows; others become question marks.
+/// Returns the characters that the font has, by their codes of Windows; others become question marks.
 fn in_win_ansi(text: &str) -> Vec<u8> {
     let code = |c: char| match c {
         '–' => 0x96,
@@ -173,9 +173,9 @@ fn in_win_ansi(text: &str) -> Vec<u8> {
     text.chars().map(code).collect()
 }
 
-/// How long a text is in Helvetica, of its size.
+/// Returns the length of a text in Helvetica, of its size.
 fn length_of(text: &[u8]) -> f64 {
-    /// From the space to the tilde, thousandths of the size.
+    /// Widths from the space to the tilde, thousandths of the size.
     const WIDTHS: [u16; 95] = [
         278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556,
         556, 556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722,

@@ -1,4 +1,4 @@
-//! What a figure is drawn with, in points from the top left, whatever file it becomes.
+//! Shapes of a figure, in points from the top left, for any kind of file.
 
 /// Points in a millimetre.
 pub(super) const MM: f64 = 72.0 / 25.4;
@@ -8,7 +8,7 @@ pub(super) type Colour = (u8, u8, u8);
 
 pub(super) const BLACK: Colour = (0, 0, 0);
 
-/// Letters, points.
+/// Size of letters, points.
 pub(super) const SIZE: f64 = 7.0;
 
 /// A picture.
@@ -17,7 +17,7 @@ pub(super) struct Picture {
     pub(super) title: String,
     pub(super) width: f64,
     pub(super) height: f64,
-    /// In the order of drawing.
+    /// Shapes, in the order of drawing.
     pub(super) shapes: Vec<Shape>,
 }
 
@@ -35,7 +35,7 @@ pub(super) enum Shape {
     Area {
         points: Vec<Point>,
         colour: Colour,
-        /// 0 to 1.
+        /// Opacity, 0 to 1.
         opacity: f64,
     },
     Dot {
@@ -49,12 +49,12 @@ pub(super) enum Shape {
         size: f64,
         anchor: Anchor,
         colour: Colour,
-        /// Read from the bottom to the top.
+        /// True if it is read from the bottom to the top.
         is_upward: bool,
     },
 }
 
-/// Which part of a text is at its place.
+/// Part of a text that is at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -63,7 +63,7 @@ pub(super) enum Anchor {
 }
 
 impl Shape {
-    /// Black text that reads from left to right.
+    /// Returns black text that reads from left to right.
     pub(super) fn text(at: Point, text: &str, anchor: Anchor) -> Self {
         Self::Text {
             at,
@@ -75,7 +75,7 @@ impl Shape {
         }
     }
 
-    /// Black text that reads upwards, in the middle of its place.
+    /// Returns black text that reads upwards, in the middle of its place.
     pub(super) fn upward(at: Point, text: String) -> Self {
         Self::Text {
             at,
@@ -88,7 +88,7 @@ impl Shape {
     }
 }
 
-/// About how wide a text is. Letters of the usual sans-serif fonts are half as wide as high.
+/// Estimates the width of a text. Letters of the usual sans-serif fonts are half as wide as high.
 pub(super) fn width_of(text: &str, size: f64) -> f64 {
     0.52 * size * text.chars().count() as f64
 }

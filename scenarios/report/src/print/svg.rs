@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use super::picture::{Anchor, Colour, MM, Picture, Point, Shape};
 use crate::html::escaped;
 
-/// In what a picture is measured.
+/// Unit of the size of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Measure {
-    /// As large as it is, in millimetres.
+    /// Millimetres, at its true size.
     Millimetres,
-    /// So many pixels a point.
+    /// Pixels, given their number per point.
     Pixels(f64),
 }
 

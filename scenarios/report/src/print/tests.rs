@@ -37,7 +37,7 @@ fn a_pdf_is_one_page_of_a_column_with_text_and_paths() {
     assert!(text.contains("(a & b) Tj") && text.contains("(time (s)) Tj"));
     let strokes = text.lines().filter(|line| *line == "S").count();
     assert!(strokes > 10, "{strokes} strokes");
-    // What a reader finds the objects by is right.
+    // The offset by which a reader finds the objects is right.
     let from = text.rfind("startxref").unwrap();
     let offset: usize = text[from..].lines().nth(1).unwrap().parse().unwrap();
     assert!(pdf[offset..].starts_with(b"xref"));

@@ -1,11 +1,12 @@
-//! One beat, every cycle of it, without correction and with it.
+//! Figure of one beat, every cycle of it, without correction and with it.
 
 use super::shown::Shown;
 use crate::figure::{Across, Curve, Data, Figure, Look, Panel};
 use coaxle_lab::row::Row;
 use coaxle_lab::units;
 
-/// Positions, velocity and acceleration around the beat of a receiver without correction, and of the best cured one.
+/// Returns the positions, velocity and acceleration around the beat of a receiver without correction, and of the best cured
+/// one.
 pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
     let beats: Vec<_> = compared(receivers)
         .into_iter()
@@ -51,7 +52,7 @@ pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
     }
 }
 
-/// The first receiver without correction, and the best that cures it, of those that kept a beat.
+/// Returns the first receiver without correction, and the best that cures it, of those that kept a beat.
 fn compared<'a, 'b>(receivers: &'b [Shown<'a>]) -> Vec<&'b Shown<'a>> {
     let with_beat = || (receivers.iter()).filter(|shown| !shown.curves.around_beat.is_empty());
     let of_mode = |mode| with_beat().find(|shown| shown.curves.mode == mode);
@@ -64,7 +65,7 @@ fn compared<'a, 'b>(receivers: &'b [Shown<'a>]) -> Vec<&'b Shown<'a>> {
 struct Beat<'a> {
     receiver: &'a Shown<'a>,
     rows: &'a [Row],
-    /// When it was, s.
+    /// Time of the beat, s.
     zero: f64,
 }
 
@@ -79,7 +80,7 @@ impl<'a> Beat<'a> {
         })
     }
 
-    /// A curve through a value of each row; none is a gap.
+    /// Returns a curve through a value of each row; none is a gap.
     fn curve(&self, what: &str, look: Look, values: impl Iterator<Item = Option<f64>>) -> Curve {
         let ms = self.rows.iter().map(|row| 1e3 * (row.t_s - self.zero));
         let points = ms.zip(values.map(|value| value.unwrap_or(f64::NAN)));
@@ -120,7 +121,7 @@ impl<'a> Beat<'a> {
         self.curve("acceleration", Look::Dots, rates(&velocities).into_iter())
     }
 
-    /// Difference quotients of the corrected position.
+    /// Returns the difference quotients of the corrected position.
     fn velocities(&self) -> Vec<Option<f64>> {
         let positions = self
             .rows
@@ -134,7 +135,7 @@ impl<'a> Beat<'a> {
     }
 }
 
-/// Difference quotients over the cycle that led there; the first has none.
+/// Returns the difference quotients over the cycle that ends at each value; the first has none.
 fn rates(values: &[(f64, Option<f64>)]) -> Vec<Option<f64>> {
     let rate = |pair: &[(f64, Option<f64>)]| {
         let [(t0, before), (t1, after)] = *pair else {
@@ -149,8 +150,8 @@ fn rates(values: &[(f64, Option<f64>)]) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// When the beat was, s. The receivers' own detection comes a plateau later, so the step is looked
-/// for in the sender's count before it: the split that leaves the least spread on either side.
+/// Returns the time of the beat, s. The receivers' own detection comes a plateau later, so the step is searched in the sender's
+/// count before it: the split that leaves the least spread on either side.
 fn time_of_beat(rows: &[Row]) -> Option<f64> {
     let detected = rows
         .windows(2)
@@ -163,7 +164,7 @@ fn time_of_beat(rows: &[Row]) -> Option<f64> {
     beat_in(&counts)
 }
 
-/// The same from the times, own cycles and sender's counts up to the detection.
+/// Returns the time of the beat from the times, own cycles and sender's counts up to the detection.
 fn beat_in(counts: &[(f64, u64, u64)]) -> Option<f64> {
     let (_, first_cycle, first) = *counts.first()?;
     let (_, last_cycle, last) = *counts.last()?;
@@ -186,7 +187,7 @@ fn beat_in(counts: &[(f64, u64, u64)]) -> Option<f64> {
     Some(*t)
 }
 
-/// Where two levels fit best: the first value of the second one.
+/// Returns the index at which two levels fit best: that of the first value of the second one.
 fn step_in(values: &[f64]) -> Option<usize> {
     let total: f64 = values.iter().sum();
     let count = values.len() as f64;

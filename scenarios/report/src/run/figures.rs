@@ -10,7 +10,7 @@ use super::slaves;
 use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Room, Scale};
 use crate::plotting::NEUTRAL;
 
-/// All figures of a run, those without any curve among them.
+/// Returns all figures of a run, those without any curve among them.
 pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {
     let shown = coloured(curves);
     let several = curves.iter().any(|curves| curves.slaves.len() > 1);
@@ -32,7 +32,7 @@ pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {
         room: Room::shared_by(series.chain(positions)),
     };
     let cuts = slaves::cuts(summary, &shown);
-    // Nobody misses these where there is nothing in them.
+    // Left out if they are empty.
     let of_cuts = (!cuts.is_empty()).then_some(cuts);
     let of_slaves = several.then(|| slaves::positions(&shown, run.room));
     let of_the_far_axis = [
@@ -92,7 +92,7 @@ impl Run<'_> {
         self.summary.receivers.get(&receiver.curves.name)
     }
 
-    /// When the receiver first synchronised.
+    /// Returns the time at which the receiver first synchronised.
     fn first_sync(&self, receiver: &Shown<'_>) -> Option<f64> {
         let figures = self.figures(receiver)?;
         figures.time_to_sync_s?;
@@ -189,7 +189,7 @@ impl Run<'_> {
         }
     }
 
-    /// One curve per receiver over the whole run. How it locks in may lie beyond the range.
+    /// Returns one curve per receiver over the whole run. Values while it locks in may lie beyond the range.
     fn over_time(
         &self,
         unit: &str,
@@ -217,13 +217,13 @@ impl Run<'_> {
     }
 }
 
-/// Those with anything in them.
+/// Returns the curves that are not empty.
 fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
     let curves = curves.into_iter();
     curves.filter(|curve| !curve.data.is_empty()).collect()
 }
 
-/// The states by their levels.
+/// States by their levels.
 const STATES: [&str; 6] = ["no data", "bypass", "pt1", "time", "sync", "observer"];
 
 fn level(state: Option<StateName>) -> f64 {

@@ -19,7 +19,7 @@ use crate::figure::Figure;
 use crate::page::{HINT, document, escaped};
 use crate::{page, print, table};
 
-/// What the report shows.
+/// Content of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
     /// The run in figures.
@@ -32,7 +32,7 @@ pub struct Report<'a> {
     pub command: &'a str,
 }
 
-/// Writes the report. The same run gives the same bytes.
+/// Writes the report. Equal runs give equal bytes.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -41,7 +41,7 @@ pub fn write(path: &Path, report: &Report<'_>) -> anyhow::Result<()> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Writes each figure of a run as SVG and PDF, so many millimetres wide.
+/// Writes each figure of a run as SVG and PDF, `width_mm` wide.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -76,7 +76,7 @@ fn body(report: &Report<'_>) -> String {
 const ABOUT_BANDS: &str = "<p class=\"hint\">The plots over time move together. Bands are the extremes of stretches of time; around \
      what happens every cycle is there.</p>\n";
 
-/// Buttons that show where every cycle is kept.
+/// Returns buttons that show the places where every cycle is kept.
 fn places(curves: &[Curves]) -> String {
     let places = places::of(curves);
     let buttons = places.iter().map(|place| {
@@ -128,7 +128,7 @@ fn description(scenario_toml: &str) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// The figure with its words, or why there is none.
+/// Returns the figure with its words, or the reason why there is none.
 fn figure_element(figure: &Figure) -> String {
     if !figure.is_empty() {
         return page::figure_element(figure);

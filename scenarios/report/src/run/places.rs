@@ -1,4 +1,4 @@
-//! Where a run is kept cycle by cycle, of all receivers together.
+//! Places of a run that are kept cycle by cycle, of all receivers together.
 
 use coaxle_lab::curves::{CurveWindow, Curves};
 
@@ -10,7 +10,7 @@ pub(super) struct Place {
     pub(super) words: String,
 }
 
-/// In order; what overlaps is one.
+/// Returns the places in order; overlapping ones are joined.
 pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
     let mut windows: Vec<&CurveWindow> = curves.iter().flat_map(|curves| &curves.windows).collect();
     windows.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));

@@ -1,4 +1,4 @@
-//! The tables of a report: figures of the whole run, those of its phases, and what was expected.
+//! The tables of a report: figures of the whole run, those of its phases, and the expectations.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use coaxle_lab::verdict::Verdict;
 use crate::page::escaped;
 use crate::table;
 
-/// The figures of every receiver: of the whole run, and apart of the time once settled and of that of locking in.
+/// Returns the figures of every receiver: of the whole run, and apart of the settled time and of locking in.
 pub(super) fn results(summary: &Summary) -> String {
     let receivers = table::in_order(summary);
     let mut figures = table::rows(&receivers);
@@ -30,7 +30,7 @@ pub(super) fn results(summary: &Summary) -> String {
     text
 }
 
-/// A row for each receiver; over the columns of each phase its name, if it has one.
+/// Returns a row for each receiver; the name of each phase, if it has one, is above its columns.
 fn figures_of(receivers: &[(&str, &ReceiverSummary)], phases: &[table::Phase]) -> String {
     let mut text = "<div class=\"wide\"><table>\n<thead>".to_owned();
     if phases.iter().any(|(name, _)| !name.is_empty()) {
@@ -60,7 +60,7 @@ fn figures_of(receivers: &[(&str, &ReceiverSummary)], phases: &[table::Phase]) -
     text + "</tbody>\n</table></div>\n"
 }
 
-/// What was expected, and whether it was so.
+/// Returns the expectations, and whether each is met.
 pub(super) fn expectations(summary: &Summary) -> String {
     if summary.expectations.is_empty() {
         return String::new();

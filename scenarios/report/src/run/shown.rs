@@ -13,7 +13,7 @@ pub(super) struct Shown<'a> {
 
 /// Modes that have a colour of their own.
 const MODES: usize = 4;
-/// The colours that stand after theirs are free for all.
+/// Chosen colours: those after the modes' own are free for all.
 const CHOSEN: usize = 7;
 
 impl Shown<'_> {
@@ -21,7 +21,7 @@ impl Shown<'_> {
         &self.curves.name
     }
 
-    /// What stands above a panel of its own.
+    /// Returns the title of a panel of its own.
     pub(super) fn title(&self) -> String {
         let correction = match self.curves.mode {
             "bypass" => "without correction",
@@ -31,8 +31,8 @@ impl Shown<'_> {
     }
 }
 
-/// The receivers with a colour each, those without correction first; the first of each mode has the mode's own, in every
-/// report.
+/// Returns the receivers with a colour each, those without correction first; the first of each mode has the mode's own, in
+/// every report.
 pub(super) fn coloured(curves: &[Curves]) -> Vec<Shown<'_>> {
     let mut curves: Vec<_> = curves.iter().collect();
     curves.sort_by_key(|curves| (table::rank(curves.mode), curves.name.clone()));
@@ -44,7 +44,7 @@ pub(super) fn coloured(curves: &[Curves]) -> Vec<Shown<'_>> {
             (!std::mem::replace(&mut taken[own], true)).then_some(own)
         })
         .collect();
-    // Those of absent modes late, so that a colour keeps its meaning as long as possible.
+    // Colours of absent modes come late, so that a colour keeps its meaning as long as possible.
     let absent = (0..MODES).filter(|n| !taken[*n]);
     let mut free = (MODES..CHOSEN).chain(absent).chain(CHOSEN..);
     let all = curves.into_iter().zip(own);

@@ -1,4 +1,4 @@
-//! Where the slaves were, and how well they cut.
+//! Figures of the slaves: set positions, and errors of the cuts.
 
 use super::shown::Shown;
 use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
@@ -6,7 +6,7 @@ use crate::plotting::colour;
 use coaxle_lab::summary::{Cut, Summary};
 use coaxle_lab::units;
 
-/// The error of every cut, by receiver.
+/// Returns the error of every cut, by receiver.
 pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Figure {
     let cuts = summary.receivers.values();
     let cuts = cuts.flat_map(|receiver| receiver.slaves.values().map(|slave| &slave.cuts));
@@ -59,12 +59,12 @@ fn curve_of_cuts(receiver: &Shown<'_>, list: &[Cut], error: Error, factor: f64) 
     })
 }
 
-/// The set positions of all slaves, a panel per receiver.
+/// Returns the set positions of all slaves, a panel per receiver.
 pub(super) fn positions(receivers: &[Shown<'_>], room: Room) -> Figure {
     let panels = receivers.iter().map(|receiver| {
         let slaves = &receiver.curves.slaves;
         let curves = slaves.iter().enumerate().map(|(n, slave)| {
-            // The first colour stands for what is not corrected.
+            // The first colour stands for receivers without correction.
             let data = Data::of(&slave.position, room, 0.0);
             Curve::new(&slave.name, &colour(n + 1), data)
         });

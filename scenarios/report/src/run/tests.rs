@@ -83,7 +83,7 @@ fn page_of(summary: &Summary, curves: &[Curves]) -> String {
     super::page_of(&report)
 }
 
-/// The figures of a page by their name, as a browser would read them.
+/// Returns the figures of a page by their name, as a browser would read them.
 fn figures_of(page: &str) -> BTreeMap<String, Value> {
     let mut figures = BTreeMap::new();
     for part in page
@@ -204,7 +204,7 @@ fn the_page_loads_nothing() {
     }
 }
 
-/// The lowest and the highest value of a curve of a page between two times, by all that there is of it.
+/// Returns the lowest and the highest value of a curve of a page between two times, from all its data.
 fn extremes(data: &Value, from: f64, to: f64) -> (f64, f64) {
     let step = |of: &Value| of["step"].as_f64().unwrap();
     let numbers = |of: &Value, key: &str| untold(of[key].as_str().unwrap(), step(of));
@@ -253,7 +253,7 @@ fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
     assert!((values[456] + 37.0).abs() < 0.01, "{}", values[456]);
 }
 
-/// A report of a built-in scenario.
+/// Returns a report of a built-in scenario.
 fn report_of(name: &str, duration_s: &str) -> String {
     let scratch = tempfile::tempdir().unwrap();
     let source = coaxle_lab::catalog::find(name).unwrap();

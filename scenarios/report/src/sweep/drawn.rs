@@ -1,4 +1,4 @@
-//! The plots of a sweep as what is drawn: curves over one axis, maps over two.
+//! The plots of a sweep as figures: curves over one axis, maps over two.
 
 use coaxle_lab::sweep::plot::{Along, Panel as Plotted, Plot};
 use coaxle_lab::sweep::statistics::Statistics;
@@ -10,11 +10,11 @@ use crate::plotting::colour;
 pub(super) enum Drawn {
     /// A curve for each receiver or slave.
     Curves(Figure),
-    /// A map for each.
+    /// A map for each receiver or slave.
     Maps(Maps),
 }
 
-/// The n-th plot of a sweep.
+/// Returns the n-th plot of a sweep.
 pub(super) fn drawn(n: usize, plot: &Plot) -> Drawn {
     match &plot.up {
         None => Drawn::Curves(curves(n, plot)),
@@ -58,7 +58,7 @@ fn across(along: &Along) -> Across {
     }
 }
 
-/// The medians; a gap where nothing is known.
+/// Returns the curve of the medians; a gap where nothing is known.
 fn curve(colour: &str, places: &[f64], panel: &Plotted) -> Curve {
     let of = |value: fn(&Statistics) -> f64| {
         let cells = panel.cells.iter();

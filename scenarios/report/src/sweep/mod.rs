@@ -20,11 +20,11 @@ use crate::print;
 
 pub use outcome::Outcome;
 
-/// Runs whatever the folder does not have yet, and leaves the results of all there, with plot and report, which has the command
-/// that repeats it. `on_progress` hears how far it is, as [`Prepared::run`] says.
+/// Executes the runs that the folder does not have yet, and writes the results of all there, with the plot and the report,
+/// which has the command that repeats it. `on_progress` receives the progress, as [`Prepared::run`] says.
 ///
 /// # Errors
-/// What [`Prepared::run`] fails with; a file that cannot be written.
+/// Errors of [`Prepared::run`]; a file that cannot be written.
 pub fn run(
     sweep: &Prepared,
     options: &Options,
@@ -56,7 +56,7 @@ pub fn run(
     Ok(outcome)
 }
 
-/// Writes the first of the plots with the name of its scenario. False if there is none; then there is no file either.
+/// Writes the first of the plots with the name of its scenario. Returns false, and writes no file, if there is none.
 fn write_plot(path: &Path, name: &str, plot: Option<&Drawn>) -> anyhow::Result<bool> {
     let cannot = || format!("cannot write {}", path.display());
     let text = match plot {
@@ -93,7 +93,7 @@ fn write_plot(path: &Path, name: &str, plot: Option<&Drawn>) -> anyhow::Result<b
     Ok(true)
 }
 
-/// The figures of most interest, as a table for a terminal.
+/// Returns the figures of most interest, as a table for a terminal.
 fn table(shown: &ShownRows) -> String {
     let mut table = Table::new();
     table.load_style(presets::ASCII_MARKDOWN);

@@ -1,34 +1,34 @@
-//! What a sweep came to.
+//! Result of a sweep.
 
 use std::path::PathBuf;
 
 use coaxle_lab::sweep::PointOutcome;
 
-/// What a sweep came to, and where it lies.
+/// Result of a sweep, and its files.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The figures of most interest, a row for each point and receiver: of several seeds the medians.
     pub table: String,
-    /// The runs that are over, and all that there are.
+    /// Numbers of finished runs and of all runs.
     pub runs: (usize, usize),
-    /// The points that were run, in their order, and what was not as expected there.
+    /// The points that were run, in their order, with their failures.
     pub points: Vec<PointOutcome>,
-    /// `points.csv`, `points.parquet`, `summary.csv`.
+    /// Paths of `points.csv`, `points.parquet`, `summary.csv`.
     pub tables: Vec<PathBuf>,
     /// The plot; none where no axis has two values, or no run has the figure.
     pub plot: Option<PathBuf>,
-    /// The report.
+    /// Path of the report.
     pub report: PathBuf,
 }
 
 impl Outcome {
-    /// Whether all runs are over: none was ended before.
+    /// Reports whether all runs are finished: none was ended before.
     #[must_use]
     pub const fn is_whole(&self) -> bool {
         self.runs.0 == self.runs.1
     }
 
-    /// The points at which something was not as expected.
+    /// Returns the points at which something was not as expected.
     pub fn failed(&self) -> impl Iterator<Item = &PointOutcome> {
         self.points
             .iter()

@@ -10,7 +10,7 @@ use super::drawn::Drawn;
 use super::outcome::Outcome;
 use crate::page::{HINT, document, escaped, figure_element, maps_element};
 
-/// Writes the report. The same results give the same bytes.
+/// Writes the report. Equal results give equal bytes.
 ///
 /// # Errors
 /// Names the file that cannot be written.
@@ -65,7 +65,7 @@ fn introduction(sweep: &Prepared, outcome: &Outcome) -> String {
     )
 }
 
-/// Most lines of what was not as expected, and most rows of the table.
+/// Greatest number of lines of unmet expectations, and of rows of the table.
 const MOST_LINES: usize = 500;
 
 fn not_met(outcome: &Outcome) -> String {

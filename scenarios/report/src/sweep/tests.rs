@@ -9,7 +9,7 @@ use coaxle_lab::sweep::{Setup, prepare};
 
 use super::*;
 
-/// A short scenario with two axes, a grid of four points.
+/// Returns a short scenario with two axes, a grid of four points.
 fn setup(axes: &[&str]) -> Setup {
     let strings = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
     Setup {
@@ -38,7 +38,7 @@ fn run(setup: &Setup, out: &Path) -> Outcome {
     super::run(&prepared(setup), &options(out), "", &|_| true).unwrap()
 }
 
-/// The rows of a file in CSV, by the names of its columns.
+/// Returns the rows of a file in CSV, by the names of its columns.
 fn rows(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
     let mut reader = csv::Reader::from_path(path).unwrap();
     reader.deserialize().map(Result::unwrap).collect()

@@ -9,8 +9,8 @@ use coaxle_lab::units::{self, Fine};
 
 use super::{CORRECTIONS, NOTHING, optional, roughly};
 
-/// How far off the lengths of the pieces are, a line per way of correction. None where the scenario
-/// cuts nothing without correction to compare with.
+/// Returns the greatest errors of the lengths of the pieces, a line per way of correction. None where the scenario cuts nothing
+/// without correction to compare with.
 pub(super) fn conclusion(summary: &Summary) -> Option<String> {
     let of_mode = |mode| summary.receivers.values().filter(move |r| r.mode == mode);
     let bare = worst_length(of_mode("bypass"))?;
@@ -40,7 +40,7 @@ pub(super) fn conclusion(summary: &Summary) -> Option<String> {
     Some(text)
 }
 
-/// The largest error of a length among these receivers; none if nothing was cut twice.
+/// Returns the largest error of a length among these receivers; none if nothing was cut twice.
 fn worst_length<'a>(receivers: impl Iterator<Item = &'a ReceiverSummary>) -> Option<f64> {
     let errors = receivers
         .flat_map(cuts_of)
@@ -48,13 +48,13 @@ fn worst_length<'a>(receivers: impl Iterator<Item = &'a ReceiverSummary>) -> Opt
     errors.reduce(f64::max)
 }
 
-/// The cuts of the slaves that cut.
+/// Returns the cuts of the slaves that cut.
 fn cuts_of(receiver: &ReceiverSummary) -> impl Iterator<Item = &CutsSummary> {
     let cuts = receiver.slaves.values().map(|slave| &slave.cuts);
     cuts.filter(|cuts| cuts.cuts > 0)
 }
 
-/// A label and a value per receiver, for every slave that cuts; none where no slave does.
+/// Returns a label and a value per receiver, for every slave that cuts; none where no slave does.
 pub(super) fn rows<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> Vec<(String, Vec<String>)> {
     let slaves = cutting(receivers);
     let mut rows = Vec::new();
@@ -77,7 +77,7 @@ pub(super) fn rows<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> Vec<(String
     rows
 }
 
-/// The names of the slaves that cut, of all receivers.
+/// Returns the names of the slaves that cut, of all receivers.
 fn cutting<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> BTreeSet<&'a str> {
     receivers
         .iter()
@@ -87,7 +87,7 @@ fn cutting<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> BTreeSet<&'a str> {
         .collect()
 }
 
-/// A label, and the value with so many small units to a unit of the master.
+/// Label, and the text of its value, given the number of small units to a unit of the master.
 type Figure = (&'static str, fn(&CutsSummary, f64) -> String);
 
 const FIGURES: [Figure; 5] = [

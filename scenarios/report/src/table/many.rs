@@ -7,12 +7,12 @@ use comfy_table::Table;
 use super::rows;
 use crate::inspect::{right, table};
 
-/// The least, the middle and the largest of each figure, and how many have it.
+/// Returns the least, the median and the largest of each figure, and the number of receivers that have it.
 pub(super) fn ranges(receivers: &[(&str, &ReceiverSummary)]) -> Table {
     let heading = format!("{} far axes", receivers.len());
     let mut table = table([&heading, "least", "median", "most", "of"]);
     for (label, values) in rows(receivers) {
-        // A figure may have a word behind it.
+        // A word may follow the figure.
         let numbers = values.iter().filter_map(|value| value.split(' ').next());
         let mut numbers: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();
         numbers.sort_by(f64::total_cmp);

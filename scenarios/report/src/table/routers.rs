@@ -7,7 +7,7 @@ use comfy_table::{Cell, Table};
 
 use super::right;
 
-/// What went over each router and each link from one to another, a second; empty without routers.
+/// Returns the traffic over each router and each link from one to another, per second; empty without routers.
 #[must_use]
 pub fn routers(summary: &Summary) -> String {
     if summary.routers.is_empty() {
