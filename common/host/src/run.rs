@@ -61,7 +61,7 @@ pub struct Setup<N: Node> {
     pub clock: ClockConfig,
     /// Seed of all injected randomness.
     pub seed: u64,
-    /// What is injected or simulated, if it was started for an experiment; none on a machine.
+    /// Injected faults and simulated inputs, if it was started for an experiment; none on a machine.
     pub lab: Option<LabFields>,
     /// True if frames of axes carry their send delay.
     pub send_stamps: bool,

@@ -36,7 +36,7 @@ pub(crate) struct Identity {
     pub(crate) publishes: Vec<String>,
     /// True if access control decides which data pass between the nodes.
     pub(crate) in_secure_network: bool,
-    /// What is injected or simulated, if it was started for an experiment.
+    /// Injected faults and simulated inputs, if it was started for an experiment.
     pub(crate) lab: Option<String>,
 }
 

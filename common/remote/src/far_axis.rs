@@ -118,7 +118,7 @@ impl FarAxis {
         self.extrapolate.begin_anew();
     }
 
-    /// This cycle once more, as a block that [begins anew](Self::begin_anew) has it: without what it was blended from.
+    /// Returns this cycle again, as after a [restart](Self::begin_anew): without a blend from the previous mode.
     pub fn without_blend(
         &mut self,
         received: &Kinematics,

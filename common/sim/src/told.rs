@@ -317,7 +317,7 @@ mod tests {
         assert!(late(1.0) && late(-1.0));
     }
 
-    /// Where no jerk binds, an acceleration may turn round from one cycle to the next.
+    /// An acceleration may reverse from one cycle to the next where no jerk limit binds.
     #[test]
     fn a_velocity_beside_its_positions_is_found_where_the_jerk_is_free() {
         let coarse = Limits::new(1_000.0, 5_000.0, 5_000.0, 1e9).unwrap();

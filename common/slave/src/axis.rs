@@ -67,7 +67,7 @@ pub struct SlaveAxis {
     /// Mean velocity in the newest cycle, u/s: a motion that ended within it has not stood for a
     /// cycle yet.
     mean_velocity: f64,
-    /// How long that took, s.
+    /// Duration of the newest cycle, s.
     newest_cycle: f64,
     motion: Motion,
     couplings: Couplings,

@@ -45,7 +45,7 @@ pub struct FarLab {
     pub timing_faults: LinkConfig,
 }
 
-/// What is simulated about a slave.
+/// Simulation of a slave: its registration marks and its tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct SlaveLab {
@@ -54,7 +54,7 @@ pub struct SlaveLab {
     /// Registration marks on the material that its master moves, and the sensor that sees them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marks: Option<MarksConfig>,
-    /// What it cuts with, to judge the cuts of an experiment.
+    /// Tool of the slave, to judge the cuts of an experiment.
     #[serde(default)]
     pub tool: ToolConfig,
 }

@@ -140,7 +140,7 @@ impl SlaveConfig {
         })
     }
 
-    /// Whether its tool can cut: the wrong field, what was received and what is expected.
+    /// Checks that the tool can cut. An error is the wrong field, with the received and the expected value.
     pub(crate) fn check_tool(&self) -> Result<(), (&'static str, String)> {
         let ratio = self.tool.ratio;
         if !ratio.is_finite() || ratio == 0.0 {

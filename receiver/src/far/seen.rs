@@ -24,7 +24,7 @@ const MEMORY: f64 = 1.0;
 pub(super) struct SeenMotion {
     /// The greatest velocity, u/s, and the greatest acceleration, u/s², stated or by differences of the velocity.
     reach: Reach,
-    /// The same of an axis that comes in increments, once those are smoothed.
+    /// Greatest velocity and acceleration of an axis that comes in increments, once those are smoothed.
     smoothed: Option<Reach>,
     /// The greatest jerk by differences of the stated acceleration, u/s³.
     jerk: f64,

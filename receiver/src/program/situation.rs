@@ -56,7 +56,7 @@ pub(super) struct Passed {
     pub(super) timed_out: bool,
 }
 
-/// All inputs of a condition.
+/// Inputs of a condition.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inputs<'a> {
     pub(super) slave: &'a Situation,

@@ -44,7 +44,8 @@ pub enum Invariant {
     Cycles,
     /// A slave that has set values has them in every cycle from then on.
     SetValues,
-    /// The position of a slave is set anew, as switching on, homing and a reset do, only where it stood in the cycle before.
+    /// The position of a slave is set, as by switching on, homing or a reset, only where the slave was at rest in the cycle
+    /// before.
     SetAnew,
     /// Another run of a far node, or another node, is followed only if it is counted.
     Owner,

@@ -129,7 +129,7 @@ enum FindingKind {
     Open,
     /// Keeps out those that are to come in.
     Shut,
-    /// It is an experiment.
+    /// Injects faults or simulates inputs, as only an experiment does.
     Lab,
     /// Needs no change.
     Noted,

@@ -3,7 +3,7 @@
 use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect;
 
-/// Whose config it is, its name, and its text.
+/// Kind of node, name and text of each config.
 const EXAMPLES: [(&str, &str, &str); 10] = [
     (
         "sender",

@@ -17,7 +17,7 @@ use coaxle_sender::config::SenderConfig;
 pub struct NodeConfig {
     /// The config, by the kind of node.
     pub kind: NodeKind,
-    /// What its `[lab]` table injects or simulates; none without a table.
+    /// Injected faults and simulated inputs of its `[lab]` table; none without a table.
     pub lab: Option<LabFields>,
 }
 

@@ -14,7 +14,7 @@
 //! use coaxle_clock::Seconds;
 //! use coaxle_curve::profile::Kinematics;
 //!
-//! /// Is at once where it is told to be.
+//! /// Reaches its set position at once.
 //! #[derive(Debug, Default)]
 //! struct Ideal(Actual);
 //!

@@ -79,7 +79,7 @@ impl Stepped {
         Self::new(node, network, &publishes, &[], false, None)
     }
 
-    /// One that publishes axes, started for an experiment.
+    /// Creates a node that publishes axes, started for an experiment.
     fn in_lab(node: &str, network: &Network, lab: &str) -> Self {
         let publishes = [Publication::new(&name(node), Channel::Axes)];
         Self::new(node, network, &publishes, &[], false, Some(lab))

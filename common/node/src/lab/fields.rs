@@ -5,7 +5,7 @@ use std::fmt;
 use coaxle_wire::one_line;
 use toml::Value;
 
-/// What a `[lab]` table injects or simulates: each field with its value.
+/// Injected faults and simulated inputs of a `[lab]` table: each field with its value.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LabFields(Vec<String>);
 
@@ -16,7 +16,7 @@ impl LabFields {
         Self(fields)
     }
 
-    /// Why a node that is to run a machine does not start.
+    /// Returns the reason why a node that is to run a machine does not start.
     #[must_use]
     pub fn refusal(&self) -> String {
         format!(
@@ -35,7 +35,7 @@ impl fmt::Display for LabFields {
     }
 }
 
-/// Each value that is no table, by its path. Elements of lists are called by the node or slave that they are for.
+/// Collects each value that is no table, with its path. Elements of lists are named by the node or slave that they are for.
 fn collect(path: &str, value: &Value, fields: &mut Vec<String>) {
     match value {
         Value::Table(table) => {
@@ -59,7 +59,7 @@ fn collect(path: &str, value: &Value, fields: &mut Vec<String>) {
     }
 }
 
-/// What an element of a list is called by.
+/// Returns the key and the name that identify an element of a list.
 fn key_of(element: &Value) -> Option<(&'static str, &str)> {
     ["node", "name"].into_iter().find_map(|key| {
         let name = element.get(key)?.as_str()?;

@@ -55,7 +55,7 @@ pub trait LabTable:
 pub struct WrongLab {
     /// The field in the table, as a path.
     pub field: String,
-    /// What was received and what is expected.
+    /// The received and the expected value.
     pub reason: String,
 }
 
@@ -64,7 +64,7 @@ pub struct WrongLab {
 pub struct NodeFile<C> {
     /// The config.
     pub config: C,
-    /// What its `[lab]` table injects or simulates; none without a table.
+    /// Injected faults and simulated inputs of its `[lab]` table; none without a table.
     pub lab: Option<LabFields>,
 }
 

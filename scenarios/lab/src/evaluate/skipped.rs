@@ -17,7 +17,7 @@ const KEPT: usize = 1_024;
 #[derive(Debug)]
 pub(super) struct SkippedCycles {
     nodes: Vec<Overruns>,
-    /// Those of each receiver, by the nodes that it follows.
+    /// Followed nodes of each receiver.
     receivers: Vec<Vec<FollowedRun>>,
 }
 

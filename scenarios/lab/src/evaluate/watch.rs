@@ -337,7 +337,7 @@ mod tests {
         assert_eq!(broken([some]), [Invariant::SetValues]);
     }
 
-    /// Schedules found 16 slaves that were set anew in motion, from `stopping` to `disabled`, before anything watched it.
+    /// Schedules found 16 slaves whose position was set while in motion, from `stopping` to `disabled`, before anything watched it.
     #[test]
     fn a_slave_is_set_anew_at_rest_only() {
         let then_set_anew = |velocity: f64, acceleration: f64| {

@@ -103,7 +103,7 @@ fn is_back(receiver: &ReceiverSummary, duration: f64) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
     let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
     let heard_for = match far.last_relock_s {
-        // Nothing but another run made it begin anew: it is heard since then.
+        // Only new runs made it restart: it is received since then.
         Some(since) if u64::from(far.relocks) <= far.restarts => duration - since,
         _ if far.restarts == 0 => {
             far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64

@@ -46,7 +46,7 @@ fn charts(cam: &CamFile, plate: &Plate) -> Charts {
     }
 }
 
-/// Most places marked: of the many rows of a table more could not be told apart on a screen.
+/// Greatest number of places marked: a screen cannot show more of the many rows of a table apart.
 const MOST_MARKS: usize = 400;
 /// Places computed in all, as far as the rows leave a choice.
 const SAMPLES: usize = 3_000;
@@ -58,7 +58,7 @@ struct CourseMark {
 }
 
 impl CourseMark {
-    /// All of them, or so many as there is room for.
+    /// Returns all of them, or as many as there is room for.
     fn some(cam: &CamFile, plate: &Plate) -> Vec<Self> {
         let all = Self::all(cam);
         let every = all.len().div_ceil(MOST_MARKS);

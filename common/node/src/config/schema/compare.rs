@@ -23,9 +23,9 @@ pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding
 /// A field of a document that injects or simulates something.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct LabField {
-    /// Its path.
+    /// Path of the field.
     pub(crate) field: String,
-    /// How it is written in a `[lab]` table.
+    /// Text of the field in a `[lab]` table.
     pub(crate) in_lab: String,
 }
 

@@ -50,7 +50,7 @@ fn row(cycle: u32) -> Row {
     }
 }
 
-/// The same with a measured delay, and what it says of its uncertainty, µs.
+/// Returns a cycle in sync by the observer, with a measured delay and its stated uncertainty, µs.
 fn measured(cycle: u32, uncertainty: f64) -> Row {
     let mut row = row(cycle);
     row.record.far.delay_state = Some(DelayState::Measured);
@@ -64,7 +64,7 @@ fn is_found(violations: impl Iterator<Item = InvariantViolation>, invariant: Inv
     !found.is_empty()
 }
 
-/// Whether an error of the time is found, µs, of one that says that so much is still to be made up.
+/// Reports whether an error of the far time is found.
 fn is_error_found(rows: impl IntoIterator<Item = Row>) -> bool {
     let mut watch = FarErrorWatch::new(&config(), &view(), &[], Some(0.0)).expect("a far axis");
     rows.into_iter().for_each(|row| watch.push(&row));
@@ -114,8 +114,8 @@ fn a_time_without_a_measured_delay_stays_where_it_was_but_for_what_is_to_be_made
 /// A master in a cycle: position, velocity.
 type Motion = fn(f64) -> [f64; 2];
 
-/// Whether the position of an axis is found, from 0.4 s on, that is off its master by `off` in the cycles `from`, with set values of
-/// this age, s, and a time that may be wrong by `uncertainty`, µs.
+/// Reports whether a wrong position of an axis is found: off its master by `off`, as a function of the time, s, with set values
+/// of this age, s, and a time that may be wrong by `uncertainty`, µs.
 fn is_position_found(master: Motion, age: f64, uncertainty: f64, off: impl Fn(f64) -> f64) -> bool {
     let config = config();
     let mut watch = FarPositionWatch::new(&config, &view()).expect("a far axis");
