@@ -18,7 +18,7 @@ use crate::slaves::{Master, SlaveNumber, Slaves};
 use crate::snapshot::{Health, ReceiverSnapshot};
 use crate::virtual_axes::VirtualAxes;
 
-/// Everything between the mailboxes and the drives.
+/// Processing between the mailboxes and the drives.
 #[derive(Debug)]
 pub(crate) struct Pipeline {
     cycle_s: f64,

@@ -150,7 +150,7 @@ impl StartMode {
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[repr(u8)]
 pub enum OperationMode {
-    /// As `Additive`.
+    /// Equal to `Additive`.
     #[doc(alias = "CAMOPERATIONMODE_DEFAULT")]
     #[default]
     Default = 0,

@@ -51,7 +51,7 @@ pub enum SampleClass {
     Repeated,
     /// An older cycle than the newest.
     Outdated,
-    /// Not a cycle of this run.
+    /// Cycle of another run.
     Foreign,
 }
 

@@ -15,7 +15,7 @@ pub enum Health {
     Ok,
     /// The counterpart is alive, but no good frame arrived for half a second.
     NoData,
-    /// There is no counterpart.
+    /// No counterpart is present.
     Waiting,
     /// A node that this one follows refuses it, or is refused.
     Refused,

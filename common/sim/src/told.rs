@@ -289,7 +289,8 @@ mod tests {
         found.collect()
     }
 
-    /// A velocity that is beside its positions by what a cycle of the jerk makes may be that of a motion; one of a cycle later is not.
+    /// A velocity that deviates from its positions by the jerk of one cycle may be that of a motion; one of a cycle later is
+    /// not.
     #[test]
     fn a_velocity_of_another_cycle_is_found_where_the_jerk_binds() {
         // 1e5 u/s³ make 0.1 u/s of a cycle, and the pace 3 % of the velocity.
@@ -321,7 +322,7 @@ mod tests {
     #[test]
     fn a_velocity_beside_its_positions_is_found_where_the_jerk_is_free() {
         let coarse = Limits::new(1_000.0, 5_000.0, 5_000.0, 1e9).unwrap();
-        // 5 000 u/s² make 5 u/s of a cycle, of which the velocity may be beside by 1½; it comes there as fast as it may.
+        // 5 000 u/s² make 5 u/s of a cycle, and the velocity may deviate by 1½ of these; it then changes as fast as it may.
         let told = |velocity: f64| {
             let mut check = ToldCheck::new(&coarse, T);
             let _ = standing(&mut check, &[0.0; 5]);
@@ -344,7 +345,7 @@ mod tests {
         assert!((0..100).all(|k| check.push(&turns(k), 1)[0].is_none()));
     }
 
-    /// After skipped cycles a velocity is compared by what the limits make of those, for three differences and no more.
+    /// After skipped cycles a velocity is compared within the limits over these cycles, for three differences and no more.
     #[test]
     fn what_was_skipped_is_made_up_for_within_three_cycles() {
         // Nine cycles of the jerk make 8.1 u/s.

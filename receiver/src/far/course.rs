@@ -12,7 +12,7 @@ pub(super) struct FarTimeCourse {
 /// Advance of the far time in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Advance {
-    /// As time does.
+    /// Advances with the time.
     By(Span),
     /// No motion advances so.
     Jump,

@@ -314,7 +314,7 @@ fn frames(config: &FarConfig) -> usize {
     }
 }
 
-/// As signals show it.
+/// Returns the time as signals show it, µs.
 pub(super) fn micros(seconds: Option<Seconds>) -> Option<f64> {
     seconds.map(Seconds::as_micros)
 }

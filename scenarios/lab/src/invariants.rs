@@ -20,9 +20,9 @@ pub enum Invariant {
     Finite,
     /// The set positions of a slave keep its velocity in their differences.
     Velocity,
-    /// Likewise the larger of its acceleration and its deceleration.
+    /// The second differences of the set positions keep the larger of its acceleration and its deceleration.
     Acceleration,
-    /// Likewise its jerk.
+    /// The third differences of the set positions keep its jerk.
     Jerk,
     /// Set positions keep the software limits; from beyond one, they go no farther.
     SoftwareLimit,
@@ -64,7 +64,7 @@ pub enum Invariant {
     Approach,
     /// The velocity that leaves beside a set position is that of the set positions, and keeps its limits.
     ToldVelocity,
-    /// Likewise the acceleration.
+    /// The acceleration that leaves beside a set position is that of the set positions, and keeps its limits.
     ToldAcceleration,
     /// At the end of the run no slave is in error stop, or farther from its coupling's position than its window, and no far axis
     /// in error, or lost.
@@ -72,7 +72,7 @@ pub enum Invariant {
 }
 
 impl Invariant {
-    /// As scenarios and summaries spell it.
+    /// Returns the name in scenarios and summaries.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

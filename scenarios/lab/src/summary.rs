@@ -62,7 +62,7 @@ pub enum World {
 }
 
 impl World {
-    /// As config and reports spell it.
+    /// Returns the name in configs and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -139,7 +139,7 @@ pub struct ReceiverSummary {
     pub velocity_ripple_settled_max: Option<f64>,
     /// The largest settled ripple divided by the largest master velocity.
     pub velocity_ripple_settled_ratio: Option<f64>,
-    /// The largest magnitude before that: while it locked in, and whenever it did so again, u/s.
+    /// Largest magnitude while it locked in, the first time and every time after, u/s.
     pub velocity_ripple_lock_in_max: Option<f64>,
     /// Corrected far time minus true far time, mean removed: root mean square, µs.
     pub corrected_time_error_rms_us: Option<f64>,

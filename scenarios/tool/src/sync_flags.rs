@@ -2,7 +2,7 @@
 
 use coaxle_saw::SyncMask;
 
-/// Flags as files spell them, of which one is enough.
+/// Returns the flags as files spell them, joined by "or": one of them is enough.
 pub(crate) fn any_of(flags: SyncMask) -> String {
     flags.iter().map(flag_name).collect::<Vec<_>>().join(" or ")
 }

@@ -97,7 +97,7 @@ pub(super) fn least_peak(w: f64, b: f64, hardest: f64) -> f64 {
     way.max(0.0)
 }
 
-/// The distance of this number of cycles in each of which the acceleration falls by one.
+/// Returns the distance in this number of cycles if the acceleration falls by one in each of them.
 fn way_in_steps(w: f64, b: f64, steps: f64) -> f64 {
     steps * w + triangle(steps) * (b - (steps + 2.0) / 3.0)
 }

@@ -200,7 +200,7 @@ zero_by_default!(
 );
 
 impl FaultMicros {
-    /// As a span.
+    /// Returns the value as a span.
     #[must_use]
     pub fn span(self) -> Span {
         Span::from_micros_f64(self.0)
@@ -208,7 +208,7 @@ impl FaultMicros {
 }
 
 impl ChangeMicros {
-    /// As a span.
+    /// Returns the value as a span.
     #[must_use]
     pub fn span(self) -> Span {
         Span::from_micros_f64(self.0)
@@ -216,7 +216,7 @@ impl ChangeMicros {
 }
 
 impl FaultSeconds {
-    /// As a span.
+    /// Returns the value as a span.
     #[must_use]
     pub fn span(self) -> Span {
         Span::from_secs_f64(self.0)

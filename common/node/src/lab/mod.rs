@@ -1,7 +1,7 @@
 //! `[lab]`: what the config of a node injects or simulates, apart from what a machine runs.
 //!
-//! A scenario is an experiment, and has these fields of its nodes where they belong. The config of a node has them in a table of
-//! their own, with which a node starts only if it is asked to: nobody takes an injected fault for one of the machine.
+//! A scenario is an experiment, and has these fields of its nodes where they belong. The config of a node has them in a table
+//! of their own, with which a node starts only with `--lab`: an injected fault is never mistaken for one of the machine.
 
 mod fields;
 #[cfg(test)]

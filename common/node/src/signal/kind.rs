@@ -36,7 +36,7 @@ impl fmt::Display for Kind {
 #[doc(hidden)]
 pub struct Field<T>(PhantomData<T>);
 
-/// Any type that is not named: an enum of words.
+/// Type that is not named: an enum of words.
 #[doc(hidden)]
 pub trait AnyOther {
     const KIND: Kind = Kind::Text;

@@ -22,7 +22,7 @@ use super::{
 #[cfg(feature = "signals")]
 use crate::EndReason;
 
-/// A system of which nothing more is known.
+/// System without any further support.
 ///
 /// Unsupported functions return errors: real-time priorities, drives in other processes, and faults of
 /// real processes that stop and continue. It omits the watchdog of a service manager, the locks on

@@ -43,7 +43,7 @@ impl Differences {
         }
     }
 
-    /// As [`keep`](Self::keep), with a violation as the result.
+    /// Performs [`keep`](Self::keep), with a violation as the result.
     pub(super) fn check(
         &mut self,
         axis: &SlaveAxis,

@@ -466,7 +466,7 @@ impl cuts::TrueMotion for FollowedMotion<'_> {
     }
 }
 
-/// As people write it: 2.3, where a product with 1e-9 gives 2.3000000000000003.
+/// Returns the seconds as people write them: 2.3, where a product with 1e-9 gives 2.3000000000000003.
 fn seconds(span: Span) -> f64 {
     span.as_nanos() as f64 / 1e9
 }

@@ -39,7 +39,7 @@ pub struct Along {
     pub field: String,
     /// Values of the field, numbers in their order.
     pub values: Vec<String>,
-    /// As numbers, if they are.
+    /// Values as numbers, if all are numbers.
     pub numbers: Option<Vec<f64>>,
     /// Place of each value among the values of the axis.
     order: Vec<usize>,

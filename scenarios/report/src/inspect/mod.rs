@@ -1,4 +1,4 @@
-//! Parts that commands share which look into a file: answers, names, numbers, tables and charts.
+//! Parts shared by commands that look into a file: answers, names, numbers, tables and charts.
 
 mod charts;
 mod tables;

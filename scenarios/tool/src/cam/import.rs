@@ -197,7 +197,7 @@ fn push_point(text: &mut String, row: usize, is_last: bool, point: &WrittenPoint
     }
 }
 
-/// As TOML has it: whole numbers without a point, as people write them.
+/// Formats a number for TOML: whole numbers without a point, as people write them.
 fn number(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e15 {
         format!("{value}")

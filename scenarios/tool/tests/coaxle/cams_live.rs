@@ -126,7 +126,7 @@ impl Live {
         });
     }
 
-    /// As a user types it.
+    /// Runs `coaxle command` with arguments that a user types.
     fn typed(&self, arguments: &[&str]) -> (String, Option<i32>) {
         let mut command = coaxle(&["command", "cutter", "knife"]);
         command.args(arguments).args(["--connect", &self.at]);

@@ -23,7 +23,7 @@ pub(crate) enum Protocol {
 }
 
 impl Protocol {
-    /// As endpoints spell it.
+    /// Returns the name in endpoints.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Tcp => "tcp",

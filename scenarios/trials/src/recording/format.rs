@@ -114,7 +114,7 @@ impl ArrivalRecording {
 mod tests {
     use super::*;
 
-    /// As the estimators' examples read it.
+    /// Reads the rows as the estimators' examples do.
     fn rows(path: &Path) -> Vec<[i32; 4]> {
         let bytes = std::fs::read(path).unwrap();
         let (words, rest) = bytes.as_chunks::<4>();

@@ -41,7 +41,7 @@ pub(crate) enum RecordingOrigin {
     Fitted { file: String, drift_ppm: f64 },
 }
 
-/// Some quantiles.
+/// Quantiles of delays or send stamps, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct DelayQuantiles {
     least: f64,
@@ -76,7 +76,7 @@ impl RecordingSummary {
         }
     }
 
-    /// As a person reads it.
+    /// Returns the summary as text for people.
     pub(crate) fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.

@@ -50,7 +50,7 @@ impl SizeSeries {
         })
     }
 
-    /// As the command line spells it.
+    /// Returns the name on the command line.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Receivers => "receivers",

@@ -140,7 +140,7 @@ impl TestNetwork {
         self.rogue_with(name, to, &self.authority, year())
     }
 
-    /// Such an attacker, at the endpoint of the node of its name.
+    /// Opens a session of such an attacker, at the endpoint of the node of its name.
     pub(crate) fn rogue_at(&self, name: &str) -> Session {
         Session::open(&TransportConfig {
             secure: Some(self.folder_with(name, &self.authority, year(), LAWLESS)),

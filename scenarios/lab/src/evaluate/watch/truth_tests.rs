@@ -85,7 +85,7 @@ fn a_time_is_wrong_by_its_uncertainty_and_what_is_to_be_made_up_and_no_more() {
 
 #[test]
 fn a_time_without_a_measured_delay_stays_where_it_was_but_for_what_is_to_be_made_up() {
-    // Wrong by 700 µs from the start, as nobody measures the delay; from 3 s on by this, µs.
+    // Wrong by 700 µs from the start, as the delay is not measured; from 3 s on by this, µs.
     let is_found = |later: f64, slew: f64| {
         is_error_found((0..4_000).map(|cycle| {
             let mut row = row(cycle);

@@ -1,4 +1,4 @@
-//! Everything that the page shows of a plate.
+//! View of a plate on the page.
 
 use coaxle_curve::law::{MinMax, MotionLaw};
 use coaxle_node::cam_file::{CamFile, Shape};

@@ -130,7 +130,7 @@ impl Design for SawDesign {
     }
 }
 
-/// As the file has it; flags are a list.
+/// Returns a value as the file has it; flags are a list.
 fn written(value: &Value) -> Result<Option<toml_edit::Value>, String> {
     match value {
         Value::Null => Ok(None),

@@ -1,4 +1,4 @@
-//! Everything that the page shows of a saw.
+//! View of a saw on the page.
 
 use coaxle_node::saw_file::SawFile;
 use coaxle_report::inspect::Line;

@@ -34,7 +34,7 @@ enum NodeMessage {
     Token(String, bool),
 }
 
-/// Everything that comes of a node.
+/// Listener to all messages of a node.
 pub(super) struct NodeListener {
     heard: Receiver<NodeMessage>,
     time_requests: TimeRequests,
