@@ -1,4 +1,4 @@
-//! `[lab]`: what the config of a node injects or simulates, apart from what a machine runs.
+//! `[lab]`: injected faults and simulated inputs in the config of a node, apart from the settings that a machine runs.
 //!
 //! A scenario is an experiment, and has these fields of its nodes where they belong. The config of a node has them in a table
 //! of their own, with which a node starts only with `--lab`: an injected fault is never mistaken for one of the machine.
@@ -28,13 +28,13 @@ pub trait WithLab: Clone + Serialize + DeserializeOwned + JsonSchema {
     /// The table.
     type Lab: LabTable;
 
-    /// Puts the fields of the table where they belong.
+    /// Moves the fields of the table to where they belong.
     ///
     /// # Errors
     /// [`WrongLab`] names a field that has no place in this config.
     fn set_lab(&mut self, lab: Self::Lab) -> Result<(), WrongLab>;
 
-    /// The fields of the table, from where they belong.
+    /// Returns the fields of the table, from where they belong.
     fn lab(&self) -> Self::Lab;
 }
 
@@ -99,10 +99,10 @@ impl<C: WithLab> NodeFile<C> {
         }
     }
 
-    /// A config as the text of a file.
+    /// Writes a config as the text of a file.
     ///
     /// # Errors
-    /// It cannot be written as TOML.
+    /// A config that cannot be written as TOML.
     pub fn text_of(config: &C) -> Result<String, toml::ser::Error> {
         let mut table = toml::Table::try_from(config)?;
         remove_lab_fields(marked_schema_of::<C>().as_value(), &mut table);
@@ -113,7 +113,7 @@ impl<C: WithLab> NodeFile<C> {
         toml::to_string(&table)
     }
 
-    /// The schema of a file.
+    /// Returns the schema of a file.
     #[must_use]
     pub fn schema() -> Schema {
         let mut schema = schema_without_lab_fields::<C>();
