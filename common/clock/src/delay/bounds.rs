@@ -1,4 +1,4 @@
-//! What no exchange can deny, whatever became of the line.
+//! Bounds of the sender's lead that no exchange can contradict, whatever happened to the line.
 //!
 //! A request arrives no earlier than it leaves, and so does its response: with `d = S − F`, how far the
 //! sender's time is ahead of the line,
@@ -7,10 +7,10 @@
 //! t3 − F(t4)  ≤  d  ≤  t2 − F(t1)
 //! ```
 //!
-//! Exchanges that agree narrow this down; one that contradicts the newer ones is of another time, and so are
-//! all before it. They are compared with the line as it is now, not as it was when they came, and grow wider
-//! with their age by what the rate of the line may be wrong by. (This is the intersection that Marzullo's
-//! algorithm makes of several servers, of one server at several times.)
+//! Exchanges that agree narrow this down; one that contradicts the newer ones is of another time, and so are all
+//! before it. They are compared with the line as it is now, not as it was when they came, and widen with age by the
+//! possible error of the line's rate. (This is the intersection that Marzullo's algorithm makes of several servers,
+//! made of one server at several times.)
 
 use super::COVERED;
 use super::trend::Trend;
@@ -18,20 +18,20 @@ use super::window::{Exchange, Recent, Stamps};
 use crate::instant::{Instant, Local, Seconds};
 use crate::observer::FarLine;
 
-/// A clock may run differently by so much, s/s, and nobody knows of it yet: a quartz in a draught.
+/// Rate change of a clock that may not be noticed yet, s/s: a quartz in a draught.
 const UNKNOWN_RATE: f64 = 1e-6;
 
-/// A drift may have changed by so much, s/s, as long as nobody has noticed yet.
+/// Change of a drift that may not be noticed yet, s/s.
 const UNNOTICED_RATE: f64 = 200e-6;
-/// What a drift may be at all, s/s, and a line that is no surer of its rate than this has not measured it yet: it knows no more
+/// Largest possible drift, s/s. A line whose rate is no surer than the second value has not measured it yet: it knows no more
 /// than what quartzes are usually like.
 const LARGEST_RATE: f64 = 2e-3;
 const UNMEASURED: f64 = 16e-6;
-/// Exchanges of so long a time, s, have tested the rate of a line.
+/// Time, s, after which exchanges have tested the rate of a line.
 const TESTED: f64 = 8.0;
 
-/// By how much a delay, s, is to be moved for none of the recent exchanges to deny it, even if the rate of the line should
-/// be quite wrong.
+/// Returns the correction of a delay, s, with which no recent exchange denies it, even if the rate of the line should be
+/// quite wrong.
 pub(super) fn pull(delay: f64, recent: &Recent<'_>) -> f64 {
     let Some(Agreeing { least, most, .. }) = Agreeing::of(recent, UNNOTICED_RATE, 0.0) else {
         return 0.0;
@@ -43,21 +43,21 @@ pub(super) fn pull(delay: f64, recent: &Recent<'_>) -> f64 {
     }
 }
 
-/// What recent exchanges leave open.
+/// Bounds that recent exchanges leave open.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
-    /// Its response says that the sender is ahead by no less.
+    /// Stamps whose response limits the sender's lead from below.
     least: Stamps,
-    /// Its request says that the sender is ahead by no more.
+    /// Stamps whose request limits the sender's lead from above.
     most: Stamps,
-    /// What the rate may be wrong by beside what the line knows of it, s/s.
+    /// Possible error of the rate beside what the line knows of it, s/s.
     doubt: f64,
-    /// The line is at another rate than the sender: no path can do that.
+    /// Proof that the line is at another rate than the sender: no path can do that.
     proven: Option<Trend>,
 }
 
 impl Bounds {
-    /// What exchanges say; none if there are none.
+    /// Finds the bounds; none if there are no exchanges.
     pub(super) fn of(recent: &Recent<'_>) -> Option<Self> {
         let level = Agreeing::of(recent, 0.0, 0.0)?;
         let trend = Trend::of(recent);
@@ -84,7 +84,7 @@ impl Bounds {
         Some(doubted.bounds(trend.most(), is_proven.then_some(trend)))
     }
 
-    /// How far the sender is ahead of the line at least and at most at `now`, s.
+    /// Returns the least and the greatest lead of the sender over the line at `now`, s.
     pub(super) fn at(&self, now: Instant<Local>, line: &FarLine) -> (f64, f64) {
         let Self { least, most, .. } = self;
         let rate = rate_doubt(line, self.doubt);
@@ -96,7 +96,7 @@ impl Bounds {
         )
     }
 
-    /// The same, of which nobody concludes that the line is wrong.
+    /// Drops the proof that the line is wrong.
     pub(super) fn unproven(self) -> Self {
         Self {
             proven: None,
@@ -104,14 +104,14 @@ impl Bounds {
         }
     }
 
-    /// By how much the sender gains on the line per second, if the line is proven wrong, and the standard
-    /// deviation of that; once.
+    /// Takes the sender's gain on the line per second, if the line is proven wrong, and the standard deviation of
+    /// that; once.
     pub(super) fn take_proven_gain(&mut self) -> Option<(f64, f64)> {
         self.proven.take().map(|trend| (trend.gain, trend.sigma))
     }
 }
 
-/// What the rate of the line may be wrong by, s/s.
+/// Possible error of the rate of the line, s/s.
 fn rate_doubt(line: &FarLine, doubt: f64) -> f64 {
     COVERED * line.rate_sigma + UNKNOWN_RATE + doubt
 }
@@ -120,11 +120,11 @@ fn rate_doubt(line: &FarLine, doubt: f64) -> f64 {
 struct Agreeing {
     least: Limit,
     most: Limit,
-    /// An older one does not.
+    /// True if an older one does not agree.
     contradicted: bool,
 }
 
-/// How far the sender is ahead of the line by one exchange, s.
+/// Sender's lead over the line by one exchange, s.
 #[derive(Clone, Copy)]
 struct Limit {
     ahead: f64,

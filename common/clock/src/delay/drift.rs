@@ -1,4 +1,4 @@
-//! Whose a change of the drift is: the sender's clock's, or the path's.
+//! Attribution of a change of the drift to the sender's clock or to the path.
 //!
 //! Messages come later and later, by `c` per second more than before. Against the line that they are on now, requests are
 //! under way (see [`super`]) for
@@ -16,20 +16,21 @@ use super::window::Exchange;
 use crate::observer::SuspectedDrift;
 use crate::straight_line::StraightLine;
 
-/// Requests go out in haste or at leisure: the means of stretches of so long at least, s, weigh alike.
+/// Requests go out at the fast or at the slow interval: means of stretches of at least this length, s, weigh alike.
 const STRETCH: f64 = 0.06;
-/// So many stretches at most, and how many tell at least.
+/// Greatest number of stretches, and the least that is conclusive.
 const STRETCHES: usize = 64;
 const ENOUGH: usize = 5;
-/// Where the jitter is too wide for that, the quickest of so many requests tell, if there are so many of them.
+/// Where the jitter is too wide for that: the quickest of each group of [`EACH`] requests, and the least number of
+/// groups.
 const EACH: usize = 6;
 const QUICKEST: usize = 8;
-/// Such a part of the change is as good as nothing, and to be told from all of it: so the slope is to be known that well that
-/// its standard deviation is such a part of the change. A drift that is taken for a path is looked at again a second later; a path
-/// that is taken for a drift leads away.
+/// Part of the change that is as good as nothing, and distinguishable from all of it: the standard deviation of the slope has to
+/// be at most this part of the change. A drift that is taken for a path is examined again a second later; a path that is taken for
+/// a drift leads away.
 const NOTHING: f64 = 0.35;
 const CERTAIN: f64 = 0.15;
-/// What is so much later than the others of its stretch, s, is a hold-up, and says nothing.
+/// Excess over the others of its stretch, s, from which a way is a hold-up, and is ignored.
 const HELD_UP: f64 = 0.5e-3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +39,7 @@ pub(super) enum Whose {
     Path,
 }
 
-/// None as long as it is not certain.
+/// Attributes the change; none as long as it is not certain.
 pub(super) fn whose<'a>(
     suspected: &SuspectedDrift,
     exchanges: impl Iterator<Item = &'a Exchange> + Clone,
@@ -85,8 +86,8 @@ impl Stretch {
     }
 }
 
-/// The line through the means of stretches, of which some may have none; the ways are given as pairs of time and way, s. None of
-/// too few.
+/// Fits a line through the means of stretches, which may be empty; the ways are given as pairs of time and way, s. None of too
+/// few.
 fn growth(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
     let span = ways.clone().map(|(time, _)| time).fold(0.0, f64::max);
     let length = STRETCH.max(span / (STRETCHES as f64 - 1.0));
@@ -99,8 +100,7 @@ fn growth(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine
     enough.then(|| StraightLine::through(known.map(|stretch| (stretch.time, stretch.way))))
 }
 
-/// The line through the quickest of [`EACH`] and more; of as many each time, as the quickest of more would be quicker by that
-/// alone. None of too few.
+/// Fits a line through the quickest of each [`EACH`]; the quickest of more would be quicker by that alone. None of too few.
 fn growth_of_quickest(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
     let count = ways.clone().count();
     let each = count / QUICKEST;
@@ -121,7 +121,7 @@ fn growth_of_quickest(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<
 mod tests {
     use super::*;
 
-    /// Asked every 20 ms for so long, s; ways are `way` long, and by up to so much later.
+    /// Ways of requests every 20 ms over `span`, s; they are `way` long, and later by up to `late`.
     fn asked(
         span: f64,
         late: f64,

@@ -1,21 +1,20 @@
-//! What is known of the delay, and what another look at the window makes of it.
+//! Estimate of the delay, and its update by another evaluation of the window.
 
 use super::window::Early;
 use crate::instant::{Instant, Local};
 use crate::numbers::together;
 
-/// What is seen enters the mean of so many estimates at most.
+/// Greatest number of estimates that the mean is taken over.
 const LONGEST_MEMORY: u32 = 1_000;
-/// So many standard deviations off is out of the ordinary. Where delays are correlated that happens
-/// by chance, and every exchange sees most of the window before, so it is followed once it has lasted
-/// for so many exchanges …
+/// Number of standard deviations that is out of the ordinary. Where delays are correlated that happens by chance, and
+/// every exchange sees most of the window before, so it is followed once it has lasted for this number of exchanges …
 const OUT_OF_THE_ORDINARY: f64 = 5.0;
 const LASTING: u32 = 64;
 /// … or at once if it is so far off that it cannot be chance.
 const BEYOND_CHANCE: f64 = 20.0;
 
-/// An exchange that spans a jump of so much, s, is off by far more than jitter, and by half of it: more than
-/// this part.
+/// An exchange that spans a jump of this size, s, is off by far more than jitter, and by half of it: more than this
+/// part.
 const WORTH_A_LOOK: f64 = 1e-3;
 const SPANNING: f64 = 0.25;
 
@@ -24,7 +23,7 @@ pub(super) struct Estimate {
     pub(super) delay: f64,
     /// Half of the least round trip, and what a jump has added since, s.
     pub(super) uncertainty: f64,
-    /// The first part of it, which is none for who knows how unequal the ways are, s.
+    /// The first part of it, which is zero if the asymmetry of the ways is known, s.
     half_round_trip: f64,
     /// Deviation that jitter causes, s.
     pub(super) jitter: f64,
@@ -33,12 +32,12 @@ pub(super) struct Estimate {
     pub(super) measured: bool,
     /// Estimates this one is the mean of; 0: the next one replaces it.
     count: u32,
-    /// So many in a row were out of the ordinary.
+    /// Estimates in a row that were out of the ordinary.
     contradictions: u32,
 }
 
 impl Estimate {
-    /// What the ways of a window say; `measured` if there are enough of them.
+    /// Evaluates the ways of a window; `measured` if there are enough of them.
     pub(super) fn of(there: &Early, back: &Early, newest: Instant<Local>, measured: bool) -> Self {
         let half_round_trip = 0.5 * (there.least + back.least).max(0.0);
         let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
@@ -54,7 +53,7 @@ impl Estimate {
         }
     }
 
-    /// What it is wrong by for who knows how unequal the ways are, but for jitter, s.
+    /// Possible error, but for jitter, where the asymmetry of the ways is known, s.
     pub(super) fn doubt(&self) -> f64 {
         (self.uncertainty - self.half_round_trip).max(0.0)
     }
@@ -64,7 +63,7 @@ impl Estimate {
         2.0 * self.half_round_trip
     }
 
-    /// The same where the two ways differ by twice this more than they did.
+    /// Shifts the estimate for ways that differ by twice this more than they did.
     pub(super) fn beside(self, asymmetry: f64) -> Self {
         Self {
             delay: self.delay + asymmetry,
@@ -73,8 +72,7 @@ impl Estimate {
         }
     }
 
-    /// What is known once a window has said `seen`. What was measured is better than a window with
-    /// too few exchanges.
+    /// Merges the estimate `seen` of a window. A measured estimate is better than a window with too few exchanges.
     pub(super) fn after(&self, seen: Self) -> Self {
         if self.measured && !seen.measured {
             return Self {
@@ -105,7 +103,7 @@ impl Estimate {
         }
     }
 
-    /// The line fell by so much, and the path is taken to have grown by as much, s.
+    /// Follows a jump: the line fell by `jump`, and the path is taken to have grown by as much, s.
     pub(super) fn follow_jump(&mut self, jump: f64) {
         self.delay += jump;
         self.uncertainty += libm::fabs(jump);
@@ -120,7 +118,7 @@ impl Estimate {
         }
     }
 
-    /// So much of a jump was not the path's, s.
+    /// Takes back this part of a jump, which was not the path's, s.
     pub(super) fn take_back(&mut self, jump: f64) {
         self.delay -= jump;
         self.uncertainty = (self.uncertainty - libm::fabs(jump)).max(0.0);

@@ -1,4 +1,4 @@
-//! What is known of the delay in the end: its measurement, what somebody states of the ways, and what exchanges leave open.
+//! Delay in the end: its measurement, a stated asymmetry of the ways, and the bounds of exchanges.
 
 use super::bounds::{self, Bounds};
 use super::estimate::Estimate;
@@ -9,7 +9,7 @@ use crate::numbers::together;
 use crate::observer::FarLine;
 
 impl DelayExchange {
-    /// What exchanges leave open; whatever the window makes of them, what they all deny is wrong.
+    /// Bounds the estimate by exchanges: whatever the window makes of them, a delay that they all deny is wrong.
     pub(super) fn bound(&mut self, now: Instant<Local>, line: &FarLine) {
         let measured = self.window.measured_now(line);
         self.bound_by(&Recent {
@@ -19,8 +19,8 @@ impl DelayExchange {
         });
     }
 
-    /// The same after an event that cleared the window: what arrived before it arrived no earlier than it left, whatever
-    /// the line is now.
+    /// Bounds the estimate after an event that cleared the window: messages before it arrived no earlier than they left,
+    /// whatever the line is now.
     pub(super) fn bound_by_history(&mut self, line: &FarLine) {
         let measured = self.history.measured_now(line);
         let exchanges = &measured[..self.history.len()];
@@ -32,7 +32,7 @@ impl DelayExchange {
             now: newest.at,
             line,
         });
-        // What came before the event proves nothing of the line after it.
+        // Exchanges before the event prove nothing of the line after it.
         self.bounds = self.bounds.map(Bounds::unproven);
     }
 
@@ -43,18 +43,18 @@ impl DelayExchange {
         }
     }
 
-    /// As the ways have it, for who knows how unequal they are, s.
+    /// Delay by the ways and their known asymmetry, s.
     fn measured(&self, estimate: &Estimate) -> f64 {
         let longer = self.stated.map_or(Span::ZERO, |stated| stated.longer);
         estimate.delay + 0.5 * longer.as_secs_f64()
     }
 
-    /// And no exchange denies it, s.
+    /// Delay that no exchange denies, s.
     pub(super) fn delay_of(&self, estimate: &Estimate) -> f64 {
         self.measured(estimate) + self.pulled
     }
 
-    /// What the delay is wrong by at most, s. A statement that exchanges deny makes nothing surer.
+    /// Greatest error of the delay, s. A statement that exchanges deny makes nothing surer.
     pub(super) fn uncertainty(
         &self,
         estimate: &Estimate,
@@ -73,19 +73,19 @@ impl DelayExchange {
         }
     }
 
-    /// How far the sender's clock is ahead of the line if its ways are equally long, as exchanges of the last seconds have it, s.
+    /// Sender's lead over the line if its ways are equally long, by the exchanges of the last seconds, s.
     pub(crate) fn middle(&self) -> Option<f64> {
         let estimate = self.estimate.as_ref().filter(|known| known.measured)?;
         Some(estimate.delay - self.asymmetry)
     }
 
-    /// By how much half of the difference of the two ways has changed since the start, s.
+    /// Change of half of the difference of the two ways since the start, s.
     pub(crate) const fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
 
-    /// What is to be added to the middle of exchanges for how unequal their ways are known to be, s, and the bound of what that
-    /// is wrong by where the least round trip is `round_trip`, s.
+    /// Correction of the middle of exchanges for the known asymmetry of their ways, s, and the greatest error of that where the
+    /// least round trip is `round_trip`, s.
     pub(crate) fn inequality(&self, round_trip: f64) -> (f64, f64) {
         let half = 0.5 * round_trip;
         let (stated, within) = match self.stated {
@@ -98,8 +98,7 @@ impl DelayExchange {
         (stated + self.asymmetry, within + self.asymmetry.abs())
     }
 
-    /// Whether ways that no longer take than the least round trip cannot differ by what is stated: neither is shorter than
-    /// nothing.
+    /// True if ways of this least round trip cannot differ as stated: neither is shorter than nothing.
     pub(super) fn is_statement_denied(&self, estimate: &Estimate, line: &FarLine) -> bool {
         let Some(Asymmetry { longer, within }) = self.stated else {
             return false;
@@ -109,7 +108,7 @@ impl DelayExchange {
         estimate.measured && least > estimate.round_trip() + 2.0 * unsure
     }
 
-    /// As its measurement says, and no less than exchanges leave open.
+    /// Uncertainty by the measurement, and no less than exchanges leave open.
     fn uncertainty_of_any_ways(
         &self,
         estimate: &Estimate,
@@ -126,7 +125,7 @@ impl DelayExchange {
     }
 }
 
-/// The standard deviation of a delay whose ways are as unequal as they are taken for, s.
+/// Standard deviation of a delay whose ways are as unequal as assumed, s.
 pub(super) fn sigma(estimate: &Estimate, line: &FarLine) -> f64 {
     together(estimate.jitter, line.sigma.0)
 }

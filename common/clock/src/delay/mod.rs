@@ -1,12 +1,12 @@
 //! Zero lag: the constant part of a link's delay, by time requests and responses.
 //!
-//! One-way messages show how a far clock runs, but not how long they were under way: the line that
-//! a [`PhaseObserver`](crate::PhaseObserver) finds lies behind the sender's own time by a constant. So
-//! the receiver asks now and then, and the sender responds. Each of the two messages is stamped when
-//! it leaves and when it arrives:
+//! One-way messages show how a far clock runs, but not how long they were under way: the line that a
+//! [`PhaseObserver`](crate::PhaseObserver) finds lies behind the sender's own time by a constant. So the receiver
+//! sends a time request now and then, and the sender responds. Each of the two messages is stamped when it leaves and
+//! when it arrives:
 //!
 //! ```text
-//! sender     ────────── t2 ─── t3 ──────────▶ S, told as spans since its cycle 0
+//! sender     ────────── t2 ─── t3 ──────────▶ S, sent as spans since its cycle 0
 //!                     ↗          ↘
 //! receiver   ─────── t1           t4 ───────▶ local, where the line F is known
 //! ```
@@ -19,10 +19,10 @@
 //!
 //! Jitter only lengthens a way, so the early ones over the last exchanges count, and
 //! `d = (early there − early back) / 2`, where one in 32 of the ways is not longer than the early one.
-//! That takes the two ways for equally long. Whatever they are in truth, neither is shorter than
-//! nothing, so the error is at most half of the least round trip, `(least there + least back) / 2`, and
-//! by how much the early ones differ from that: the uncertainty. (RFC 5905 reasons alike; as the line
-//! takes the drift out, the two ways need not be of the same exchange.)
+//! That takes the two ways for equally long. Whatever they are in truth, neither is shorter than nothing, so the
+//! error is at most half of the least round trip, `(least there + least back) / 2`, and by how much the early ones
+//! differ from that: the uncertainty. (RFC 5905 reasons alike; as the line takes the drift out, the two ways need not
+//! be of the same exchange.)
 
 mod bounds;
 mod drift;
@@ -45,25 +45,25 @@ use estimate::Estimate;
 use step::{Cause, Step, TELLING, Ways};
 use window::{Exchange, Stamps, Window};
 
-/// Between two requests as long as little is known …
+/// Interval of requests as long as little is known …
 const HASTE: Span = Span::from_millis(20);
 /// … and later, or where nobody responds.
 const LEISURE: Span = Span::from_millis(100);
-/// After an event it is in haste until so many exchanges came, for so many requests at most.
+/// Exchanges after an event until which the interval is short, and the greatest number of requests for them.
 const PLENTY: usize = 48;
 const HASTY_QUESTIONS: u32 = 128;
-/// So many exchanges make a measurement; and what was known before an event is held until then.
+/// Exchanges that make a measurement; and the estimate before an event is held until then.
 const ENOUGH: usize = 16;
-/// Without an exchange for so long the measurement is stale.
+/// Time without an exchange after which the measurement is stale.
 const STALE_AFTER: Span = Span::from_secs(3);
-/// No way is longer, and no sender further ahead: what says so is wrong.
+/// Longest way, and greatest lead of a sender: an exchange beyond it is wrong.
 const LONGEST: Span = Span::from_secs(1);
-/// What the line's rate can be wrong by while it locks, s/s, and what rounding adds, s.
+/// Error of the line's rate while it locks, s/s, and error by rounding, s.
 const RATE_TOLERANCE: f64 = 1e-3;
 const ROUNDING: f64 = 10e-9;
-/// The uncertainty covers so many standard deviations of the line.
+/// Standard deviations of the line that the uncertainty covers.
 const COVERED: f64 = 3.0;
-/// An exchange that is older says nothing of the present path.
+/// Age from which an exchange says nothing of the present path.
 const LONGEST_AGE: Span = Span::from_secs(10);
 
 /// A sender's response. Every stamp was taken as near to the wire as the machines allow.
@@ -71,15 +71,15 @@ const LONGEST_AGE: Span = Span::from_secs(10);
 pub struct TimeResponse {
     /// The run of the requester, as the request said.
     pub run: u64,
-    /// Which request.
+    /// Number of the request.
     pub number: u32,
-    /// When the request left, in the requester's clock: `t1`.
+    /// Departure of the request, in the requester's clock: `t1`.
     pub requested: Instant<Local>,
     /// The run of the sender.
     pub epoch: u64,
-    /// When the request arrived, in the sender's clock since the ideal start of its cycle 0: `t2`.
+    /// Arrival of the request, in the sender's clock since the ideal start of its cycle 0: `t2`.
     pub received: Span,
-    /// When the response left, likewise: `t3`.
+    /// Departure of the response, likewise: `t3`.
     pub responded: Span,
 }
 
@@ -92,7 +92,7 @@ pub struct DelayExchange {
     run: u64,
     /// The number of the next request.
     next: u32,
-    /// The first request of the window: what was asked before it spans an event.
+    /// First request of the window: one before it spans an event.
     first: u32,
     /// Bit n: request `next − 1 − n` waits for its response.
     open: u64,
@@ -100,26 +100,25 @@ pub struct DelayExchange {
     /// Requests since the last event.
     hasty: u32,
     window: Window,
-    /// The same, but events do not clear it.
+    /// Exchanges like `window`, but not cleared by events.
     history: Window,
-    /// Somebody wants to know whose a change of the drift is.
+    /// True while the cause of a change of the drift is wanted.
     is_asked: bool,
     sender: Option<Sender>,
     estimate: Option<Estimate>,
-    /// Between what all recent exchanges have it.
+    /// Bounds by all recent exchanges.
     bounds: Option<Bounds>,
-    /// By how much that moves the estimate, s.
+    /// Correction of the estimate by those, s.
     pulled: f64,
-    /// The line was lost, and no exchange was measured against the one that was found.
+    /// True if the line was lost, and no exchange was measured against the one that was found.
     is_of_lost_line: bool,
-    /// A step of the line of which nobody knows yet whose it was.
+    /// Step of the line that is not attributed yet.
     step: Option<Step>,
-    /// One that was the sender's, until it is asked for, s.
+    /// Step attributed to the sender, until it is taken, s.
     step_of_sender: Option<Seconds>,
-    /// By how much half of the difference of the two ways has changed since the start, by steps that were the
-    /// path's, s.
+    /// Change of half of the difference of the two ways since the start, by steps that were the path's, s.
     asymmetry: f64,
-    /// What it was at the start, as somebody knows.
+    /// Asymmetry of the ways at the start, if stated.
     stated: Option<Asymmetry>,
     exchanges: u64,
     refused: u64,
@@ -128,7 +127,7 @@ pub struct DelayExchange {
 /// The number of the first request: their numbers wrap within seconds of every run, not after thirteen years of one.
 const FIRST_REQUEST: u32 = u32::MAX - 63;
 
-/// The run of the sender that is asked, and what was known of its line.
+/// Run of the sender, and what was known of its line.
 #[derive(Clone, Copy, Debug)]
 struct Sender {
     epoch: u64,
@@ -142,7 +141,7 @@ struct Sender {
 }
 
 impl DelayExchange {
-    /// An exchange that has asked nothing yet. `run` tells this run of the requester from others.
+    /// Makes an exchange without requests as yet. `run` tells this run of the requester from others.
     #[must_use]
     pub const fn new(run: u64) -> Self {
         Self {
@@ -169,22 +168,21 @@ impl DelayExchange {
         }
     }
 
-    /// Takes it from somebody who knows how unequal the two ways are, or for equally long again. What changes by that shows at
-    /// once.
+    /// States the asymmetry of the two ways, or takes them for equally long again. The change shows at once.
     pub const fn state_asymmetry(&mut self, stated: Option<Asymmetry>) {
         self.stated = stated;
     }
 
-    /// Forgets what was measured and measures anew.
+    /// Forgets the measurements and measures again.
     pub fn restart(&mut self) {
         self.forget();
         self.sender = None;
     }
 
-    /// Looks at what became of the line. A new run of the sender: all is forgotten. A jump is taken
-    /// for the path's doing, so that the sender's time stays where it was, until the next exchanges
-    /// say otherwise (see [`step_of_sender`](Self::step_of_sender)); it is returned, and
-    /// [`PhaseObserver::attribute_step_to_path`] is to be told.
+    /// Follows what happened to the line. After a new run of the sender everything is forgotten. A jump is taken for
+    /// the path's doing, so that the sender's time stays where it was, until the next exchanges say otherwise (see
+    /// [`step_of_sender`](Self::step_of_sender)); it is returned, to be passed to
+    /// [`PhaseObserver::attribute_step_to_path`].
     ///
     /// [`PhaseObserver::attribute_step_to_path`]: crate::PhaseObserver::attribute_step_to_path
     pub fn follow(&mut self, line: &FarLine) -> Option<Seconds> {
@@ -236,7 +234,7 @@ impl DelayExchange {
             return Some(corrected);
         }
         if is_rebased || now.relocks != before.relocks {
-            // What was measured against a line that is gone is no help any more.
+            // Measurements against a line that is gone are no help any more.
             self.start_over();
             self.asymmetry = 0.0;
             self.is_of_lost_line = now.relocks != before.relocks;
@@ -250,7 +248,7 @@ impl DelayExchange {
         None
     }
 
-    /// The number of the request that is due, if one is. Once there is a line to measure against.
+    /// Returns the number of the request that is due, if one is. Needs a line to measure against.
     pub fn ask(&mut self, now: Instant<Local>) -> Option<u32> {
         if self.sender.is_none() || now < self.next_request {
             return None;
@@ -297,8 +295,8 @@ impl DelayExchange {
         checked.map(|_| ())
     }
 
-    /// Whether messages that come later and later are the doing of the sender's clock (or of the path), once exchanges
-    /// tell. Until then they are made in haste.
+    /// Reports whether messages that come later and later are due to the sender's clock (true) or to the path, once
+    /// exchanges show it. Until then requests go out at the fast interval.
     pub fn is_drift_of_sender(&mut self, suspected: Option<&SuspectedDrift>) -> Option<bool> {
         let told = suspected.and_then(|suspected| drift::whose(suspected, self.history.all()));
         let is_new = suspected.is_some() && !self.is_asked;
@@ -309,15 +307,15 @@ impl DelayExchange {
         told.map(|whose| whose == Whose::Sender)
     }
 
-    /// By how much the sender gains on the line per second, s/s, and the standard deviation of that, once exchanges
-    /// prove the line wrong; each time once. [`PhaseObserver::follow_drift`] is to be told.
+    /// Takes the sender's gain on the line per second, s/s, and the standard deviation of that, once exchanges prove
+    /// the line wrong; each time once. To be passed to [`PhaseObserver::follow_drift`].
     ///
     /// [`PhaseObserver::follow_drift`]: crate::PhaseObserver::follow_drift
     pub fn proven_gain(&mut self) -> Option<(f64, f64)> {
         self.bounds.as_mut()?.take_proven_gain()
     }
 
-    /// Whether exchanges will tell of a step of the line at `now` whether it was the path's or the sender's.
+    /// Reports whether exchanges will attribute a step of the line at `now` to the path or to the sender.
     #[must_use]
     pub fn can_attribute(&self, now: Instant<Local>) -> bool {
         let is_fresh = |estimate: &Estimate| now - estimate.newest <= STALE_AFTER;
@@ -325,16 +323,16 @@ impl DelayExchange {
         compares && self.estimate.as_ref().is_some_and(is_fresh)
     }
 
-    /// A step of the line that was taken for the path's until exchanges said that the sender's clock stood
-    /// still for so long, or leapt; each once. [`PhaseObserver::attribute_step_to_sender`] is to be told, and
-    /// what that says goes to [`map_step_of_sender`](Self::map_step_of_sender).
+    /// Takes a step of the line that was taken for the path's until exchanges showed that the sender's clock stood
+    /// still, or leapt; each once. It is to be passed to [`PhaseObserver::attribute_step_to_sender`], whose result
+    /// goes to [`map_step_of_sender`](Self::map_step_of_sender).
     ///
     /// [`PhaseObserver::attribute_step_to_sender`]: crate::PhaseObserver::attribute_step_to_sender
     pub const fn step_of_sender(&mut self) -> Option<Seconds> {
         self.step_of_sender.take()
     }
 
-    /// So much of a step of the sender went into the map from counts to far time; the rest is slewed.
+    /// Notes the part of a step of the sender that went into the map from counts to far time; the rest is slewed.
     pub fn map_step_of_sender(&mut self, mapped: Span) {
         let (Some(estimate), Some(sender)) = (&mut self.estimate, &mut self.sender) else {
             return;
@@ -353,7 +351,7 @@ impl DelayExchange {
             .map(|estimate| Span::from_secs_f64(self.delay_of(&estimate)))
     }
 
-    /// What is known at `now`, of the line as it is then.
+    /// Reports the delay at `now`, of the line as it is then.
     pub fn output(&self, now: Instant<Local>, line: &FarLine) -> DelayOutput {
         let blank = DelayOutput {
             state: DelayState::Asking,
@@ -421,7 +419,7 @@ impl DelayExchange {
         Ok(exchange)
     }
 
-    /// What the window says, beside what was known before.
+    /// Merges the window's estimate with the one before.
     fn estimate(&mut self, now: Instant<Local>, line: &FarLine) {
         let Some((there, back)) = self.window.early(line) else {
             return;
@@ -434,7 +432,7 @@ impl DelayExchange {
         });
     }
 
-    /// A step of the line that exchanges will tell of, if enough came before it.
+    /// Makes a step of the line for exchanges to attribute, if enough came before it.
     fn step_of(&self, jump: Seconds, before: Option<(Ways, Ways)>) -> Option<Step> {
         match &self.step {
             Some(step) => Some(step.again(jump.0)),
@@ -442,7 +440,7 @@ impl DelayExchange {
         }
     }
 
-    /// The line is another one, and has not jumped by so much, but changed its drift. Against another line the delay that
+    /// Follows a line that is another one, and has not jumped but changed its drift. Against another line the delay that
     /// was known may be anything that exchanges leave open.
     fn follow_drift_step(&mut self, taken_back: Seconds, line: &FarLine) -> Option<Seconds> {
         self.start_over();
@@ -452,7 +450,7 @@ impl DelayExchange {
         Some(Seconds::ZERO - taken_back)
     }
 
-    /// What an exchange says of whose the last step was.
+    /// Attributes the last step by an exchange.
     fn attribute(&mut self, exchange: &Exchange) {
         let ways = Ways {
             there: exchange.there,
@@ -467,7 +465,7 @@ impl DelayExchange {
         self.step = None;
     }
 
-    /// While the line is unsure it moves under what was measured against it.
+    /// Measures the exchanges again while the line is unsure and moves under them.
     fn measure_again(&mut self, line: &FarLine) {
         self.window.measure_again(line);
         if let Some(estimate) = &mut self.estimate {
@@ -480,7 +478,7 @@ impl DelayExchange {
         self.next_request = Instant::from_nanos(i64::MIN);
     }
 
-    /// The window begins anew, and is filled in haste.
+    /// Clears the window, and fills it again at the fast interval.
     fn start_over(&mut self) {
         self.window.clear();
         self.first = self.next;

@@ -1,56 +1,56 @@
-//! What a delay exchange says of itself, and of responses it does not use.
+//! Reports of a delay exchange, and its refusals of responses.
 
 use crate::instant::{Seconds, Span};
 
-/// Where a delay comes from, and how far its measurement is.
+/// Source of a delay, and progress of its measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum DelayState {
-    /// Nothing is done about it.
+    /// Not compensated.
     #[default]
     Off,
-    /// It was told.
+    /// Configured.
     Fixed,
-    /// Requests go out; too few responses came as yet, or none.
+    /// Sending requests; too few responses came as yet, or none.
     Asking,
-    /// It is measured.
+    /// Measured.
     Measured,
-    /// It was measured; for some seconds no response came, or none since the line was lost and found again.
+    /// Measured, but for some seconds no response came, or none since the line was lost and found again.
     Stale,
 }
 
-/// How unequal the ways of a link are, which no exchange can show, as somebody knows it.
+/// Stated asymmetry of the ways of a link, which no exchange can show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Asymmetry {
-    /// So much longer messages and responses are under way than requests; negative: shorter.
+    /// Excess of the ways of messages and responses over those of requests; negative: shorter.
     pub longer: Span,
-    /// That is wrong by at most so much, either way.
+    /// Greatest error of that, either way.
     pub within: Span,
 }
 
-/// What is known of the delay.
+/// Delay and its uncertainty.
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DelayOutput {
-    /// Where it comes from, and how far the measurement is.
+    /// Source of the delay, and progress of the measurement.
     pub state: DelayState,
-    /// How far the sender's time is ahead of the one that arrives.
+    /// Sender's lead over the time that arrives.
     pub delay: Option<Seconds>,
-    /// The delay is wrong by at most this, however unequal the ways there and back are: half of the
-    /// least round trip, and three standard deviations of the line; and no less than the last exchanges leave open. Where
-    /// somebody [stated](Asymmetry) how unequal they are: half of what that is wrong by at most, and three standard deviations, if that
-    /// is less.
+    /// Greatest error of the delay, however unequal the ways there and back are: half of the least round trip, and three standard
+    /// deviations of the line; and no less than the last exchanges leave open. Where the asymmetry is [stated](Asymmetry): half of its
+    /// greatest error, and three standard deviations, if that is less.
     pub uncertainty: Option<Seconds>,
-    /// What somebody [stated](Asymmetry) cannot be: the ways would differ by more than both take together. It is of no use then.
+    /// True if the [stated](Asymmetry) asymmetry is impossible: the ways would differ by more than both take together. It is of
+    /// no use then.
     pub is_statement_denied: bool,
     /// The part of the error that jitter causes, as a standard deviation. Were the ways equal, there
     /// would be no other.
     pub jitter: Option<Seconds>,
-    /// The same with what the line is wrong by: the standard deviation of the delay for who takes the ways for equally long, or
-    /// knows their difference.
+    /// Standard deviation of the delay where the ways are equally long or their difference is known: jitter together with the
+    /// error of the line.
     pub sigma: Option<Seconds>,
-    /// Since the newest exchange.
+    /// Time since the newest exchange.
     pub age: Option<Span>,
     /// Exchanges used.
     pub exchanges: u64,
@@ -58,16 +58,16 @@ pub struct DelayOutput {
     pub refused: u64,
 }
 
-/// Why a response was not used.
+/// Reason why a response was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// An earlier run of the requester asked.
+    /// The request was of an earlier run of the requester.
     #[error("the response is for another run of the requester")]
     OtherRun,
     /// Another run of the sender responded than the one that is followed.
     #[error("another run of the sender responded")]
     OtherEpoch,
-    /// The request was never made, is answered already, or is too old.
+    /// The request was never made, has its response already, or is too old.
     #[error("no request with this number waits for a response")]
     NotAsked,
     /// A stamp lies more than a second off, or before the one it must follow.

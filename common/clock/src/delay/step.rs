@@ -1,4 +1,4 @@
-//! Whose a step of the line was: the path's, or the sender's clock's.
+//! Attribution of a step of the line to the path or to the sender's clock.
 //!
 //! Messages come later by `s` from one to the next. Either their way has become longer, or the sender's clock
 //! stood still for as long. One-way messages look alike in both cases; exchanges do not. Against the line that
@@ -14,13 +14,13 @@
 //!
 //! So where both ways are what they were, it was the sender.
 
-/// Exchanges before the step, and after it, that tell whose it was, …
+/// Exchanges before the step, and after it, that attribute it, …
 pub(super) const TELLING: usize = 8;
 /// … and their number where the jitter is too wide to tell by how much the ways differ now: then the window is measured again.
 const MOST: usize = 16;
 /// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
 const SMALLEST_ASYMMETRY: f64 = 50e-6;
-/// No path that is used grows by as much in a second, s.
+/// Growth of a path in a second that no path in use reaches, s.
 const PLAIN: f64 = 0.5e-3;
 /// A way changed as a row of the table says if it is off by at most this share of the step.
 const FITS: f64 = 0.25;
@@ -29,20 +29,20 @@ const FITS: f64 = 0.25;
 const CERTAIN: f64 = 3.0;
 const OF_QUARTILES: f64 = 1.25 / 1.35 * core::f64::consts::SQRT_2;
 
-/// A step that nobody has told yet whose it is.
+/// A step that is not attributed yet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// The line fell by so much, s.
+    /// Fall of the line, s.
     size: f64,
     /// The ways before, s.
     before: Ways,
-    /// By how much they were already on the move then.
+    /// Movement of the ways before the step already, s.
     moving: f64,
     after: [Ways; MOST],
     len: usize,
 }
 
-/// How long a request and its response were under way, measured against a line, s.
+/// Ways of a request and its response, measured against a line, s.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ways {
     pub(super) there: f64,
@@ -50,13 +50,13 @@ pub(super) struct Ways {
 }
 
 impl Ways {
-    /// By how much either way is another one, s.
+    /// Greater of the differences of either way, s.
     fn differ_from(&self, other: &Self) -> f64 {
         let there = libm::fabs(self.there - other.there);
         there.max(libm::fabs(self.back - other.back))
     }
 
-    /// Of a few.
+    /// Median ways of a few.
     fn middle_of(few: &[Self]) -> Self {
         let mut ways = [[0.0; MOST]; 2];
         for (n, way) in few.iter().enumerate() {
@@ -69,19 +69,19 @@ impl Ways {
         }
     }
 
-    /// The delay that they say, s.
+    /// Delay by these ways, s.
     pub(super) const fn delay(&self) -> f64 {
         0.5 * (self.there - self.back)
     }
 }
 
-/// Whose it was.
+/// Cause of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cause {
-    /// The sender's clock stood still for so long, or leapt, s.
+    /// The sender's clock stood still for this time, or leapt, s.
     Sender(f64),
-    /// The way of the messages. Half of the difference of the ways there and back, which is what exchanges
-    /// measure, is now off by so much more than before, s.
+    /// The way of the messages. Half of the difference of the ways there and back, which is what exchanges measure,
+    /// is now off by this much more than before, s.
     Path { asymmetry: f64 },
 }
 
@@ -97,7 +97,7 @@ impl Step {
         }
     }
 
-    /// It fell again, by `size`, before it was clear why: both are taken together.
+    /// Adds a further fall by `size` before the cause was clear: both are taken together.
     pub(super) fn again(&self, size: f64) -> Self {
         Self {
             size: self.size + size,
@@ -107,7 +107,7 @@ impl Step {
         }
     }
 
-    /// Takes the exchange of a request that left since. Gives whose the step was, once that is clear.
+    /// Takes the exchange of a request that left since. Returns the cause of the step, once that is clear.
     pub(super) fn take(&mut self, exchange: Ways) -> Option<Cause> {
         self.after[self.len] = exchange;
         self.len += 1;
@@ -125,7 +125,7 @@ impl Step {
         is_told.then_some(cause)
     }
 
-    /// Whether it was a step, and no path that grows or swings by so much meanwhile.
+    /// True if it was a step, and no path that grows or swings by as much meanwhile.
     fn is_steady(&self, moving: f64) -> bool {
         let size = libm::fabs(self.size);
         size >= PLAIN || moving < FITS * size
@@ -184,7 +184,7 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// What eight exchanges say of a step, by how much the ways changed against the line that fell.
+    /// Cause of a step by eight exchanges, from the changes of the ways against the line that fell.
     fn cause(step: f64, there: f64, back: f64) -> Option<Cause> {
         let before = Ways {
             there: 3e-3,
@@ -206,7 +206,7 @@ mod tests {
         cause
     }
 
-    /// The same where ways are up to `jitter` late, and how many it took.
+    /// Cause of a step where ways are up to `jitter` late, and the number of exchanges needed.
     fn cause_in_jitter(step: f64, there: f64, back: f64, jitter: f64) -> (Cause, usize) {
         let mut pending = Step::new(step, Ways::default(), Ways::default());
         for taken in 1_u32..=16 {

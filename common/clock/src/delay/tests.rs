@@ -62,7 +62,7 @@ fn response(
     (response, responded + back)
 }
 
-/// Asks until `count` requests are answered, from `start` on; gives the instant after them.
+/// Exchanges from `start` on until `count` requests have responses; returns the instant after them.
 fn exchanges(
     exchange: &mut DelayExchange,
     line: &FarLine,

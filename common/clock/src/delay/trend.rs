@@ -1,4 +1,4 @@
-//! Whether the line runs as the sender does, as the exchanges alone have it.
+//! Rate of the sender against the line, by the exchanges alone.
 //!
 //! The middles of exchanges that took no longer than most lie on the sender's own time, but for a constant. A line
 //! whose rate is right is level against them. Where it is not, that may be the doing of a path whose ways change
@@ -11,28 +11,28 @@ use crate::instant::{Instant, Local, Span};
 use crate::numbers::together;
 use crate::straight_line::StraightLine;
 
-/// So many exchanges tell, in so long a time, s; and in so long a time they prove something.
+/// Exchanges needed for a trend, and the time they span, s; and the time that proves something.
 const ENOUGH: usize = 24;
 const LONG_ENOUGH: f64 = 0.4;
 const PROVING: f64 = 2.0;
-/// A slope of so many standard deviations is no chance.
+/// Standard deviations at which a slope is no chance.
 const SIGNIFICANT: f64 = 4.0;
-/// Both halves of the time say nearly the same, or the sender's clock has changed meanwhile.
+/// Agreement of both halves of the time, or else the sender's clock has changed meanwhile.
 const ALIKE: f64 = 0.3;
 
-/// How the sender gains on the line.
+/// Sender's gain on the line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trend {
-    /// s/s.
+    /// Gain, s/s.
     pub(super) gain: f64,
-    /// Its standard deviation, s/s.
+    /// Standard deviation of the gain, s/s.
     pub(super) sigma: f64,
-    /// Since the oldest exchange, s.
+    /// Time since the oldest exchange, s.
     span: f64,
 }
 
 impl Trend {
-    /// What exchanges say; none as long as that may be chance.
+    /// Finds the trend of exchanges; none as long as that may be chance.
     pub(super) fn of(recent: &Recent<'_>) -> Option<Self> {
         let quick = quick(recent)?;
         let whole = Self::through(quick.points(), quick.span)?;
@@ -43,8 +43,8 @@ impl Trend {
         (is_told && is_like).then_some(whole)
     }
 
-    /// What the exchanges leave open, however long each of them took: at no other rate do all of them agree. None if they do
-    /// not at any.
+    /// Finds the rates that the exchanges leave open, however long each of them took: at no other rate do all of them agree.
+    /// None if they do not at any.
     pub(super) fn left_open(recent: &Recent<'_>) -> Option<Self> {
         let now = recent.now;
         let since = |at: Instant<Local>| (at - now).as_secs_f64();
@@ -82,12 +82,12 @@ impl Trend {
         })
     }
 
-    /// Whether it is seen for long enough to prove something.
+    /// True if it spans long enough to prove something.
     pub(super) fn may_prove(&self) -> bool {
         self.span >= PROVING
     }
 
-    /// What the line's rate may be wrong by, s/s.
+    /// Greatest error of the line's rate, s/s.
     pub(super) fn most(&self) -> f64 {
         self.gain.abs() + SIGNIFICANT * self.sigma
     }
@@ -97,7 +97,7 @@ impl Trend {
 struct Quick {
     points: [(f64, f64); KEPT],
     len: usize,
-    /// Since the oldest of all, s.
+    /// Time since the oldest of all, s.
     span: f64,
 }
 
@@ -135,7 +135,7 @@ fn quick(recent: &Recent<'_>) -> Option<Quick> {
     Some(quick)
 }
 
-/// How long a request and its response were under way.
+/// Time that a request and its response were under way.
 fn under_way(exchange: &Exchange) -> Span {
     let stamps = &exchange.stamps;
     (stamps.arrived - stamps.requested) - (stamps.responded - stamps.received)

@@ -8,17 +8,17 @@ use crate::observer::FarLine;
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
 pub(super) const KEPT: usize = 128;
 
-/// One way in so many is early.
+/// One way in this number is early.
 const PART: usize = 32;
 
-/// What one exchange measured against the line of its time, s. A line that has been corrected since
-/// corrects it, too.
+/// Measurement of one exchange against the line of its time, s. A line that has been corrected since corrects it,
+/// too.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
     pub(super) at: Instant<Local>,
-    /// How far the sender is ahead, plus the way there.
+    /// Sender's lead plus the way there.
     pub(super) there: f64,
-    /// The way back, less how far the sender is ahead.
+    /// Way back less the sender's lead.
     pub(super) back: f64,
     /// See [`FarLine::corrected`].
     pub(super) corrected: Seconds,
@@ -26,7 +26,8 @@ pub(super) struct Exchange {
     pub(super) stamps: Stamps,
 }
 
-/// When a request left and its response arrived, and when the sender received the one and sent the other.
+/// Stamps of an exchange: when a request left and its response arrived, and when the sender received the one and sent
+/// the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamps {
     pub(super) requested: Instant<Local>,
@@ -36,7 +37,7 @@ pub(super) struct Stamps {
 }
 
 impl Exchange {
-    /// What the stamps say, measured against the line as it is now.
+    /// Measures the stamps against the line as it is now.
     pub(super) fn measured(stamps: Stamps, line: &FarLine) -> Self {
         Self {
             at: stamps.arrived,
@@ -65,19 +66,19 @@ pub(super) struct Recent<'a> {
 }
 
 impl Recent<'_> {
-    /// Since the oldest, s.
+    /// Time since the oldest, s.
     pub(super) fn span(&self) -> f64 {
         let oldest = self.exchanges.last();
         oldest.map_or(0.0, |oldest| (self.now - oldest.at).as_secs_f64())
     }
 }
 
-/// One direction over the whole window, s. The very least hangs on a single message; a few are the surer
+/// Ways of one direction over the whole window, s. The very least hangs on a single message; a few are the surer
 /// measure where jitter has no sharp lower bound, and no more than a few meet no obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Early {
     pub(super) least: f64,
-    /// One in [`PART`] of the ways is not longer.
+    /// Way that one in [`PART`] does not exceed.
     pub(super) early: f64,
     /// Standard deviation of the early ones, if what is above them is exponential: then twice as many
     /// come within `deviation·√rank` after them.
@@ -121,14 +122,15 @@ impl Window {
         self.len = 0;
     }
 
-    /// Measures all of them anew.
+    /// Measures every exchange again.
     pub(super) fn measure_again(&mut self, line: &FarLine) {
         for exchange in &mut self.kept {
             *exchange = Exchange::measured(exchange.stamps, line);
         }
     }
 
-    /// All of them, the newest first, measured against the line as it is now; how many there are is [`Self::len`].
+    /// Returns the exchanges, the newest first, measured against the line as it is now; their number is
+    /// [`Self::len`].
     pub(super) fn measured_now(&self, line: &FarLine) -> [Exchange; KEPT] {
         let mut measured = self.kept;
         for (place, exchange) in measured.iter_mut().zip(self.all().rev()) {
@@ -156,7 +158,7 @@ impl Window {
         Some((there, back))
     }
 
-    /// What the ways usually are, whatever became of the last few; none of too few exchanges.
+    /// Usual ways, whatever happened to the last few; none of too few exchanges.
     pub(super) fn usual(&self, line: &FarLine) -> Option<Ways> {
         (self.len >= TELLING).then(|| Ways {
             there: self.median_of(|exchange| exchange.there(line)),
@@ -164,7 +166,7 @@ impl Window {
         })
     }
 
-    /// The same of the newest few.
+    /// Median ways of the newest few.
     pub(super) fn newest(&self, line: &FarLine) -> Option<Ways> {
         let mut ways = [[0.0; TELLING]; 2];
         if self.len < TELLING {
@@ -180,7 +182,7 @@ impl Window {
         })
     }
 
-    /// All of them, the oldest first.
+    /// Iterates over the exchanges, the oldest first.
     pub(super) fn all(&self) -> impl DoubleEndedIterator<Item = &Exchange> + Clone {
         (0..self.len).map(|n| &self.kept[(self.oldest + n) % KEPT])
     }
@@ -190,7 +192,7 @@ impl Window {
         self.len -= 1;
     }
 
-    /// All of them, in the first places.
+    /// Ways of every exchange, in the first places.
     fn ways(&self, way: impl Fn(&Exchange) -> f64) -> [f64; KEPT] {
         let mut ways = [0.0; KEPT];
         for (n, place) in ways[..self.len].iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! What the window makes of exchanges never contradicts all of them.
+//! Bounds by all exchanges, which the window's estimate never contradicts.
 
 use super::*;
 
@@ -11,7 +11,7 @@ fn running(rate: f64, delay: Span) -> FarLine {
     }
 }
 
-/// How far the sender is ahead of such a line, µs.
+/// Sender's lead over such a line, µs.
 fn ahead_us(line: &FarLine, now: Instant<Local>) -> f64 {
     let shown = AHEAD + now.since_epoch();
     line.offset_at(shown, now).as_micros()
@@ -128,7 +128,7 @@ fn a_line_at_another_rate_than_the_sender_is_proven_wrong_once() {
     }
 }
 
-/// One in three is as quick as can be, the others wait in queues.
+/// Lateness where a third of the messages are as quick as can be, and the others wait in queues.
 fn queued(mut late: impl FnMut() -> Span) -> impl FnMut() -> Span {
     let mut number = 0;
     move || {

@@ -13,7 +13,7 @@ struct World {
     exchange: DelayExchange,
     drift: f64,
     latency: Span,
-    /// Requests are under way for so much less.
+    /// Reduction of the way of requests.
     requests_shorter: Span,
     jitters: [Box<dyn FnMut() -> Span>; 3],
     count: u64,
@@ -36,7 +36,7 @@ impl World {
         }
     }
 
-    /// The true time at which the sender's clock shows so many of its nanoseconds.
+    /// True time at which the sender's clock shows `sender_ns` nanoseconds.
     fn truth(&self, sender_ns: f64) -> Instant<Local> {
         Instant::from_nanos((sender_ns * (1.0 + self.drift)) as i64)
     }
@@ -45,7 +45,7 @@ impl World {
         Span::from_nanos((truth.as_nanos() as f64 / (1.0 + self.drift)) as i64)
     }
 
-    /// One cycle of both; gives the shown far time minus the sender's true time, µs.
+    /// Runs one cycle of both; returns the shown far time minus the sender's true time, µs.
     fn step(&mut self) -> f64 {
         let due = self.truth(self.count as f64 * 1e6);
         let arrived = due + self.latency + (self.jitters[0])();
@@ -106,7 +106,7 @@ fn with_an_observer_the_far_time_is_the_senders_own_through_steps_of_the_delay()
         for step in [300, -500] {
             world.latency += micros(step);
             let worst = world.worst(15.0);
-            // Until it is noticed the line is pulled; then the jump is blamed on the path.
+            // Until it is noticed the line is pulled; then the jump is attributed to the path.
             assert!(worst < 30.0, "{drift} ppm, step {step}: {worst} µs");
             let worst = world.worst(5.0);
             assert!(worst < 3.0, "{drift} ppm, after {step}: {worst} µs");
