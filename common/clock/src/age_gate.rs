@@ -1,4 +1,4 @@
-//! How old is a message? Judged by its cycle count, never by its arrival.
+//! Age of a message, judged by its cycle count, never by its arrival.
 //!
 //! A receiver that was stopped finds thousands of messages in its mailbox, all just arrived and up
 //! to seconds old. The gate remembers how early a count can arrive at best, and so knows what a
@@ -11,14 +11,14 @@
 use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Span};
 
-/// The best arrival is forgotten this fast, so that a slower sender does not grow old: its pace is judged
-/// elsewhere, and one far beyond what quartzes do must be heard to be named. A backlog is older by three orders.
+/// Rate at which the best arrival is forgotten, so that a slower sender does not grow old: its pace is judged
+/// elsewhere, and one far beyond what quartzes do must be received to be named. A backlog is older by three orders.
 const FORGETTING_PPM: i64 = 20_000;
 /// Silence forgets nothing beyond this, or a backlog would seem younger the longer it is.
 const LONGEST_FORGETTING: Span = Span::from_millis(100);
 
-/// A sender whose count fell behind for good (its machine slept) is believed again after so long at
-/// its regular pace.
+/// Time at its regular pace after which a sender whose count fell behind for good (its machine slept) is believed
+/// again.
 const PATIENCE: Span = Span::from_secs(1);
 
 /// A backlog is over once this number of messages in a row came no less late than the least late one since it began. Pieces of
@@ -34,7 +34,7 @@ pub struct AgeGate {
     limit: Span,
     best: Option<Arrival>,
     late_since: Option<Late>,
-    /// When the newest message arrived that was fresh.
+    /// Arrival of the newest message that was fresh.
     fresh_at: Option<Instant<Local>>,
     backlog: Option<Backlog>,
 }
@@ -42,14 +42,14 @@ pub struct AgeGate {
 /// Messages that waited while nothing was fresh for longer than the limit.
 #[derive(Clone, Copy, Debug)]
 struct Backlog {
-    /// When count 0 would have arrived, by the least late of them: how late that is against the best arrival is not
-    /// asked, as that is forgotten while a large backlog is emptied.
+    /// Arrival of count 0 by the least late of them: its lateness against the best arrival does not matter, as that
+    /// is forgotten while a large backlog is emptied.
     least: Instant<Local>,
     /// Messages in a row since then that were no less late.
     paced: u8,
 }
 
-/// When count 0 would have arrived, by the earliest message known; and when that was found out.
+/// Arrival of count 0 by the earliest message known; and the time when that was found out.
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
     of_count_zero: Instant<Local>,
@@ -63,7 +63,7 @@ struct Late {
     of_count_zero: Instant<Local>,
 }
 
-/// What the gate says of a message.
+/// Age of a message, as the gate judges it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Age {
     /// Young enough to use.
@@ -129,7 +129,7 @@ impl AgeGate {
         best
     }
 
-    /// Whether it is part of what waited while nothing fresh came, and messages do not keep the sender's pace yet.
+    /// True if the message is part of a backlog after a silence, and messages do not keep the sender's pace yet.
     fn is_backlog(
         &mut self,
         arrived: Instant<Local>,
@@ -206,7 +206,7 @@ mod tests {
             })
             .count();
         assert_eq!(fresh, 0);
-        // Then they keep pace: of the first nobody knows that yet.
+        // Then they keep pace, but the first of them do not show that yet.
         let fresh = (4_000..4_010).filter(|count| {
             let arrived = at_micros(1_000 * count + 2_000);
             gate.judge(*count as u64, arrived, arrived) == Age::Fresh

@@ -66,11 +66,11 @@ impl CycleTime {
     CycleTime::MAX
 )]
 pub struct CycleTimeOutOfRange {
-    /// What was asked for.
+    /// Cycle time asked for.
     pub received: Span,
 }
 
-/// When a node's cycles are due: cycle `k` starts at `start + k·T`, ideally.
+/// Schedule of a node's cycles: cycle `k` starts at `start + k·T`, ideally.
 ///
 /// A node that wakes too late skips the cycles it missed, by time, and counts them. It never
 /// catches up with a burst.
@@ -82,12 +82,12 @@ pub struct Schedule {
     overruns: u64,
 }
 
-/// One cycle that is due.
+/// A cycle that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tick {
     /// Cycle number since the node's start, skipped cycles counted.
     pub count: u64,
-    /// When the cycle ideally starts.
+    /// Ideal start of the cycle.
     pub ideal_start: Instant<Local>,
     /// Cycles since the previous tick: 1, or more when some were skipped.
     pub elapsed: u32,
@@ -116,13 +116,13 @@ impl Schedule {
         }
     }
 
-    /// When cycle 0 started, or would have.
+    /// Start of cycle 0, even if it was skipped.
     #[must_use]
     pub const fn start(&self) -> Instant<Local> {
         self.start
     }
 
-    /// When the next cycle is due.
+    /// Ideal start of the next cycle.
     #[must_use]
     pub fn next_start(&self) -> Instant<Local> {
         self.start_of(self.next)

@@ -31,8 +31,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Where a [timing channel](crate::timing) runs beside the transport, [`FarClock::timing_exchange`] takes what comes of
-//! it, and the far time is as good as its stamps.
+//! Where a [timing channel](crate::timing) runs beside the transport, [`FarClock::timing_exchange`] takes its
+//! exchanges, and the far time is as good as its stamps.
 //!
 //! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] gives a
 //! number; the response comes back as a [`TimeResponse`] with its four stamps.
@@ -51,18 +51,18 @@ use crate::two_way::TwoWay;
 /// Responses that can wait for their cycle.
 pub const RESPONSES: usize = 16;
 
-/// The uncertainty covers so many standard deviations.
+/// Standard deviations that the uncertainty covers.
 const COVERED: f64 = 3.0;
 
-/// Where the constant part of the delay comes from.
+/// Source of the constant part of the delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DelaySource {
-    /// Nothing is done about it: far time lags by it.
+    /// Not compensated: far time lags by the delay.
     #[default]
     Off,
-    /// It is configured.
+    /// Configured.
     Fixed(Span),
-    /// The far node is asked for it.
+    /// Measured by time requests to the far node.
     Measured,
 }
 
@@ -74,13 +74,13 @@ pub enum DelaySource {
 pub struct FarClock {
     observer: PhaseObserver,
     delay: DelaySource,
-    /// In force until one is measured.
+    /// Delay in force until one is measured.
     held: Span,
     exchange: DelayExchange,
     waiting: [Option<(Instant<Local>, TimeResponse)>; RESPONSES],
     /// Responses that found no room to wait.
     overflow: u64,
-    /// What comes beside the transport, stamped nearer to the wire.
+    /// Exchanges beside the transport, stamped nearer to the wire.
     timing: TimingChannel,
     /// The exchanges of the transport as a line of their own.
     two_way: TwoWay,
@@ -88,28 +88,28 @@ pub struct FarClock {
     /// The line that the delay is measured against.
     line: Option<FarLine>,
     is_sure: bool,
-    /// The newest cycle, if there was one, and what it gave.
+    /// The newest cycle, if there was one.
     cycled: Option<Instant<Local>>,
     newest: FarClockOutput,
 }
 
-/// What one cycle of a [`FarClock`] gives.
+/// Output of one cycle of a [`FarClock`].
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FarClockOutput {
-    /// Far time, and what the observer says of itself.
+    /// Far time, and the state of the observer.
     pub observer: ObserverOutput,
-    /// What is known of the delay.
+    /// Delay, and the state of its measurement.
     pub delay: DelayOutput,
-    /// What is known of the timing channel.
+    /// State of the timing channel.
     pub timing: TimingOutput,
     /// Far time is sure, or was and goes on as it did: leaving it would be a step.
     pub is_sure: bool,
 }
 
 impl FarClockOutput {
-    /// Whether the corrections of messages have nothing to do with those of the cycle before: the sender stood
-    /// still and its counts mean other instants now. Far time itself goes on.
+    /// Reports whether the corrections of messages have nothing to do with those of the cycle before: the sender
+    /// stood still and its counts mean other instants now. Far time itself goes on.
     #[must_use]
     pub const fn is_mapped_anew(&self) -> bool {
         self.is_sure && self.observer.rebased
@@ -119,17 +119,17 @@ impl FarClockOutput {
 /// Far time at a local instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarReading {
-    /// What the far clock shows.
+    /// Time of the far clock.
     pub time: FarTime,
-    /// That is wrong by at most this, as far as is known: three standard deviations of what was
-    /// observed, what is still to be slewed, and where the delay is measured, half of the least round
-    /// trip. A delay that is neither measured nor configured is not in it.
+    /// Greatest error of that, as far as is known: three standard deviations of what was observed, what is still to
+    /// be slewed, and where the delay is measured, half of the least round trip. A delay that is neither measured nor
+    /// configured is not in it.
     pub uncertainty: Seconds,
 }
 
 impl FarClock {
-    /// The clock of a node whose nominal cycle time is `far_cycle_time`, which its messages say. `run`
-    /// tells the requests of this run of the own node from those of others.
+    /// Makes the clock of a node whose nominal cycle time is `far_cycle_time`, which its messages say. `run`
+    /// distinguishes the requests of this run of the own node from those of others.
     ///
     /// # Errors
     /// [`WrongParameter`] names the parameter that is out of its range.
@@ -156,8 +156,8 @@ impl FarClock {
         })
     }
 
-    /// A message arrived at `at`: number `count` of the far node's run `epoch`, which left
-    /// `send_stamp` after the ideal start of its cycle.
+    /// Takes a message that arrived at `at`: number `count` of the far node's run `epoch`, which left `send_stamp`
+    /// after the ideal start of its cycle.
     pub fn message(
         &mut self,
         epoch: u64,
@@ -168,7 +168,7 @@ impl FarClock {
         self.observer.observe(epoch, count, at, send_stamp);
     }
 
-    /// A response arrived at `at`. It waits for the first cycle that ideally begins no earlier.
+    /// Takes a response that arrived at `at`. It waits for the first cycle that ideally begins no earlier.
     pub fn response(&mut self, at: Instant<Local>, response: &TimeResponse) {
         if self.delay != DelaySource::Measured {
             return;
@@ -179,15 +179,15 @@ impl FarClock {
         }
     }
 
-    /// An exchange of the timing channel, whose response arrived at `at`: its four stamps were taken near to the wire. It
-    /// is of use while the delay is measured.
+    /// Takes an exchange of the timing channel, whose response arrived at `at`: its four stamps were taken near to the
+    /// wire. It is of use while the delay is measured.
     pub fn timing_exchange(&mut self, at: Instant<Local>, exchange: &TimeResponse) {
         if self.delay == DelaySource::Measured {
             self.timing.exchange(at, exchange);
         }
     }
 
-    /// The number of the request to send in the cycle that ideally began at `now`, if one is due.
+    /// Returns the number of the request to send in the cycle that ideally began at `now`, if one is due.
     pub fn request(&mut self, now: Instant<Local>) -> Option<u32> {
         match self.delay {
             DelaySource::Measured => self.exchange.ask(now),
@@ -195,9 +195,9 @@ impl FarClock {
         }
     }
 
-    /// The cycle that ideally begins at `now`, with all messages up to then.
+    /// Runs the cycle that ideally begins at `now`, with all messages up to then.
     ///
-    /// Every response to a request of this run is shown to `used`, with its arrival. What it gives stays here until the
+    /// Every response to a request of this run is shown to `used`, with its arrival. The output stays here until the
     /// next cycle: [`newest`](Self::newest).
     pub fn cycle(
         &mut self,
@@ -230,14 +230,14 @@ impl FarClock {
         &self.newest
     }
 
-    /// What the newest cycle gave.
+    /// Output of the newest cycle.
     #[must_use]
     pub fn newest(&self) -> Option<&FarClockOutput> {
         self.cycled.map(|_| &self.newest)
     }
 
-    /// By how much message number `count` is to be moved in time to be what the far node would have sent
-    /// at the newest cycle; none as long as that is not sure.
+    /// Returns the shift in time that makes message number `count` what the far node would have sent at the newest
+    /// cycle; none as long as that is not sure.
     #[must_use]
     pub fn correction(&self, count: u64) -> Option<Seconds> {
         let newest = self.newest().filter(|newest| newest.is_sure)?;
@@ -245,8 +245,8 @@ impl FarClock {
         Some(newest.observer.far_time?.since(sent))
     }
 
-    /// What the far clock shows at the local instant `at`, taken from the newest cycle; none before it
-    /// is known at all.
+    /// Returns the far time at the local instant `at`, extrapolated from the newest cycle; none before it is known at
+    /// all.
     #[must_use]
     pub fn far_time_at(&self, at: Instant<Local>) -> Option<FarReading> {
         let now = self.cycled?;
@@ -269,8 +269,8 @@ impl FarClock {
         })
     }
 
-    /// Takes the delay from elsewhere. Once far time is sure the change is slewed. Until one is measured
-    /// the one before stays in force.
+    /// Changes the source of the delay. Once far time is sure the change is slewed. Until one is measured the one
+    /// before stays in force.
     pub fn set_delay(&mut self, delay: DelaySource) {
         if delay == self.delay {
             return;
@@ -286,8 +286,7 @@ impl FarClock {
         }
     }
 
-    /// Takes it from somebody who knows how unequal the ways of the link are, for a delay that is measured. Once far time is sure the
-    /// change is slewed.
+    /// States the asymmetry of the ways of the link, for a delay that is measured. Once far time is sure the change is slewed.
     pub const fn state_asymmetry(&mut self, stated: Option<Asymmetry>) {
         self.exchange.state_asymmetry(stated);
     }
@@ -304,7 +303,7 @@ impl FarClock {
         }
     }
 
-    /// Tells the observer of the delay, be it measured by the timing channel or otherwise.
+    /// Passes the delay to the observer, be it measured by the timing channel or otherwise.
     fn steer(&mut self, now: Instant<Local>) {
         if self.delay == DelaySource::Measured && self.timing.is_heard() {
             let line = self.observer.line();
@@ -331,12 +330,12 @@ impl FarClock {
         }
     }
 
-    /// Whether far time follows exchanges and not messages.
+    /// True if far time follows exchanges and not messages.
     const fn is_steered(&self) -> bool {
         matches!(self.steering, Steering::Channel { .. })
     }
 
-    /// What the exchanges of the transport say.
+    /// Delay by the exchanges of the transport.
     fn known(&self, now: Instant<Local>, line: &FarLine) -> Option<Known> {
         let output = self.exchange.output(now, line);
         let is_measured = matches!(output.state, DelayState::Measured | DelayState::Stale);
@@ -356,7 +355,7 @@ impl FarClock {
         };
         for place in &mut self.waiting {
             if let Some((arrived, response)) = place.take_if(|(at, _)| *at <= now) {
-                // It counts what it refuses.
+                // It counts the responses that it refuses.
                 match self.exchange.take(&response, arrived, &line) {
                     Err(Refusal::OtherRun | Refusal::OtherEpoch | Refusal::NotAsked) => {}
                     // Another estimator may think otherwise of one that is implausible.
@@ -369,7 +368,7 @@ impl FarClock {
             }
         }
         if self.settle_drift() {
-            // What is said of this cycle's far time is said of the line that it is on.
+            // The output of this cycle is about the line that its far time is on.
             self.follow_line();
         }
         if let Some(step) = self.exchange.step_of_sender() {
@@ -378,7 +377,7 @@ impl FarClock {
         }
     }
 
-    /// The line as it is now, with what became of it told to the exchange.
+    /// Returns the line as it is now, after the exchange has followed it.
     fn follow_line(&mut self) -> Option<FarLine> {
         let line = self.observer.line()?;
         self.line = Some(line);
@@ -388,7 +387,7 @@ impl FarClock {
         Some(line)
     }
 
-    /// What exchanges say of a drift that may have changed. Whether the line may have begun anew.
+    /// Attributes a drift that may have changed by exchanges. Returns whether the line may have begun again.
     fn settle_drift(&mut self) -> bool {
         let suspected = self.observer.suspected_drift();
         let to_sender = self.exchange.is_drift_of_sender(suspected);

@@ -64,7 +64,7 @@ impl<D: Domain> Instant<D> {
         self.nanos
     }
 
-    /// How long after the clock's epoch.
+    /// Time since the clock's epoch.
     #[must_use]
     pub const fn since_epoch(self) -> Span {
         Span::from_nanos(self.nanos)
@@ -210,7 +210,7 @@ impl Span {
         self.0 as f64 * 1e-9
     }
 
-    /// How many whole `unit`s fit, rounded towards minus infinity. `unit` must be positive.
+    /// Number of whole `unit`s that fit, rounded towards minus infinity. `unit` must be positive.
     #[must_use]
     pub const fn div_floor(self, unit: Self) -> i64 {
         self.0.div_euclid(unit.0)
@@ -222,7 +222,7 @@ impl Span {
         Self(self.0.saturating_abs())
     }
 
-    /// Whether the span is shorter than nothing.
+    /// True if the span is shorter than nothing.
     #[must_use]
     pub const fn is_negative(self) -> bool {
         self.0 < 0
@@ -294,8 +294,8 @@ impl Div<i64> for Span {
     }
 }
 
-/// A length of time in seconds as a real number: what a correction time is, since a nanosecond is
-/// too coarse a step for a velocity derived from it.
+/// A length of time in seconds as a real number: the type of a correction time, since a nanosecond is too coarse a
+/// step for a velocity derived from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(inline))]

@@ -1,4 +1,4 @@
-//! What time is it?
+//! Clocks of machines, and the time of a far one.
 //!
 //! Instants typed by the clock that read them, signed spans, the wrapping cycle index of a far
 //! sender, the block that turns that index into a correction time, and what is better than it: the
@@ -16,8 +16,7 @@
 //! | `E_Sync_ErrorCodes` | [`time_sync::SyncError`] |
 //! | `E_Sync_WarningCodes` | [`time_sync::SyncWarning`] |
 //!
-//! The crate is `no_std`, allocates nothing and asks no machine for the time: every instant is an
-//! argument.
+//! The crate is `no_std`, allocates nothing and reads no clock: every instant is an argument.
 #![no_std]
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! What `libm` works out bit by bit or with care for extremes, for the numbers of this crate: a few instructions in every
-//! message and cycle instead of some thirty.
+//! Functions that `libm` computes bit by bit or with care for extremes, for the numbers of this crate: a few instructions
+//! in every message and cycle instead of some thirty.
 
 /// The whole number nearest to `x`, halves away from zero; saturates, and NaN becomes 0.
 pub(crate) fn rounded(x: f64) -> i64 {
@@ -14,8 +14,8 @@ pub(crate) fn floored(x: f64) -> i64 {
     whole.saturating_sub(i64::from(x < whole as f64))
 }
 
-/// The standard deviation of a sum, the parts of which have these: √(a² + b²). Neither is so large or so small that its
-/// square could not be told.
+/// The standard deviation of a sum of parts with these: √(a² + b²). Neither is so large or so small that its square
+/// could not be represented.
 pub(crate) fn together(a: f64, b: f64) -> f64 {
     libm::sqrt(a * a + b * b)
 }

@@ -13,7 +13,7 @@ pub(crate) struct StraightLine {
 }
 
 impl StraightLine {
-    /// Through pairs of a time and a value, s: at least three, not all of one time.
+    /// Fits pairs of a time and a value, s: at least three, not all of one time.
     pub(crate) fn through(points: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let count = points.clone().count() as f64;
         let time = points.clone().map(|point| point.0).sum::<f64>() / count;

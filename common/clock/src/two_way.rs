@@ -15,28 +15,29 @@ use crate::observer::FarLine;
 use crate::timing::Steering;
 use crate::timing::line::{GROUP, TimingLine};
 
-/// The squares of what each missed are means over this number of groups, …
+/// Groups that the mean squares of misses are over, …
 const MEMORY: f64 = 8.0;
 /// … and are known after this number.
 const ENOUGH: f64 = 8.0;
-/// What messages missed once counts at most as a multiple of what exchanges usually miss: a change that is over is forgotten in ten
-/// seconds (drift_table, "delay +1 ms in 2 s": messages had long been right again, and were not followed for half a minute).
+/// Greatest miss of messages, as a multiple of the usual one of exchanges: a change that is over is forgotten in ten seconds
+/// (drift_table, "delay +1 ms in 2 s": messages had long been right again, and were not followed for half a minute).
 const CLIPPED: f64 = 6.0;
-/// The groups of which the shortest round trip counts: ten seconds at ten exchanges a second. What is longer says less.
+/// Groups whose shortest round trip counts: ten seconds at ten exchanges a second. An exchange with a longer one says
+/// less.
 const ROUND_TRIPS: usize = 12;
 /// The exchanges are followed where messages miss them by more than this, as a multiple in squares; no longer where by less than
 /// the second. Where only the exchanges' own scatter counts they are equal.
 const WORSE: f64 = 2.5;
 const AS_GOOD: f64 = 1.25;
-/// What messages miss by less is not worth it, s: on AR(1) delays of 15 µs they miss by 3, and exchanges lag behind a drift that
-/// changes at once.
+/// Least miss of messages that counts, s: on AR(1) delays of 15 µs they miss by 3, and exchanges lag behind a drift that changes
+/// at once.
 const LEAST: f64 = 10e-6;
-/// The same where exchanges are followed: a path that wanders returns to its mean twice in each period.
+/// Least miss of messages where exchanges are followed: a path that wanders returns to its mean twice in each period.
 const STILL_LEAST: f64 = 4e-6;
 /// After an event neither is followed by what it predicted before: nothing is compared across it, and exchanges are not followed
-/// within this time, in which it turns out whose the event was.
+/// within this time, in which the event is attributed.
 const STEADY_FOR: Span = Span::from_secs(10);
-/// Without an exchange for this long the messages are followed again.
+/// Time without an exchange after which the messages are followed again.
 const STALE_AFTER: Span = Span::from_secs(2);
 
 /// The line through the exchanges, and how well both lines predict.
@@ -47,7 +48,7 @@ pub(crate) struct TwoWay {
     events: Option<Events>,
     steady_since: Option<Instant<Local>>,
     newest: Option<Instant<Local>>,
-    /// Of the group that is being filled: the least of the ways there and back, as the delay has them, s.
+    /// Least of the ways there and back of the group that is being filled, as the delay has them, s.
     there: f64,
     back: f64,
     filled: usize,
@@ -83,12 +84,12 @@ impl Events {
 }
 
 impl TwoWay {
-    /// Nothing that was learnt holds any more.
+    /// Forgets everything.
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// Whether it is followed.
+    /// True if the exchanges are followed.
     pub(crate) const fn is_in_use(&self) -> bool {
         self.in_use
     }
@@ -133,7 +134,7 @@ impl TwoWay {
         }
     }
 
-    /// A group is full: the better one predicted it better.
+    /// Compares how well both predicted a group, which is full.
     fn compare(&mut self, now: Instant<Local>) {
         let Some(missed) = self.line.as_mut().and_then(TimingLine::take_missed) else {
             return;
@@ -154,8 +155,8 @@ impl TwoWay {
         self.in_use = is_better && is_steady && self.groups >= ENOUGH;
     }
 
-    /// The steering of far time at `now`, beside the line of messages as it is; none where that is the better one. `exchange`
-    /// knows how unequal the ways are.
+    /// Returns the steering of far time at `now`, beside the line of messages as it is; none where that is the better one.
+    /// `exchange` has the asymmetry of the ways.
     pub(crate) fn steer(
         &mut self,
         now: Instant<Local>,

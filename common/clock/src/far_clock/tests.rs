@@ -84,7 +84,7 @@ fn the_delay_is_measured_or_configured_and_can_be_changed() {
     let reading = clock.far_time_at(now).unwrap();
     let error = reading.time.since(Instant::from_nanos(8_000 * CYCLE)).0;
     assert!(error.abs() < 5e-6, "{error}");
-    // What is not known of the delay is not in it any more.
+    // The unknown part of the delay is not in it any more.
     assert!(
         reading.uncertainty.0 < 0.5 * measured.uncertainty.0,
         "{reading:?}"

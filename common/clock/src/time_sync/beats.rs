@@ -1,4 +1,4 @@
-//! Plateaus, beats, and the drift they tell.
+//! Plateaus, beats, and the drift they show.
 
 /// Most periods a mean can be taken over.
 pub(super) const MOST_PERIODS: usize = 64;
@@ -28,7 +28,7 @@ struct Run {
 pub(super) enum Beat {
     /// The first plateau of all: no beat yet.
     First,
-    /// A step by so many ticks.
+    /// A step by this number of ticks.
     Counted { ticks: i64 },
 }
 
@@ -68,7 +68,7 @@ impl Beats {
         self.periods.want(usize::from(periods));
     }
 
-    /// One cycle; `offset` is none when it brought no new data. Tells when the plateau changes.
+    /// Runs one cycle; `offset` is none when it brought no new data. Returns a change of the plateau.
     pub(super) fn observe(&mut self, offset: Option<i64>, cycle: i64) -> Option<Beat> {
         // Silence confirms nothing: one late message before a pause would make a plateau.
         let run = self.continue_run(offset?, cycle);
@@ -113,7 +113,7 @@ impl Beats {
         self.count
     }
 
-    /// Whether enough periods are known for the mean that was asked for.
+    /// True if there are enough periods for the mean wanted.
     pub(super) const fn mean_is_known(&self) -> bool {
         self.periods.len == self.periods.wanted
     }
@@ -149,7 +149,7 @@ impl Periods {
         self.next = 0;
     }
 
-    /// As many as this from now on; the newest are kept.
+    /// Changes the number of periods; the newest are kept.
     fn want(&mut self, wanted: usize) {
         let kept = self.len.min(wanted);
         let oldest = self.next + self.wanted - kept;

@@ -9,7 +9,7 @@ pub(super) struct Slopes {
 }
 
 impl Slopes {
-    /// How much of the way is made after the fraction `f` of the time; all of it from 1 on.
+    /// Share of the way that is made after the fraction `f` of the time; all of it from 1 on.
     fn share(self, f: f64) -> f64 {
         if f <= self.section {
             self.part * f.max(0.0) / self.section
@@ -100,7 +100,7 @@ impl Blend {
         self.cycles = i64::from(cycles);
     }
 
-    /// Whether the line aimed at is reached.
+    /// True if the line aimed at is reached.
     pub(super) const fn has_arrived(&self, cycle: i64) -> bool {
         cycle - self.since >= self.cycles
     }

@@ -1,4 +1,4 @@
-//! `FB_TimeSync`: a correction time from nothing but the cycle index of what was received.
+//! `FB_TimeSync`: a correction time from nothing but the cycle index received.
 //!
 //! TS5066, chapter 3.2. The receiver reads one index per cycle of its own. Where both clocks run
 //! alike the index grows by one each time; where they drift apart it now and then repeats or skips
@@ -58,9 +58,9 @@ pub struct TimeSync {
     /// After a fault, the index that stood then: old data start nothing.
     stale: Option<CycleIndex>,
     beats: Beats,
-    /// What time mode follows: the plateaus, each blended into the next.
+    /// Offset that time mode follows: the plateaus, each blended into the next.
     level: Blend,
-    /// What is in force: as time mode until the drift is known, then the ramps from beat to beat.
+    /// Offset in force: as time mode until the drift is known, then the ramps from beat to beat.
     course: Blend,
     diagnostic: TimeSyncDiagnostic,
 }
@@ -85,7 +85,7 @@ enum Status {
     Failed(SyncError),
 }
 
-/// What one cycle of [`TimeSync`] gives.
+/// Output of one cycle of [`TimeSync`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeSyncOutput {
     /// Start-up, synchronised or failed.
@@ -93,10 +93,10 @@ pub struct TimeSyncOutput {
     /// Operation goes on, but not at its best.
     #[doc(alias = "iWarningId")]
     pub warning: Option<SyncWarning>,
-    /// How far to extrapolate what was received, s. None after a fault, until new data come.
+    /// Time to extrapolate the received data by, s. None after a fault, until new data come.
     #[doc(alias = "fCorrectionTime")]
     pub correction_time: Option<Seconds>,
-    /// The same as time mode has it, whether synchronised or not.
+    /// Correction time of time mode, whether synchronised or not.
     pub time_mode_correction: Option<Seconds>,
     /// Beats since the block was started.
     pub beats: u32,
@@ -175,7 +175,7 @@ impl SyncError {
         }
     }
 
-    /// What happened, in words.
+    /// Description of the error.
     #[must_use]
     pub const fn reason(self) -> &'static str {
         match self {
@@ -208,7 +208,7 @@ impl SyncWarning {
         }
     }
 
-    /// What happened, in words.
+    /// Description of the warning.
     #[must_use]
     pub const fn reason(self) -> &'static str {
         match self {
@@ -246,8 +246,8 @@ impl TimeSync {
         })
     }
 
-    /// One cycle. `index` is what the input image holds now; `elapsed` counts the own cycles since
-    /// the previous call: 1, or more when some were skipped.
+    /// Runs one cycle. `index` is what the input image holds now; `elapsed` counts the own cycles since the previous
+    /// call: 1, or more when some were skipped.
     pub fn update(&mut self, index: CycleIndex, elapsed: u32) -> TimeSyncOutput {
         let corrections = match self.status {
             Status::Failed(_) if !self.parameters.automatic_re_init => None,
@@ -282,9 +282,9 @@ impl TimeSync {
         self.parameters.delay_time_offset = offset;
     }
 
-    /// Changes the parameters while running. What was learnt is kept: limits hold from now on, whatever
-    /// shapes a ramp or a blend from the next beat on. Forced into time mode, it leaves sync mode.
-    /// `parameters` are checked for the same two cycle times as those it was started with.
+    /// Changes the parameters while running. Everything learnt is kept: limits hold from now on, parameters that
+    /// shape a ramp or a blend from the next beat on. Forced into time mode, it leaves sync mode. `parameters` are
+    /// checked for the same two cycle times as those it was started with.
     pub fn set_parameters(&mut self, parameters: &CheckedTimeSync) {
         self.parameters = parameters.parameters;
         let CheckedTimeSync { parameters, .. } = parameters;
@@ -299,13 +299,13 @@ impl TimeSync {
         }
     }
 
-    /// The parameters in force, with the limits raised that the ratio of the cycle times asks for.
+    /// Parameters in force, with the limits raised as the ratio of the cycle times requires.
     #[must_use]
     pub const fn parameters(&self) -> &TimeSyncParameters {
         &self.parameters
     }
 
-    /// One cycle of a block that is not in error.
+    /// Runs one cycle of a block that is not in error.
     fn advance(&mut self, index: CycleIndex, elapsed: u32) -> Option<Corrections> {
         if self.stale.is_some_and(|stale| stale == index) {
             return None;
@@ -360,7 +360,7 @@ impl TimeSync {
         unwrapped
     }
 
-    /// A new plateau: aim both lines at it.
+    /// Aims both lines at a new plateau.
     fn follow(&mut self, beat: Beat) {
         let before = self.diagnostic.drift_ppm;
         self.diagnostic.drift_ppm = self.drift_ppm();
@@ -383,8 +383,8 @@ impl TimeSync {
         }
     }
 
-    /// Where the beats of the start-up lead. With the drift known, straight onto the ramp, if that
-    /// is still inside the threshold when it is reached; otherwise to the plateau, as time mode.
+    /// Line to which the beats of the start-up lead. With the drift known, straight onto the ramp, if that is still
+    /// inside the threshold when it is reached; otherwise to the plateau, as time mode.
     fn approach(&self) -> Line {
         let plateau = self.plateau();
         if self.parameters.force_time_mode || !self.beats.mean_is_known() {
@@ -429,8 +429,8 @@ impl TimeSync {
         }
     }
 
-    /// Sync mode begins when the approach is over and the correction inside the threshold: then the
-    /// switch itself changes nothing.
+    /// Begins sync mode when the approach is over and the correction inside the threshold: then the switch itself
+    /// changes nothing.
     fn try_to_synchronise(&mut self, offset: i64) {
         if self.status == Status::StartUp
             && !self.parameters.force_time_mode
@@ -489,7 +489,7 @@ impl TimeSync {
     }
 }
 
-/// A drift that is known and changes by more than half of what it was.
+/// Warns of a known drift that changes by more than half of what it was.
 fn drift_warning(before: f64, now: f64) -> Option<SyncWarning> {
     let changed = before != 0.0 && (now - before).abs() > 0.5 * before.abs();
     changed.then_some(SyncWarning::DriftChangedSignificantly)

@@ -91,7 +91,7 @@ impl Default for TimeSyncParameters {
 /// Parameters that are good, for a pair of cycle times.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckedTimeSync {
-    /// With the limits raised that the ratio of the cycle times asks for.
+    /// Parameters with the limits raised as the ratio of the cycle times requires.
     pub(super) parameters: TimeSyncParameters,
     pub(super) ticks: Ticks,
 }
@@ -102,9 +102,9 @@ pub struct CheckedTimeSync {
 pub struct WrongParameter {
     /// The parameter, in this library's spelling.
     pub parameter: &'static str,
-    /// Its value.
+    /// Value received.
     pub received: f64,
-    /// What it may be.
+    /// Range of valid values.
     pub expected: &'static str,
 }
 
@@ -203,7 +203,7 @@ impl TimeSyncParameters {
         self.ticks(task_cycle_time)
     }
 
-    /// The limits that the manual wants larger where one cycle holds several of the other's.
+    /// Raises the limits that the manual wants larger where one cycle holds several of the other's.
     fn raised_for(mut self, ticks: &Ticks) -> Self {
         let ratio = ticks.per_task_cycle.max(ticks.per_data_cycle);
         let least = ratio + 2;

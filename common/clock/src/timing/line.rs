@@ -8,48 +8,48 @@ use crate::observer::Bank;
 
 /// Exchanges that make one measurement: the shortest of their ways there, and the shortest of their ways back.
 pub(crate) const GROUP: usize = 8;
-/// So many measurements are enough to be believed.
+/// Measurements that are enough for the line to be believed.
 const ENOUGH: u32 = 8;
-/// What the rate of the line that is begun from can be wrong by, s/s.
+/// Possible error of the rate that the line begins with, s/s.
 const EXPECTED_DRIFT: f64 = 10e-6;
-/// So many standard deviations, and half of the round trip, are more than any way can explain: a clock leapt. Once
-/// that is so for so many measurements in a row, all begins anew.
+/// Standard deviations that, beside half of the round trip, are more than any way can explain: a clock leapt. After
+/// this many such measurements in a row the line begins again.
 const BEYOND_CHANCE: f64 = 8.0;
 const CONTRADICTIONS: u8 = 4;
-/// The uncertainty covers so many standard deviations.
+/// Standard deviations that the uncertainty covers.
 const COVERED: f64 = 3.0;
 /// No way is shorter than nothing by more than stamps are wrong by, s.
 const STAMPS_ARE_WRONG_BY: f64 = 1e-6;
 
-/// What one exchange says, beside a line with the rate that was known when it began, s.
+/// Ways of one exchange, beside a line with the rate that was known when it began, s.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ways {
-    /// When the request left, and when the response arrived, since the first exchange.
+    /// Departure of the request, and arrival of the response, since the first exchange.
     left: f64,
     arrived: f64,
-    /// How far the sender's clock is ahead, plus the way there.
+    /// Sender's lead, plus the way there.
     there: f64,
-    /// The same, less the way back.
+    /// Sender's lead, less the way back.
     back: f64,
 }
 
-/// How far the sender's clock is ahead of the own one, as a line in time.
+/// Sender's lead over the own clock, as a line in time.
 #[derive(Clone, Debug)]
 pub(crate) struct TimingLine {
-    /// Where it begins, on both clocks, and how fast the sender's clock was taken to run then.
+    /// Origin on both clocks, and the rate of the sender's clock as assumed then.
     here: Instant<Local>,
     far: Span,
     rate: f64,
     group: [Ways; GROUP],
     filled: usize,
     bank: Option<Bank>,
-    /// Of this time since the beginning, s.
+    /// Time of the bank's estimate since the beginning, s.
     at: f64,
     noise: Noise,
     round_trip: RoundTrip,
     measurements: u32,
     contradictions: u8,
-    /// By how much the newest measurement was off what was expected, s.
+    /// Innovation of the newest measurement, s.
     missed: Option<f64>,
 }
 
@@ -74,13 +74,13 @@ impl TimingLine {
         }
     }
 
-    /// By how much the newest measurement was off what was expected of it, s; once.
+    /// Takes the innovation of the newest measurement, s; once.
     pub(crate) const fn take_missed(&mut self) -> Option<f64> {
         self.missed.take()
     }
 
-    /// Takes an exchange whose response arrived at `arrived`. Whether the clocks are no longer where the line has
-    /// them.
+    /// Takes an exchange whose response arrived at `arrived`. Returns whether the clocks are no longer where the line
+    /// has them.
     pub(crate) fn take(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) -> bool {
         let (left, came) = (self.since(exchange.requested), self.since(arrived));
         self.group[self.filled] = Ways {
@@ -97,12 +97,12 @@ impl TimingLine {
         self.contradictions >= CONTRADICTIONS
     }
 
-    /// Whether enough is known of it.
+    /// True if enough measurements were taken.
     pub(crate) const fn is_acquired(&self) -> bool {
         self.measurements >= ENOUGH
     }
 
-    /// What the sender's clock shows at `now`, since the ideal start of its cycle 0.
+    /// Time of the sender's clock at `now`, since the ideal start of its cycle 0.
     pub(crate) fn far_time(&self, now: Instant<Local>) -> Span {
         let since = self.since(now);
         let ahead = self.bank.as_ref().map_or(0.0, |bank| {
@@ -115,12 +115,12 @@ impl TimingLine {
         self.far + Span::from_nanos(passed) + Span::from_nanos(rounded(beside))
     }
 
-    /// How fast the sender's clock runs, seconds per local second.
+    /// Rate of the sender's clock, seconds per local second.
     pub(crate) fn rate(&self) -> f64 {
         self.rate + self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift)
     }
 
-    /// The standard deviation of that but for what the ways differ by, s.
+    /// Standard deviation of the far time but for the asymmetry of the ways, s.
     pub(crate) fn sigma(&self, now: Instant<Local>) -> f64 {
         let Some(bank) = &self.bank else {
             return f64::INFINITY;
@@ -132,12 +132,12 @@ impl TimingLine {
         libm::sqrt(variance + bank.bias_variance())
     }
 
-    /// What it is wrong by at most: whatever the ways are, neither is shorter than nothing, s.
+    /// Greatest error of the far time: whatever the ways are, neither is shorter than nothing, s.
     pub(crate) fn uncertainty(&self, now: Instant<Local>) -> f64 {
         0.5 * self.round_trip.shortest() + COVERED * self.sigma(now)
     }
 
-    /// Both ways together, at their shortest, s.
+    /// Least round trip, s.
     pub(crate) const fn round_trip(&self) -> f64 {
         self.round_trip.shortest()
     }
@@ -146,13 +146,13 @@ impl TimingLine {
         (at - self.here).as_nanos() as f64 * 1e-9
     }
 
-    /// How far the sender's clock, which shows `far`, is ahead of a line with the first rate, s.
+    /// Sender's lead, where its clock shows `far`, over a line with the first rate, s.
     fn ahead(&self, far: Span, since: f64) -> f64 {
         let far = (far - self.far).as_nanos() as f64 * 1e-9;
         (far - since) - (self.rate - 1.0) * since
     }
 
-    /// One measurement of the group, which is full.
+    /// Makes one measurement of the group, which is full.
     fn measure(&mut self) {
         let middle = self.group.iter().map(|ways| ways.left).sum::<f64>() / GROUP as f64;
         let drift = self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift);
@@ -166,7 +166,7 @@ impl TimingLine {
         );
         let round_trip = there - back;
         if !(round_trip > -STAMPS_ARE_WRONG_BY && middle > self.at) {
-            // Of one clock that leapt within the group, or a rate that is wrong by far.
+            // A clock leapt within the group, or the rate is wrong by far.
             self.contradictions += 1;
             return;
         }

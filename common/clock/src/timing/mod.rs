@@ -1,11 +1,11 @@
 //! The timing channel: a far clock by exchanges that were stamped near to the wire.
 //!
 //! Messages of axes are stamped where the program gets them, some ten microseconds late, and later for seconds when a
-//! machine is busy. Exchanges that the kernel or the network card stamps are a hundred times sharper, but they may
-//! come to an end at any time, and they come by another way than the axes. So they do not replace the
-//! [`PhaseObserver`](crate::PhaseObserver), which goes on to follow the messages: they say how far the sender's clock is
-//! ahead of its line, as [`DelayExchange`](crate::DelayExchange) does, in every cycle anew. The line's own wander
-//! cancels in that, and where the channel comes to an end the far time goes on along the line, without a step.
+//! machine is busy. Exchanges that the kernel or the network card stamps are a hundred times sharper, but they may come
+//! to an end at any time, and they come by another way than the axes. So they do not replace the
+//! [`PhaseObserver`](crate::PhaseObserver), which goes on to follow the messages: they measure the sender's lead over
+//! its line in every cycle, as [`DelayExchange`](crate::DelayExchange) does. The line's own wander cancels in that, and
+//! where the channel comes to an end the far time goes on along the line, without a step.
 //!
 //! ```text
 //! sender's clock   S ·············· what exchanges of the timing channel show, to a fraction of a microsecond
@@ -13,8 +13,8 @@
 //! observer's line  F ∿∿∿∿∿∿∿∿∿∿∿∿∿ what messages show
 //! ```
 //!
-//! It is believed no further than the time exchanges of the transport leave open: a channel that contradicts them is
-//! not used, whatever it says.
+//! The channel is believed no further than the time exchanges of the transport leave open: one that contradicts them
+//! is not used.
 
 pub(crate) mod line;
 mod noise;
@@ -26,62 +26,62 @@ use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 use line::TimingLine;
 
-/// Without an exchange for so long the channel is not in use any more.
+/// Time without an exchange after which the channel is not in use any more.
 const STALE_AFTER: Span = Span::from_secs(2);
 /// Exchanges that can wait for their cycle.
 const WAITING: usize = 16;
-/// No exchange takes longer.
+/// Longest exchange.
 const LONGEST: Span = Span::from_secs(1);
 
-/// How far the timing channel is.
+/// State of the timing channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum TimingState {
-    /// Nothing came of it, or it is not used.
+    /// Without exchanges, or not used.
     #[default]
     Waiting,
-    /// Exchanges come; too few as yet, or they are no better than those of the transport.
+    /// Acquiring: too few exchanges as yet, or they are no better than those of the transport.
     Acquiring,
-    /// The far time follows it.
+    /// Followed by the far time.
     InUse,
-    /// It was in use; the far time goes on as it left it, by the messages alone.
+    /// No longer in use: the far time goes on from it, by the messages alone.
     Held,
-    /// It contradicts the time exchanges of the transport.
+    /// Contradicted by the time exchanges of the transport.
     Contradicted,
 }
 
-/// What is known of the timing channel.
+/// State and quality of the timing channel.
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimingOutput {
-    /// How far it is.
+    /// State of the channel.
     pub state: TimingState,
     /// Standard deviation of the sender's clock as its exchanges show it.
     pub sigma: Option<Seconds>,
-    /// How long an exchange is under way, both ways, at its shortest lately.
+    /// Least round trip of late, both ways together.
     pub round_trip: Option<Seconds>,
-    /// Since the newest exchange.
+    /// Time since the newest exchange.
     pub age: Option<Span>,
     /// Exchanges used.
     pub exchanges: u64,
-    /// Exchanges that could not be true.
+    /// Exchanges refused, as they could not be true.
     pub refused: u64,
-    /// How often it was begun anew, since the clocks were no longer where it had them.
+    /// Restarts of its line, since the clocks were no longer where the line had them.
     pub restarts: u32,
 }
 
-/// How the far time is steered in one cycle.
+/// Steering of the far time in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Steering {
-    /// By the timing channel: the sender's clock is so far ahead of the line.
+    /// By the timing channel: the sender's clock is `ahead` of the line.
     Channel {
         ahead: Seconds,
         uncertainty: Seconds,
         sigma: Seconds,
-        /// How fast it runs, seconds per local second.
+        /// Rate of the sender's clock, seconds per local second.
         rate: f64,
-        /// It was not in the cycle before.
+        /// True if the channel did not steer in the cycle before.
         begins: bool,
     },
     /// By the exchanges of the transport, and what the channel left behind.
@@ -89,12 +89,12 @@ pub(crate) enum Steering {
 }
 
 impl Steering {
-    /// Nothing came of a timing channel.
+    /// Steering without a timing channel.
     pub(crate) const NONE: Self = Self::Exchanges {
         beside: Seconds::ZERO,
     };
 
-    /// What is known of the delay then.
+    /// Applies the steering to a delay.
     pub(crate) fn applied_to(&self, known: DelayOutput) -> DelayOutput {
         match *self {
             Self::Channel {
@@ -120,12 +120,12 @@ impl Steering {
     }
 }
 
-/// What the transport's own exchanges say in the same cycle.
+/// Delay by the transport's own exchanges in the same cycle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
-    /// How far the sender's clock is ahead of the line.
+    /// Sender's lead over the line.
     pub(crate) delay: Seconds,
-    /// That is wrong by at most this.
+    /// Greatest error of that.
     pub(crate) uncertainty: Seconds,
 }
 
@@ -137,9 +137,9 @@ pub(crate) struct TimingChannel {
     line: Option<TimingLine>,
     newest: Option<Instant<Local>>,
     state: TimingState,
-    /// By how much what it showed last was off what the exchanges said, s.
+    /// Difference between what the channel showed last and the exchanges, s.
     beside: f64,
-    /// The run of the sender, and how often its line began anew.
+    /// Run of the sender, and the counts of its line's new beginnings.
     of: Option<(u64, u32, u32)>,
     exchanges: u64,
     refused: u64,
@@ -147,7 +147,7 @@ pub(crate) struct TimingChannel {
 }
 
 impl TimingChannel {
-    /// An exchange whose response arrived at `arrived`.
+    /// Takes an exchange whose response arrived at `arrived`.
     pub(crate) fn exchange(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) {
         self.is_heard = true;
         match self.waiting.iter_mut().find(|place| place.is_none()) {
@@ -156,12 +156,12 @@ impl TimingChannel {
         }
     }
 
-    /// Whether anything ever came of it: without, there is nothing to steer by.
+    /// True if an exchange ever came: without, there is nothing to steer by.
     pub(crate) const fn is_heard(&self) -> bool {
         self.is_heard
     }
 
-    /// Nothing that was learnt holds any more.
+    /// Forgets the line and its state.
     pub(crate) fn forget(&mut self) {
         self.line = None;
         self.newest = None;
@@ -169,7 +169,7 @@ impl TimingChannel {
         self.state = TimingState::Waiting;
     }
 
-    /// One cycle, with the observer's line as it is now and what the exchanges of the transport say of it.
+    /// Runs one cycle, with the observer's line as it is now and the delay by the exchanges of the transport.
     pub(crate) fn steer(
         &mut self,
         now: Instant<Local>,
@@ -187,7 +187,7 @@ impl TimingChannel {
         self.judge(now, far, known)
     }
 
-    /// What is known of it at `now`.
+    /// Reports the channel at `now`.
     pub(crate) fn output(&self, now: Instant<Local>) -> TimingOutput {
         let line = self.line.as_ref().filter(|line| line.is_acquired());
         TimingOutput {
@@ -270,10 +270,10 @@ impl TimingChannel {
         }
     }
 
-    /// It cannot be used in this cycle.
+    /// Leaves the channel unused in this cycle.
     fn leave(&mut self, now: Instant<Local>, far: &FarLine, known: Option<Known>, is_fresh: bool) {
         if self.state == TimingState::InUse {
-            // As it is in this cycle, whatever became of the line and of the exchanges since the one before.
+            // Taken in this cycle, whatever happened to the line and to the exchanges since the one before.
             if let (Some(line), Some(known)) = (&self.line, known) {
                 let apart = far.offset_at(line.far_time(now), now).0 - known.delay.0;
                 if libm::fabs(apart) <= known.uncertainty.0 {

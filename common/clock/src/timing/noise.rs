@@ -1,13 +1,13 @@
-//! What one measurement of the timing channel is worth.
+//! Worth of one measurement of the timing channel.
 
-/// A mean over so many measurements at most …
+/// Greatest number of measurements that the mean is over …
 const MEMORY: f64 = 60.0;
-/// … of which a single one counts at most so many times the mean.
+/// … and the multiple of the mean that a single one counts as at most.
 const OUTLIER: f64 = 9.0;
-/// No measurement scatters less, s²: stamps have whole nanoseconds, and clocks are read one after the other.
+/// Least scatter of a measurement, s²: stamps have whole nanoseconds, and clocks are read one after the other.
 const LEAST: f64 = 25e-18;
-/// The scatter of the measurements, by how far each is off the line through those beside it: no offset and no drift
-/// is in that.
+/// Scatter of the measurements, by how far each is off the line through those beside it: no offset and no drift is in
+/// that.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Noise {
     variance: f64,
@@ -29,7 +29,7 @@ impl Noise {
         }
     }
 
-    /// Taken for the first measurement: a quarter of the round trip is all that can be known.
+    /// Begins with the first measurement: a quarter of the round trip is all that can be known.
     pub(super) fn first(&mut self, round_trip: f64) -> f64 {
         self.variance = (0.0625 * round_trip * round_trip).max(100.0 * LEAST);
         self.variance
@@ -40,7 +40,8 @@ impl Noise {
         self.variance
     }
 
-    /// Takes the next measurement, of a later time than the one before, s. It is known to scatter by so much more, s².
+    /// Takes the next measurement, of a later time than the one before, s. It is known to scatter by `more` besides,
+    /// s².
     pub(super) fn take(&mut self, time: f64, measured: f64, more: f64) {
         let [(from, before), (at, between)] = self.last;
         if self.seen >= 2 {
@@ -60,7 +61,7 @@ impl Noise {
     }
 }
 
-/// The shortest round trip lately: what is longer was held up on one of its ways, and nobody knows on which.
+/// Shortest round trip of late: a longer one was held up on one of its ways, and it is unknown on which.
 #[derive(Clone, Debug)]
 pub(super) struct RoundTrip {
     kept: [f64; KEPT],
@@ -70,11 +71,11 @@ pub(super) struct RoundTrip {
     shortest: f64,
 }
 
-/// Of so many measurements: ten seconds' worth at fifty exchanges a second.
+/// Measurements kept: ten seconds' worth at fifty exchanges a second.
 pub(crate) const KEPT: usize = 64;
 
 impl RoundTrip {
-    /// Of a number of measurements, at most [`KEPT`].
+    /// Makes the minimum over `of` measurements, at most [`KEPT`].
     pub(super) fn new(of: usize) -> Self {
         Self {
             kept: [f64::INFINITY; KEPT],
@@ -89,7 +90,7 @@ impl RoundTrip {
         self.shortest
     }
 
-    /// Takes the next one. By how much it is longer than the shortest, s.
+    /// Takes the next one. Returns its excess over the shortest, s.
     pub(super) fn take(&mut self, round_trip: f64) -> f64 {
         self.kept[self.next] = round_trip.max(0.0);
         self.next = (self.next + 1) % self.of;

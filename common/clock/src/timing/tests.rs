@@ -15,7 +15,8 @@ use crate::timing::TimingState;
 
 const CYCLE: i64 = 1_000_000;
 const DRIFT: f64 = 30e-6;
-/// Messages and responses take so long at least, requests less, ns: exchanges alone are off by half of the difference.
+/// Least way of messages and responses, ns; requests are quicker, so that exchanges alone are off by half of the
+/// difference.
 const MESSAGE: f64 = 200_000.0;
 const REQUEST: f64 = 150_000.0;
 /// A way of the timing channel, ns.
@@ -26,12 +27,12 @@ const EVERY: i64 = 20;
 struct World {
     clock: FarClock,
     random: Xoshiro256PlusPlus,
-    /// What the sender's clock leapt by, ns.
+    /// Leap of the sender's clock, ns.
     leapt: f64,
-    /// How much longer the way back of the timing channel takes than the way there, ns.
+    /// Excess of the way back of the timing channel over the way there, ns.
     unequal: f64,
     beacons: bool,
-    /// Of the delay of messages that stays alike for a while.
+    /// Correlated part of the delay of messages.
     correlated: f64,
     epoch: u64,
 }
@@ -59,7 +60,7 @@ impl World {
         Exp::new(1.0 / mean_ns).unwrap().sample(&mut self.random)
     }
 
-    /// What the sender's clock shows at a local instant, ns.
+    /// Time of the sender's clock at a local instant, ns.
     fn far(&self, at: f64) -> f64 {
         at * (1.0 + DRIFT) + self.leapt
     }
@@ -79,7 +80,7 @@ impl World {
         }
     }
 
-    /// One cycle of the receiver, and what is shown at its beginning is wrong by, ns.
+    /// Runs one cycle of the receiver; returns its output, and the error of the far time at its beginning, ns.
     fn cycle(&mut self, n: i64) -> (FarClockOutput, Option<f64>) {
         let now = (n * CYCLE) as f64;
         let noise = Normal::new(0.0, 1_000.0).unwrap().sample(&mut self.random);
@@ -113,7 +114,7 @@ impl World {
         (output, error)
     }
 
-    /// So many cycles from `from`; what the far time was wrong by in each, ns.
+    /// Runs `cycles` cycles from `from`; returns the last output, and the error of the far time in each, ns.
     fn run(&mut self, from: i64, cycles: i64) -> (FarClockOutput, Vec<f64>) {
         let mut newest = None;
         let mut errors = Vec::new();
@@ -136,9 +137,9 @@ fn largest_step(errors: &[f64]) -> f64 {
     steps.fold(0.0, f64::max)
 }
 
-/// What the delay may be slewed by in a cycle, and the line beside it, ns.
+/// Greatest slew of the delay and of the line beside it in a cycle, ns.
 const SLEWED: f64 = 1_100.0;
-/// What is left of that where nothing is to be slewed, ns.
+/// Greatest step where nothing is to be slewed, ns.
 const SMOOTH: f64 = 120.0;
 
 #[test]
@@ -181,7 +182,7 @@ fn it_comes_ends_and_comes_back_without_a_step() {
         let (output, back) = world.run(50_001, 10_000);
         assert_eq!(output.timing.state, TimingState::InUse);
 
-        // Entering, 25 µs are slewed. Nothing is when it ends, and it is not forgotten what was known.
+        // Entering, 25 µs are slewed; nothing is when it ends. The last offset is not forgotten.
         let steps = [&before[10_000..], &entering, &leaving, &back].map(largest_step);
         assert!(steps[1] < SLEWED, "{seed}: {steps:?}");
         assert!(
@@ -252,7 +253,7 @@ fn exchanges_that_cannot_be_true_are_refused_and_move_nothing() {
     let now = 20_001.0 * CYCLE as f64;
     let sent = now - 4e6;
     for (exchange, arrived) in [
-        // Of another run, before it was asked, after a minute, with the response before the request.
+        // Of another run, before the request, after a minute, with the response before the request.
         (
             TimeResponse {
                 epoch: 9,
