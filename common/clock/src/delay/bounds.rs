@@ -23,8 +23,8 @@ const UNKNOWN_RATE: f64 = 1e-6;
 
 /// Change of a drift that may not be noticed yet, s/s.
 const UNNOTICED_RATE: f64 = 200e-6;
-/// Largest possible drift, s/s. A line whose rate is no surer than the second value has not measured it yet: it knows no more
-/// than what quartzes are usually like.
+/// Largest possible drift, s/s. A line whose rate is no surer than `UNMEASURED` has not measured it yet: it knows no more than
+/// what quartzes are usually like.
 const LARGEST_RATE: f64 = 2e-3;
 const UNMEASURED: f64 = 16e-6;
 /// Time, s, after which exchanges have tested the rate of a line.

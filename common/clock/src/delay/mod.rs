@@ -49,7 +49,7 @@ use window::{Exchange, Stamps, Window};
 const HASTE: Span = Span::from_millis(20);
 /// … and later, or where nobody responds.
 const LEISURE: Span = Span::from_millis(100);
-/// Exchanges after an event until which the interval is short, and the greatest number of requests for them.
+/// Exchanges after an event until which the interval is short, and the greatest number of requests for that.
 const PLENTY: usize = 48;
 const HASTY_QUESTIONS: u32 = 128;
 /// Exchanges that make a measurement; and the estimate before an event is held until then.

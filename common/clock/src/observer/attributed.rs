@@ -2,7 +2,7 @@
 
 const KEPT: usize = 16;
 
-/// When the line jumped, and by how much, s.
+/// Jumps of the line with their times, s.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Attributed {
     jumps: [(f64, f64); KEPT],
@@ -15,7 +15,7 @@ impl Attributed {
         self.next = (self.next + 1) % KEPT;
     }
 
-    /// All jumps since then, s.
+    /// Sum of the jumps since then, s.
     pub(super) fn since(&self, time: f64) -> f64 {
         let jumps = self.jumps.iter().filter(|(at, _)| *at >= time);
         jumps.map(|(_, jump)| jump).sum()

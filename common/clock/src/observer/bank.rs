@@ -11,31 +11,30 @@ pub(super) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3
 const FILTERS: usize = 6;
 const FASTEST: usize = FILTERS - 1;
 const AGILE: usize = FASTEST;
-/// Taken to be likelier before anything is known.
+/// The likeliest before anything is known.
 const USUAL: usize = 1;
 
-/// How large a drift each filter expects at first, as a part of the largest usual one. Quartzes
-/// are mostly far better than their worst: together these are a prior with a sharp top and long
-/// tails, and the first tenths of a second tell which filter was right.
+/// Drift that each filter expects at first, as a part of the largest usual one. Quartzes are mostly far better than
+/// their worst: together these are a prior with a sharp top and long tails, and the first tenths of a second show
+/// which filter was right.
 const EXPECTED_DRIFTS: [f64; FILTERS] = [0.03, 0.1, 0.3, 1.0, 2.0, 5.0];
 
 /// Losses are forgotten with this time constant, s.
 const LOSS_MEMORY: f64 = 300.0;
-/// The measurement variance is a mean over so many blocks.
+/// Blocks that the measurement variance is a mean over.
 const VARIANCE_MEMORY: f64 = 1_000.0;
-/// A slow filter this many standard deviations off a faster one for so many blocks is wrong.
+/// Standard deviations off a faster filter at which, after `CONTRADICTING_BLOCKS`, a slow one is wrong.
 const CONTRADICTION: f64 = 4.0;
 
-/// Measurements are off by what their mean over so many is; less than so many times its standard
-/// deviation is chance.
+/// Measurements that the bias is a mean over; less than `UNBIASED` of its standard deviations is chance.
 const BIAS_MEMORY: f64 = 24.0;
 const UNBIASED: f64 = 2.0;
-/// The same of what is remembered for longer: a mean over a second, at 1 ms, as the short one is beyond two standard
-/// deviations by chance every second.
+/// Memory of the lasting bias: a mean over a second, at 1 ms, as the short one is beyond two standard deviations by
+/// chance every second.
 const LASTING_BIAS_MEMORY: f64 = 96.0;
 const LASTING_UNBIASED: f64 = 3.0;
-/// The faster filter itself still lags behind, in the drift more than in the offset: its variances
-/// are taken so many times.
+/// The faster filter itself still lags behind, in the drift more than in the offset: its variances are multiplied by
+/// these.
 const DRIFT_DOUBT: f64 = 8.0;
 const BOTH_DOUBT: f64 = 2.0;
 const CONTRADICTING_BLOCKS: u8 = 4;
@@ -46,17 +45,17 @@ const SNAPSHOT_INTERVAL: f64 = 3.0;
 pub(crate) struct Bank {
     filters: [Estimate; FILTERS],
     losses: [f64; FILTERS],
-    /// Of what the innovations' variances are of a measurement's.
+    /// Logarithms of the ratios of the innovations' variances to a measurement's.
     logarithms: [NearLogarithm; FILTERS],
     contradicting: [u8; FILTERS],
     /// Losses of up to two intervals ago: an event must not decide which filter is the best.
     snapshots: [[f64; FILTERS]; 2],
     since_snapshot: f64,
-    /// The variance of a measurement as a part of what the jitter promises.
+    /// The variance of a measurement as a multiple of the one that the jitter promises.
     excess: f64,
     blocks: f64,
     correlated: CorrelatedDelay,
-    /// By how much measurements lately were off what was expected of them.
+    /// Bias of the latest measurements against their predictions.
     bias: Bias,
     lasting_bias: Bias,
     usual_variance: f64,
@@ -96,12 +95,12 @@ impl Bank {
         }
     }
 
-    /// What all filters together say.
+    /// Combined estimate of all filters.
     pub(crate) const fn combined(&self) -> &Estimate {
         &self.combined
     }
 
-    /// Where the most agile filter expects the offset after `dt` seconds, and the variance of that.
+    /// Offset that the most agile filter expects after `dt` seconds, and its variance.
     pub(super) fn agile(&self, dt: f64) -> (f64, f64) {
         let mut estimate = self.filters[AGILE];
         estimate.predict(dt, WALKS[AGILE]);
@@ -113,17 +112,17 @@ impl Bank {
         RANDOM_WALKS_PPM[self.chosen]
     }
 
-    /// The same as the variance per second of the drift.
+    /// Random walk that predicts best, as the variance per second of the drift.
     pub(crate) const fn drift_walk(&self) -> f64 {
         WALKS[self.chosen]
     }
 
-    /// Whether the delay is correlated.
+    /// Monitor of correlated delays.
     pub(super) const fn correlated(&self) -> &CorrelatedDelay {
         &self.correlated
     }
 
-    /// The offset jumped: all filters with it. What they know of the drift remains.
+    /// Shifts all filters by a jump of the offset; they keep what they know of the drift.
     pub(super) fn shift(&mut self, by: f64, variance: f64) {
         for filter in self.filters.iter_mut().chain([&mut self.combined]) {
             filter.offset += by;
@@ -135,7 +134,7 @@ impl Bank {
         self.forget_event();
     }
 
-    /// The drift changed at once: all filters begin from what is known of the line now.
+    /// Restarts all filters from `estimate` after the drift changed at once.
     pub(super) fn begin_anew(&mut self, estimate: &Estimate) {
         self.filters = [*estimate; FILTERS];
         self.combined = *estimate;
@@ -181,13 +180,12 @@ impl Bank {
         self.combine();
     }
 
-    /// What the estimate is off by, squared, as far as the last measurements show it: it lags behind a
-    /// drift that changes.
+    /// Square of the estimate's bias, as far as the last measurements show it: it lags behind a drift that changes.
     pub(crate) fn bias_variance(&self) -> f64 {
         self.bias.variance_beyond(UNBIASED)
     }
 
-    /// The same over some more measurements, and beyond chance.
+    /// Square of the bias over some more measurements, and beyond chance.
     pub(super) fn lasting_bias_variance(&self) -> f64 {
         self.lasting_bias.variance_beyond(LASTING_UNBIASED)
     }
@@ -201,13 +199,13 @@ impl Bank {
         let innovation = measured - before.offset - before.drift * dt;
         let scatter = before.offset_variance + expected * self.excess.max(self.correlated.factor());
         self.bias.take(innovation, scatter, weight);
-        // Where means of many measurements scatter, nobody knows whether it is the path's doing or the clock's.
+        // Where means of many measurements scatter, the cause may be the path as well as the clock.
         let independent = before.offset_variance + expected * self.excess;
         self.lasting_bias.take(innovation, independent, weight);
     }
 
-    /// When the delay turns out to be correlated, less is known than was believed, also of which filter is
-    /// the best.
+    /// Notices when the delay turns out to be correlated: then less is known than was believed, also of which filter
+    /// is the best.
     fn notice_correlation(&mut self, dt: f64, measured: f64, expected: f64) {
         let before = self.correlated.factor();
         self.correlated.take(dt, measured, expected);
@@ -316,7 +314,7 @@ impl Bank {
     }
 }
 
-/// A filter whose loss is by so much larger has no say.
+/// Excess of the loss from which a filter has no weight.
 const NEGLIGIBLE: f64 = 8.0;
 
 const WALKS: [f64; FILTERS] = {

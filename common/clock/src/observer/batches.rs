@@ -9,8 +9,8 @@ use crate::instant::{Instant, Local, Span};
 
 /// A batch has this number of messages at least.
 const BATCH: u16 = 5;
-/// Messages come in batches once this part of what comes together are batches, and no longer once it is this part: a machine
-/// that stood still, or a queue, is a batch among many messages that come alone.
+/// Part of the groups of messages from which they come in batches, and part from which they no longer do: a machine that
+/// stood still, or a queue, is a batch among many messages that come alone.
 const BATCHED: f64 = 0.8;
 const NOT_BATCHED: f64 = 0.4;
 /// The part is that of the last ones: a dozen batches in a row are enough.
@@ -32,7 +32,7 @@ pub(super) struct Batches {
     is_out_of_order: bool,
     /// The largest count so far.
     largest: u64,
-    /// The part of what came together that were batches.
+    /// Part of the groups of messages that were batches.
     part: f64,
     /// The newest message, which may be the last of its batch.
     newest: Option<Arrival>,
@@ -42,16 +42,16 @@ pub(super) struct Batches {
 /// The use of a message.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Picked {
-    /// None as yet.
+    /// No message as yet.
     Nothing,
-    /// This message.
+    /// The message to use.
     Message(Arrival),
     /// Messages come in batches from now on, or no longer: all that was learnt of them is of no use.
     Changed,
 }
 
 impl Batches {
-    /// Whether only the last message of each batch is used.
+    /// True if only the last message of each batch is used.
     pub(super) const fn are_picked_from(&self) -> bool {
         self.batched
     }

@@ -1,6 +1,6 @@
-//! What a line is off by, as the mean of its last innovations shows it.
+//! Bias of a line, as the mean of its last innovations shows it.
 
-/// The mean of what the last measurements were off what was expected of them.
+/// Mean of the last measurements' deviations from their predictions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bias {
     /// The number of measurements that it is a mean over.
@@ -27,12 +27,12 @@ impl Bias {
         self.by_chance += part * (0.5 * part * variance - self.by_chance);
     }
 
-    /// The line moved to where the measurements are.
+    /// Forgets the bias after the line moved to where the measurements are.
     pub(super) const fn forget(&mut self) {
         self.mean = 0.0;
     }
 
-    /// What it is off by, squared, as far as `sigmas` standard deviations do not explain it, s².
+    /// Square of the bias, as far as `sigmas` standard deviations do not explain it, s².
     pub(super) fn variance_beyond(&self, sigmas: f64) -> f64 {
         (self.mean * self.mean - sigmas * sigmas * self.by_chance).max(0.0)
     }

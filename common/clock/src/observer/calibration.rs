@@ -1,10 +1,10 @@
-//! How well the line keeps to what it says of itself.
+//! Calibration of the line's uncertainty by its own predictions.
 //!
-//! A filter that knows its noise and the clock misses its own predictions by what their variances say: the innovations of
-//! some seconds, summed up, scatter by `P(t|t − h) − P(t|t)` (the consistency test of Y. Bar-Shalom, X. R. Li and T.
+//! A filter that knows its noise and the clock misses its own predictions as its variances say: the innovations of some
+//! seconds, summed up, scatter by `P(t|t − h) − P(t|t)` (the consistency test of Y. Bar-Shalom, X. R. Li and T.
 //! Kirubarajan, Estimation with Applications to Tracking and Navigation, 5.4). Where delays are correlated, or the drift
-//! changes as no random walk does, it misses by more. So the line is compared with where it was to be, and what it missed
-//! by lately is the least that its standard deviation can be.
+//! changes as no random walk does, it misses by more. So the line is compared with its predictions, and its latest misses
+//! are the least that its standard deviation can be.
 
 use super::filter::Estimate;
 
@@ -24,11 +24,11 @@ const MISSED: f64 = 2.5;
 /// between (13 seeds, a servo that sets back every ten seconds: 98.8 (96.6) % with 30 s, 99.0 (97.1) % with 60 and an edge that
 /// is held at what it said; AR(1) 40 µs/5 s, stamped, the worst seed: 93.4 and 99.9 %).
 const REMEMBERED: f64 = 60.0;
-/// … and for longer where more predictions are missed than this part: so many times as long as that part is missed more
-/// often, but no longer than this number of times.
+/// … and for longer where more predictions are missed than this part: by the factor that the part missed exceeds it by,
+/// but no longer than this number of times.
 const MISSED_PART: f64 = 0.01;
 const LONGEST: f64 = 4.0;
-/// The edge is no surer than this part of what it was lately less sure by, once it is known for so long, s: whether a calm
+/// The edge is no surer than this multiple of its latest uncertainty, once it is known for `KNOWN_AFTER`, s: whether a calm
 /// spell is one of the path or the end of its troubles shows only afterwards (not held, 1 and 1.2, 13 seeds: the servo 98.3
 /// (94.8), 99.0 (97.1) and 99.8 (98.6) %; AR(1) 40 µs/5 s, stamped, the worst seed 87.4, 99.9 and 100 %).
 const HELD: f64 = 1.2;
@@ -43,7 +43,7 @@ const SHARE: f64 = 960.0;
 struct Look {
     time: f64,
     estimate: Estimate,
-    /// What was said of it, s.
+    /// Standard deviation of the line then, s.
     sigma: f64,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Calibration {
     looks: [Option<Look>; KEPT],
     next: usize,
     latest: f64,
-    /// When the line began, s.
+    /// Time when the line began, s.
     began: Option<f64>,
     /// The least that the standard deviation can be, s.
     least: f64,
@@ -74,22 +74,22 @@ impl Calibration {
         }
     }
 
-    /// A standard deviation of the line as its misses have it, s.
+    /// Returns the standard deviation of the line, raised to its misses, s.
     pub(super) fn of(&self, sigma: f64) -> f64 {
         sigma.max(self.least)
     }
 
-    /// The part of its predictions that the line was within three standard deviations of; none before there were any.
+    /// Share of the predictions that the line was within three standard deviations of; none before there were any.
     pub(super) fn share(&self) -> Option<f64> {
         (self.compared > 0.0).then_some(self.within)
     }
 
-    /// The line is off by as much as measurements show, s².
+    /// Remembers a bias of the line that measurements show, s².
     pub(super) fn remember(&mut self, bias_variance: f64) {
         self.least = self.least.max(libm::sqrt(bias_variance));
     }
 
-    /// The line that was looked at is the lower edge, and `sigma` was said of it.
+    /// Holds the uncertainty `sigma` of the lower edge.
     pub(super) fn hold(&mut self, sigma: f64) {
         let is_known = (self.began).is_some_and(|began| self.latest - began > KNOWN_AFTER);
         if is_known {
@@ -97,27 +97,28 @@ impl Calibration {
         }
     }
 
-    /// How long a miss is remembered, s, of a line of such an age, s.
+    /// Time constant of a miss, s, for a line of this age, s.
     fn remembered(&self, age: f64) -> f64 {
         let missed = self.share().map_or(0.0, |share| 1.0 - share);
         let times = (missed / MISSED_PART).clamp(1.0, LONGEST);
         (REMEMBERED_PART * age).clamp(EVERY, times * REMEMBERED)
     }
 
-    /// The clock or the path jumped, not the line.
+    /// Follows a jump of the clock or of the path, not of the line.
     pub(super) fn shift(&mut self, by: f64) {
         for look in self.looks.iter_mut().flatten() {
             look.estimate.offset += by;
         }
     }
 
-    /// The line is another one: nothing that was predicted is said of it.
+    /// Begins again with another line, of which nothing was predicted.
     pub(super) fn begin_again(&mut self) {
         self.looks = [None; KEPT];
         self.began = None;
     }
 
-    /// Looks at the line at `time`, where its drift gains the variance `walk` per second, and `sigma` is said of it.
+    /// Looks at the line at `time`, where its drift gains the variance `walk` per second, and its standard deviation
+    /// is `sigma`.
     pub(super) fn look(&mut self, time: f64, estimate: &Estimate, walk: f64, sigma: f64) {
         if time - self.latest < EVERY {
             return;
@@ -150,7 +151,7 @@ impl Calibration {
         self.compared = (self.compared + 1.0).min(SHARE);
         let is_within = f64::from(u8::from(miss <= COVERED * predicted));
         self.within += (is_within - self.within) / self.compared;
-        // Of what it missed by, the part that the line is uncertain by before time passes.
+        // The part of the miss that the line is uncertain by before time passes.
         let least = miss / (MISSED * libm::sqrt(grown));
         self.least = self.least.max(least);
     }
@@ -160,7 +161,7 @@ impl Calibration {
 mod tests {
     use super::*;
 
-    /// A line as it is estimated to a microsecond, off by so much.
+    /// A line as it is estimated to a microsecond, and off by `off`.
     fn line(off: f64) -> Estimate {
         Estimate {
             offset: off,

@@ -1,4 +1,4 @@
-//! Which line to follow: that of all messages, or the lower edge.
+//! Choice of the line to follow: that of all messages, or the lower edge.
 //!
 //! As long as delays are independent the line of all messages is the best there is. Where they are
 //! correlated, the line that predicts itself better is followed.
@@ -9,31 +9,31 @@ use super::filter::Estimate;
 use super::steadiness::Steadiness;
 use crate::numbers::together;
 
-/// A line is no surer than so much of what it usually misses itself by.
+/// Least uncertainty of a line, as a part of its usual miss.
 const MISSED: f64 = 0.45;
-/// Points on the edge are never quite independent: its standard deviation is taken so many times.
+/// Points on the edge are never quite independent: factor on its standard deviation.
 const EDGE_DOUBT: f64 = 2.0;
-/// Where the edge jumped it is no surer than so much of the jump …
+/// Least uncertainty of an edge that jumped, as a part of the jump …
 const JUMPED: f64 = 0.45;
-/// … of which so much is kept from look to look: less as long as the line is still being found.
+/// … which decays by this factor from look to look: faster as long as the line is still being found.
 const JUMP_KEPT: f64 = 0.95;
 const EARLY_JUMP_KEPT: f64 = 0.8;
-/// The other line must be so many times surer, at so many looks in a row.
+/// Factor by which the other line must be surer, at `LOOKS` in a row.
 const SURER: f64 = 1.5;
 const LOOKS: u8 = 8;
 const LOOKS_FROM_EDGE: u8 = 24;
-/// Means worth so many times less than those of independent messages are a sign, too.
+/// Loss of worth of means against independent messages that is a sign of correlation, too.
 const WORTH_LITTLE: f64 = 40.0;
-/// So much scatter of means is no proof, but a sign.
+/// Scatter of means that is no proof of correlation, but a sign.
 const SOMEWHAT: f64 = 2.0;
-/// With so much it is as good as certain, for the uncertainty.
+/// Scatter of means at which correlation is as good as certain, for the uncertainty.
 const PROBABLE: f64 = 4.0;
-/// So many small jumps of the delay in about such a time, s, are a sign.
+/// Number of small jumps of the delay within about `SHIFTS_FORGOTTEN_AFTER`, s, that is a sign of correlation.
 const MANY_SHIFTS: f64 = 2.2;
 const SHIFTS_FORGOTTEN_AFTER: f64 = 30.0;
-/// As long as nobody knows what the lines miss themselves by, an edge is none if it is less sure than so many widths of the jitter.
+/// As long as the misses of the lines are unknown, an edge that is less sure than this number of widths of the jitter is none.
 const FOUND: f64 = 4.0;
-/// An edge that is as sure as this is not left, s.
+/// Uncertainty of an edge that is good enough not to be left, s.
 const GOOD_ENOUGH: f64 = 0.3e-6;
 /// From this time on, s, the lines are known well enough to go on where the other one was (drift_table, levels of the path
 /// from 15 s on: with 20 s far time was 9 µs off for good; observer_table, busy with correlated delays: 6.3 and 5.2 µs).
@@ -41,7 +41,7 @@ const KNOWN_AFTER: f64 = 12.0;
 /// A jump of the delay leads back to the level of before if it misses that by less than this part of itself.
 const SAME_LEVEL: f64 = 0.3;
 
-/// The standard deviation of what is as likely anywhere between 0 and 1: 1/√12.
+/// Standard deviation of a uniform distribution between 0 and 1: 1/√12.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
 /// Chooses the line to follow.
@@ -51,18 +51,19 @@ pub(super) struct Choice {
     all: Steadiness,
     edge: Steadiness,
     by_edge: bool,
-    /// So many looks in a row spoke for the other line.
+    /// Looks in a row that favoured the other line.
     contrary: u8,
-    /// What is added to the line that is followed, s.
+    /// Offset added to the line that is followed, s.
     carry: f64,
-    /// By how much the edge jumped lately, s.
+    /// Largest jump of the edge of late, s.
     edge_jump: f64,
-    /// What arrivals on a grid that nobody knows yet leave open, as a standard deviation, s.
+    /// Standard deviation left open by arrivals on a grid that is not known yet, s.
     cells_unseen: f64,
-    /// How many small jumps there were lately, and when the last one was, s.
+    /// Number of small jumps of late, and time of the last one, s.
     small_shifts: f64,
     last_small_shift: f64,
-    /// Their sum: the level of the path that the line of all messages is on, above where it was before them, s.
+    /// Sum of the small jumps: level of the path that the line of all messages is on, above where it was before them,
+    /// s.
     level: f64,
 }
 
@@ -83,7 +84,7 @@ impl Choice {
         }
     }
 
-    /// Both lines begin anew. Whether delays are correlated remains known.
+    /// Begins again with both lines. Known correlation of delays is kept.
     pub(super) fn begin_anew(&mut self) {
         *self = Self {
             correlation: self.correlation.clone(),
@@ -93,22 +94,22 @@ impl Choice {
         };
     }
 
-    /// Whether the edge is followed.
+    /// True if the edge is followed.
     pub(super) const fn is_edge(&self) -> bool {
         self.by_edge
     }
 
-    /// Whether the delays of consecutive messages are correlated.
+    /// True if the delays of consecutive messages are correlated.
     pub(super) const fn is_correlated(&self) -> bool {
         self.correlation.is_correlated()
     }
 
-    /// Whether there is a sign of it, though no proof.
+    /// True if there is a sign of correlation, though no proof.
     pub(super) fn may_be_correlated(&self) -> bool {
         self.correlation.ratio() > SOMEWHAT
     }
 
-    /// How likely it is that delays are correlated, 0 to 1.
+    /// Probability that delays are correlated, 0 to 1.
     fn suspicion(&self) -> f64 {
         if self.is_correlated() {
             return 1.0;
@@ -116,7 +117,7 @@ impl Choice {
         ((self.correlation.ratio() - SOMEWHAT) / (PROBABLE - SOMEWHAT)).clamp(0.0, 1.0)
     }
 
-    /// What is to be added to the line that is followed, s.
+    /// Offset to be added to the line that is followed, s.
     pub(super) const fn carry(&self) -> f64 {
         self.carry
     }
@@ -126,15 +127,15 @@ impl Choice {
         self.correlation.take(residual);
     }
 
-    /// Takes what a mean of many messages is worth: so many times less than if they were independent.
+    /// Takes the worth of a mean of many messages: independent ones would be worth `factor` times as much.
     pub(super) const fn suspect(&mut self, factor: f64) {
         if factor > WORTH_LITTLE {
             self.correlation.assume();
         }
     }
 
-    /// A small jump of the delay at `time` by so much, s: if delays seem to be somewhat correlated, or jumps come again
-    /// and again, they are taken to be correlated.
+    /// Takes a small jump of the delay at `time`, s: if delays seem to be somewhat correlated, or jumps come again and
+    /// again, they are taken to be correlated.
     pub(super) fn suspect_small_shift(&mut self, time: f64, by: f64) {
         let since = (time - self.last_small_shift).max(0.0);
         let forgotten = libm::exp(-since / SHIFTS_FORGOTTEN_AFTER);
@@ -149,7 +150,7 @@ impl Choice {
         }
     }
 
-    /// The level of the path that the line of all messages is on, s. A jump that nothing followed was for good.
+    /// Level of the path that the line of all messages is on, s. A jump that nothing followed was for good.
     fn level_at(&self, time: f64) -> f64 {
         if time - self.last_small_shift < SHIFTS_FORGOTTEN_AFTER {
             self.level
@@ -158,28 +159,28 @@ impl Choice {
         }
     }
 
-    /// Another line than before is taken for the edge: one of both is wrong, and nobody knows yet which.
+    /// Notes that the edge jumped to another line: one of both is wrong, and it is not known yet which.
     pub(super) fn edge_jumped(&mut self, by: f64) {
         self.edge_jump = self.edge_jump.max(libm::fabs(by));
     }
 
-    /// The line of all messages was moved by what the clock or the path jumped.
+    /// Follows the line of all messages, moved by a jump of the clock or of the path.
     pub(super) fn shift_all(&mut self, by: f64) {
         self.all.shift(by);
     }
 
-    /// Likewise the edge.
+    /// Follows the edge, likewise.
     pub(super) fn shift_edge(&mut self, by: f64) {
         self.edge.shift(by);
     }
 
-    /// Something else than the sender decides when messages are seen: within such a time, s, after they came, as they are polled at
-    /// least that often. Anything in it is as likely.
+    /// Notes that something other than the sender decides when messages are seen: within `cell`, s, after they came, as they are
+    /// polled at least that often. Any time in it is as likely.
     pub(super) fn cells_unseen(&mut self, cell: f64) {
         self.cells_unseen = cell * UNIFORM;
     }
 
-    /// How sure the line that is followed is, if its filter has this variance, s.
+    /// Standard deviation of the line that is followed, if its filter has this variance, s.
     pub(super) fn sigma(&self, offset_variance: f64) -> f64 {
         let (steadiness, doubt) = if self.by_edge {
             (&self.edge, EDGE_DOUBT)
@@ -196,8 +197,8 @@ impl Choice {
         together(sigma, missed.max(jumped).max(self.cells_unseen))
     }
 
-    /// Looks at both lines as they are at `time`, `age` seconds after the start. By how much the line
-    /// that is followed jumps, s: where the other one is chosen early, or is off by more than the `width` of the jitter.
+    /// Looks at both lines as they are at `time`, `age` seconds after the start. Returns the jump of the line that is
+    /// followed, s: where the other one is chosen early, or is off by more than the `width` of the jitter.
     pub(super) fn judge(
         &mut self,
         time: f64,

@@ -1,11 +1,10 @@
-//! Whether the delay is correlated, so that many messages say less than so many independent ones.
+//! Correlation of the delay, which makes many messages worth fewer independent ones.
 //!
-//! On a busy machine the delays of consecutive messages are correlated: queues build up and drain, cores
-//! fall asleep and are woken. The mean of a thousand messages is then hardly surer than that of
-//! fifty, and who believes otherwise follows the delay instead of the clock. Quartzes, on the other
-//! hand, run straight for seconds. So three means of following messages should lie on a line, and
-//! by how much the middle one misses it tells what a mean is worth: a second difference, as in the
-//! Allan variance (D. W. Allan, Proc. IEEE 54, 1966).
+//! On a busy machine the delays of consecutive messages are correlated: queues build up and drain, cores fall asleep
+//! and are woken. The mean of a thousand messages is then hardly surer than that of fifty, and a filter that believes
+//! otherwise follows the delay instead of the clock. Quartzes, on the other hand, run straight for seconds. So three
+//! means of consecutive messages should lie on a line, and the miss of the middle one shows what a mean is worth: a
+//! second difference, as in the Allan variance (D. W. Allan, Proc. IEEE 54, 1966).
 
 /// Watches the measurements of the line for correlated delays.
 #[derive(Clone, Debug)]
@@ -18,19 +17,19 @@ pub(super) struct CorrelatedDelay {
 
 /// Measurements per mean: 64, 256 and 1024 messages.
 const SCALES: [u16; 3] = [8, 32, 128];
-/// Means over so many misses; before there are any the messages are taken to be independent, with
-/// the weight of so many.
+/// Misses that the mean square is over; before there are any the messages are taken to be independent, with the
+/// weight of `PRIOR` misses.
 const MEMORY: f64 = 16.0;
 const PRIOR: f64 = 4.0;
-/// A single miss counts at most as this many times the usual one, and so much more: a step of the
-/// drift or of the delay is no correlation.
+/// A single miss counts at most as this many times the usual one, plus this: a step of the drift or of the delay is
+/// no correlation.
 const OUTLIER: f64 = 4.0;
 const OUTLIER_BY: f64 = 8.0;
-/// What independent messages come to by chance.
+/// Multiple that independent messages reach by chance.
 const CHANCE: f64 = 6.0;
 /// Calm is believed with this time constant, s.
 const FORGOTTEN_AFTER: f64 = 30.0;
-/// Nobody is more patient than this.
+/// Greatest patience.
 const MOST_PATIENT: f64 = 4.0;
 
 /// Means of one length.
@@ -38,10 +37,10 @@ const MOST_PATIENT: f64 = 4.0;
 struct Scale {
     sum: Mean,
     summed: u16,
-    /// The last two, of which so many are known.
+    /// The last two means, and the number that is known.
     means: [Mean; 2],
     known: u8,
-    /// Mean square of so many misses, as a multiple of what it is for independent messages.
+    /// Mean square of the misses, as a multiple of the one of independent messages, and the number of misses.
     miss: f64,
     misses: f64,
 }
@@ -68,14 +67,13 @@ impl CorrelatedDelay {
         }
     }
 
-    /// The variance of the mean of many messages, as a multiple of what it would be if they were
-    /// independent: 1 and above.
+    /// The variance of the mean of many messages, as a multiple of the one of independent messages: 1 and above.
     pub(super) const fn factor(&self) -> f64 {
         self.factor
     }
 
-    /// How many times as long as among independent messages runs of like ones have to be until they
-    /// mean something: 1 and above.
+    /// Factor by which runs of like messages have to be longer than among independent ones to mean something: 1 and
+    /// above.
     pub(super) fn patience(&self) -> f64 {
         (0.5 * libm::sqrt(self.factor)).clamp(1.0, MOST_PATIENT)
     }
@@ -98,7 +96,7 @@ impl CorrelatedDelay {
         self.factor = seen.max(forgotten);
     }
 
-    /// The line jumped: what came before does not lie on it.
+    /// Restarts after a jump of the line: earlier measurements do not lie on it.
     pub(super) fn jumped(&mut self) {
         for scale in &mut self.scales {
             scale.summed = 0;

@@ -1,21 +1,21 @@
-//! Whether the delays of consecutive messages are correlated.
+//! Correlation of the delays of consecutive messages.
 //!
-//! The mean of n independent delays scatters by 1/√n of what a single one does, whatever their
-//! distribution; where they are correlated it scatters more. Scatter is measured by second differences
-//! of following means, in which a drift does not show (D. W. Allan, Proc. IEEE 54, 1966), and of scores
-//! between −1 and 1, in which no message counts for more than another.
+//! The mean of n independent delays scatters by 1/√n of what a single one does, whatever their distribution; where
+//! they are correlated it scatters more. Scatter is measured by second differences of consecutive means, in which a
+//! drift does not show (D. W. Allan, Proc. IEEE 54, 1966), and of scores between −1 and 1, in which no message counts
+//! for more than another.
 
-/// Messages per mean of the shortest scale; each of the others takes so many means of the one before: 128, 512 and 2048
-/// messages.
+/// Messages per mean of the shortest scale; each of the others takes `LONGER` means of the one before: 128, 512 and
+/// 2048 messages.
 const SHORTEST: u16 = 32;
 const LONGER: u16 = 4;
 const SCALES: usize = 4;
-/// The usual squares are means over so many.
+/// Squares that the usual ones are means over.
 const MEMORY: f64 = 24.0;
 const SINGLE_MEMORY: f64 = 2_048.0;
-/// Before there are any, messages are taken to be independent, with the weight of so many.
+/// Before there are any, messages are taken to be independent, with the weight of this number.
 const PRIOR: f64 = 6.0;
-/// A single square counts at most so much, as a multiple of what it is for independent messages.
+/// Greatest single square, as a multiple of the one of independent messages.
 const OUTLIER: f64 = 16.0;
 /// The spread of the residuals is followed this fast …
 const STEP: f64 = 0.01;
@@ -23,12 +23,11 @@ const STEP: f64 = 0.01;
 /// as fast when nearly all scores are on one side.
 const MIDDLE_STEP: f64 = 0.0005;
 const ONE_SIDED: f64 = 0.8;
-/// What scatters less than this needs no care, s: there, what remains of finding the line and of rounding
-/// is correlated.
+/// Least spread that matters, s: below it the rest of finding the line and of rounding is correlated.
 const LEAST_SPREAD: f64 = 1e-7;
-/// So many times the scatter of independent messages is no chance any more …
+/// Scatter, as a multiple of the one of independent messages, that is no chance any more …
 const CORRELATED: f64 = 6.0;
-/// … and so little may be; for so many messages: then they are independent again.
+/// … and the scatter that may be chance; after `INDEPENDENT_FOR` messages with it they are independent again.
 const INDEPENDENT: f64 = 2.0;
 const INDEPENDENT_FOR: u32 = 60_000;
 
@@ -44,7 +43,7 @@ pub(super) struct Correlation {
     /// Mean square of second differences of single messages.
     single: f64,
     scales: [Scale; SCALES],
-    /// The largest scatter of means, as a multiple of what it is for independent messages.
+    /// The largest scatter of means, as a multiple of the one of independent messages.
     ratio: f64,
     independent_for: u32,
     correlated: bool,
@@ -52,14 +51,14 @@ pub(super) struct Correlation {
 
 #[derive(Clone, Copy, Debug)]
 struct Scale {
-    /// A mean is over so many messages, which come in so many sums.
+    /// Messages of a mean, and the number of sums that they come in.
     length: u16,
     parts: u16,
     sum: f64,
     summed: u16,
     means: [f64; 2],
     known: u8,
-    /// Mean square of second differences, as a multiple of what it is for independent messages.
+    /// Mean square of second differences, as a multiple of the one of independent messages.
     ratio: f64,
     count: f64,
 }
@@ -80,18 +79,18 @@ impl Correlation {
         }
     }
 
-    /// Whether delays are correlated. Once they were, it takes long until they are taken to be independent.
+    /// True if delays are correlated. Once they were, it takes long until they are taken to be independent.
     pub(super) const fn is_correlated(&self) -> bool {
         self.correlated
     }
 
-    /// Delays are correlated, as something else showed.
+    /// Takes delays to be correlated, as something else showed.
     pub(super) const fn assume(&mut self) {
         self.correlated = true;
         self.independent_for = 0;
     }
 
-    /// The largest scatter of means, as a multiple of what it is for independent messages.
+    /// The largest scatter of means, as a multiple of the one of independent messages.
     pub(super) const fn ratio(&self) -> f64 {
         self.ratio
     }
@@ -180,7 +179,7 @@ impl Scale {
         scales
     }
 
-    /// The sum of all scores of a mean, where this was the last part of it.
+    /// Takes one part of a mean. Returns the sum of all scores of the mean, if this was its last part.
     fn take(&mut self, part: f64, single: f64) -> Option<f64> {
         self.sum += part;
         self.summed += 1;

@@ -1,4 +1,4 @@
-//! Which messages are news.
+//! Detection of duplicate and late messages by their counts.
 
 /// Remembers the newest count and which of the 64 counts up to it were seen.
 #[derive(Clone, Copy, Debug)]
@@ -14,11 +14,11 @@ pub(super) enum News {
     New,
     /// A duplicate, or too old to tell.
     Old,
-    /// Nothing but old counts for a long time: the sender counts anew.
+    /// Nothing but old counts for a long time: the sender's count began again.
     Restarted,
 }
 
-/// So many old counts in a row are no stragglers any more.
+/// Old counts in a row that are no stragglers any more.
 const PATIENCE: u32 = 128;
 
 impl Counts {

@@ -1,4 +1,4 @@
-//! What is done when messages come later and later: whose it is, and how the line begins anew.
+//! Messages that come later and later: attribution of the change, and restart of the line.
 
 use super::attributed::Attributed;
 use super::drift_step::DriftStep;
@@ -10,48 +10,48 @@ use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::numbers::rounded;
 
-/// Exchanges tell within this time whose a change of the drift is, or nothing is done about it.
+/// Time within which exchanges show the cause of a change of the drift, or nothing is done about it.
 const LONGEST_DOUBT: Span = Span::from_secs(3);
-/// It must be seen again within this time, and within so many windows of the points that show it.
+/// Time within which a change must be seen again, or number of windows of the points that show it.
 const SEEN_AGAIN_WITHIN: Span = Span::from_millis(500);
 const SEEN_AGAIN_WITHIN_WINDOWS: f64 = 2.5;
-/// If it is the path's nobody asks again for so long.
+/// Time for which a change that is the path's is not suspected again.
 const LEAVE_DRIFT_FOR: Span = Span::from_secs(1);
-/// The standard deviation that such a doubt is: the uncertainty covers three.
+/// Such a doubt as a standard deviation: the uncertainty covers three.
 const DOUBTED: f64 = 0.4;
-/// Until the line is settled it may be off by what the change comes to in so many seconds.
+/// Seconds of the change by which the line may be off until it is settled.
 const UNSETTLED: f64 = 0.3;
-/// After the drift changed at once the line is moved a little for so long.
+/// Time for which the line is moved a little after the drift changed at once.
 const SETTLING: Span = Span::from_secs(2);
-/// A line that was at a wrong rate may be off by what that comes to in so many seconds.
+/// Seconds of a wrong rate by which the line may be off.
 const WRONG_FOR: f64 = 1.0;
 
 /// Messages come later and later, or earlier and earlier, than the line says. Either the sender's clock has another
 /// drift, or the path's delay grows or shrinks.
 #[derive(Clone, Copy, Debug)]
 pub struct SuspectedDrift {
-    /// Since about then.
+    /// Approximate beginning.
     pub since: Instant<Local>,
-    /// By how much later per second, s/s.
+    /// Increase of the lateness per second, s/s.
     pub change: f64,
     /// The line that the last messages are on.
     pub line: FarLine,
 }
 
-/// What became of the drift.
+/// Changes of the drift.
 #[derive(Clone, Debug)]
 pub(super) struct DriftChange {
-    /// How often it changed at once.
+    /// Number of changes at once.
     pub(super) steps: u32,
-    /// By how much the last time, s/s.
+    /// Size of the last one, s/s.
     last: f64,
     /// See [`FarLine::taken_back`].
     pub(super) taken_back: Seconds,
     pub(super) attributed: Attributed,
-    /// From then on the line is taken for known again.
+    /// Time from which the line is taken for known again.
     pub(super) settled_from: Instant<Local>,
     suspect: Option<Suspect>,
-    /// What was taken for the path's, and until when.
+    /// Change taken for the path's, and the end of that.
     left: Option<(SuspectedDrift, Instant<Local>)>,
 }
 
@@ -68,13 +68,13 @@ impl DriftChange {
         }
     }
 
-    /// Another run begins: nothing is suspected of it.
+    /// Forgets the suspicion, as another run begins.
     pub(super) fn forget_suspicion(&mut self) {
         self.suspect = None;
         self.left = None;
     }
 
-    /// What is taken for the path's then.
+    /// Change that is taken for the path's at that time.
     fn left_at(&self, at: Instant<Local>) -> Option<&SuspectedDrift> {
         let left = self.left.as_ref().filter(|(_, until)| at < *until);
         left.map(|(drift, _)| drift)
@@ -85,7 +85,7 @@ impl DriftChange {
 #[derive(Clone, Debug)]
 pub(super) struct Suspect {
     drift: SuspectedDrift,
-    /// What it was when it was `seen` last.
+    /// The change when it was `seen` last.
     step: DriftStep,
     noticed: Instant<Local>,
     seen: Instant<Local>,
@@ -98,7 +98,7 @@ impl Suspect {
         ))
     }
 
-    /// Whether it is the same change, seen again. What is seen in finer windows is younger.
+    /// True if it is this change, seen again. A change seen in finer windows is younger.
     fn is_like(&self, step: &DriftStep) -> bool {
         let is_finer = step.window < 0.75 * self.step.window;
         !is_finer && (0.5..2.0).contains(&(step.change / self.drift.change))
@@ -106,9 +106,9 @@ impl Suspect {
 }
 
 impl PhaseObserver {
-    /// Whether it is in doubt whose doing it is that messages come later and later. As long as exchanges tell (see
+    /// Returns the suspected change that makes messages come later and later. As long as exchanges attribute it (see
     /// [`leave_steps_to_exchanges`](Self::leave_steps_to_exchanges)), nothing is done about it until
-    /// [`attribute_drift`](Self::attribute_drift) says.
+    /// [`attribute_drift`](Self::attribute_drift) is called.
     #[must_use]
     pub const fn suspected_drift(&self) -> Option<&SuspectedDrift> {
         match &self.drift_change.suspect {
@@ -117,7 +117,7 @@ impl PhaseObserver {
         }
     }
 
-    /// What was suspected is the sender's clock, or the path's delay.
+    /// Attributes the suspected change to the sender's clock, or to the path's delay.
     pub fn attribute_drift(&mut self, to_sender: bool) {
         let Some(suspect) = self.drift_change.suspect.take() else {
             return;
@@ -129,7 +129,7 @@ impl PhaseObserver {
         }
     }
 
-    /// What the line may be off by if what is suspected is the sender's, as a standard deviation, s.
+    /// Possible error of the line if the suspected change is the sender's, as a standard deviation, s.
     pub(super) fn drift_doubt(&self) -> f64 {
         let change = &self.drift_change;
         let Some(stream) = &self.stream else {
@@ -148,8 +148,8 @@ impl PhaseObserver {
         DOUBTED * doubted
     }
 
-    /// Takes the newest phase. If the last ones lie on a line with another drift, exchanges tell whose it is; where there
-    /// are none it is the sender's.
+    /// Takes the newest phase. If the last ones lie on a line with another drift, exchanges attribute the change; without
+    /// them it is the sender's.
     pub(super) fn suspect_drift_step(&mut self, time: f64, phase: f64, arrived: Instant<Local>) {
         if let Some(step) = self.take_drift_step(time, phase)
             && self.drift_change.left_at(arrived).is_none()
@@ -159,7 +159,7 @@ impl PhaseObserver {
         let Some(suspect) = &self.drift_change.suspect else {
             return;
         };
-        // First, as after a silence exchanges may not tell any more.
+        // First, as after a silence exchanges may not attribute it any more.
         if arrived - suspect.seen > suspect.seen_again_within() {
             self.drift_change.suspect = None;
         } else if !self.exchanges_tell {
@@ -169,7 +169,7 @@ impl PhaseObserver {
         }
     }
 
-    /// Whether the phases, of which this is the newest, lie on a line with another drift.
+    /// Takes the newest phase; returns another drift if the last ones lie on a line with one.
     fn take_drift_step(&mut self, time: f64, phase: f64) -> Option<DriftStep> {
         let followed = self.followed()?;
         let stream = self.stream.as_mut()?;
@@ -204,8 +204,8 @@ impl PhaseObserver {
         })
     }
 
-    /// The drift changed: both lines begin anew from what the phases show. What the path's delay seemed to have
-    /// grown by meanwhile was the sender's clock.
+    /// Restarts both lines from the phases after the drift changed. The growth that the path's delay seemed to have
+    /// meanwhile was the sender's clock.
     fn follow_drift_step(&mut self, step: &DriftStep) {
         let at = rounded(step.at / self.seconds_per_count);
         self.begin_line_anew(at, &step.estimate, step.change);
@@ -214,8 +214,8 @@ impl PhaseObserver {
         change.attributed.forget();
     }
 
-    /// Exchanges prove that the sender gains so much on the line per second, s/s, with this standard deviation: both
-    /// lines begin anew with that drift, from where they are.
+    /// Follows a gain of the sender on the line per second, s/s, with this standard deviation, as exchanges prove it:
+    /// both lines restart with that drift, from where they are.
     pub fn follow_drift(&mut self, gain: f64, sigma: f64) {
         let Some(followed) = self.followed() else {
             return;
@@ -238,7 +238,7 @@ impl PhaseObserver {
         self.drift_change.attributed.forget();
     }
 
-    /// Both lines begin anew from `estimate`, which is of the count `at`; the drift is another one by `change`.
+    /// Restarts both lines from `estimate`, which is of the count `at`; the drift is another one by `change`.
     pub(super) fn begin_line_anew(&mut self, at: i64, estimate: &Estimate, change: f64) {
         let Some(stream) = &mut self.stream else {
             return;
@@ -269,8 +269,8 @@ mod tests {
     use crate::cycle::CycleTime;
     use crate::observer::ObserverParameters;
 
-    /// Ten seconds of a level line, and then as much of a drift of 200 ppm as it takes until something is suspected. Gives the
-    /// next count, too.
+    /// Ten seconds of a level line, and then as much of a drift of 200 ppm as it takes until something is suspected. Returns
+    /// the next count, too.
     fn suspicious() -> (PhaseObserver, u64) {
         let cycle = CycleTime::new(Span::from_millis(1)).unwrap();
         let mut observer = PhaseObserver::new(cycle, ObserverParameters::default()).unwrap();

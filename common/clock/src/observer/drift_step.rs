@@ -1,42 +1,42 @@
 //! A drift that has changed for good: phases that lie on another straight line than the one that is followed.
 //!
-//! The line follows a drift that wanders. One that changes at once by tens of ppm, as where somebody disciplines the
-//! sender's clock, carries the phases away before it has followed; then all messages are late, or early, and that looks like a
-//! longer delay again and again. But a delay that jumps leaves the phases as steep as they were, while these have another slope.
-//! So the low phases of short windows are kept, on several scales of time, and the slope through the last of them is compared
-//! with the drift of the line. How far both usually differ on a scale tells what is out of the ordinary there: where delays
-//! are correlated that is a lot in a second, and little in ten.
+//! The line follows a drift that wanders. One that changes at once by tens of ppm, as where somebody disciplines the sender's
+//! clock, carries the phases away before it has followed; then all messages are late, or early, and that looks like a longer
+//! delay again and again. But a delay that jumps leaves the phases as steep as they were, while these have another slope. So the
+//! low phases of short windows are kept, on several scales of time, and the slope through the last of them is compared with the
+//! drift of the line. The usual difference of both on a scale shows what is out of the ordinary there: where delays are
+//! correlated that is a lot in a second, and little in ten.
 
 use super::filter::Estimate;
 use crate::straight_line::StraightLine;
 
-/// A window of the finest scale takes so long, s, but has at least so many counts.
+/// Length of a window of the finest scale, s, and its least number of counts.
 const FINEST: f64 = 0.05;
 const FEWEST_COUNTS: f64 = 16.0;
-/// Each scale has windows twice as long as the one before.
+/// Scales, each with windows twice as long as the one before.
 const SCALES: usize = 7;
-/// So many points make a slope.
+/// Points that make a slope.
 const POINTS: usize = 8;
-/// A slope is another drift if it is so many times farther off than usual, and of its own standard deviation …
+/// A slope is another drift if it is this many times farther off than usual, and than its own standard deviation …
 const OUT_OF_THE_ORDINARY: f64 = 8.0;
 const SIGNIFICANT: f64 = 10.0;
-/// … and the points are so many times nearer, in squares, to one line than to two that are as steep as before, with a jump of
-/// the delay between them.
+/// … and the points are this many times nearer, in squares, to one line than to two that are as steep as before, with a jump
+/// of the delay between them.
 const BETTER: f64 = 6.0;
-/// It is another drift as well if it is that steep for as many points again, to such a part, and so many times farther off than
-/// usual, if that is known.
+/// Another drift as well is one that is as steep for as many points again, within this range, and this many times farther off
+/// than usual, if that is known.
 const STEADY: core::ops::Range<f64> = 0.7..1.4;
 const BEYOND_USUAL: f64 = 2.0;
-/// What is usual is a mean over so many slopes, each of which counts as so many times the usual at most; and is known after
-/// so many.
+/// Slopes that the usual difference is a mean over; greatest multiple of it that one counts as; and the number after which
+/// it is known.
 const MEMORY: f64 = 128.0;
 const CLIPPED: f64 = 2.5;
 const KNOWN_AFTER: u32 = 24;
-/// Where arrivals are stamped to cells, points may be off by one: what comes to fewer of them is no slope.
+/// Where arrivals are stamped to cells, points may be off by one: a difference of fewer of them is no slope.
 const CELLS: f64 = 3.0;
-/// By such a part of what the first window shows of the change a point may be off.
+/// Possible error of a point, as a part of the change in the first window.
 const DOUBT: f64 = 0.5;
-/// How far low phases are above the line is a mean over so many.
+/// Low phases that the mean of their height above the line is over.
 const LEVEL_MEMORY: u32 = 32;
 /// Smaller changes are left to the filters, s/s.
 const SMALLEST: f64 = 8e-6;
@@ -71,34 +71,34 @@ struct Scale {
     len: usize,
     /// The first of two points that become one of the next scale.
     first: Option<Point>,
-    /// Mean square of what slopes differ from the drift by, s²/s².
+    /// Mean square of the differences of slopes from the drift, s²/s².
     usual: f64,
     known: u32,
-    /// So many slopes in a row stood out as much as this one, s/s.
+    /// Slopes in a row that stood out as much as this one, s/s.
     steady: usize,
     stood_out: f64,
-    /// How far low phases usually are above the line: a mean over those that have left `points`, s.
+    /// Usual height of low phases above the line: a mean over those that have left `points`, s.
     above: f64,
     left: u32,
 }
 
-/// What the phases have become.
+/// Line that the phases are on since the drift changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DriftStep {
-    /// The line that they are on at `at`, s: where the line would be that was followed.
+    /// Line that they are on at the time `at`, s: where the line that was followed would be.
     pub(super) at: f64,
     pub(super) estimate: Estimate,
     /// By how much the drift changed, s/s.
     pub(super) change: f64,
-    /// When the message of the first point was due, s, and its phase.
+    /// Due time of the message of the first point, s, and its phase.
     pub(super) since: f64,
     pub(super) phase_then: f64,
-    /// How far points are apart, s.
+    /// Spacing of the points, s.
     pub(super) window: f64,
 }
 
 impl DriftSteps {
-    /// For messages that come every so many seconds.
+    /// Makes a detector for messages with this period, s.
     pub(super) const fn new(seconds_per_count: f64) -> Self {
         Self {
             window: FINEST.max(FEWEST_COUNTS * seconds_per_count),
@@ -134,7 +134,8 @@ impl DriftSteps {
         found
     }
 
-    /// The path's delay jumped: points before and after it are on no line. Or the line was found anew.
+    /// Forgets the points after the path's delay jumped: points before and after are on no line. Or after the line
+    /// was found again.
     pub(super) fn forget_points(&mut self) {
         for scale in &mut self.scales {
             scale.forget_points();
@@ -142,7 +143,7 @@ impl DriftSteps {
         self.open = Open::at(self.open.since);
     }
 
-    /// A window of the finest scale is over, and with it those of others that end there.
+    /// Closes a window of the finest scale, and with it those of others that end there.
     fn close(&mut self, point: Point, drift: f64, cell: f64) -> Option<DriftStep> {
         let mut point = point;
         let mut found = None;
@@ -210,7 +211,7 @@ impl Scale {
         self.steady = 0;
     }
 
-    /// What slopes of this scale usually differ from the drift by, once that is known.
+    /// Usual difference of slopes of this scale from the drift, once that is known.
     fn usual(&self) -> Option<f64> {
         (self.known >= KNOWN_AFTER).then(|| libm::sqrt(self.usual))
     }
@@ -277,8 +278,8 @@ impl Scale {
         self.stood_out = off;
     }
 
-    /// The least sum of squares about two lines of the drift of before, of which one has the first points and the other one
-    /// the others.
+    /// The least sum of squares about two lines of the drift of before, one through the first points and one through the
+    /// others.
     fn scatter_of_jump(&self, drift: f64) -> f64 {
         let scatter = |points: &[Point]| {
             let n = points.len() as f64;
@@ -308,7 +309,7 @@ impl Scale {
         self.usual += (square - self.usual) * part;
     }
 
-    /// What it has become, if it differs by `off`. The first of the points may be of before.
+    /// Makes the new line, whose slope differs by `off`. The first of the points may be of before.
     fn step(&self, line: &StraightLine, off: f64) -> DriftStep {
         let last = self.points[POINTS - 1].time;
         let window = (last - self.points[0].time) / (POINTS as f64 - 1.0);
@@ -339,7 +340,7 @@ mod tests {
 
     const SPACING: f64 = 1e-3;
 
-    /// What is found in ten seconds of phases that are late by up to 20 µs; the line is level.
+    /// Drift step found in ten seconds of phases that are late by up to 20 µs; the line is level.
     fn found(phase: impl Fn(f64) -> f64) -> Option<DriftStep> {
         let mut steps = DriftSteps::new(SPACING);
         (0..10_000).find_map(|k: u32| {

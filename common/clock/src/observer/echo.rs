@@ -1,11 +1,11 @@
-//! Whether arrivals echo how late their messages were sent.
+//! Echo of the send stamps in the arrivals.
 //!
 //! A sender wakes up a little late each time and says so. Over any link its messages then arrive later by as much. Where
-//! they do not, something else decides when a message is seen: somebody who polls for messages, or a link that delivers
-//! them in batches. What is seen then is level between two of its steps, whatever the sender's clock does, and the
-//! scatter of arrivals says nothing of what they are worth.
+//! they do not, something else decides when a message is seen: polling for messages, or a link that delivers them in
+//! batches. Arrivals are level then between two of its steps, whatever the sender's clock does, and the scatter of
+//! arrivals says nothing of their worth.
 //!
-//! The slope of first differences tells: 1 where arrivals echo, 0 where they do not. Its standard deviation is
+//! The slope of first differences shows it: 1 where arrivals echo, 0 where they do not. Its standard deviation is
 //! `√(var Δa / (n · var Δs))`.
 
 /// Messages over which differences count.
@@ -16,7 +16,7 @@ const ENOUGH: f64 = 128.0;
 const CERTAIN: f64 = 4.0;
 /// A difference of more than this multiple of the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
 const OUTLIER: f64 = 5.0;
-/// What senders that wake up more regularly say tells nothing, s².
+/// Least square of stamps, s²: senders that wake up more regularly show nothing.
 const LEAST_SQUARE: f64 = 1e-14;
 
 /// Compares arrivals with send stamps.
@@ -68,7 +68,7 @@ impl Echo {
         }
     }
 
-    /// Whether something else than the sender decides when its messages are seen, once that is clear.
+    /// Reports whether something other than the sender decides when its messages are seen, once that is clear.
     pub(super) const fn is_missing(&self) -> Option<bool> {
         self.missing
     }
@@ -79,7 +79,7 @@ mod tests {
     use super::super::tests::delays::Random;
     use super::*;
 
-    /// Of a number of messages that were sent up to some 5 µs late, seen as `seen` has it.
+    /// Result for messages that were sent up to some 5 µs late and are seen as `seen` returns.
     fn is_missing(messages: i64, mut seen: impl FnMut(f64, &mut Random) -> f64) -> Option<bool> {
         let mut random = Random::of_seed(3);
         let mut echo = Echo::default();

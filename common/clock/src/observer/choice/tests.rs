@@ -4,7 +4,7 @@ use super::*;
 struct Looks {
     choice: Choice,
     number: u32,
-    /// How far the line of all messages wobbles, and how far the edge lies below it, s.
+    /// Amplitude of the line of all messages, and depth of the edge below it, s.
     wobble: f64,
     below: f64,
     edge_variance: f64,
@@ -35,7 +35,7 @@ impl Looks {
         }
     }
 
-    /// Where the line of all messages is at the last look.
+    /// Offset of the line of all messages at the last look.
     fn all(&self) -> f64 {
         let turn = core::f64::consts::TAU * f64::from(self.number) / 16.0;
         self.wobble * libm::sin(turn)
@@ -53,7 +53,7 @@ impl Looks {
             .judge(time, time, &all, &edge, self.largest_carry)
     }
 
-    /// What is followed.
+    /// Offset of the line that is followed.
     fn offset(&self) -> f64 {
         let line = if self.choice.is_edge() {
             -self.below
@@ -63,7 +63,7 @@ impl Looks {
         line + self.choice.carry()
     }
 
-    /// Looks until the line is changed; gives the number of looks, and the jump of the last.
+    /// Looks until the line is changed; returns the number of looks, and the jump of the last.
     fn until_changed(&mut self) -> (u32, f64) {
         let (before, first) = (self.choice.is_edge(), self.number);
         loop {

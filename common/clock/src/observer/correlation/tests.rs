@@ -10,7 +10,7 @@ fn jitter(random: &mut Random) -> f64 {
     NORMAL * random.normal() + EXPONENTIAL * random.exponential()
 }
 
-/// After how many of so many residuals delays are said to be correlated.
+/// Number of residuals, of `messages`, after which delays count as correlated.
 fn noticed(
     correlation: &mut Correlation,
     messages: u32,
@@ -68,7 +68,7 @@ fn delays_that_are_alike_are_noticed_within_seconds() {
     }
 }
 
-/// What becomes of the jitter of a message by its number.
+/// Transformation of the jitter of a message by its number.
 type Disturbance = fn(u32, f64) -> f64;
 
 #[test]
@@ -115,7 +115,7 @@ fn long_independence_is_believed_again() {
     }
     assert!((INDEPENDENT_FOR..600_000).contains(&messages), "{messages}");
 
-    // Where they really were, the means of that time have to be forgotten first.
+    // Where they really were correlated, the means of that time have to be forgotten first.
     let mut delay = Correlated::half_normal(15e-6, 0.3);
     for _ in 0..30_000 {
         correlation.take(delay.after(CYCLE, &mut random) + jitter(&mut random));
