@@ -1,4 +1,4 @@
-//! The line that the observer follows as others may use it, and the delay that they tell it.
+//! The line that the observer follows, for others to use, and the delay that they pass to it.
 
 use super::filter::Estimate;
 use super::output::FarTime;
@@ -6,36 +6,36 @@ use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::numbers::{rounded, together};
 
-/// The straight line from local time to far time as it was estimated when it was asked for: at the
-/// local instant `t` it is at that `k·T` whose message, if it met no jitter, arrives at `t`.
+/// The straight line from local time to far time as estimated when it was requested: at the local instant `t` it is
+/// at that `k·T` whose message, if it met no jitter, arrives at `t`.
 ///
 /// Unlike the far time that is shown it knows nothing of a delay, and is not slewed.
 #[derive(Clone, Copy, Debug)]
 pub struct FarLine {
     /// The sender's run.
     pub epoch: u64,
-    /// Whether the observer is synchronised, and the line not just found anew.
+    /// True if the observer is synchronised, and the line not just found again.
     pub synced: bool,
-    /// How often locking had to begin again.
+    /// Number of restarts of locking.
     pub relocks: u32,
     /// Standard deviation of its offset.
     pub sigma: Seconds,
     /// Standard deviation of its rate, s/s.
     pub rate_sigma: f64,
-    /// All jumps of the path's delay so far, added up: the line fell by as much.
+    /// Sum of all jumps of the path's delay so far: the line fell by as much.
     pub jumped: Seconds,
-    /// All corrections of the line by a better one, added up: it fell by as much, though the path's delay
-    /// is what it was.
+    /// Sum of all corrections of the line by a better one: it fell by as much, though the path's delay is what it
+    /// was.
     pub corrected: Seconds,
-    /// How often the drift changed so much at once that the line was found anew.
+    /// Number of changes of the drift after which the line was found again.
     pub drift_steps: u32,
-    /// All jumps that turned out to be changes of the drift then, added up: the path's delay did not grow by them.
+    /// Sum of all jumps that turned out to be changes of the drift then: the path's delay did not grow by them.
     pub taken_back: Seconds,
-    /// How often counts were mapped anew to far time.
+    /// Number of times that counts got another map to far time.
     pub rebases: u32,
     /// The far time of the run's count 0.
     pub(crate) count_zero: Instant<Remote>,
-    /// It goes through `far` at `here`.
+    /// Point `here`, `far` on the line.
     pub(crate) here: Instant<Local>,
     pub(crate) far: FarTime,
     /// Seconds of the far clock per local second.
@@ -43,8 +43,8 @@ pub struct FarLine {
 }
 
 impl FarLine {
-    /// How far the sender's clock is ahead of the line at the local instant `at`, if it shows
-    /// `since_count_zero` there, counted from the ideal start of its cycle 0.
+    /// Returns the sender's lead over the line at the local instant `at`, if its clock shows `since_count_zero`
+    /// there, counted from the ideal start of its cycle 0.
     #[must_use]
     pub fn offset_at(&self, since_count_zero: Span, at: Instant<Local>) -> Seconds {
         let line = self.at(at);
@@ -60,7 +60,7 @@ impl FarLine {
     }
 }
 
-/// Where a line goes, without what is known of it besides.
+/// Course of a line, without what is known of it besides.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heading {
     here: Instant<Local>,
@@ -76,38 +76,37 @@ impl Heading {
 }
 
 impl PhaseObserver {
-    /// The least delay of the link, as measured by a two-way exchange or known otherwise. The far
-    /// time then leads by it. Once there is a synchronised far time the change is slewed, by up to
-    /// 1 ms/s.
+    /// Sets the least delay of the link, as measured by a two-way exchange or known otherwise. The far time then
+    /// leads by it. Once there is a synchronised far time the change is slewed, by up to 1 ms/s.
     pub const fn set_delay(&mut self, delay: Span) {
         self.delay.set(delay);
         self.known_rate = None;
     }
 
-    /// The same of a delay that is measured against the line as it is now, in every cycle: both change at once, so that the
-    /// far time does not follow what the line does. The far clock runs at `rate` meanwhile, seconds per local second.
+    /// Sets a delay that is measured against the line as it is now, in every cycle: both change at once, so that the far
+    /// time does not follow what the line does. The far clock runs at `rate` meanwhile, seconds per local second.
     pub(crate) fn follow_delay(&mut self, delay: Span, rate: f64) {
         let by = (delay - self.delay.set_to()).as_nanos();
         self.delay.shift(by as f64);
         self.known_rate = Some(rate);
     }
 
-    /// A jump of the line (see [`FarLine::jumped`]) was the path's doing, not the sender's: the delay
-    /// grows by as much, and the far time goes on as if nothing had happened.
+    /// Attributes a jump of the line (see [`FarLine::jumped`]) to the path, not to the sender: the delay grows by as
+    /// much, and the far time goes on as if nothing had happened.
     pub fn attribute_step_to_path(&mut self, jump: Seconds) {
         self.delay.shift(jump.0 * 1e9);
     }
 
-    /// From now on steps of the line are the path's until
-    /// [`attribute_step_to_sender`](Self::attribute_step_to_sender) says otherwise, as time responses will tell
-    /// whose they are. Else it goes by what the messages themselves say.
+    /// Takes steps of the line for the path's from now on until
+    /// [`attribute_step_to_sender`](Self::attribute_step_to_sender) says otherwise, as time responses will attribute
+    /// them. Else steps are attributed by the messages themselves.
     pub const fn leave_steps_to_exchanges(&mut self, they_tell: bool) {
         self.exchanges_tell = they_tell;
     }
 
-    /// A step that was attributed to the path was the sender's clock, which stood still for so long, or leapt.
-    /// Gives what of it now goes into the map from counts to far time: whole cycles, if it was so long that
-    /// slewing it would take too long. The far time itself goes on as it did.
+    /// Attributes a step, taken for the path's before, to the sender's clock, which stood still or leapt. Returns the
+    /// part of it that now goes into the map from counts to far time: whole cycles, if it was so long that slewing it
+    /// would take too long. The far time itself goes on as it did.
     pub fn attribute_step_to_sender(&mut self, step: Seconds) -> Span {
         let Some(stream) = &mut self.stream else {
             return Span::ZERO;
@@ -126,14 +125,14 @@ impl PhaseObserver {
         mapped
     }
 
-    /// The line as it is now; none until there is one.
+    /// Returns the line as it is now; none until there is one.
     #[must_use]
     pub fn line(&self) -> Option<FarLine> {
         let followed = self.followed()?;
         self.line_of(&followed.estimate, followed.at)
     }
 
-    /// The line through an estimate, which is of this count since the first.
+    /// Makes the line of an estimate, which is of the count `at` since the first.
     pub(super) fn line_of(&self, estimate: &Estimate, at: i64) -> Option<FarLine> {
         let stream = self.stream.as_ref()?;
         let Heading { here, far, rate } = self.heading(estimate, at)?;
@@ -159,7 +158,7 @@ impl PhaseObserver {
         })
     }
 
-    /// The same without what is known of it besides, which takes four times as long.
+    /// Makes the course of the line alone; the rest takes four times as long.
     pub(super) fn heading(&self, estimate: &Estimate, at: i64) -> Option<Heading> {
         let stream = self.stream.as_ref()?;
         let due = self.data_cycle_time * at;
@@ -176,7 +175,7 @@ impl PhaseObserver {
     }
 }
 
-/// A drift, as far as one is believed.
+/// Limits a drift to what is believed.
 pub(super) const fn within_largest(drift: f64) -> f64 {
     drift.clamp(-LARGEST_DRIFT, LARGEST_DRIFT)
 }

@@ -17,7 +17,7 @@ pub(super) struct Innovation {
     pub(super) variance: f64,
 }
 
-/// Innovations beyond so many standard deviations count as if they were at this bound.
+/// Standard deviations at which innovations are clamped.
 const CLAMP: f64 = 5.0;
 
 impl Estimate {

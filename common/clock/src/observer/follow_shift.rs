@@ -1,16 +1,16 @@
-//! What follows from a jump of the phase.
+//! Consequences of a jump of the phase.
 
 use super::PhaseObserver;
 use super::shift::{Evidence, skipped_cycles};
 use super::stream::Line;
 use crate::instant::{Instant, Local};
 
-/// So many seconds after the start the drift is trusted, whatever the offset does.
+/// Time after the start, s, from which the drift is trusted, whatever the offset does.
 const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
 /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
 const SMALL_SHIFT: f64 = 1e-4;
 
-/// A jump of the phase, and what of it whole cycles are of a sender that stood still, s.
+/// A jump of the phase, and the part of it in whole cycles of a sender that stood still, s.
 #[derive(Clone, Copy)]
 struct Jump {
     shift: f64,
@@ -19,7 +19,7 @@ struct Jump {
 }
 
 impl PhaseObserver {
-    /// The phase jumped. Whole cycles of a sender that stood still go into the index map.
+    /// Follows a jump of the phase. Whole cycles of a sender that stood still go into the index map.
     pub(super) fn follow_shift(&mut self, arrived: Instant<Local>, newest: i64) {
         let Some(shift) = self.shift_line(arrived, newest) else {
             return;
@@ -40,7 +40,7 @@ impl PhaseObserver {
         }
     }
 
-    /// What there is to tell a longer path from a sender that stood still.
+    /// Evidence that distinguishes a longer path from a sender that stood still.
     const fn evidence(&self) -> Evidence {
         if self.exchanges_tell {
             Evidence::Exchanges
@@ -51,7 +51,7 @@ impl PhaseObserver {
         }
     }
 
-    /// Shifts the line of all messages to where the last ones are. Gives by how much, s.
+    /// Shifts the line of all messages to where the last ones are. Returns the shift, s.
     fn shift_line(&mut self, arrived: Instant<Local>, newest: i64) -> Option<f64> {
         let stream = self.stream.as_mut()?;
         let line = stream.line.as_mut()?;
@@ -87,7 +87,7 @@ impl PhaseObserver {
         Some(shift)
     }
 
-    /// Shifts the lower edge, and what the two lines are judged by. Gives whether the jump is one: the edge, where it is
+    /// Shifts the lower edge, and the choice between the lines. Returns whether the jump is one: the edge, where it is
     /// followed, knows small ones better.
     fn shift_choice(&mut self, jump: Jump, time: f64) -> bool {
         let Some(stream) = &mut self.stream else {
@@ -131,7 +131,7 @@ impl PhaseObserver {
         true
     }
 
-    /// Tells of it, and maps counts anew to far time where whole cycles are missing.
+    /// Notes the jump, and maps counts to far time again where whole cycles are missing.
     fn note_jump(&mut self, jump: Jump, time: f64, arrived: Instant<Local>) {
         let Some(stream) = &mut self.stream else {
             return;

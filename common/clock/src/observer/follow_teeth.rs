@@ -7,7 +7,7 @@ use super::teeth::{Jump, ShownDrift, bounds, cell_of, lowest_level, within_cell}
 use crate::instant::{Instant, Local};
 
 impl PhaseObserver {
-    /// Whether a jump of the phase is a tooth. Then only corners count from now on.
+    /// Reports whether a jump of the phase is a tooth. Then only corners count from now on.
     pub(super) fn is_tooth(&mut self, newest: i64, jump: f64) -> bool {
         let Some(stream) = &mut self.stream else {
             return false;
@@ -36,8 +36,8 @@ impl PhaseObserver {
         is_tooth
     }
 
-    /// Where arrivals are polled for, takes the block that is full: a corner is a measurement, and a level says nothing. Gives
-    /// whether they are.
+    /// Takes the block that is full where arrivals are polled for: a corner is a measurement, and a level says nothing.
+    /// Returns whether they are.
     pub(super) fn take_level(&mut self, arrived: Instant<Local>) -> bool {
         let Some(stream) = &mut self.stream else {
             return false;
@@ -78,7 +78,7 @@ impl PhaseObserver {
         true
     }
 
-    /// The line begins again at the corner where phases jumped: `beside` the line of all messages as it now is at the
+    /// Restarts the line at the corner where phases jumped: `beside` the line of all messages as it now is at the
     /// newest message, s.
     fn begin_at_corner(&mut self, newest: i64, jump: f64, beside: f64) {
         let Some(stream) = &mut self.stream else {
@@ -113,7 +113,7 @@ impl PhaseObserver {
     }
 }
 
-/// The line takes the corner in a block of this mean count, if there is one.
+/// Takes the corner in a block of this mean count into the line, if there is one.
 fn take_corner(stream: &mut Stream, values: &[f64; BLOCK], middle: i64, seconds_per_count: f64) {
     let Some(line) = &mut stream.line else {
         return;

@@ -1,4 +1,4 @@
-//! How much a message says about the jitter's location and widths, as a function of their ratio.
+//! Information of a message about the jitter's location and widths, as a function of their ratio.
 
 use super::hazard::Hazard;
 
@@ -7,9 +7,9 @@ use super::hazard::Hazard;
 pub(super) struct Information {
     /// Curvature of the log-likelihood in the location, per squared normal width.
     pub(super) curvature: f64,
-    /// What a change of the logarithm of the normal width does to the score of the location.
+    /// Change of the score of the location with the logarithm of the normal width.
     pub(super) normal_pull: f64,
-    /// The same for the exponential width.
+    /// Change of the score of the location with the logarithm of the exponential width.
     pub(super) exponential_pull: f64,
     /// About the logarithm of the normal width,
     pub(super) normal: f64,
@@ -21,7 +21,7 @@ pub(super) struct Information {
 
 const POINTS: usize = 30;
 const LEAST_RATIO: f64 = 0.004;
-/// Its natural logarithm.
+/// Natural logarithm of the least ratio.
 const LOG_OF_LEAST: f64 = -5.521_460_917_862_246;
 const STEP: f64 = 0.23;
 
@@ -40,7 +40,7 @@ impl InformationTable {
         Self { points }
     }
 
-    /// At a ratio that has this logarithm.
+    /// Information at a ratio that has this logarithm.
     pub(super) fn at(&self, logarithm: f64) -> Information {
         let position = (logarithm - LOG_OF_LEAST) * (1.0 / STEP);
         let position = position.clamp(0.0, (POINTS - 2) as f64 + 0.999);
@@ -64,8 +64,8 @@ impl Information {
     }
 }
 
-/// One message's part in all that is learned, at the standardised residual `z`, the residual in
-/// normal widths less the ratio of the widths.
+/// Scores of one message, its part in all that is learned, at the standardised residual `z`, the residual in normal
+/// widths less the ratio of the widths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scores {
     pub(super) slope: f64,
@@ -84,7 +84,7 @@ impl Scores {
     }
 }
 
-/// Where the hazard is negligible and the rest an exponential tail.
+/// Residual from which the hazard is negligible and the rest an exponential tail.
 const TAIL: f64 = 6.0;
 
 fn integrated(hazard: &Hazard, ratio: f64) -> Information {

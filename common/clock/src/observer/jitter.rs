@@ -26,31 +26,31 @@ pub(super) struct Jitter {
     /// `normal / exponential`
     ratio: f64,
     ratio_logarithm: NearLogarithm,
-    /// What a message says, at this ratio.
+    /// Information of a message at this ratio.
     information: Information,
     pull: Pull,
-    /// By how much the most likely location moved because the widths were learned better.
+    /// Movement of the most likely location because the widths were learned better.
     moved: f64,
     messages: f64,
     misfit: Misfit,
-    /// The location stays where it was: until the widths, once known, change.
+    /// True while the location stays where it was: until the widths, once known, change.
     pinned: bool,
     /// The cell that arrivals are stamped to, s; 0 if it is so fine that it does not matter.
     cell: f64,
-    /// With cells: what a message says of the location, the mean over many, 1/s².
+    /// With cells: mean information of a message about the location, 1/s².
     certainty: f64,
-    /// And of the logarithms of the two widths.
+    /// Mean information about the logarithms of the two widths.
     said_of_widths: [f64; 2],
 }
 
-/// What a block of messages says about its location.
+/// Location of a block of messages.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Location {
     /// The most likely location, given the residuals and what was known before.
     pub(super) most_likely: f64,
-    /// What the residuals alone measure, linearised there.
+    /// Location measured by the residuals alone, linearised there.
     pub(super) measured: f64,
-    /// The variance of that.
+    /// Variance of `measured`.
     pub(super) variance: f64,
 }
 
@@ -60,18 +60,18 @@ const LEAST_RATIO: f64 = 0.02;
 /// Beside a loaded network the sender's jitter may be less.
 const LEAST_RATIO_UNDER_LOAD: f64 = 0.005;
 const MOST_RATIO: f64 = 3.0;
-/// The widths are averages over the last so many messages.
+/// Messages that the widths are averages over.
 const MEMORY: f64 = 131_072.0;
-/// So many messages make known widths.
+/// Messages that make known widths.
 const SETTLED: f64 = 4_096.0;
-/// The pull is an average over so many messages.
+/// Messages that the pull is an average over.
 const PULL_MEMORY: f64 = 8_192.0;
 /// Residuals later than this many exponential widths are spikes and say nothing of the width.
 const SPIKE: f64 = 8.0;
 /// The location stays where it was at most by this many normal widths: a first guess that was far
 /// off is given up.
 const MOST_MOVED: f64 = 2.0;
-/// A cell says at least this part of what one says on the whole.
+/// Least information of a cell, as a part of the mean.
 const LEAST_SAID: f64 = 0.01;
 const LEAST_SAID_OF_WIDTHS: f64 = 0.002;
 const GUESS: f64 = 0.669;
@@ -140,18 +140,18 @@ impl Jitter {
         together(self.normal, self.exponential)
     }
 
-    /// By what factor the widths may still be wrong: little by little 1.
+    /// Factor by which the widths may still be wrong: approaches 1.
     pub(super) fn doubt(&self) -> f64 {
         1.0 + 512.0 / (self.messages + 128.0)
     }
 
-    /// What is learned of the widths moves the most likely location. This is by how much it moved so
-    /// far, s; who takes it away has a location that stays where it was.
+    /// Returns the movement of the most likely location so far, s, by what was learned of the widths. Taking it away
+    /// leaves a location that stays where it was.
     pub(super) const fn moved(&self) -> f64 {
         self.moved
     }
 
-    /// The cell that arrivals are stamped to, s; 0 if it does not matter.
+    /// Sets the cell that arrivals are stamped to, s; 0 if it does not matter.
     pub(super) fn set_cell(&mut self, cell: f64) {
         let was_fine = self.cell == 0.0;
         self.cell = cell;
@@ -204,8 +204,8 @@ impl Jitter {
                 break;
             }
         }
-        // What independent messages say is known; a cell says much or little, depending on where in it
-        // the location is.
+        // The information of independent messages is known; a cell has much or little, depending on where in it the
+        // location is.
         let variance = if self.cell > 0.0 {
             1.0 / curvature
         } else {
@@ -354,7 +354,7 @@ impl Jitter {
         self.messages = (self.messages + messages).min(memory.unwrap_or(MEMORY));
     }
 
-    /// Whether the network seems to be changing, so that measurements had better wait a little.
+    /// True if the network seems to be changing, so that measurements had better wait a little.
     pub(super) fn is_unfit(&self) -> bool {
         self.misfit.is_waited_for()
     }

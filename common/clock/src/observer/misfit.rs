@@ -1,4 +1,4 @@
-//! Whether the exponential width still fits the messages, or the network has changed.
+//! Fit of the exponential width to the messages, or a change of the network.
 
 use super::correlated_delay::CorrelatedDelay;
 
@@ -7,32 +7,31 @@ use super::correlated_delay::CorrelatedDelay;
 pub(super) struct Misfit {
     quick: f64,
     slow: f64,
-    /// What the quick one is on the whole, for jitter of another shape.
+    /// Usual quick score, for jitter of another shape.
     usual: f64,
-    /// For so many messages the width has not been fit to measure with.
+    /// Messages for which the width has not been fit to measure with.
     waited: f64,
 }
 
-/// So many messages tell whether the width still fits. A mean score outside says no, and only so
-/// many of the messages before still count.
+/// Messages that show whether the width still fits. A mean score outside says no, and only `MEMORY_AFTER_CHANGE` of
+/// the messages before still count.
 const MISFIT_MEMORY: f64 = 96.0;
 const MISFIT: core::ops::Range<f64> = -0.35..0.6;
 /// Already outside of this, measurements wait until the widths fit again, but no longer than this.
 const DOUBTFUL: core::ops::Range<f64> = -0.25..0.35;
 const LONGEST_WAIT: f64 = 512.0;
-/// For both, messages later than so many exponential widths count as this late: a burst of spikes is
-/// no change.
+/// Exponential widths at which the lateness of messages is clipped, for both: a burst of spikes is no change.
 pub(super) const LATE: f64 = 2.0;
 const MEMORY_AFTER_CHANGE: f64 = 64.0;
-/// The same for small changes.
+/// Memory and bounds for small changes.
 const SLOW_MISFIT_MEMORY: f64 = 4_096.0;
 const SLOW_MISFIT: core::ops::Range<f64> = -0.15..0.2;
 const MEMORY_AFTER_SLOW_CHANGE: f64 = 512.0;
 
 impl Misfit {
-    /// Takes the scores summed over a block of `n` messages, in full and clipped at [`LATE`]. Says how
-    /// many messages still count, if the width (once `known`) does not fit any more. Where the delay
-    /// wanders, it may fit less well for longer.
+    /// Takes the scores summed over a block of `n` messages, in full and clipped at [`LATE`]. Returns the number of
+    /// messages that still count, if the width (once `known`) does not fit any more. Where the delay wanders, it may
+    /// fit less well for longer.
     pub(super) fn take(
         &mut self,
         score: f64,

@@ -85,35 +85,35 @@ use stream::{BLOCK, Line, Residual, Stream};
 use teeth::{Teeth, within_cell};
 use waits::Waits;
 
-/// How sure is sure enough is a part of the jitter: where the edge is followed, points that scatter by x
-/// are worth a jitter of so many times x.
+/// The accuracy that is sure enough is a part of the jitter: where the edge is followed, the scatter of points is
+/// worth a jitter of this multiple.
 const EDGE_AS_JITTER: f64 = 24.0;
-/// Where delays are correlated, only an accuracy that is fine anywhere is sure enough before, s.
+/// Time, s, until which, where delays are correlated, only an accuracy that is fine anywhere is sure enough.
 const CORRELATION_IS_KNOWN_AFTER: f64 = 4.0;
-/// And after so long the best there is will do, s.
+/// Time after which the best there is will do, s.
 const LONGEST_IF_CORRELATED: f64 = 8.0;
 /// Far time that is no further from the line than this is where it should be, s.
 const AT_THE_LINE: f64 = 1e-6;
-/// No clock this crate is made for drifts more, s/s.
+/// Largest drift of a clock that this crate is made for, s/s.
 const LARGEST_DRIFT: f64 = 0.01;
 
 /// The line that is followed.
 struct Followed {
-    /// The estimate is of this count since the first.
+    /// Count of the estimate since the first.
     at: i64,
     estimate: Estimate,
     /// The variance that the drift gains per second.
     drift_walk: f64,
 }
 
-/// Follows one sender's clock. Feed it each message with [`observe`](Self::observe) and ask it for
-/// the far time once per receiver cycle with [`cycle`](Self::cycle).
+/// Follows one sender's clock. Feed it each message with [`observe`](Self::observe) and read the far time once per
+/// receiver cycle with [`cycle`](Self::cycle).
 ///
 /// # What the far time means
 ///
-/// At the local instant `t` the far time is that `k·T` whose message, if it met no jitter, arrives at
-/// `t`. It lags behind the sender's true time by the least delay of the link, which one-way messages
-/// cannot show; tell it by [`set_delay`](Self::set_delay).
+/// At the local instant `t` the far time is that `k·T` whose message, if it met no jitter, arrives at `t`. It lags
+/// behind the sender's true time by the least delay of the link, which one-way messages cannot show; set it by
+/// [`set_delay`](Self::set_delay).
 #[derive(Clone, Debug)]
 pub struct PhaseObserver {
     parameters: ObserverParameters,
@@ -123,7 +123,7 @@ pub struct PhaseObserver {
     lost_after: Span,
     shift_messages: u16,
     delay: PathDelay,
-    /// The far clock's rate, where somebody knows it better than the line.
+    /// Rate of the far clock, where it is known better than by the line.
     known_rate: Option<f64>,
     /// See [`FarLine::jumped`].
     jumped: Seconds,
@@ -136,14 +136,14 @@ pub struct PhaseObserver {
     jitter: Jitter,
     detector: ShiftDetector,
     events: Events,
-    /// Exchanges tell whose steps are.
+    /// True if exchanges attribute steps.
     exchanges_tell: bool,
-    /// The newest message said how late it was sent.
+    /// True if the newest message had a send stamp.
     is_stamped: bool,
 }
 
 impl PhaseObserver {
-    /// An observer of a sender of the given nominal cycle time.
+    /// Makes an observer of a sender of the given nominal cycle time.
     ///
     /// # Errors
     /// [`WrongParameter`] names the parameter that is out of its range.
@@ -212,7 +212,7 @@ impl PhaseObserver {
         }
     }
 
-    /// Both lines take the phase of a message.
+    /// Takes the phase of a message into both lines.
     fn take_phase(&mut self, arrival: &Arrival) {
         let Some(stream) = &mut self.stream else {
             return;
@@ -242,7 +242,7 @@ impl PhaseObserver {
         self.take_residual(Residual { count, value }, gap, arrived);
     }
 
-    /// All that was learnt of the messages of this run is of no use any more: the lines are found again.
+    /// Forgets what was learnt of the messages of this run: the lines are found again.
     fn begin_again(&mut self, now: Instant<Local>) {
         let Some(stream) = &mut self.stream else {
             return;
@@ -264,8 +264,8 @@ impl PhaseObserver {
         self.events.relock(now);
     }
 
-    /// The far time at which message number `count` of the present run was due to be sent. It is
-    /// `count·T` for a sender that never stood still. None until the first message.
+    /// Returns the far time at which message number `count` of the present run was due to be sent. It is `count·T`
+    /// for a sender that never stood still. None until the first message.
     #[must_use]
     pub fn far_time_of(&self, count: u64) -> Option<Instant<Remote>> {
         let stream = self.stream.as_ref()?;
@@ -288,7 +288,7 @@ impl PhaseObserver {
         }
     }
 
-    /// The lower edge takes a phase. Where it is followed, its jumps are the line's.
+    /// Takes a phase into the lower edge. Where it is followed, its jumps are the line's.
     fn take_edge(&mut self, time: f64, phase: f64, arrived: Instant<Local>) {
         let Some(stream) = &mut self.stream else {
             return;
@@ -314,7 +314,7 @@ impl PhaseObserver {
         }
     }
 
-    /// The line of all messages takes how far one is off, which came so long after the one before.
+    /// Takes the residual of a message into the line of all messages; it came `gap` after the one before.
     fn take_residual(&mut self, residual: Residual, gap: Span, arrived: Instant<Local>) {
         let Some(stream) = &mut self.stream else {
             return;
@@ -348,7 +348,7 @@ impl PhaseObserver {
         }
     }
 
-    /// A first message, or the first of a sender that was restarted.
+    /// Begins with a first message, or the first of a sender that was restarted.
     fn begin(&mut self, epoch: u64, count: u64, arrived: Instant<Local>) {
         let mut counts = Counts::starting_at(count);
         let _ = counts.take(count);
@@ -393,8 +393,8 @@ impl PhaseObserver {
         });
     }
 
-    /// The far time of a first count: its own, or (far time must not go back) the whole cycle that
-    /// is nearest to what is shown.
+    /// Far time of a first count: its own, or (far time must not go back) the whole cycle that is nearest to the
+    /// shown one.
     fn origin_of(&self, count: u64, arrived: Instant<Local>) -> Instant<Remote> {
         let cycle = self.data_cycle_time;
         let Some(shown) = &self.shown else {
@@ -413,7 +413,7 @@ impl PhaseObserver {
         followed.map_or(0.0, |followed| within_largest(followed.estimate.drift))
     }
 
-    /// The line that is followed: that of all messages, or their lower edge.
+    /// Returns the line that is followed: that of all messages, or their lower edge.
     fn followed(&self) -> Option<Followed> {
         let stream = self.stream.as_ref()?;
         let line = stream.line.as_ref()?;
@@ -479,7 +479,7 @@ impl PhaseObserver {
         self.choose_line(arrived, middle);
     }
 
-    /// Decides which line is followed after a block, and how sure it is.
+    /// Chooses the line to follow after a block, and judges its uncertainty.
     fn choose_line(&mut self, arrived: Instant<Local>, middle: i64) {
         let Some(stream) = &mut self.stream else {
             return;
@@ -509,7 +509,7 @@ impl PhaseObserver {
         let (jitter, longest) = match stream.choice.is_correlated() {
             false if !stream.choice.may_be_correlated() => (width, longest),
             false => (0.0, longest),
-            // Nobody knows as yet how long a delay may last.
+            // It is not known as yet how long a delay may last.
             true if age < CORRELATION_IS_KNOWN_AFTER => (0.0, longest),
             // It does not become better by waiting longer.
             true => {
@@ -523,7 +523,8 @@ impl PhaseObserver {
         self.calibrate(middle, sigma);
     }
 
-    /// Compares the line that is followed with its own predictions, at a mean count, where `sigma` is said of it.
+    /// Compares the line that is followed with its own predictions, at a mean count, where its standard deviation is
+    /// `sigma`.
     fn calibrate(&mut self, middle: i64, sigma: f64) {
         let Some(Followed {
             at,
@@ -557,8 +558,8 @@ impl PhaseObserver {
         }
     }
 
-    /// Not on a backlog that comes all at once, and not before far time is where the line is: afterwards it is slewed
-    /// so slowly that it would take an hour.
+    /// True if locking may end: not on a backlog that comes all at once, and not before far time is where the line
+    /// is, as it is slewed afterwards so slowly that it would take an hour.
     fn may_end_locking(&self, now: Instant<Local>) -> bool {
         let messages = i64::from(self.parameters.synced_messages);
         let is_there = |shown: &Shown| shown.remaining.0.abs() < AT_THE_LINE;

@@ -8,18 +8,18 @@ use crate::numbers::floored;
 pub struct FarTime {
     /// Whole nanoseconds.
     pub instant: Instant<Remote>,
-    /// What lies beyond them, ns: 0 to below 1.
+    /// Rest beyond them, ns: 0 to below 1.
     pub fraction_ns: f64,
 }
 
 impl FarTime {
-    /// How long after `earlier`; negative if before.
+    /// Time since `earlier`; negative if before.
     #[must_use]
     pub fn since(&self, earlier: Instant<Remote>) -> Seconds {
         Seconds(((self.instant - earlier).as_nanos() as f64 + self.fraction_ns) * 1e-9)
     }
 
-    /// The point `nanos` nanoseconds later.
+    /// Adds `nanos` nanoseconds.
     pub(crate) fn plus(self, nanos: f64) -> Self {
         let total = self.fraction_ns + nanos;
         let whole = floored(total);
@@ -32,25 +32,25 @@ impl FarTime {
     }
 }
 
-/// How far the shown time may follow the estimate.
+/// Limits of the shown time's approach to the estimate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     /// Time constant of the approach, s.
     pub(super) pull_time: f64,
     /// Largest correction, s/s.
     pub(super) limit: f64,
-    /// The same of what would take too long at that limit, s/s.
+    /// Largest correction of what would take too long at that limit, s/s.
     pub(super) catch_up: f64,
 }
 
-/// What is not made up within this time at the usual limit is made up faster, s: the limit is then what remains over this
-/// time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
+/// A distance that is not made up within this time at the usual limit is made up faster, s: the limit is then what
+/// remains over this time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
 const MADE_UP_WITHIN: f64 = 10.0;
-/// The limit rises by this per second, s/s²: an axis at 500 mm/s is accelerated by 0.5 mm/s².
+/// Rise of the limit per second, s/s²: an axis at 500 mm/s is accelerated by 0.5 mm/s².
 const RISE: f64 = 1e-3;
 
 impl Pace {
-    /// Whether a distance takes too long at the usual limit.
+    /// True if a distance takes too long at the usual limit.
     pub(super) fn is_too_slow_for(&self, distance: Seconds) -> bool {
         distance.0.abs() > self.limit * MADE_UP_WITHIN
     }
@@ -63,7 +63,7 @@ pub(super) struct Shown {
     pub(super) far: FarTime,
     /// The estimate lies this much later, s.
     pub(super) remaining: Seconds,
-    /// By how much the limit of corrections is raised, s/s.
+    /// Raise of the limit of corrections, s/s.
     raised: f64,
 }
 

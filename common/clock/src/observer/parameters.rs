@@ -1,4 +1,4 @@
-//! What can be set on a [`PhaseObserver`](super::PhaseObserver).
+//! Parameters of a [`PhaseObserver`](super::PhaseObserver).
 
 use super::output::Pace;
 use crate::instant::Span;
@@ -22,25 +22,24 @@ pub struct ObserverParameters {
     /// Or to this part of the standard deviation of a message's jitter: no link is kept waiting for
     /// an accuracy that is fine only on a better one. Above 0, at most 1.
     pub synced_sigma_part: f64,
-    /// Synchronised needs so many messages, at least 16; four times as many if the offset is known only
-    /// in comparison with the jitter.
+    /// Least number of messages to be synchronised, at least 16; four times as many if the offset is known only in
+    /// comparison with the jitter.
     pub synced_messages: u32,
-    /// Where the sender's clock allows neither: after so long the best there is will do,
-    /// s. Above 0.
+    /// Time after which the best accuracy there is will do, where the sender's clock allows neither, s. Above 0.
     pub longest_locking_s: f64,
     /// The far time once synchronised gains or loses at most this much on the estimated far
     /// clock, ppm. Above 0, at most 500 000.
     pub slew_limit_ppm: f64,
-    /// What would take longer than ten seconds to make up at `slew_limit_ppm` is made up at up to this, ppm: a clock that leapt
-    /// by some milliseconds without time responses that say so. The state is unsure meanwhile. No more than `slew_limit_ppm` is
-    /// that limit for everything. Above 0, at most 500 000.
+    /// A distance that would take longer than ten seconds to make up at `slew_limit_ppm` is made up at up to this, ppm: a clock
+    /// that leapt by some milliseconds without time responses that say so. The state is unsure meanwhile. No more than
+    /// `slew_limit_ppm` is that limit for everything. Above 0, at most 500 000.
     pub catch_up_slew_limit_ppm: f64,
-    /// The same until synchronised. Above 0, at most 500 000.
+    /// Limit like `slew_limit_ppm`, until synchronised. Above 0, at most 500 000.
     pub locking_slew_limit_ppm: f64,
     /// The far time approaches the estimate with this time constant, ms. At least 0.
     pub pull_time_ms: f64,
-    /// So many messages in a row, all far too late, are a shift; a third of them, if too early.
-    /// At least 24. Raised to what comes in `shortest_shift_ms`.
+    /// Messages in a row, all far too late, that are a shift; a third of them, if too early. At least 24. Raised to
+    /// what comes in `shortest_shift_ms`.
     pub shift_messages: u16,
     /// Lateness that is over sooner is no shift: a link that keeps the order holds up everything
     /// behind one late message, ms. At least 0, at most 1000.
@@ -189,14 +188,14 @@ impl ObserverParameters {
         }
     }
 
-    /// How many messages out of bounds make a shift.
+    /// Number of messages out of bounds that make a shift.
     pub(super) fn messages_of_a_shift(&self, data_cycle_time: Span) -> u16 {
         let least = millis(self.shortest_shift_ms).div_floor(data_cycle_time);
         self.shift_messages
             .max(u16::try_from(least).unwrap_or(u16::MAX))
     }
 
-    /// How fast the far time may move.
+    /// Limits of the far time's movement.
     pub(super) fn pace(&self, locking: bool) -> Pace {
         if locking {
             let limit = self.locking_slew_limit_ppm * 1e-6;

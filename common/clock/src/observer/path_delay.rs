@@ -5,8 +5,8 @@ use crate::numbers::rounded;
 
 /// Time constant of the approach, s.
 const PULL_TIME: f64 = 0.5;
-/// A new delay is taken over at most this fast, s/s: at 500 mm/s the slave then moves by 0.5 mm/s
-/// faster or slower.
+/// Greatest rate at which a new delay is taken over, s/s: at 500 mm/s the slave then moves by 0.5 mm/s faster or
+/// slower.
 const SLEW_LIMIT: f64 = 1e-3;
 
 /// A delay, and how much of it the far time contains already.
@@ -22,33 +22,33 @@ impl PathDelay {
         self.set = delay;
     }
 
-    /// What was set.
+    /// Delay that was set.
     pub(super) const fn set_to(&self) -> Span {
         self.set
     }
 
-    /// Both change at once.
+    /// Shifts both at once.
     pub(super) fn shift(&mut self, by_ns: f64) {
         self.set += Span::from_nanos(rounded(by_ns));
         self.shown += by_ns;
     }
 
-    /// What the far time contains, ns.
+    /// Delay that the far time contains, ns.
     pub(super) const fn shown(&self) -> f64 {
         self.shown
     }
 
-    /// What the far time still lacks, ns.
+    /// Delay that the far time still lacks, ns.
     pub(super) fn missing(&self) -> f64 {
         self.set.as_nanos() as f64 - self.shown
     }
 
-    /// Takes all of it over.
+    /// Takes the whole delay over.
     pub(super) const fn jump(&mut self) {
         self.shown = self.set.as_nanos() as f64;
     }
 
-    /// Goes on for so many ns of local time. By how much the far time gains, ns.
+    /// Advances by `passed_ns` of local time, ns. Returns the gain of the far time, ns.
     pub(super) fn advance(&mut self, passed_ns: f64) -> f64 {
         let passed = passed_ns.max(0.0);
         let seconds = passed * 1e-9;

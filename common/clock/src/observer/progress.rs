@@ -1,4 +1,4 @@
-//! How far locking has come, and what happened on the way.
+//! Progress of locking, and events on the way.
 
 use super::parameters::ObserverParameters;
 use crate::instant::{Instant, Local};
@@ -7,7 +7,7 @@ use crate::instant::{Instant, Local};
 pub(super) struct Progress {
     /// The standard deviation that was good enough when it synchronised, s; none before.
     granted: Option<f64>,
-    /// It is not good enough any more.
+    /// True if it is not good enough any more.
     unsure: bool,
     pub(super) lost: bool,
     pub(super) messages: u32,
@@ -24,9 +24,9 @@ pub(super) struct Events {
     pub(super) rebased: bool,
 }
 
-/// Synchronised is left when the standard deviation grows beyond so many times what was good enough.
+/// Growth of the standard deviation beyond the good one, as a factor, at which synchronised is left.
 const UNSURE: f64 = 2.0;
-/// So many times the messages that are enough are plenty.
+/// Factor on the messages that are enough from which they are plenty.
 const PLENTY: u32 = 4;
 
 impl Progress {
@@ -48,7 +48,7 @@ impl Progress {
         self.messages = self.messages.saturating_add(1);
     }
 
-    /// After a block of messages. Locking does not end before it `may_end`.
+    /// Judges the progress after a block of messages. Locking does not end before it `may_end`.
     pub(super) fn judge(
         &mut self,
         now: Instant<Local>,
@@ -74,7 +74,7 @@ impl Progress {
         }
     }
 
-    /// The standard deviation that is good enough now, if this one is.
+    /// Returns the standard deviation that is good enough now, if this one is.
     fn good_enough(
         &self,
         now: Instant<Local>,
@@ -99,12 +99,12 @@ impl Progress {
         (sigma < wanted || too_long).then_some(wanted.max(sigma))
     }
 
-    /// Whether it synchronised.
+    /// True if it synchronised.
     pub(super) const fn is_synced(&self) -> bool {
         self.granted.is_some()
     }
 
-    /// Whether it synchronised, but is less sure by now.
+    /// True if it synchronised, but is less sure by now.
     pub(super) const fn is_unsure(&self) -> bool {
         self.unsure
     }

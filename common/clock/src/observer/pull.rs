@@ -1,9 +1,9 @@
-//! By how much the most likely location moves when the widths of the jitter are learned better.
+//! Movement of the most likely location when the widths of the jitter are learned better.
 
 use super::information::Information;
 
-/// What a change of the logarithm of each width really does to the mean score of the location,
-/// beside what the table says, which holds only once the widths are right.
+/// Measured change of the mean score of the location with the logarithm of each width, beside the one of the table,
+/// which holds only once the widths are right.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pull {
     pub(super) curvature: f64,
@@ -12,7 +12,7 @@ pub(super) struct Pull {
 }
 
 impl Pull {
-    /// At first guess, which is wrong, half of what the table says.
+    /// Makes the first guess, half of what the table says, which is wrong.
     pub(super) fn beside(information: &Information) -> Self {
         Self {
             curvature: 0.0,
@@ -29,7 +29,7 @@ impl Pull {
             part * (sums.exponential - n * (table.exponential_pull + self.exponential));
     }
 
-    /// By how many normal widths the location moves when the widths grow by these parts.
+    /// Movement of the location in normal widths when the widths grow by these parts.
     pub(super) fn shift(&self, table: &Information, normal: f64, exponential: f64) -> f64 {
         let curvature = (table.curvature + self.curvature).max(0.1 * table.curvature);
         let pull = (table.normal_pull + self.normal) * normal

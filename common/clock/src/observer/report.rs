@@ -1,9 +1,9 @@
-//! What the observer says of itself.
+//! Output of the observer.
 
 use super::output::FarTime;
 use crate::instant::{Instant, Local, Seconds};
 
-/// How far the observer is.
+/// State of the observer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -11,12 +11,12 @@ pub enum ObserverState {
     /// Too few messages to say anything.
     #[default]
     Startup,
-    /// There is a far time, but it is not yet sure, and may still move fast.
+    /// A far time that is not yet sure, and may still move fast.
     Locking,
     /// The far time is sure.
     Synced,
-    /// It was sure, and is followed on, but is uncertain by more than twice what is good enough, or is so far from where
-    /// it should be that making that up takes longer than ten seconds.
+    /// A far time that was sure, and is followed on, but is uncertain by more than twice what is good enough, or is so
+    /// far from where it should be that making that up takes longer than ten seconds.
     Unsure,
     /// No messages lately: going on by the last estimate.
     Holdover,
@@ -24,27 +24,27 @@ pub enum ObserverState {
     Lost,
 }
 
-/// Which line of the phases the far time follows.
+/// Line of the phases that the far time follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum ObserverLine {
-    /// That of all messages: their delays are independent, as far as can be seen.
+    /// Line of all messages: their delays are independent, as far as can be seen.
     #[default]
     AllMessages,
     /// The lower edge of the phases: delays are correlated, as between processes on busy machines.
     LowerEdge,
-    /// That of the time exchanges: delays wander, both ways alike.
+    /// Line of the time exchanges: delays wander, both ways alike.
     TwoWay,
 }
 
-/// What one cycle of [`PhaseObserver`](super::PhaseObserver) gives.
+/// Output of one cycle of [`PhaseObserver`](super::PhaseObserver).
 #[must_use]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ObserverOutput {
-    /// How far the observer is.
+    /// State of the observer.
     pub state: ObserverState,
-    /// Which line it follows.
+    /// Line that is followed.
     pub line: ObserverLine,
     /// The far time now. None in start-up. Strictly monotone from then on, through everything.
     pub far_time: Option<FarTime>,
@@ -52,8 +52,8 @@ pub struct ObserverOutput {
     pub drift_ppm: f64,
     /// Standard deviation of the drift, ppm.
     pub drift_sigma_ppm: f64,
-    /// Standard deviation of the estimated offset, s. In the first seconds it includes what nobody can
-    /// know as yet: whether messages will come earlier.
+    /// Standard deviation of the estimated offset, s. In the first seconds it includes what is not known as yet:
+    /// whether messages will come earlier.
     pub offset_sigma: Seconds,
     /// The part of its own predictions of one and of four seconds before that the line was within three standard deviations
     /// of, in the last two minutes: 0.99 and more where it is as sure as it says. None before there were any.
@@ -64,9 +64,9 @@ pub struct ObserverOutput {
     pub block_length: u16,
     /// The random walk of the drift that predicts best, ppm/√s.
     pub random_walk_ppm: f64,
-    /// The far time leads the one that lags by exactly the least delay by so much, s: the first
-    /// messages fix what counts as no jitter, and learning the jitter better afterwards does not
-    /// move the far time. To have no lag at all, take this from the delay that is told.
+    /// Lead of the far time over the one that lags by exactly the least delay, s: the first messages fix what counts
+    /// as no jitter, and learning the jitter better afterwards does not move the far time. To have no lag at all,
+    /// take this from the delay that is set.
     pub lead: Seconds,
     /// Measured standard deviation of the normal part of the jitter, s.
     pub normal_jitter: Seconds,
@@ -74,17 +74,17 @@ pub struct ObserverOutput {
     pub exponential_jitter: Seconds,
     /// Jumps of the delay (or of the sender) so far.
     pub shifts: u32,
-    /// When the last of them was noticed.
+    /// Time when the last of them was noticed.
     pub last_shift: Option<Instant<Local>>,
-    /// How often the sender's drift changed so much at once that the line was found anew.
+    /// Number of changes of the sender's drift after which the line was found again.
     pub drift_steps: u32,
-    /// How often locking had to begin again: a restarted or lost sender.
+    /// Number of restarts of locking: after a restarted or lost sender.
     pub relocks: u32,
-    /// When it last did.
+    /// Time of the last restart.
     pub last_relock: Option<Instant<Local>>,
-    /// How often counts were mapped anew to far time: see
+    /// Number of times that counts got another map to far time: see
     /// [`far_time_of`](super::PhaseObserver::far_time_of).
     pub rebases: u32,
-    /// That happened since the previous cycle.
+    /// True if that happened since the previous cycle.
     pub rebased: bool,
 }

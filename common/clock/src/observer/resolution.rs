@@ -9,8 +9,8 @@ use crate::instant::{Instant, Local, Span};
 /// A finer resolution does not matter, ns.
 const COARSE: u64 = 5_000;
 
-/// What all differences are multiples of may be the sender's pace instead of a resolution, from this number of tenths of a
-/// cycle on: arrivals without any jitter come exactly a cycle after each other.
+/// From this number of tenths of a cycle on, a common divisor of all differences may be the sender's pace instead of a
+/// resolution: arrivals without any jitter come exactly a cycle after each other.
 const PACE_IN_TENTHS: u64 = 9;
 
 /// Finds the resolution of arrivals: all differences are multiples of it.
@@ -18,16 +18,16 @@ const PACE_IN_TENTHS: u64 = 9;
 pub(super) struct Resolution {
     first: Option<(i64, Instant<Local>)>,
     divisor: u64,
-    /// As wide as this may be no cell, ns.
+    /// Width from which a divisor may be no cell, ns.
     pace: u64,
-    /// An arrival was not where the pace would have it, so what is as wide is a cell.
+    /// True if an arrival was not where the pace would have it, so that a divisor as wide is a cell.
     is_no_pace: bool,
     /// The cell that teeth showed, s: see [`set_polled`](Self::set_polled).
     of_teeth: f64,
 }
 
 impl Resolution {
-    /// Of a sender of this cycle time.
+    /// Makes a resolution for a sender of this cycle time.
     pub(super) const fn new(data_cycle_time: Span) -> Self {
         Self {
             first: None,
@@ -51,7 +51,7 @@ impl Resolution {
         }
     }
 
-    /// Phases were level, then jumped by so much, and were level again: where somebody polls for messages, and sees them a
+    /// Sets the cell of polling: phases were level, then jumped by `cell`, and were level again, as messages are seen a
     /// little late each time.
     pub(super) const fn set_polled(&mut self, cell: f64) {
         self.of_teeth = cell;
@@ -66,8 +66,8 @@ impl Resolution {
         }
     }
 
-    /// How long before it is seen a message may have come, s: where somebody polls for messages; else 0. A coarse clock shows
-    /// the beginning of a cell, and who polls sees a message at its end.
+    /// Time before it is seen that a message may have come, s, where messages are polled for; else 0. A coarse clock shows
+    /// the beginning of a cell, and polling sees a message at its end.
     pub(super) fn polled(&self) -> f64 {
         if self.is_no_pace && self.divisor >= self.pace {
             self.divisor as f64 * 1e-9
@@ -84,7 +84,7 @@ fn divisor(mut a: u64, mut b: u64) -> u64 {
     a
 }
 
-/// What a cell says of the jitter's location and widths: derivatives of its log-likelihood.
+/// Scores of a cell for the jitter's location and widths: derivatives of its log-likelihood.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CellScores {
     pub(super) location: f64,
@@ -99,11 +99,11 @@ pub(super) struct Widths {
     pub(super) exponential: f64,
 }
 
-/// Beyond so many normal widths on the early side only the normal part counts, …
+/// Normal widths on the early side beyond which only the normal part counts, …
 const EARLY: f64 = -7.0;
-/// … and beyond so many exponential ones on the late side only the tail.
+/// … and exponential ones on the late side beyond which only the tail does.
 const LATE: f64 = 40.0;
-/// Widths are changed by such a part to see what comes of it.
+/// Relative change of the widths for numerical derivatives.
 const STEP: f64 = 1e-3;
 
 impl Widths {
@@ -120,7 +120,7 @@ impl Widths {
         (tail / self.exponential, below(z) - tail)
     }
 
-    /// What a cell of this width says that begins `residual` after the location.
+    /// Scores of a cell of this width that begins `residual` after the location.
     pub(super) fn cell(&self, residual: f64, width: f64) -> CellScores {
         let end = residual + width;
         if end < EARLY * self.normal {
@@ -151,8 +151,7 @@ impl Widths {
         }
     }
 
-    /// The derivatives of a cell's log-likelihood in the logarithms of the normal and the exponential
-    /// width.
+    /// Derivatives of a cell's log-likelihood in the logarithms of the normal and the exponential width.
     pub(super) fn cell_widths(&self, residual: f64, width: f64) -> (f64, f64) {
         let likelihood = |normal: f64, exponential: f64| {
             let widths = Self {

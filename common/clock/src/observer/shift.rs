@@ -8,7 +8,7 @@ use crate::instant::{Instant, Local, Span};
 pub(super) struct ShiftDetector {
     /// Two for each early message, less one for each other.
     early: u16,
-    /// So many messages in a row were suspicious.
+    /// Messages in a row that were suspicious.
     suspected: u16,
     level: f64,
     since: Instant<Local>,
@@ -52,16 +52,16 @@ impl Run {
     }
 }
 
-/// The same for both runs: the second one is twice as long.
+/// Parts for both runs: the second one is twice as long.
 const PART: f64 = 0.4;
 const ABOVE_PART: f64 = 0.3;
 const CHANCE: u16 = 8;
 const RECENT: usize = 16;
-/// A suspected shift holds the estimate back from so many messages on.
+/// Messages from which a suspected shift holds the estimate back.
 const SUSPECTED: u16 = 8;
 const SUSPECTED_ABOVE: u16 = 16;
 
-/// What has been suspected for so many messages is none.
+/// Messages after which a suspicion is dropped.
 const LONGEST_SUSPICION: u16 = 512;
 
 /// Residuals outside are out of the ordinary, s.
@@ -71,9 +71,9 @@ pub(super) struct Bounds {
     pub(super) late: f64,
     /// Some messages should be below this, however late the others.
     pub(super) above: f64,
-    /// Where the line is.
+    /// Level of the line.
     pub(super) level: f64,
-    /// So many times the usual number of messages make a shift.
+    /// Factor on the usual number of messages that make a shift.
     pub(super) patience: f64,
 }
 
@@ -98,8 +98,8 @@ impl ShiftDetector {
         self.above_run = Run::NONE;
     }
 
-    /// Takes one residual. Says whether a shift is certain: `messages` late ones, or a third as
-    /// many early ones, at a regular pace (a backlog is late too, but comes in a burst).
+    /// Takes one residual. Returns whether a shift is certain: `messages` late ones, or a third as many early ones,
+    /// at a regular pace (a backlog is late too, but comes in a burst).
     pub(super) fn observe(
         &mut self,
         residual: f64,
@@ -139,7 +139,7 @@ impl ShiftDetector {
         self.is_certain(messages) && arrived - self.since >= pace * i64::from(messages / 2)
     }
 
-    /// A run that is long enough for a shift, but is none, makes room for the next.
+    /// Reports whether the run is a shift. One that is long enough, but is none, makes room for the next.
     fn is_certain(&mut self, messages: u16) -> bool {
         let level = self.level;
         let runs = [
@@ -157,7 +157,7 @@ impl ShiftDetector {
         false
     }
 
-    /// Whether to hold the estimate back.
+    /// True if the estimate is to be held back.
     pub(super) fn is_suspected(&self) -> bool {
         (1..LONGEST_SUSPICION).contains(&self.suspected)
     }
@@ -178,20 +178,20 @@ impl ShiftDetector {
     }
 }
 
-/// What there is to tell a longer delay from a sender that stood still.
+/// Evidence that distinguishes a longer delay from a sender that stood still.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Evidence {
     /// Only the shift itself.
     Nothing,
-    /// Messages say how late they were sent. A sender that begins its cycles late is seen by that and is no
-    /// shift, so what is one was the path, or a clock that stopped.
+    /// Send stamps in the messages. A sender that begins its cycles late is seen by that and is no shift, so a shift
+    /// was the path, or a clock that stopped.
     SendStamps,
-    /// Time responses will tell, soon.
+    /// Time responses, which will attribute it soon.
     Exchanges,
 }
 
-/// The whole cycles in a shift that is no change of the delay, but a sender that stood still (or
-/// leapt): 0 if the delay may well have changed by so much.
+/// Whole cycles in a shift that is no change of the delay, but a sender that stood still (or leapt): 0 if the delay
+/// may well have changed by as much.
 pub(super) fn skipped_cycles(
     shift: f64,
     cycle: f64,
@@ -213,7 +213,7 @@ pub(super) fn skipped_cycles(
 
 /// A shift this near to whole cycles, in cycles, is one.
 const WHOLE: f64 = 0.0625;
-/// Exchanges whose ways seem to be longer by more are not believed, s.
+/// Excess of ways from which exchanges are not believed, s.
 const LONGEST_MEASURED: f64 = 0.5;
 
 #[cfg(test)]

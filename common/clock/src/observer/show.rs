@@ -1,4 +1,4 @@
-//! What the observer shows once per receiver cycle: its state, the far time and what is known of it.
+//! Output of the observer once per receiver cycle: its state, the far time and what is known of it.
 
 use super::far_line::within_largest;
 use super::output::Shown;
@@ -9,17 +9,16 @@ use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
 use crate::numbers::together;
 
-/// At first the delay may be longer than usual by so many widths of the jitter, and at least by this,
-/// s. It is forgotten with this time constant, s.
+/// Widths of the jitter by which the delay may be longer than usual at first, and at least by `LEAST_UNSEEN`, s. It
+/// is forgotten with the time constant `UNSEEN_FOR`, s.
 const UNSEEN: f64 = 3.0;
 const LEAST_UNSEEN: f64 = 1e-5;
 const UNSEEN_FOR: f64 = 2.5;
-/// … and after so long what is left of it would change no digit, s.
+/// … and the time after which what is left of it would change no digit, s.
 const FORGOTTEN_AFTER: f64 = 40.0 * UNSEEN_FOR;
 
 impl PhaseObserver {
-    /// One receiver cycle, which ideally starts at `ideal_start` (when it really woke up would only
-    /// add jitter).
+    /// Runs one receiver cycle, which ideally starts at `ideal_start` (the real wake-up would only add jitter).
     pub fn cycle(&mut self, ideal_start: Instant<Local>) -> ObserverOutput {
         let state = self.state(ideal_start);
         let followed = self.followed();
@@ -52,7 +51,7 @@ impl PhaseObserver {
         }
     }
 
-    /// Whether the far time shown is so far from where it should be that it takes too long to make that up.
+    /// True if the far time shown is so far from where it should be that it takes too long to make that up.
     fn is_far_off(&self) -> bool {
         let pace = self.parameters.pace(false);
         (self.shown.as_ref()).is_some_and(|shown| pace.is_too_slow_for(shown.remaining))
@@ -141,7 +140,7 @@ impl PhaseObserver {
         output
     }
 
-    /// What nobody can know at first: whether messages will be earlier, once the delay is another, s.
+    /// Uncertainty that is not seen at first: whether messages will be earlier, once the delay is another, s.
     fn unseen(&self, now: Instant<Local>) -> f64 {
         let age = (now - self.progress.since).as_secs_f64().max(0.0);
         if age > FORGOTTEN_AFTER {

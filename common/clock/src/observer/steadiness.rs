@@ -1,16 +1,16 @@
-//! How well a line predicts itself.
+//! Steadiness of a line: how well it predicts itself.
 //!
 //! Clocks run straight for seconds. A line that is not where it predicted some seconds ago followed
 //! something else than a clock.
 
-/// A line is looked at so often, s, …
+/// Interval of looks at a line, s, …
 const EVERY: f64 = 0.5;
-/// … and compared with its prediction of so many looks before.
+/// … and the number of looks before whose prediction it is compared with.
 const AHEAD: usize = 8;
-/// The usual miss is the one that two thirds of so many are not beyond, once there are enough.
+/// Misses kept, two thirds of which are not beyond the usual one, once there are enough.
 const KEPT: usize = 32;
 const ENOUGH: usize = 5;
-/// What it missed itself by is remembered so long, s: a calm spell proves nothing.
+/// Time for which a miss is remembered, s: a calm spell proves nothing.
 const REMEMBERED: f64 = 200.0;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,17 +53,17 @@ impl Steadiness {
         }
     }
 
-    /// By how much it usually missed itself, s; none if there was too little to compare.
+    /// Usual miss of the line, s; none if there was too little to compare.
     pub(super) const fn usual_miss(&self) -> Option<f64> {
         self.usual
     }
 
-    /// The same, but a calm spell counts little.
+    /// Usual miss, in which a calm spell counts little.
     pub(super) fn lasting_miss(&self) -> Option<f64> {
         self.usual.map(|usual| usual.max(self.lasting))
     }
 
-    /// The line as it is at `time`. Says whether it was looked at, which is not always.
+    /// Looks at the line as it is at `time`. Returns whether it did, which is not always.
     pub(super) fn look(&mut self, time: f64, offset: f64, drift: f64) -> bool {
         if time - self.latest < EVERY {
             return false;
@@ -96,7 +96,7 @@ impl Steadiness {
         (n >= ENOUGH).then(|| *misses[..n].select_nth_unstable_by(place, f64::total_cmp).1)
     }
 
-    /// The clock or the path jumped, not the line.
+    /// Follows a jump of the clock or of the path, not of the line.
     pub(super) fn shift(&mut self, by: f64) {
         for look in &mut self.looks {
             look.offset += by;
@@ -108,7 +108,7 @@ impl Steadiness {
 mod tests {
     use super::*;
 
-    /// Looks every half a second at a line that is off a straight one by so much.
+    /// Looks every half a second at a line that is `off` a straight one.
     fn miss(steadiness: &mut Steadiness, looks: u32, off: impl Fn(u32) -> f64) -> Option<f64> {
         for n in 0..looks {
             let time = EVERY * f64::from(n);

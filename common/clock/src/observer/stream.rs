@@ -1,4 +1,4 @@
-//! One run of the sender, and the straight line through the phases of its messages.
+//! Run of the sender, and the straight line through the phases of its messages.
 
 use super::bank::Bank;
 use super::batches::Batches;
@@ -17,10 +17,10 @@ use crate::instant::{Instant, Local, Remote, Span};
 
 /// Messages that make one measurement.
 pub(super) const BLOCK: usize = 8;
-/// A longer queue is none.
+/// Greatest length of a queue.
 const LONGEST_QUEUE: u16 = 256;
 
-/// One run of the sender, and the line through its phases.
+/// Run of the sender, and the line through its phases.
 #[derive(Clone, Debug)]
 pub(super) struct Stream {
     pub(super) epoch: u64,
@@ -31,30 +31,30 @@ pub(super) struct Stream {
     pub(super) origin: Instant<Remote>,
     pub(super) counts: Counts,
     pub(super) newest_arrival: Instant<Local>,
-    /// The same of those that are used.
+    /// Newest arrival of the messages that are used.
     pub(super) newest_used: Instant<Local>,
-    /// Which are used.
+    /// Selection of the messages that are used.
     pub(super) batches: Batches,
-    /// What those leave open.
+    /// Room that those leave for the line.
     pub(super) waits: Waits,
     pub(super) block: [Residual; FIRST_BLOCK],
     pub(super) filled: usize,
-    /// So many messages in a row may have been held up.
+    /// Messages in a row that may have been held up.
     pub(super) held_up: u16,
-    /// None until the first block is full.
+    /// Line of all messages; none until the first block is full.
     pub(super) line: Option<Line>,
     pub(super) resolution: Resolution,
-    /// Whether arrivals echo the send stamps.
+    /// Comparison of arrivals with the send stamps.
     pub(super) echo: Echo,
     /// The last jumps of the phase.
     pub(super) teeth: Teeth,
     /// The lower edge of the same phases.
     pub(super) edge: Edge,
-    /// Which of the two is followed.
+    /// Choice between the two lines.
     pub(super) choice: Choice,
-    /// How well that keeps to what it says of itself.
+    /// Calibration of the uncertainty of the line that is followed.
     pub(super) calibration: Calibration,
-    /// Whether the phases lie on a line with another drift.
+    /// Detection of phases on a line with another drift.
     pub(super) drift_steps: DriftSteps,
 }
 
@@ -68,14 +68,14 @@ pub(super) struct Residual {
 
 #[derive(Clone, Debug)]
 pub(super) struct Line {
-    /// The bank's estimate is of this count since the first.
+    /// Count of the bank's estimate since the first.
     pub(super) at: i64,
     pub(super) bank: Bank,
     pub(super) bounds: Bounds,
 }
 
 impl Stream {
-    /// Where the line expects the phase of a count, s.
+    /// Phase of a count that the line expects, s.
     pub(super) fn expected(&self, count: i64, seconds_per_count: f64) -> f64 {
         self.line.as_ref().map_or(0.0, |line| {
             let estimate = line.bank.combined();
@@ -84,9 +84,9 @@ impl Stream {
         })
     }
 
-    /// Whether the link was still busy with the message before, `gap` earlier, when this one could
-    /// have come: on a link that keeps the order it then tells of the one before. Messages that come far faster than
-    /// they are sent, as out of a mailbox, are a queue however many they are.
+    /// True if the link was still busy with the message before, `gap` earlier, when this one could have come: on a
+    /// link that keeps the order its arrival then depends on the one before. Messages that come far faster than they
+    /// are sent, as out of a mailbox, are a queue however many they are.
     pub(super) fn is_held_up(&mut self, residual: f64, gap: Span, is_queue: bool) -> bool {
         let busy_until = residual - gap.as_secs_f64();
         let held_up = (self.line.as_ref()).is_some_and(|line| busy_until > line.bounds.level);
@@ -94,7 +94,7 @@ impl Stream {
             return true;
         }
         self.held_up = if held_up { self.held_up + 1 } else { 0 };
-        // So many are no queue: the line is wrong.
+        // A longer row is no queue: the line is wrong.
         if self.held_up > LONGEST_QUEUE {
             self.held_up = LONGEST_QUEUE;
             return false;

@@ -1,9 +1,9 @@
 //! Arrivals on a grid that is coarser than the jitter.
 //!
-//! Where somebody polls for messages every millisecond, phases are level for as long as it takes the sender's clock to
-//! gain or lose one, and then jump by one: teeth of a saw. A line through them is level, and jumps again and again; the
-//! clock's own line goes through their lower corners, as no message is seen before it comes. So a tooth that returns is
-//! no shift of the path. From then on only corners are measurements: between them nothing says where in a cell the line is.
+//! Where messages are polled for every millisecond, phases are level for as long as it takes the sender's clock to gain or
+//! lose one, and then jump by one: teeth of a saw. A line through them is level, and jumps again and again; the clock's own
+//! line goes through their lower corners, as no message is seen before it comes. So a tooth that returns is no shift of the
+//! path. From then on only corners are measurements: between them nothing says where in a cell the line is.
 
 use super::LARGEST_DRIFT;
 use super::filter::Estimate;
@@ -12,28 +12,28 @@ use crate::numbers::rounded;
 
 /// Jumps of one size and sign, …
 const ALIKE: usize = 3;
-/// … within this part of it, are teeth; what lies between them takes equally long to such a part.
+/// … within this part of it, are teeth; the intervals between them are equal within `REGULAR`.
 const SIZE: f64 = 0.05;
 const REGULAR: f64 = 0.5;
 const LEFT: f64 = 0.25;
-/// Between teeth phases climb by no more than such a part of one: a path that swings climbs by as much as it jumps.
+/// Greatest climb of phases between teeth, as a part of one: a path that swings climbs by as much as it jumps.
 const LEVEL: f64 = 0.1;
-/// Phases are level between teeth only if a cycle is a whole number of cells: so many at most, each so many times as wide as the
-/// jitter. On a finer grid cells are a jitter like any other (all is well up to a tenth of a cycle), and a path that grows steadily is followed
-/// in steps as small and regular.
+/// Phases are level between teeth only if a cycle is a whole number of cells: this number at most, each `COARSER` times as wide as the jitter.
+/// On a finer grid cells are a jitter like any other (all is well up to a tenth of a cycle), and a path that grows steadily is followed in
+/// steps as small and regular.
 const MOST_CELLS: i64 = 5;
 const COARSER: f64 = 4.0;
 /// A level that differs from another one by a cell does so within this part of it.
 const OF_CELL: f64 = 0.25;
-/// By how much corners are off the line is learnt from them, over so many. Before, it is taken for the jitter, and for no less
-/// than such a part of a cell, with the weight of so many; and one counts as so many times the usual at most.
+/// Corners that their scatter about the line is learnt from. Before, it is taken for the jitter, and for no less than `FIRST`
+/// of a cell, with the weight of `PRIOR`; and one counts as `OUTLIER` times the usual at most.
 const MEMORY: f64 = 32.0;
 const FIRST: f64 = 0.02;
 const PRIOR: f64 = 4.0;
 const OUTLIER: f64 = 9.0;
-/// Not even a grid without any jitter has sharper corners, s².
+/// Least variance of a corner, s²: not even a grid without any jitter has sharper ones.
 const LEAST: f64 = 1e-14;
-/// What lies this number of standard deviations outside of a cell is no tooth.
+/// Standard deviations outside of a cell from which a jump is no tooth.
 const BEYOND: f64 = 5.0;
 /// A drift that one tooth shows lies between none and twice the half of it, one that several show within this part.
 const OF_ONE: f64 = 0.5;
@@ -112,7 +112,7 @@ impl Teeth {
         self.known = (self.known + 1).min(ALIKE);
     }
 
-    /// Whether there was any jump.
+    /// True if there was any jump.
     pub(super) const fn is_known(&self) -> bool {
         self.known > 0
     }
@@ -122,7 +122,7 @@ impl Teeth {
         self.jumps[0].time
     }
 
-    /// Whether the last jumps are alike and come at regular intervals, and phases were level in between.
+    /// True if the last jumps are alike and come at regular intervals, and phases were level in between.
     pub(super) fn return_regularly(&self) -> bool {
         let [first, middle, last] = self.jumps;
         let is_alike = |jump: &Jump| (jump.size / last.size - 1.0).abs() < SIZE;
@@ -133,7 +133,7 @@ impl Teeth {
         self.known == ALIKE && [first, middle].iter().all(is_alike) && is_regular && is_level
     }
 
-    /// Corners are measured from now on; phases are at `level`, and the jitter is this wide, s.
+    /// Begins to measure corners; phases are at `level`, and the jitter is this wide, s.
     pub(super) fn begin(&mut self, level: f64, cell: f64, jitter: f64) {
         let first = (FIRST * cell).max(jitter);
         self.level = level;
@@ -146,8 +146,8 @@ impl Teeth {
         self.corner
     }
 
-    /// The corner in a block whose lowest phases are at `level`, and whose phases spread over `spread`, s; none where
-    /// nothing jumped.
+    /// Returns the corner in a block whose lowest phases are at `level`, and whose phases spread over `spread`, s;
+    /// none where nothing jumped.
     pub(super) fn corner(&mut self, level: f64, spread: f64, cell: f64) -> Option<f64> {
         let is_cell = |jump: f64| (jump.abs() / cell - 1.0).abs() < OF_CELL;
         let jump = level - self.level;
@@ -159,7 +159,7 @@ impl Teeth {
         }
     }
 
-    /// Learns what corners are worth from one that was off by `off`, where the line has the variance `known`.
+    /// Learns the variance of corners from one that was off by `off`, where the line has the variance `known`.
     pub(super) fn learn(&mut self, off: f64, known: f64) {
         self.corners = (self.corners + 1.0).min(MEMORY);
         let sample = (off * off - known).clamp(0.0, OUTLIER * self.corner);
@@ -167,7 +167,7 @@ impl Teeth {
         self.corner = self.corner.max(LEAST);
     }
 
-    /// The drift that they show; the phases were level since the start, at 0, or since the jump before.
+    /// Drift shown by the teeth; the phases were level since the start, at 0, or since the jump before.
     pub(super) fn shown_drift(&self) -> ShownDrift {
         let [_, before, last] = self.jumps;
         let one = last.size / (last.time - before.time);

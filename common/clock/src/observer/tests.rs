@@ -14,7 +14,7 @@ struct World {
     random: Random,
     cycle: Span,
     drift: f64,
-    /// When the next count is due, ns.
+    /// Due time of the next count, ns.
     due: f64,
     count: u64,
     epoch: u64,
@@ -29,13 +29,13 @@ struct World {
     silent: bool,
     /// Messages say how late they were sent: not at all.
     stamped: bool,
-    /// And this one says it as it is.
+    /// True if the send stamp is right.
     wakes_late: bool,
-    /// Arrivals are seen at multiples of this only, ns, and by so much later, as an exponential mean, ns.
+    /// Grid on which arrivals are seen, ns, and the mean of a further exponential lateness, ns.
     grid: i64,
     seen_late: f64,
     outputs: Vec<ObserverOutput>,
-    /// When they were asked for, ns.
+    /// Times of the outputs, ns.
     asked: Vec<i64>,
 }
 
@@ -68,7 +68,7 @@ impl World {
         }
     }
 
-    /// How late the next message is, ns, if it is sent so late.
+    /// Lateness of the next message, ns, if it is sent `normal` late.
     fn jitter(&mut self, normal: f64) -> f64 {
         let jitter = normal + self.exponential * self.random.exponential();
         let passed = self.cycle.as_secs_f64();
@@ -76,7 +76,7 @@ impl World {
         jitter + extra.map_or(0.0, |extra| extra.after(passed, &mut self.random))
     }
 
-    /// When an arrival is seen, ns.
+    /// Time when an arrival is seen, ns.
     fn seen(&mut self, arrived: i64) -> i64 {
         if self.grid == 0 {
             return arrived;
@@ -85,7 +85,7 @@ impl World {
         (arrived + self.grid - 1).div_euclid(self.grid) * self.grid + late as i64
     }
 
-    /// One cycle of both; the message is observed when it arrives.
+    /// Runs one cycle of both; the message is observed when it arrives.
     fn step(&mut self) -> ObserverOutput {
         let late = self.normal * self.random.normal();
         let jitter = self.jitter(late);
@@ -113,15 +113,15 @@ impl World {
         (0..cycles).map(|_| self.step()).last().unwrap()
     }
 
-    /// Far time shown less what it should be, s: message `count` is due now.
+    /// Far time shown less the true one, s: message `count` is due now.
     fn error(&self) -> f64 {
         let far = self.outputs.last().unwrap().far_time.unwrap();
         let lag = self.delay * 1e-9;
         far.since(self.observer.far_time_of(self.count).unwrap()).0 + lag
     }
 
-    /// The fastest slew since so many outputs: what the far time gains beside the estimated rate of
-    /// the far clock, s/s. Locking has a limit of its own.
+    /// Fastest slew since output `since`: the gain of the far time beside the estimated rate of the far clock, s/s.
+    /// Locking has a limit of its own.
     fn fastest_slew(&self, since: usize) -> f64 {
         let mut fastest = 0.0_f64;
         for n in since.max(1)..self.outputs.len() {

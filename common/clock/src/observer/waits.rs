@@ -1,9 +1,9 @@
-//! What the waits of batched messages leave open of the line.
+//! Room for the line that the waits of batched messages leave open.
 //!
 //! The last message of a batch waited for its batch to leave: for anything from no time to a cycle, as the next one would
 //! have come with it otherwise. So all waits lie within a cycle above the line, and a line that they leave room below is
 //! as likely as the one that is followed. They are not independent: from batch to batch the wait changes by the same part
-//! of a cycle, so that waits are on a grid, the whole of which moves with the drift. A line through their lower edge moves
+//! of a cycle, so that waits are on a grid, which moves with the drift as a whole. A line through their lower edge moves
 //! with it for tens of seconds, and predicts itself perfectly.
 
 /// The waits that are compared: those of three seconds of an access point's beacons.
@@ -35,7 +35,7 @@ impl Waits {
         self.taken += 1;
     }
 
-    /// The width of what they leave open, where a cycle takes so long, s; 0 if messages do not come in batches.
+    /// Width of the room that they leave, for this cycle time, s; 0 if messages do not come in batches.
     pub(super) fn open(&self, cycle: f64) -> f64 {
         let known = &self.last[..self.taken.min(KEPT)];
         if known.is_empty() {

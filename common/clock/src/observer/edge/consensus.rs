@@ -6,29 +6,29 @@ use super::{ENOUGH, Line};
 use crate::observer::LARGEST_DRIFT;
 use crate::observer::filter::Estimate;
 
-/// A point above the line counts at most so much, in variances: what delays it may last. One below it
-/// is worse, as nothing comes early: three of them outweigh all the others.
+/// Greatest cost of a point above the line, in variances: delays it may last. One below it is worse, as nothing comes
+/// early: three of them outweigh all the others.
 const ABOVE: f64 = 9.0;
 const BELOW: f64 = 100.0;
-/// The scatter is taken so many times for this.
+/// Factor on the scatter for comparisons.
 const WIDER: f64 = 1.5;
-/// A line must be better by so much to replace the present one.
+/// Margin by which a line must be better to replace the present one.
 const MARGIN: f64 = 20.0;
-/// A drift that is not the one known costs at most this.
+/// Greatest cost of a drift that is not the one known.
 const DRIFT_COST: f64 = 40.0;
-/// Points on the edge are not independent: the drift's standard deviation is taken so many times.
+/// Points on the edge are not independent: factor on the drift's standard deviation.
 const DRIFT_DOUBT: f64 = 3.0;
-/// The lowest so many points of either half make candidates.
+/// Lowest points of either half that make candidates.
 const TRIED: usize = 3;
-/// Points so near to the line, in widths, are on it.
+/// Distance, in widths, within which points are on the line.
 const ON: f64 = 3.0;
-/// What the drift may always be off by, s/s.
+/// Error of the drift that is always possible, s/s.
 const DRIFT_TOLERANCE: f64 = 1e-7;
 
 /// A line to compare with the present one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// At the present line's time, above it, s.
+    /// Height above the present line at its time, s.
     offset: f64,
     /// Less the present line's, s/s. None: the line is only moved.
     drift: Option<f64>,
@@ -71,7 +71,7 @@ impl Seen {
             .sum()
     }
 
-    /// How many points are on a line.
+    /// Number of points that are on a line.
     fn support(&self, range: core::ops::Range<usize>, offset: f64, drift: f64) -> usize {
         range
             .filter(|n| libm::fabs(self.distance(*n, offset, drift)) < ON)
@@ -95,10 +95,10 @@ impl Seen {
     }
 }
 
-/// A line that is clearly better than the present one, if there is one.
+/// Finds a line that is clearly better than the present one, if there is one.
 pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Candidate> {
     let seen = Seen::from(windows, line, noise);
-    // A line that no newer point is on has little to say.
+    // A line with no newer point on it has little weight.
     let supported = seen.support(seen.len / 2..seen.len, 0.0, 0.0) >= 2;
     let margin = if supported { MARGIN } else { 0.25 * MARGIN };
     let mut least = seen.cost(0.0, 0.0) - margin;
@@ -142,7 +142,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
     best
 }
 
-/// The line through the points that support a candidate.
+/// Fits the line through the points that support a candidate.
 pub(super) fn fitted(
     windows: &Windows,
     line: &Line,

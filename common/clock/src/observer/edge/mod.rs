@@ -20,24 +20,24 @@ use consensus::Candidate;
 use noise::Noise;
 use windows::{Point, Windows};
 
-/// A point so many standard deviations off the line is not on it.
+/// Standard deviations off the line from which a point is not on it.
 const GATE: f64 = 4.0;
 /// The random walk of the drift, s/s per √s: a quartz at rest.
 const DRIFT_WALK: f64 = 1e-8;
-/// What the first message may be late by, s, and the drift that is expected.
+/// Possible lateness of the first message, s, and the drift that is expected.
 const FIRST_OFFSET: f64 = 1e-4;
 const FIRST_DRIFT: f64 = 3e-5;
-/// So many points in a row above the edge, for so long, s, are a delay that grew …
+/// Points in a row above the edge, over `LATE_FOR`, s, that are a delay that grew …
 const LATE_POINTS: u8 = 16;
 const LATE_FOR: f64 = 7.5;
 /// … and fewer, if they are all so far above it, s.
 const FAR_POINTS: u8 = 3;
 const FAR_FOR: f64 = 0.9;
 const FAR: f64 = 1e-4;
-/// So many points make a line.
+/// Points that make a line.
 const ENOUGH: usize = 8;
-/// What the line is off lately shows in the mean of this number of points on the edge; less than so many standard
-/// deviations of that mean is chance.
+/// Points on the edge whose mean shows the latest bias of the line; less than `UNBIASED` standard deviations of that
+/// mean is chance.
 const BIAS_MEMORY: f64 = 3.0;
 const UNBIASED: f64 = 2.0;
 const LASTING_UNBIASED: f64 = 3.0;
@@ -50,20 +50,20 @@ pub(super) struct Edge {
     line: Option<Line>,
     /// A jump of this much or more may be a sender that stood still: others look after it, s.
     skip: f64,
-    /// So many points in a row were above the edge: the first by so much, the lowest of the others by
-    /// so much, s. The first may be late by chance, or of a window in which the delay grew.
+    /// Points in a row above the edge, with the height of the first and that of the lowest of the others, s. The
+    /// first may be late by chance, or of a window in which the delay grew.
     late: u8,
     late_since: f64,
     first_late: f64,
     least_late: f64,
-    /// When the first of their windows was opened, and when the open one was.
+    /// Opening time of the first of their windows, and of the open one.
     late_from: f64,
     opened: f64,
-    /// The path's delay jumped by so much, s.
+    /// Jump of the path's delay, s.
     shifted: Option<f64>,
-    /// The line jumped by so much since [`Edge::take_jump`] was called last, s.
+    /// Jumps of the line since [`Edge::take_jump`] was called last, s.
     jumped: f64,
-    /// By how much the last points on the edge were off the line.
+    /// Bias of the line against the last points on the edge.
     bias: Bias,
 }
 
@@ -75,15 +75,15 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Where the line is at a time.
+    /// Offset of the line at a time.
     pub(super) fn offset_at(&self, time: f64) -> f64 {
         self.estimate.offset + self.estimate.drift * (time - self.at)
     }
 }
 
 impl Edge {
-    /// An edge of messages that come every so many seconds. Jumps of `skip` seconds and more are told it
-    /// by [`shift`](Self::shift).
+    /// Makes the edge of messages with this period, s. Jumps of `skip` seconds and more are passed to it by
+    /// [`shift`](Self::shift).
     pub(super) fn new(seconds_per_count: f64, skip: f64) -> Self {
         Self {
             windows: Windows::new(seconds_per_count),
@@ -107,18 +107,18 @@ impl Edge {
         self.line.as_ref().filter(|_| self.windows.len() >= ENOUGH)
     }
 
-    /// By how much a point scatters, s.
+    /// Scatter of a point, s.
     pub(super) fn point_sigma(&self) -> f64 {
         libm::sqrt(self.noise.near())
     }
 
-    /// What the line is off by, squared, as far as the last points on the edge show it, s²: where the sender's clock is
+    /// Square of the line's bias, as far as the last points on the edge show it, s²: where the sender's clock is
     /// steered all the time, points lie on its course and not on a straight line.
     pub(super) fn bias_variance(&self) -> f64 {
         self.bias.variance_beyond(UNBIASED)
     }
 
-    /// The same beyond chance.
+    /// Square of the bias beyond chance.
     pub(super) fn lasting_bias_variance(&self) -> f64 {
         self.bias.variance_beyond(LASTING_UNBIASED)
     }
@@ -128,19 +128,19 @@ impl Edge {
         DRIFT_WALK * DRIFT_WALK
     }
 
-    /// By how much the line jumped since this was asked last, s.
+    /// Takes the jump of the line since the last call, s.
     pub(super) const fn take_jump(&mut self) -> f64 {
         let jump = self.jumped;
         self.jumped = 0.0;
         jump
     }
 
-    /// A jump of the delay that was noticed since this was asked last, s.
+    /// Takes a jump of the delay that was noticed since the last call, s.
     pub(super) const fn take_shift(&mut self) -> Option<f64> {
         self.shifted.take()
     }
 
-    /// All phases jumped: those before as well as the line.
+    /// Shifts all phases, those before as well as the line.
     pub(super) fn shift(&mut self, by: f64) {
         self.windows.shift(by);
         if let Some(line) = &mut self.line {
@@ -200,7 +200,7 @@ impl Edge {
         }
     }
 
-    /// Whether so many points in a row lay above the edge that it is not the edge any more.
+    /// True if so long a row of points lay above the edge that it is not the edge any more.
     fn is_shift(&mut self, time: f64, innovation: f64, bound: f64) -> bool {
         if innovation < bound {
             self.late = 0;
@@ -223,7 +223,7 @@ impl Edge {
         for_good || far
     }
 
-    /// The delay jumped: the line and what came before move with it.
+    /// Follows a jump of the delay: the line and what came before move with it.
     fn follow_shift(&mut self, line: &mut Line) {
         let by = self.least_late;
         line.estimate.offset += by;

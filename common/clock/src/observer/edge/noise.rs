@@ -1,4 +1,4 @@
-//! By how much points on the edge scatter.
+//! Scatter of points on the edge.
 
 use super::windows::{KEPT, Windows};
 
@@ -6,15 +6,15 @@ use super::windows::{KEPT, Windows};
 const LAGS: [usize; 3] = [1, 3, 7];
 /// The part of the second differences that is not larger: those of points on the edge.
 const PART: f64 = 0.4;
-/// That quantile of the squares of a normal variable.
+/// Quantile [`PART`] of the squares of a normal variable.
 const SQUARE_AT_PART: f64 = 0.275;
-/// A deviation counts at most as so many times the usual one.
+/// Greatest deviation, as a multiple of the usual one.
 const OUTLIER: f64 = 9.0;
-/// Scatter of points far apart larger by this is no chance.
+/// Excess of the scatter of points far apart that is no chance.
 const CHANCE: f64 = 2.0;
-/// Not even the sharpest edge scatters less, s².
+/// Least scatter of even the sharpest edge, s².
 const LEAST: f64 = 1.6e-15;
-/// The scatter is taken larger by so much over the number of second differences.
+/// Excess of the scatter that is assumed, divided by the number of second differences.
 const FEW: f64 = 8.0;
 
 /// The scatter of the points, s².

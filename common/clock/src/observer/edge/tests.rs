@@ -6,7 +6,7 @@ use std::vec::Vec;
 /// s
 const CYCLE: f64 = 1e-3;
 const DRIFT: f64 = 1e-5;
-/// What the least delay of 512 messages is beside that of all there are, and scatters by, s.
+/// Excess of the least delay of 512 messages over the least of all, and its scatter, s.
 const TOLERANCE: f64 = 0.5e-6;
 /// s/s
 const DRIFT_TOLERANCE: f64 = 0.3e-6;
@@ -19,7 +19,7 @@ struct Link {
     loss: f64,
     /// Widths of the jitter's normal and exponential part, s.
     jitter: (f64, f64),
-    /// How high the edge lies, s.
+    /// Height of the edge, s.
     delay: f64,
     largest_drift_error: f64,
     shifts: Vec<f64>,
@@ -39,7 +39,7 @@ impl Link {
         }
     }
 
-    /// The same after 20 s.
+    /// Link after 20 s.
     fn settled(seed: u64) -> Self {
         let mut link = Self::of_seed(seed);
         link.run(20.0, |_| 0.0);
@@ -50,7 +50,7 @@ impl Link {
         self.count as f64 * CYCLE
     }
 
-    /// Goes on for so many seconds; `extra` is what a message comes later by, by the time passed.
+    /// Runs for `seconds`; `extra` is the lateness of a message by the time passed.
     fn run(&mut self, seconds: f64, extra: impl Fn(f64) -> f64) {
         let messages = (seconds / CYCLE) as u64;
         self.largest_drift_error = 0.0;
@@ -71,7 +71,7 @@ impl Link {
         }
     }
 
-    /// How high the line lies above the edge, s.
+    /// Height of the line above the edge, s.
     fn error(&self) -> f64 {
         let time = self.time();
         self.edge.line().unwrap().offset_at(time) - DRIFT * time - self.delay
@@ -114,7 +114,7 @@ fn the_upper_level_does_not_lift_the_line() {
     }
 }
 
-/// Where points scatter it may take the edge to be another line, but not for long.
+/// Where points scatter the line may take the edge to be another one, but not for long.
 #[test]
 fn after_a_long_time_on_the_upper_level_the_line_is_found_again() {
     for seed in 0..10 {
@@ -263,7 +263,7 @@ fn merged_windows_keep_the_lowest_of_both() {
     assert_eq!(lowest.last(), points.last());
 }
 
-/// Messages that windows take at last, where points scatter by so much.
+/// Messages of a window at last, where points scatter by `noise`.
 fn length_at_last(noise: f64) -> u32 {
     let mut windows = Windows::new(CYCLE);
     let (mut messages, mut length) = (0, 0);

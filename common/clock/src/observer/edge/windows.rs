@@ -4,14 +4,14 @@ use super::Line;
 
 /// Windows kept.
 pub(super) const KEPT: usize = 32;
-/// A full window takes so long, s, but has at least so many messages.
+/// Length of a full window, s, and its least number of messages.
 const LONGEST: f64 = 0.512;
 const FEWEST: u32 = 16;
-/// The first windows are so many times shorter, so that there is a line soon.
+/// Factor by which the first windows are shorter, so that there is a line soon.
 const SHORTER: u32 = 8;
 /// The lowest of a window are kept: now and then a single message is earlier than it should.
 const LOWEST: usize = 4;
-/// Of so many messages one may be.
+/// Messages of which one may be too early.
 const MESSAGES_PER_RANK: u32 = 128;
 
 /// A phase and when its message was due, s.
@@ -94,7 +94,7 @@ impl Windows {
         self.len
     }
 
-    /// Takes a message; true when the window is full.
+    /// Takes a message; returns whether the window is full.
     pub(super) fn take(&mut self, time: f64, phase: f64, residual: f64) -> bool {
         self.messages += 1;
         if residual < self.residuals[LOWEST - 1] {
@@ -109,7 +109,7 @@ impl Windows {
         self.messages >= self.length
     }
 
-    /// Closes the open window; gives its point.
+    /// Closes the open window; returns its point.
     pub(super) fn close(&mut self, line: &Line, noise: f64) -> Point {
         let target = self.full * times(noise);
         if self.len == KEPT {
@@ -136,17 +136,17 @@ impl Windows {
         self.kept[n].point()
     }
 
-    /// All points, the oldest first.
+    /// Iterates over the points, the oldest first.
     pub(super) fn points(&self) -> impl Iterator<Item = Point> + '_ {
         self.kept[..self.len].iter().map(Window::point)
     }
 
-    /// Whether the newest point is on the edge.
+    /// Marks whether the newest point is on the edge.
     pub(super) const fn mark(&mut self, on_the_edge: bool) {
         self.kept[self.len - 1].on_the_edge = on_the_edge;
     }
 
-    /// Whether the point and those so many and twice as many windows before are on the edge.
+    /// True if the point and those `lag` and twice `lag` windows before are on the edge.
     pub(super) fn are_on_the_edge(&self, end: usize, lag: usize) -> bool {
         [end, end - lag, end - 2 * lag]
             .iter()
@@ -168,7 +168,7 @@ impl Windows {
         Some(((miss * miss - by_drift) / weight).max(0.0))
     }
 
-    /// All phases jump.
+    /// Shifts all phases.
     pub(super) fn shift(&mut self, by: f64) {
         for window in self.kept[..self.len].iter_mut().chain([&mut self.open]) {
             for point in &mut window.lowest {
@@ -177,7 +177,7 @@ impl Windows {
         }
     }
 
-    /// The phases up to a time jump to a line. Windows merged since may hold others, too.
+    /// Shifts the phases up to a time to a line. Windows merged since may hold others, too.
     pub(super) fn shift_until(&mut self, time: f64, by: f64, line: &Line) {
         let residual = |point: &Point| point.phase - line.offset_at(point.time);
         for window in &mut self.kept[..self.len] {
@@ -189,7 +189,7 @@ impl Windows {
         }
     }
 
-    /// Two windows become one of double length.
+    /// Merges each two windows into one of double length.
     fn merge_pairs(&mut self, line: &Line) {
         let residual = |point: &Point| point.phase - line.offset_at(point.time);
         for pair in 0..KEPT / 2 {
@@ -205,8 +205,8 @@ impl Windows {
     }
 }
 
-/// So many times as long are windows whose points scatter so much that the drift, wandering over all
-/// that are kept, does not matter.
+/// Factor on the length of windows whose points scatter so much that the drift, wandering over all that are kept,
+/// does not matter.
 fn times(noise: f64) -> u32 {
     match noise {
         noise if noise < 1e-12 => 1,

@@ -1,8 +1,8 @@
-//! Arrivals that are seen on a coarse grid, as where somebody polls for them.
+//! Arrivals that are seen on a coarse grid, as where they are polled for.
 
 use super::*;
 
-/// A sender that wakes up some 5 µs late. Somebody looks for its messages every `grid_us`, and sees them `late` ns later.
+/// A sender that wakes up some 5 µs late. Its messages are polled for every `grid_us`, and seen `late` ns later.
 fn polled(grid_us: i64, drift_ppm: f64, late: f64) -> World {
     World {
         grid: grid_us * 1_000,
@@ -16,10 +16,10 @@ fn polled(grid_us: i64, drift_ppm: f64, late: f64) -> World {
 
 /// Far time after two minutes.
 struct Followed {
-    /// What it was off by on the mean of the second one, s, and how that scattered.
+    /// Mean error in the second minute, s, and its scatter.
     mean: f64,
     rms: f64,
-    /// Part of the cycles from the second second on in which it was off by at most three standard deviations.
+    /// Part of the cycles from the second second on in which the error was within three standard deviations.
     covered: f64,
     output: ObserverOutput,
 }
@@ -30,7 +30,7 @@ fn followed(mut world: World) -> Followed {
     for _ in 0..120_000 {
         let output = world.step();
         errors.push(world.error());
-        // What nobody sees comes late by its mean, which is a constant.
+        // The unseen wait is late by its mean, which is a constant.
         let slewed = output.slew_remaining.0.abs();
         let off = world.error().abs() - world.seen_late * 1e-9 - 5e-6 - slewed;
         covered += u32::from(off < 3.0 * output.offset_sigma.0);

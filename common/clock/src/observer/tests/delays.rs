@@ -25,13 +25,13 @@ impl Random {
         ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Of standard deviation 1.
+    /// Normal variable of standard deviation 1.
     pub(in crate::observer) fn normal(&mut self) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(self.uniform()));
         radius * libm::cos(core::f64::consts::TAU * self.uniform())
     }
 
-    /// Of mean 1.
+    /// Exponential variable of mean 1.
     pub(in crate::observer) fn exponential(&mut self) -> f64 {
         -libm::log(self.uniform())
     }
@@ -40,7 +40,7 @@ impl Random {
 /// A delay whose neighbouring values are alike.
 #[derive(Clone, Copy)]
 pub(in crate::observer) enum Correlated {
-    /// Two levels, the upper one at `height`, each held for so many seconds on average.
+    /// Two levels, the upper one at `height`, each held for this mean time, s.
     Telegraph {
         height: f64,
         held: f64,

@@ -13,7 +13,7 @@ fn correlated(cycle: Span) -> World {
     }
 }
 
-/// The same half a minute later: the edge is followed and well known.
+/// World half a minute later: the edge is followed and well known.
 fn following_the_edge() -> World {
     static WORLD: OnceLock<World> = OnceLock::new();
     let world = WORLD.get_or_init(|| {
@@ -25,7 +25,7 @@ fn following_the_edge() -> World {
     world.clone()
 }
 
-/// What the edge costs against the least delay that the jitter allows: nearly nothing, s.
+/// Error of the edge against the least delay that the jitter allows: nearly nothing, s.
 const TOLERANCE: f64 = 3e-6;
 /// After a step of the delay the points on the edge are few, s.
 const TOLERANCE_AFTER_STEP: f64 = 6e-6;
@@ -36,7 +36,7 @@ impl World {
     fn follows_edge(&self) -> bool {
         self.observer.stream.as_ref().unwrap().choice.is_edge()
     }
-    /// By how much the drift shown was off at most since so many outputs, ppm.
+    /// Largest error of the drift shown since output `since`, ppm.
     fn worst_drift(&self, since: usize) -> f64 {
         let drifts = self.outputs[since..].iter();
         drifts
@@ -131,8 +131,8 @@ fn a_restart_begins_without_the_edge_of_before() {
 
 #[test]
 fn a_step_of_the_delay_is_followed_without_a_kick_of_the_drift() {
-    // How long it may take until it is noticed, s: for what may as well be load sixteen windows, here
-    // of a second as points scatter. Then it is also hard to tell from a drift.
+    // Time until it is noticed, s: for what may as well be load sixteen windows, here of a second as points scatter.
+    // Then it is also hard to distinguish from a drift.
     for (step, noticed, drift_ppm) in [
         (30e3, 16.0, 2.5),
         (-30e3, 4.0, 0.3),
@@ -168,7 +168,7 @@ fn whole_cycles_of_a_sender_that_stood_still_go_into_the_index_map() {
         let output = world.run(0.2);
         assert_eq!(output.rebases, 1, "{cycles}");
         assert_eq!(output.state, ObserverState::Synced);
-        // The edge then finds what is not whole.
+        // The edge then finds the part that is not whole.
         assert!(world.error().abs() < 30e-6, "{}", world.error());
         let output = world.run(20.0);
         assert_eq!(output.rebases, 1, "{cycles}");
@@ -179,7 +179,7 @@ fn whole_cycles_of_a_sender_that_stood_still_go_into_the_index_map() {
     }
 }
 
-/// By how much the line moved must be what is told of its jumps.
+/// Largest difference between the movement of the line and the jumps reported.
 fn largest_unmatched(world: &mut World, seconds: f64) -> f64 {
     let mut worst = 0.0_f64;
     for _ in 0..(seconds / world.cycle.as_secs_f64()) as usize {
