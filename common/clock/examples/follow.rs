@@ -1,12 +1,12 @@
-//! Follows a far clock from files of arrivals, as receivers write them: a line per second of what the
-//! far clock shows, how sure that is, and how fast it runs.
+//! Follows a far clock from files of arrivals, as receivers write them: prints a line per second with the far time,
+//! its uncertainty and its rate.
 //!
 //! ```sh
 //! coaxle receiver receiver/configs/saw.toml --connect tcp/192.168.1.10:7447 --arrivals saw-arrivals.csv
 //! cargo run --example follow -- saw-arrivals.csv saw-exchanges.csv
 //! ```
 //!
-//! Without the second file nothing is known of the delay, and the far time lags by it.
+//! Without the second file the delay is unknown, and the far time lags by it.
 
 #![allow(clippy::print_stdout, reason = "a program that prints")]
 

@@ -1,7 +1,7 @@
-//! Drifts that change at once, as where somebody disciplines the sender's clock, and delays that grow, which look alike to
-//! who has only messages.
+//! Drifts that change at once, as where somebody disciplines the sender's clock, and delays that grow, which look alike in
+//! messages alone.
 //!
-//! `cargo run --release -p coaxle-clock --example drift_table` prints the same for more links and seeds.
+//! `cargo run --release -p coaxle-clock --example drift_table` prints the results for more links and seeds.
 #![allow(missing_docs, dead_code, unreachable_pub)]
 
 #[path = "../examples/drift_table/cases.rs"]
@@ -15,7 +15,7 @@ use cases::{DELAYS, DRIFTS, LINKS};
 use scores::{Score, score};
 use world::{Course, Link};
 
-/// No parameter was tuned on them.
+/// First of the seeds, on which no parameter was tuned.
 const FIRST_SEED: u64 = 11_000_000;
 const SEEDS: u64 = 4;
 
@@ -27,7 +27,7 @@ fn of_all_seeds(link: &Link, course: &Course) -> impl Iterator<Item = (u64, Scor
 fn a_drift_that_changes_at_once_is_followed() {
     for (link_name, link) in &LINKS[..4] {
         for (course_name, course) in &DRIFTS {
-            // By how much the drift changes, s/s: what is lost in a second and a half, until it is known whose it is.
+            // Size of the drift's change, s/s, for the loss in a second and a half, until the change is attributed.
             let change = (course.drift)(cases::BEGINS + 4.0).abs() * 1e-6;
             for (seed, score) in of_all_seeds(link, course) {
                 let name = format!("{link_name}, {course_name}, seed {seed}");
@@ -75,7 +75,7 @@ fn a_delay_that_grows_is_no_drift() {
         for (course_name, course) in &DELAYS[..2] {
             for (seed, score) in of_all_seeds(link, course) {
                 let name = format!("{link_name}, {course_name}, seed {seed}");
-                // A fifth of what the delay grows by, and the jitter.
+                // A fifth of the delay's growth, and the jitter.
                 assert!(score.worst < 200e-6, "{name}: {} s off", score.worst);
                 assert!(
                     score.at_end < 20e-6,

@@ -1,6 +1,6 @@
-//! How well the observer follows a far clock, over seeds that no parameter was tuned on.
+//! Accuracy of the observer, over seeds that no parameter was tuned on.
 //!
-//! `cargo run --release --example observer_table` prints the same figures of longer runs.
+//! `cargo run --release --example observer_table` prints these figures for longer runs.
 #![allow(
     missing_docs,
     dead_code,
@@ -91,7 +91,7 @@ fn over_a_rough_network() {
     let wanted = Wanted {
         ripple_ns: 610.0,
         max_us: 2.5,
-        // What is possible there is itself 6 s and 13 s.
+        // The best possible there is itself 6 s and 13 s.
         lock: [7.5, 15.0],
     };
     assert_accuracy(Case::new(20.0, 100.0, false), &wanted);
@@ -163,7 +163,7 @@ fn a_busy_pc_is_synchronised_in_less_than_three_seconds() {
     }
 }
 
-/// Who takes the messages for independent is 8.6 µs off there, rms.
+/// A filter that takes the messages for independent is 8.6 µs off there, rms.
 #[test]
 fn a_correlated_delay_is_not_taken_for_the_clock() {
     let figures = followed(&Case::correlated_delay());

@@ -1,8 +1,7 @@
-//! How well the observer follows a far clock where delays are correlated: over recorded arrivals, and
-//! over generated ones of the kinds that were recorded.
+//! Accuracy of the observer where delays are correlated: over recorded arrivals, and over generated ones of the kinds
+//! that were recorded.
 //!
-//! `cargo run --release --example observer_table -- --help` says how to print the same figures of
-//! longer runs.
+//! `cargo run --release --example observer_table -- --help` shows how to print these figures for longer runs.
 #![allow(missing_docs, dead_code, unreachable_pub, clippy::unwrap_used)]
 
 #[path = "../examples/observer_table/bench.rs"]
@@ -31,7 +30,7 @@ use scores::Score;
 use std::path::Path;
 use world::Case;
 
-/// No parameter was tuned on them.
+/// First of the seeds, on which no parameter was tuned.
 const FIRST_SEED: u64 = 7_000_000;
 
 fn rms<'a>(scores: impl ExactSizeIterator<Item = &'a Score>) -> f64 {
@@ -110,8 +109,8 @@ fn a_small_step_of_the_delay_does_not_kick_the_drift() {
     }
 }
 
-/// The runs are within three standard deviations for 99 % of their cycles, none of them for less than 98 %, and the standard
-/// deviation that is said is on the mean no larger than this number of times the error.
+/// Asserts that the runs are within three standard deviations for 99 % of their cycles, none of them for less than 98 %, and
+/// that the reported standard deviation is on the mean no larger than `largest` times the error.
 fn assert_honest(name: &str, runs: &[Scores], largest: f64) {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let of = |run: &Scores| {
@@ -127,8 +126,8 @@ fn assert_honest(name: &str, runs: &[Scores], largest: f64) {
     assert!(mean(&ratios) < largest, "{name}: {ratios:?}");
 }
 
-/// Before it was calibrated by its own innovations: 98.3, 90 and, in the worst run of arrivals on 50 µs, 65 %. What is said of
-/// it afterwards was forgotten too soon: 87 % in one of thirty runs of the first case, 95 % where a servo sets back every 10 s.
+/// Before it was calibrated by its own innovations: 98.3, 90 and, in the worst run of arrivals on 50 µs, 65 %. Its later
+/// calibration was forgotten too soon: 87 % in one of thirty runs of the first case, 95 % where a servo sets back every 10 s.
 #[test]
 fn it_is_as_sure_as_it_says() {
     let plain = Case::new(5.0, 20.0, false);

@@ -1,8 +1,8 @@
-//! Links, and what happens on them from [`BEGINS`] on.
+//! Links, and the changes on them from [`BEGINS`] on.
 
 use crate::world::{Course, Link};
 
-/// When it happens, s, and how long it is watched.
+/// Beginning of the change, s, and time watched.
 pub(crate) const BEGINS: f64 = 15.0;
 pub(crate) const WATCHED: f64 = 30.0;
 
@@ -65,7 +65,7 @@ fn step(time: f64, size: f64) -> f64 {
     if time < BEGINS { 0.0 } else { size }
 }
 
-/// From nothing at the beginning, up and down, beginning upwards.
+/// Triangle wave from 0 at the beginning, first upwards.
 fn triangle(time: f64, amplitude: f64, period: f64) -> f64 {
     let part = (since(time).max(0.0) / period).rem_euclid(1.0);
     let height = match part {
@@ -76,7 +76,7 @@ fn triangle(time: f64, amplitude: f64, period: f64) -> f64 {
     amplitude * height
 }
 
-/// What is to be followed: the sender's clock.
+/// Changes to be followed: of the sender's clock.
 pub(crate) const DRIFTS: [(&str, Course); 9] = [
     ("drift +20 ppm", drift(|t| step(t, 20.0))),
     ("drift −20 ppm", drift(|t| step(t, -20.0))),
@@ -92,7 +92,7 @@ pub(crate) const DRIFTS: [(&str, Course); 9] = [
     ),
 ];
 
-/// What is not: the path.
+/// Changes not to be followed: of the path.
 pub(crate) const DELAYS: [(&str, Course); 6] = [
     (
         "delay +200 µs in 0.5 s",

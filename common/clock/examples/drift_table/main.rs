@@ -1,4 +1,4 @@
-//! Prints how far a far clock is off when its drift changes at once, and when it is the path's delay that grows.
+//! Prints the error of a far clock when its drift changes at once, and when the path's delay grows instead.
 //!
 //! `cargo run --release -p coaxle-clock --example drift_table -- [SEEDS]`
 #![allow(missing_docs, clippy::print_stdout, clippy::print_stderr)]

@@ -1,25 +1,25 @@
-//! How far off the far time is, and for how long.
+//! Size and duration of the far time's error.
 
 use crate::cases::{BEGINS, WATCHED};
 use crate::world::{Course, Link, run};
 
-/// What it usually is off before anything happens is taken from so many seconds.
+/// Time before anything happens from which the usual error is taken, s.
 const BEFORE: f64 = 3.0;
-/// The last seconds count as the end.
+/// Last seconds, which count as the end.
 const END: f64 = 2.0;
-/// It is settled once it stays as near as this, s, and such a part of the network's jitter.
+/// Distance, s, and part of the network's jitter, within which an error has to stay to be settled.
 const SETTLED: f64 = 5e-6;
 const SETTLED_PART: f64 = 0.25;
 
-/// One run. In s, what it was off before taken away.
+/// Result of one run. In s, the error of before taken away.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Score {
     pub(crate) worst: f64,
     pub(crate) settled_after: f64,
     pub(crate) at_end: f64,
-    /// Of the exchange with the least round trip of the last second.
+    /// Worst error of the exchange with the least round trip of the last second.
     pub(crate) worst_of_exchanges: f64,
-    /// How often the drift was taken to have changed at once.
+    /// Number of times that the drift was taken to have changed at once.
     pub(crate) steps: u32,
     /// Cycles in which the uncertainty did not cover the error, while the delay was measured.
     pub(crate) beyond: u32,
@@ -60,7 +60,7 @@ pub(crate) fn score(link: &Link, course: &Course, seed: u64) -> Score {
     score
 }
 
-/// The middle and the largest of something.
+/// Median and largest value of a score.
 pub(crate) fn middle_and_most(scores: &[Score], of: fn(&Score) -> f64) -> [f64; 2] {
     let mut all: Vec<_> = scores.iter().map(of).collect();
     all.sort_by(f64::total_cmp);

@@ -11,15 +11,15 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-/// The cycle of both, s, and the least delay of either way, s.
+/// Cycle time of both, s, and the least delay of either way, s.
 const CYCLE: f64 = 1e-3;
 const LATENCY: f64 = 200e-6;
 /// The drift before anything changes, ppm.
 const DRIFT: f64 = 50.0;
-/// A response leaves so long after its cycle began, s.
+/// Time from the beginning of its cycle to the departure of a response, s.
 const RESPONDS_AFTER: f64 = 20e-6;
 
-/// The link, and what the receiver does about its delay.
+/// The link, and the receiver's handling of its delay.
 #[derive(Clone, Copy)]
 pub(crate) struct Link {
     /// Jitter of the sender's waking, normal, s.
@@ -28,18 +28,18 @@ pub(crate) struct Link {
     pub(crate) network: f64,
     /// The magnitude of an autoregressive process on top of that of messages: width and time constant, s.
     pub(crate) correlated: Option<(f64, f64)>,
-    /// Messages say how late they were sent.
+    /// True if messages have send stamps.
     pub(crate) stamps: bool,
-    /// The receiver asks for the time.
+    /// True if the receiver sends time requests.
     pub(crate) exchanges: bool,
 }
 
-/// What happens, at each instant, s.
+/// Course of the changes over time, s.
 #[derive(Clone, Copy)]
 pub(crate) struct Course {
-    /// The sender's clock is fast by so much more, ppm.
+    /// Excess drift of the sender's clock, ppm.
     pub(crate) drift: fn(f64) -> f64,
-    /// All ways take so much longer, s.
+    /// Excess delay of all ways, s.
     pub(crate) delay: fn(f64) -> f64,
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct Cycle {
     pub(crate) time: f64,
     /// Far time minus the sender's, s; with the least delay taken away where it is not measured.
     pub(crate) error: f64,
-    /// The same of the exchange with the least round trip of the last second, if there were any.
+    /// Far time minus the sender's at the exchange with the least round trip of the last second, if there were any.
     pub(crate) best_exchange: Option<f64>,
     pub(crate) output: FarClockOutput,
 }
@@ -64,11 +64,11 @@ struct World<'a> {
     link: &'a Link,
     course: &'a Course,
     random: Xoshiro256PlusPlus,
-    /// When each of the sender's cycles begins.
+    /// Beginning of each of the sender's cycles.
     sends: Vec<f64>,
 }
 
-/// Runs it for so many seconds.
+/// Runs a world for `seconds`.
 pub(crate) fn run(
     link: &Link,
     course: &Course,
@@ -140,13 +140,13 @@ impl<'a> World<'a> {
         StandardNormal.sample(&mut self.random)
     }
 
-    /// How long something that leaves now is under way.
+    /// Delay of a message or response that leaves now.
     fn way(&mut self, now: f64) -> f64 {
         let jitter: f64 = Exp1.sample(&mut self.random);
         LATENCY + (self.course.delay)(now) + self.link.network * jitter
     }
 
-    /// All messages of a link that keeps their order.
+    /// Messages of a link that keeps their order.
     fn messages(&mut self) -> Vec<Message> {
         let (mut newest, mut alike) = (0.0, 0.0);
         let sends = self.sends.clone();
@@ -168,7 +168,7 @@ impl<'a> World<'a> {
         messages.collect()
     }
 
-    /// What the sender's clock shows, in cycles.
+    /// Time of the sender's clock, in cycles.
     fn far_cycles(&self, time: f64) -> f64 {
         let next = self
             .sends
@@ -195,7 +195,8 @@ impl<'a> World<'a> {
         (responded + self.way(responded), response)
     }
 
-    /// The round trip of an exchange, and by how much the sender's time is off if both ways are taken for equally long, s.
+    /// Returns the round trip of an exchange, and the error of the sender's time if both ways are taken for equally long,
+    /// s.
     fn as_exchange(&self, arrival: f64, response: &TimeResponse) -> (f64, f64) {
         let requested = response.requested.since_epoch().as_secs_f64();
         let held = (response.responded - response.received).as_secs_f64();

@@ -32,7 +32,7 @@ pub(crate) struct Table {
     pub(crate) seeds: u64,
     pub(crate) first_seed: u64,
     pub(crate) recorded: PathBuf,
-    /// In the order of the table.
+    /// Groups in the order of the table.
     pub(crate) groups: Vec<&'static str>,
 }
 

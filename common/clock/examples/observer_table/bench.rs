@@ -9,13 +9,13 @@ use crate::references::{MinimaLine, MinimaServo, RunsRegression};
 use crate::scores::{Scope, Score, score};
 use crate::world::{Case, Run};
 
-/// The servo's natural frequencies, rad/s. The first is the one that is used for everything.
+/// The servo's natural frequencies, rad/s. The first is the default.
 pub(crate) const BANDWIDTHS: [f64; 4] = [0.2, 0.1, 0.4, 0.8];
 
-/// This part of a recording is given to starting.
+/// Part of a recording for starting.
 const SKIPPED: f64 = 1.0 / 3.0;
 
-/// Where arrivals come from.
+/// Source of arrivals.
 #[derive(Clone, Copy)]
 pub(crate) enum Subject<'a> {
     Generated(&'a Case),
@@ -46,11 +46,11 @@ impl Subject<'_> {
     }
 }
 
-/// What became of one seed.
+/// Scores of one seed.
 pub(crate) struct Scores {
     pub(crate) observer: Score,
     pub(crate) line: Score,
-    /// One for each of the [`BANDWIDTHS`].
+    /// Scores for each of the [`BANDWIDTHS`].
     pub(crate) servos: [Score; BANDWIDTHS.len()],
     pub(crate) regression: Score,
 }

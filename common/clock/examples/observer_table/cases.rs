@@ -69,7 +69,7 @@ fn independent() -> Vec<Named> {
     usual.into_iter().chain(others).collect()
 }
 
-/// Delays and arrivals of which neighbouring ones are alike.
+/// Correlated delays and arrivals.
 fn correlated() -> Vec<Named> {
     let half_normal = |width: f64, time: f64| Correlated::HalfNormal { width, time };
     let mut cases = Vec::new();

@@ -171,7 +171,7 @@ pub(crate) fn print_details(seeds: u64, first: u64, words: &[String]) {
     }
 }
 
-/// A minute of other jitter: how far off, how soon within a microsecond (rms) again.
+/// A minute of other jitter: the error, and the time until it is within a microsecond (rms) again.
 fn load(first: u64, seeds: u64) {
     for (name, case) in cases_of() {
         for times in [5.0, 20.0, 0.2] {

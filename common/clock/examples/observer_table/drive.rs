@@ -1,19 +1,18 @@
-//! Feeds a run to a follower, as a receiver would: what has arrived is taken, then the far time is
-//! asked for, once per cycle.
+//! Feeds a run to a follower, as a receiver would: once per cycle it takes what has arrived, then reads the far time.
 
 use coaxle_clock::observer::ObserverOutput;
 
 use crate::peers::Follower;
 use crate::world::Run;
 
-/// One receiver cycle.
+/// A receiver cycle.
 pub(crate) struct Cycle {
     pub(crate) number: usize,
     /// Local time, s.
     pub(crate) now: f64,
     /// Far time, s. None while the follower knows nothing yet.
     pub(crate) far: Option<f64>,
-    /// Only the observer has one.
+    /// Output of the observer, which only that follower has.
     pub(crate) output: Option<ObserverOutput>,
 }
 

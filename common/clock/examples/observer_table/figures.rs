@@ -6,7 +6,7 @@ use crate::drive::drive;
 use crate::peers::Follower;
 use crate::world::{self, Case, Run};
 
-/// What one run came to. Seconds.
+/// Result of one run. Seconds.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Figures {
     pub(crate) rms: f64,
@@ -104,7 +104,7 @@ fn largest(errors: &[f64], constant: f64) -> f64 {
     distances.fold(0.0, f64::max)
 }
 
-/// The first time from which the error stays within a microsecond of the constant for so long.
+/// The first time from which the error stays within a microsecond of the constant for `seconds`.
 fn lock(errors: &[f64], constant: f64, seconds: f64, cycle: f64) -> f64 {
     let needed = (seconds / cycle) as usize;
     let mut good = 0;

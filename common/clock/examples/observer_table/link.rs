@@ -1,11 +1,11 @@
-//! What real links do beside independent jitter: delays that are alike from message to message, and
-//! hold-ups that keep back everything for a while.
+//! Properties of real links beside independent jitter: correlated delays, and hold-ups that keep back everything for
+//! a while.
 
 use rand_distr::{Distribution, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 
-/// A delay on top of the jitter whose neighbouring values are alike.
+/// A correlated delay on top of the jitter.
 #[derive(Clone, Copy)]
 pub(crate) enum Correlated {
     /// The magnitude of a first-order autoregressive process of this standard deviation and time
@@ -20,9 +20,9 @@ pub(crate) enum Correlated {
 /// Power saving: an access point keeps messages back until its next beacon, and sends them one after the other then.
 #[derive(Clone, Copy)]
 pub(crate) struct PowerSaving {
-    /// Between two beacons, s.
+    /// Period of the beacons, s.
     pub(crate) beacons: f64,
-    /// A message on the air, s.
+    /// Time of a message on the air, s.
     pub(crate) airtime: f64,
 }
 
@@ -43,7 +43,7 @@ impl Batches {
         }
     }
 
-    /// When a message arrives that reaches the access point at `arrived`. To be asked in order.
+    /// Arrival of a message that reaches the access point at `arrived`. To be called in order.
     pub(crate) fn deliver(&mut self, arrived: f64) -> f64 {
         let beacon = (arrived / self.kind.beacons).ceil() * self.kind.beacons;
         self.beacon = self.beacon.max(beacon);
@@ -56,7 +56,7 @@ impl Batches {
 #[derive(Clone, Copy)]
 pub(crate) struct HoldUps {
     pub(crate) per_second: f64,
-    /// s
+    /// Length, s
     pub(crate) length: f64,
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct CorrelatedDelay {
     random: Xoshiro256PlusPlus,
     /// The autoregressive process, or the present level.
     value: f64,
-    /// How long the present level still holds.
+    /// Remaining time of the present level.
     remaining: f64,
 }
 
@@ -135,7 +135,7 @@ impl HoldUpTimes {
         }
     }
 
-    /// When a message really arrives that would otherwise arrive at `arrived`. To be asked in order.
+    /// Real arrival of a message that would otherwise arrive at `arrived`. To be called in order.
     pub(crate) fn hold(&mut self, arrived: f64) -> f64 {
         while arrived >= self.begin + self.kind.length {
             let pause = exponential(&mut self.random) / self.kind.per_second;

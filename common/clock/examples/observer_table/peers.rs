@@ -1,4 +1,4 @@
-//! Simple ways of doing the same, on the same arrivals, each with the tuning that suited it best.
+//! Simple alternatives to the observer, on equal arrivals, each with the tuning that suited it best.
 
 use coaxle_clock::observer::{ObserverOutput, ObserverParameters, ObserverState, PhaseObserver};
 use coaxle_clock::time_sync::{TimeSync, TimeSyncParameters};
@@ -6,10 +6,10 @@ use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 
 use crate::world::{Exchange, Message};
 
-/// Something that turns arrivals into far time.
+/// Estimator of far time from arrivals.
 pub(crate) trait Follower {
     fn observe(&mut self, message: &Message);
-    /// Takes a request and its response, when the response has come. Who needs only arrivals ignores it.
+    /// Takes a request and its response, when the response has come. A follower of arrivals alone ignores it.
     fn exchange(&mut self, _exchange: &Exchange) {}
     /// The far time, s, at the local time `now` (ns).
     fn far(&mut self, now: i64) -> Option<f64>;
@@ -89,7 +89,7 @@ impl Follower for Ts5066 {
     }
 }
 
-/// When a message was due by its count, and how much later it arrived than its send stamp says, s.
+/// Returns the due time of a message by its count, and its lateness beyond the send stamp, s.
 pub(crate) fn phase(message: &Message, cycle: f64) -> (f64, f64) {
     let due = message.count as f64 * cycle;
     let arrived = (message.arrived - message.stamp.unwrap_or(0)) as f64 * 1e-9;
@@ -101,8 +101,8 @@ pub(crate) fn far_by(now: i64, at: f64, offset: f64, drift: f64) -> f64 {
     at + (now as f64 * 1e-9 - at - offset) / (1.0 + drift)
 }
 
-/// A two-state Kalman filter on every message, as if the jitter were normal; outliers of more than
-/// three sigma are clamped. Noise and random walk are told to it.
+/// A two-state Kalman filter on every message, as if the jitter were normal; outliers of more than three sigma are
+/// clamped. Noise and random walk are given.
 pub(crate) struct Kalman {
     cycle: f64,
     noise: f64,
@@ -128,7 +128,7 @@ impl Kalman {
         }
     }
 
-    /// Takes a message and says how unlikely it was: minus the logarithm.
+    /// Takes a message and returns the negative logarithm of its likelihood.
     fn take(&mut self, message: &Message) -> f64 {
         let (due, phase) = phase(message, self.cycle);
         let Some((mut offset, mut drift)) = self.x else {
@@ -165,8 +165,8 @@ impl Follower for Kalman {
     }
 }
 
-/// What is possible: the exact posterior mean for normal jitter of the same information, when its
-/// width, the random walk and the distribution of the drift are known.
+/// Best possible estimate: the exact posterior mean for normal jitter of equal information, when its width, the
+/// random walk and the distribution of the drift are known.
 pub(crate) struct Efficient {
     lines: Vec<(Kalman, f64)>,
 }
@@ -209,7 +209,7 @@ impl Follower for Efficient {
     }
 }
 
-/// A straight line fitted to the last so many messages.
+/// A straight line fitted to a number of the last messages.
 pub(crate) struct LeastSquares {
     cycle: f64,
     window: std::collections::VecDeque<(f64, f64)>,

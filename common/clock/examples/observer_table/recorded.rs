@@ -1,5 +1,5 @@
-//! Recorded arrivals, and how a run is made of them: the sender is given a clock that drifts and
-//! wanders, the delays and the lateness of the sender stay what they were.
+//! Recorded arrivals, and runs made of them: the sender is given a clock that drifts and wanders, the delays and the
+//! lateness of the sender stay as recorded.
 
 use std::path::{Path, PathBuf};
 
@@ -16,33 +16,33 @@ const WALK: f64 = 1e-8;
 /// Drift of the sender's clock in the first run of each recording.
 const USUAL_DRIFT: f64 = 10e-6;
 
-/// One message as it was recorded, ns.
+/// A message as it was recorded, ns.
 struct Row {
     count: i64,
-    /// How late after its ideal start it was sent.
+    /// Lateness of sending after the ideal start.
     late: i64,
-    /// From sending until the receiving thread had it.
+    /// Time from sending until the receiving thread had the message.
     to_thread: i64,
-    /// From sending until the kernel had it. None where it did not say.
+    /// Time from sending until the kernel had the message. None where it was not reported.
     to_kernel: Option<i64>,
 }
 
-/// One file of arrivals and, if it has one, that of its exchanges. Ideal start of count `k` is
-/// `k·T`, and both sides used the same clock.
+/// A file of arrivals and, if it has one, that of its exchanges. Ideal start of count `k` is `k·T`, and both sides
+/// used a common clock.
 pub(crate) struct Recording {
     pub(crate) name: String,
     rows: Vec<Row>,
     exchanges: Vec<Exchange>,
 }
 
-/// Who stamped the arrival.
+/// Origin of the arrival stamps.
 #[derive(Clone, Copy)]
 pub(crate) enum StampedBy {
     Thread,
     Kernel,
 }
 
-/// All recordings of a directory, by name.
+/// Loads the recordings of a directory, by name.
 pub(crate) fn load(directory: &Path) -> Result<Vec<Recording>, String> {
     let unreadable = |error| format!("{}: {error}", directory.display());
     let entries = std::fs::read_dir(directory).map_err(unreadable)?;
@@ -58,7 +58,7 @@ pub(crate) fn load(directory: &Path) -> Result<Vec<Recording>, String> {
 }
 
 impl Recording {
-    /// All recordings were made at this cycle time, s.
+    /// Cycle time of every recording, s.
     pub(crate) const CYCLE: f64 = 1e-3;
 
     fn load(file: &Path) -> Result<Self, String> {
@@ -96,8 +96,8 @@ impl Recording {
         self.rows.last().map_or(0, |row| row.count as usize + 1)
     }
 
-    /// The recording as if the sender's clock shift. The usual drift is +10 ppm; else the seed
-    /// chooses it, log-uniform 1 to 100 ppm of either sign.
+    /// Makes a run of the recording with a drifting sender's clock. The usual drift is +10 ppm; else the seed chooses
+    /// it, log-uniform 1 to 100 ppm of either sign.
     pub(crate) fn run(&self, stamped_by: StampedBy, seed: u64, usual_drift: bool) -> Run {
         let due = wandering_clock(self.cycles() + 20, seed, usual_drift);
         let at = |count: i64| (due[count as usize] * 1e9).round() as i64;
@@ -142,7 +142,7 @@ impl Recording {
     }
 }
 
-/// When each count is due by a clock that drifts and wanders, s.
+/// Due time of each count by a clock that drifts and wanders, s.
 fn wandering_clock(counts: usize, seed: u64, usual_drift: bool) -> Vec<f64> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x7777);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;

@@ -1,5 +1,5 @@
-//! Three simple methods that look at the lowest phase of each window, where a message met the least
-//! delay. They show what can be had without a model of the jitter.
+//! Three simple methods that use the lowest phase of each window, where a message met the least delay. They show the
+//! accuracy without a model of the jitter.
 
 use std::collections::VecDeque;
 
@@ -30,7 +30,7 @@ impl Line {
         far_by(now, self.at, self.offset, self.drift)
     }
 
-    /// By least squares. None for less than two points.
+    /// Fits a line by least squares. None for less than two points.
     fn fitted(points: impl ExactSizeIterator<Item = Point> + Clone) -> Option<Self> {
         let n = points.len() as f64;
         if n < 2.0 {
@@ -58,7 +58,7 @@ struct Minima {
     window: f64,
     /// Number of the window that is being filled.
     number: i64,
-    /// How high above the drift, and which point.
+    /// Height above the drift of the lowest point, and the point.
     lowest: Option<(f64, Point)>,
 }
 
@@ -72,8 +72,8 @@ impl Minima {
         }
     }
 
-    /// Takes a message. `drift` is taken away before phases are compared. Gives the lowest of the
-    /// window that the message ended.
+    /// Takes a message. `drift` is taken away before phases are compared. Returns the lowest of the window that the
+    /// message ended.
     fn take(&mut self, message: &Message, drift: f64) -> Option<Point> {
         let (due, phase) = phase(message, self.cycle);
         let number = (due / self.window).floor() as i64;
@@ -192,7 +192,7 @@ pub(crate) struct RunsRegression {
     minima: Minima,
     samples: VecDeque<Point>,
     line: Option<Line>,
-    /// Of so many residuals, so few runs of equal signs are too few.
+    /// Greatest number of runs of equal signs that is too few, by the number of residuals.
     too_few_runs: Vec<usize>,
 }
 
@@ -210,7 +210,7 @@ impl RunsRegression {
         }
     }
 
-    /// Whether the residuals of all samples change signs as independent noise would.
+    /// True if the residuals of all samples change signs as independent noise would.
     fn is_straight(&self, line: &Line) -> bool {
         let above = |point: &Point| point.phase > line.phase(point.due);
         runs(self.samples.iter().map(above)) > self.too_few_runs[self.samples.len()]
@@ -241,7 +241,7 @@ impl Follower for RunsRegression {
     }
 }
 
-/// How many runs of equal signs there are.
+/// Number of runs of equal signs.
 fn runs(signs: impl Iterator<Item = bool>) -> usize {
     let (mut count, mut previous) = (0, None);
     for sign in signs {
@@ -251,9 +251,9 @@ fn runs(signs: impl Iterator<Item = bool>) -> usize {
     count
 }
 
-/// The most runs among `n` independent signs that are still too few: so few or fewer come with at
-/// most the probability of the significance. All runs but the first begin with a change of sign, of
-/// which there are binomially many among `n − 1`.
+/// Returns the most runs among `n` independent signs that are still too few: this number or fewer come with at most
+/// the probability of the significance. All runs but the first begin with a change of sign; the number of changes is
+/// binomial among `n − 1`.
 fn too_few_runs(n: usize) -> usize {
     if n < 2 {
         return 0;

@@ -1,4 +1,4 @@
-//! What one follower made of one run, measured against the truth.
+//! Score of one follower for one run, measured against the truth.
 //!
 //! The far time may be off by a constant, as one-way messages do not show the least delay: the mean
 //! over the steady part is taken away. After a step of the delay the truth has moved by the step.
@@ -12,23 +12,23 @@ use crate::figures::lock_rms;
 use crate::peers::Follower;
 use crate::world::{Case, Run};
 
-/// A step of the delay may take so long to be noticed and followed before errors count, s, ...
+/// Time allowed for a step of the delay to be noticed and followed before errors count, s, ...
 const GRACE: f64 = 2.0;
-/// ... besides what slewing by it takes: the observer's usual limit, s/s.
+/// ... besides the time for slewing by it: the observer's usual limit, s/s.
 const SLEW: f64 = 1e-4;
 
-/// Which cycles of a run are looked at for what.
+/// Ranges of a run's cycles by their use.
 pub(crate) struct Scope {
     cycles: usize,
-    /// Gives the constant that is taken away.
+    /// Cycles for the constant that is taken away.
     steady: Range<usize>,
-    /// Errors count.
+    /// Cycles whose errors count.
     scored: Range<usize>,
-    /// Errors do not count: between a step of the delay and the end of its grace.
+    /// Cycles whose errors do not count: between a step of the delay and the end of its grace.
     excused: Range<usize>,
-    /// From where on the time to settle is taken.
+    /// Cycle from which the time to settle is taken.
     settles_from: Option<usize>,
-    /// What the delay steps by at the end of the steady part, s.
+    /// Step of the delay at the end of the steady part, s.
     delay_step: f64,
 }
 
@@ -75,22 +75,22 @@ impl Scope {
     }
 }
 
-/// What one run came to. Seconds unless told otherwise.
+/// Score of one run. In seconds unless stated otherwise.
 pub(crate) struct Score {
     pub(crate) mean_square: f64,
     pub(crate) max: f64,
     /// From the event, if there is one, until within a microsecond, rms.
     pub(crate) settled: Option<f64>,
-    /// Only the observer tells how sure it is.
+    /// Uncertainty that only the observer reports.
     pub(crate) claims: Option<Claims>,
 }
 
-/// How true it is what the observer says of itself.
+/// Truth of the observer's own uncertainty.
 pub(crate) struct Claims {
     pub(crate) shifts: u32,
     /// Part of the cycles whose error is within three standard deviations.
     pub(crate) within: f64,
-    /// The standard deviation that was said of them, rms.
+    /// Standard deviation reported for them, rms.
     pub(crate) sigma: f64,
     /// Cycles while synchronised, from the start of the run, and those of them whose error is within three
     /// standard deviations.
@@ -108,7 +108,7 @@ pub(crate) struct Claims {
     pub(crate) lead: f64,
 }
 
-/// What the observer said in one cycle.
+/// Report of the observer in one cycle.
 #[derive(Clone, Copy)]
 struct Said {
     synced: bool,

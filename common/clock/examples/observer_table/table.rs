@@ -4,7 +4,7 @@ use crate::bench::{BANDWIDTHS, Scores};
 use crate::figures::quantile;
 use crate::scores::{Claims, Score};
 
-/// What the columns mean, to be printed below the table.
+/// Meaning of the columns, to be printed below the table.
 pub(crate) const LEGEND: &str = "\
 Errors in µs with their mean removed: rms over all seeds, in brackets that of the worst seed, / largest.
 line: through the lowest of each of the last 8 s. servo: PI on the lowest of each second, natural
@@ -92,7 +92,7 @@ fn line(cells: &[String; 18]) -> String {
     format!("|{}", cells.collect::<String>())
 }
 
-/// Of all cycles while synchronised, in per cent.
+/// Share of all cycles while synchronised, in per cent.
 fn synced_within(runs: &[Scores]) -> f64 {
     let claims = runs.iter().filter_map(|run| run.observer.claims.as_ref());
     let (within, synced) = claims.fold((0, 0), |(within, synced), claims| {
@@ -101,7 +101,7 @@ fn synced_within(runs: &[Scores]) -> f64 {
     within as f64 / synced as f64 * 100.0
 }
 
-/// The standard deviation that is said over what the error is, the mean over the runs and the largest.
+/// Ratio of the reported standard deviation to the error, the mean over the runs and the largest.
 fn sigma_over_rms(runs: &[Scores]) -> String {
     let of = |run: &Scores| {
         let claims = run.observer.claims.as_ref()?;
@@ -156,7 +156,7 @@ fn micros(seconds: f64) -> String {
     short(seconds * 1e6)
 }
 
-/// With about three digits.
+/// Formats with about three digits.
 fn short(value: f64) -> String {
     let decimals = match value.abs() {
         size if size < 0.1 => 3,

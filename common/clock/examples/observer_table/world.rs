@@ -17,28 +17,27 @@ pub(crate) struct Case {
     pub(crate) spikes: f64,
     pub(crate) in_order: bool,
     pub(crate) seconds: f64,
-    /// At this time the drift changes by so much.
+    /// Time and size of a step of the drift.
     pub(crate) drift_step: Option<(f64, f64)>,
-    /// At this time the delay changes by so much.
+    /// Time and size of a step of the delay.
     pub(crate) delay_step: Option<(f64, f64)>,
-    /// Between these times the network's jitter is so many times as large.
+    /// Beginning and end of other network jitter, and the factor on it.
     pub(crate) load: Option<(f64, f64, f64)>,
-    /// So often a second everything is held up for 2 to 10 ms.
+    /// Stalls per second that hold up everything for 2 to 10 ms.
     pub(crate) stalls: f64,
-    /// The delay is autoregressive: width and time constant, s.
+    /// Width and time constant of an autoregressive delay, s.
     pub(crate) ar_delay: Option<(f64, f64)>,
-    /// A delay on top of the jitter whose neighbouring values are alike.
+    /// A correlated delay on top of the jitter.
     pub(crate) correlated: Option<Correlated>,
     pub(crate) hold_ups: Option<HoldUps>,
     pub(crate) power_saving: Option<PowerSaving>,
-    /// Arrivals are seen only at multiples of so much, rounded down, s.
+    /// Grid of the arrivals seen, rounded down, s.
     pub(crate) arrival_grid: Option<f64>,
-    /// The drift swings by so much with this period, s/s and s.
+    /// Amplitude and period of a swinging drift, s/s and s.
     pub(crate) sine_drift: Option<(f64, f64)>,
-    /// The sender's clock gains at this rate, s/s, and its servo takes that back within the last second of each such period, s.
+    /// Gain of the sender's clock, s/s, and the period, s, in whose last second its servo takes that back.
     pub(crate) servo: Option<(f64, f64)>,
-    /// Instead of all jitter: what an efficient estimator would make of it, normal noise of this
-    /// width.
+    /// Replacement of all jitter by the result of an efficient estimator, normal noise of this width.
     pub(crate) efficient: Option<f64>,
 }
 
@@ -81,8 +80,8 @@ impl Case {
         }
     }
 
-    /// The same where queues and sleeping cores make the delays of following messages alike, as
-    /// measured between processes on one busy PC.
+    /// Busy arrivals where queues and sleeping cores correlate the delays of consecutive messages, as measured
+    /// between processes on one busy PC.
     pub(crate) const fn correlated_delay() -> Self {
         Self {
             ar_delay: Some((15e-6, 0.3)),
@@ -90,7 +89,7 @@ impl Case {
         }
     }
 
-    /// Whether [`bound`] holds: independent jitter and a drift that does nothing but wander.
+    /// True if [`bound`] holds: independent jitter and a drift that does nothing but wander.
     pub(crate) const fn has_bound(&self) -> bool {
         let undisturbed = self.stalls == 0.0 && self.hold_ups.is_none() && self.load.is_none();
         let independent = self.ar_delay.is_none() && self.correlated.is_none();
@@ -104,9 +103,9 @@ impl Case {
 #[derive(Clone, Copy)]
 pub(crate) struct Message {
     pub(crate) count: i64,
-    /// ns
+    /// Arrival, ns
     pub(crate) arrived: i64,
-    /// ns
+    /// Send stamp, ns
     pub(crate) stamp: Option<i64>,
 }
 
@@ -122,7 +121,7 @@ pub(crate) struct Exchange {
 }
 
 impl Exchange {
-    /// Both clocks set forward.
+    /// Sets both clocks forward.
     pub(crate) const fn moved(self, local: i64, far: i64) -> Self {
         Self {
             t1: self.t1 + local,
@@ -134,11 +133,11 @@ impl Exchange {
 }
 
 pub(crate) struct Run {
-    /// In the order of their arrival.
+    /// Messages in the order of their arrival.
     pub(crate) messages: Vec<Message>,
-    /// In the order of `t4`. Generated runs have none.
+    /// Exchanges in the order of `t4`. Generated runs have none.
     pub(crate) exchanges: Vec<Exchange>,
-    /// When each count was due, s.
+    /// Due time of each count, s.
     due: Vec<f64>,
     cycle: f64,
 }
@@ -251,7 +250,7 @@ impl Run {
         Self::of_parts(messages, due, case.cycle)
     }
 
-    /// From messages in the order of their arrival and from when each count was due, s.
+    /// Makes a run from messages in the order of their arrival and the due time of each count, s.
     pub(crate) const fn of_parts(messages: Vec<Message>, due: Vec<f64>, cycle: f64) -> Self {
         Self {
             messages,
@@ -261,12 +260,12 @@ impl Run {
         }
     }
 
-    /// When a count was due, s.
+    /// Due time of a count, s.
     pub(crate) fn due(&self, count: usize) -> Option<f64> {
         self.due.get(count).copied()
     }
 
-    /// s
+    /// Cycle time, s
     pub(crate) const fn cycle(&self) -> f64 {
         self.cycle
     }

@@ -14,7 +14,7 @@ const OUTLIER: f64 = 9.0;
 const CHANCE: f64 = 2.0;
 /// Least scatter of even the sharpest edge, s².
 const LEAST: f64 = 1.6e-15;
-/// Excess of the scatter that is assumed, divided by the number of second differences.
+/// Relative excess of the assumed scatter, to be divided by the number of second differences.
 const FEW: f64 = 8.0;
 
 /// The scatter of the points, s².
