@@ -24,7 +24,7 @@ const PATIENCE: Span = Span::from_secs(1);
 /// A backlog is over once this number of messages in a row came no less late than the least late one since it began. Pieces of
 /// a few messages that are read by bytes are uneven by one.
 const PACED: u8 = 4;
-/// Less late is what is so by more than this part of a cycle: less than that is jitter.
+/// Part of a cycle, as its divisor, beyond which a message counts as less late: below it is jitter.
 const FALLEN: i64 = 8;
 
 /// Judges the age of one sender's messages.
@@ -73,7 +73,7 @@ pub enum Age {
 }
 
 impl AgeGate {
-    /// A gate for a sender of the given nominal cycle time. Messages older than `limit` are stale.
+    /// Makes a gate for a sender of the given nominal cycle time. Messages older than `limit` are stale.
     #[must_use]
     pub const fn new(cycle_time: CycleTime, limit: Span) -> Self {
         Self {
@@ -155,7 +155,7 @@ impl AgeGate {
         self.backlog.is_some()
     }
 
-    /// Late messages that keep the sender's pace for long enough. A backlog comes far faster.
+    /// Reports late messages that keep the sender's pace for long enough. A backlog comes far faster.
     fn is_regular(&mut self, at: Instant<Local>, of_count_zero: Instant<Local>) -> bool {
         let late = *self.late_since.get_or_insert(Late { at, of_count_zero });
         if (of_count_zero - late.of_count_zero).abs() > self.limit {

@@ -34,8 +34,8 @@
 //! Where a [timing channel](crate::timing) runs beside the transport, [`FarClock::timing_exchange`] takes its
 //! exchanges, and the far time is as good as its stamps.
 //!
-//! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] gives a
-//! number; the response comes back as a [`TimeResponse`] with its four stamps.
+//! With [`DelaySource::Measured`] there is a request to send whenever [`FarClock::request`] returns a number; the
+//! response comes back as a [`TimeResponse`] with its four stamps.
 
 use crate::cycle::CycleTime;
 use crate::delay::{Asymmetry, DelayExchange, DelayOutput, DelayState, Refusal, TimeResponse};
@@ -103,7 +103,7 @@ pub struct FarClockOutput {
     pub delay: DelayOutput,
     /// State of the timing channel.
     pub timing: TimingOutput,
-    /// Far time is sure, or was and goes on as it did: leaving it would be a step.
+    /// True if far time is sure, or was and goes on as it did: leaving it would be a step.
     pub is_sure: bool,
 }
 
@@ -427,7 +427,7 @@ impl FarClock {
     }
 }
 
-/// Holding over, or with more uncertainty, the far time goes on as it did before.
+/// True if far time is sure: holding over, or with more uncertainty, it goes on as it did before.
 const fn is_sure(state: ObserverState, before: bool) -> bool {
     match state {
         ObserverState::Synced => true,

@@ -1,7 +1,7 @@
 //! Instants, spans and seconds.
 //!
-//! An [`Instant`] carries the clock that read it in its type. Two instants of different clocks
-//! have nothing in common until somebody maps one onto the other, so this does not compile:
+//! An [`Instant`] carries the clock that read it in its type. Two instants of different clocks have nothing in common
+//! until one is mapped onto the other, so this does not compile:
 //!
 //! ```compile_fail
 //! use coaxle_clock::{Instant, Local, Remote};

@@ -22,8 +22,7 @@ const ENOUGH: f64 = 8.0;
 /// Greatest miss of messages, as a multiple of the usual one of exchanges: a change that is over is forgotten in ten seconds
 /// (drift_table, "delay +1 ms in 2 s": messages had long been right again, and were not followed for half a minute).
 const CLIPPED: f64 = 6.0;
-/// Groups whose shortest round trip counts: ten seconds at ten exchanges a second. An exchange with a longer one says
-/// less.
+/// Groups whose shortest round trip counts: ten seconds at ten exchanges a second. Longer ones say less.
 const ROUND_TRIPS: usize = 12;
 /// The exchanges are followed where messages miss them by more than this, as a multiple in squares; no longer where by less than
 /// the second. Where only the exchanges' own scatter counts they are equal.
@@ -94,7 +93,7 @@ impl TwoWay {
         self.in_use
     }
 
-    /// Takes an exchange whose response arrived at `arrived`, beside the line of messages and what the last exchanges together say.
+    /// Takes an exchange whose response arrived at `arrived`, beside the line of messages and the delay by the last exchanges.
     pub(crate) fn take(
         &mut self,
         arrived: Instant<Local>,

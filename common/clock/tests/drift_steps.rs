@@ -27,7 +27,7 @@ fn of_all_seeds(link: &Link, course: &Course) -> impl Iterator<Item = (u64, Scor
 fn a_drift_that_changes_at_once_is_followed() {
     for (link_name, link) in &LINKS[..4] {
         for (course_name, course) in &DRIFTS {
-            // Size of the drift's change, s/s, for the loss in a second and a half, until the change is attributed.
+            // Change of the drift, s/s; a second and a half of it is lost until it is attributed.
             let change = (course.drift)(cases::BEGINS + 4.0).abs() * 1e-6;
             for (seed, score) in of_all_seeds(link, course) {
                 let name = format!("{link_name}, {course_name}, seed {seed}");

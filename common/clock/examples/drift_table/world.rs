@@ -195,8 +195,7 @@ impl<'a> World<'a> {
         (responded + self.way(responded), response)
     }
 
-    /// Returns the round trip of an exchange, and the error of the sender's time if both ways are taken for equally long,
-    /// s.
+    /// Round trip of an exchange, and error of the sender's time if both ways are taken for equally long, s.
     fn as_exchange(&self, arrival: f64, response: &TimeResponse) -> (f64, f64) {
         let requested = response.requested.since_epoch().as_secs_f64();
         let held = (response.responded - response.received).as_secs_f64();

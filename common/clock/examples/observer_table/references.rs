@@ -148,7 +148,7 @@ impl MinimaServo {
         }
     }
 
-    /// The first two points give the first drift, as in common PTP servos.
+    /// Takes the first drift from the first two points, as in common PTP servos.
     fn begin(&mut self, point: Point) {
         if let Some(first) = self.first {
             self.line = Some(Line {

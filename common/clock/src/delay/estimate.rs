@@ -10,7 +10,7 @@ const LONGEST_MEMORY: u32 = 1_000;
 /// every exchange sees most of the window before, so it is followed once it has lasted for this number of exchanges …
 const OUT_OF_THE_ORDINARY: f64 = 5.0;
 const LASTING: u32 = 64;
-/// … or at once if it is so far off that it cannot be chance.
+/// … or at once if it is this far off, which cannot be chance.
 const BEYOND_CHANCE: f64 = 20.0;
 
 /// An exchange that spans a jump of this size, s, is off by far more than jitter, and by half of it: more than this
@@ -28,9 +28,9 @@ pub(super) struct Estimate {
     /// Deviation that jitter causes, s.
     pub(super) jitter: f64,
     pub(super) newest: Instant<Local>,
-    /// Enough exchanges have gone into it.
+    /// True if enough exchanges have gone into it.
     pub(super) measured: bool,
-    /// Estimates this one is the mean of; 0: the next one replaces it.
+    /// Number of estimates that it is the mean of; 0: the next one replaces it.
     count: u32,
     /// Estimates in a row that were out of the ordinary.
     contradictions: u32,
@@ -109,8 +109,8 @@ impl Estimate {
         self.uncertainty += libm::fabs(jump);
     }
 
-    /// An exchange that spans a jump is off by half of it, and may have been believed for a moment: then what
-    /// exchanges usually said holds, s.
+    /// Restores the usual delay after an exchange that spans a jump, which is off by half of it, and may have been
+    /// believed for a moment, s.
     pub(super) fn forget_spanning(&mut self, jump: f64, usual: f64) {
         let jump = libm::fabs(jump);
         if jump >= WORTH_A_LOOK && libm::fabs(self.delay - usual) > SPANNING * jump {
@@ -124,7 +124,7 @@ impl Estimate {
         self.uncertainty = (self.uncertainty - libm::fabs(jump)).max(0.0);
     }
 
-    /// The next one that is measured replaces it, whatever it says.
+    /// Lets the next measured estimate replace this one, whatever it says.
     pub(super) const fn be_replaced(&mut self) {
         self.count = 0;
     }

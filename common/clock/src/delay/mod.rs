@@ -47,7 +47,7 @@ use window::{Exchange, Stamps, Window};
 
 /// Interval of requests as long as little is known …
 const HASTE: Span = Span::from_millis(20);
-/// … and later, or where nobody responds.
+/// … and later, or without responses.
 const LEISURE: Span = Span::from_millis(100);
 /// Exchanges after an event until which the interval is short, and the greatest number of requests for that.
 const PLENTY: usize = 48;
@@ -141,7 +141,7 @@ struct Sender {
 }
 
 impl DelayExchange {
-    /// Makes an exchange without requests as yet. `run` tells this run of the requester from others.
+    /// Makes an exchange without requests as yet. `run` distinguishes this run of the requester from others.
     #[must_use]
     pub const fn new(run: u64) -> Self {
         Self {

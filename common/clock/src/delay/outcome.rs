@@ -41,8 +41,7 @@ pub struct DelayOutput {
     /// deviations of the line; and no less than the last exchanges leave open. Where the asymmetry is [stated](Asymmetry): half of its
     /// greatest error, and three standard deviations, if that is less.
     pub uncertainty: Option<Seconds>,
-    /// True if the [stated](Asymmetry) asymmetry is impossible: the ways would differ by more than both take together. It is of
-    /// no use then.
+    /// True if the [stated](Asymmetry) asymmetry is impossible, and of no use: the ways would differ by more than their sum.
     pub is_statement_denied: bool,
     /// The part of the error that jitter causes, as a standard deviation. Were the ways equal, there
     /// would be no other.

@@ -16,7 +16,7 @@
 
 /// Exchanges before the step, and after it, that attribute it, …
 pub(super) const TELLING: usize = 8;
-/// … and their number where the jitter is too wide to tell by how much the ways differ now: then the window is measured again.
+/// … and their number where the jitter is too wide to show by how much the ways differ now: then the window is measured again.
 const MOST: usize = 16;
 /// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
 const SMALLEST_ASYMMETRY: f64 = 50e-6;
@@ -24,8 +24,8 @@ const SMALLEST_ASYMMETRY: f64 = 50e-6;
 const PLAIN: f64 = 0.5e-3;
 /// A way changed as a row of the table says if it is off by at most this share of the step.
 const FITS: f64 = 0.25;
-/// The middle of n ways is known well enough if this number of its standard deviations is such a share: 1.25·σ/√n each (a median's
-/// of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
+/// The median of n ways is known well enough if this number of its standard deviations is at most `FITS`: 1.25·σ/√n each (a
+/// median's of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
 const CERTAIN: f64 = 3.0;
 const OF_QUARTILES: f64 = 1.25 / 1.35 * core::f64::consts::SQRT_2;
 
@@ -86,7 +86,7 @@ pub(super) enum Cause {
 }
 
 impl Step {
-    /// The line fell by `size`. The ways are what they usually were, and what the newest were.
+    /// Makes a step of the line, which fell by `size`. The ways are what they usually were, and what the newest were.
     pub(super) fn new(size: f64, before: Ways, newest: Ways) -> Self {
         Self {
             size,
@@ -131,14 +131,14 @@ impl Step {
         size >= PLAIN || moving < FITS * size
     }
 
-    /// By how much the ways were on the move before, or since.
+    /// Movement of the ways before the step, or since.
     fn newly_moving(&self) -> f64 {
         let (older, newer) = self.after[..self.len].split_at(self.len / 2);
         let [older, newer] = [older, newer].map(Ways::middle_of);
         newer.differ_from(&older).max(self.moving)
     }
 
-    /// The middle of the ways since the step, and its standard deviation, s.
+    /// Median of the ways since the step, and its standard deviation, s.
     fn middle(&self, way: impl Fn(&Ways) -> f64) -> (f64, f64) {
         let mut ways = [0.0; MOST];
         for (place, taken) in ways.iter_mut().zip(&self.after[..self.len]) {
@@ -255,7 +255,7 @@ mod tests {
                 let path = Some(Cause::Path { asymmetry });
                 assert_eq!(cause(s, there, back), path, "{there} there, {back} back");
             }
-            // Something else happened to the responses at the same time.
+            // Something else happened to the responses at that time.
             let path = Some(Cause::Path { asymmetry: 0.0 });
             assert_eq!(cause(s, s, 0.4 * s), path);
         }

@@ -124,7 +124,7 @@ fn equal_ways_give_the_delay_and_half_of_the_round_trip_as_its_uncertainty() {
     let (state, delay, uncertainty) = delay_us(&exchange, now, &line);
     assert_eq!(state, DelayState::Asking, "one exchange is little");
     assert!((delay - 1_200.0).abs() < 0.01, "{delay}");
-    // Nobody has tested the rate of the line, and a few milliseconds have passed.
+    // The rate of the line is not tested yet, and a few milliseconds have passed.
     assert!((900.0..901.0).contains(&uncertainty), "{uncertainty}");
     let now = exchanges(&mut exchange, &line, now, 20, || (micros(900), micros(900)));
     assert_eq!(delay_us(&exchange, now, &line).0, DelayState::Measured);
@@ -166,7 +166,7 @@ fn a_statement_that_exchanges_deny_makes_nothing_surer() {
         (micros(700), micros(100))
     });
     let (_, delay, uncertainty) = delay_us(&exchange, now, &line);
-    // As far as they let it, and wrong by no more than that says.
+    // As far as the bounds allow, and wrong by no more than they leave open.
     assert!((1_690.0..1_720.0).contains(&delay), "{delay}");
     assert!(delay - 1_000.0 <= uncertainty, "{delay} ± {uncertainty}");
 }

@@ -1,10 +1,10 @@
 //! Rate of the sender against the line, by the exchanges alone.
 //!
 //! The middles of exchanges that took no longer than most lie on the sender's own time, but for a constant. A line
-//! whose rate is right is level against them. Where it is not, that may be the doing of a path whose ways change
-//! differently, so it only makes the line less certain; but no path can bring a response before its request.
-//! Exchanges that [contradict](super::bounds) each other against this line, and do not against one at their own
-//! rate, prove that the line is wrong.
+//! whose rate is right is level against them. Where it is not, the cause may be a path whose ways change differently,
+//! so it only makes the line less certain; but no path can bring a response before its request. Exchanges that
+//! [contradict](super::bounds) each other against this line, and do not against one at their own rate, prove that the
+//! line is wrong.
 
 use super::window::{Exchange, KEPT, Recent};
 use crate::instant::{Instant, Local, Span};

@@ -8,7 +8,7 @@ use crate::observer::FarLine;
 /// Exchanges kept: ten seconds' worth at ten per second, and some of the hasty ones.
 pub(super) const KEPT: usize = 128;
 
-/// One way in this number is early.
+/// Number of ways of which one is early.
 const PART: usize = 32;
 
 /// Measurement of one exchange against the line of its time, s. A line that has been corrected since corrects it,
@@ -26,8 +26,7 @@ pub(super) struct Exchange {
     pub(super) stamps: Stamps,
 }
 
-/// Stamps of an exchange: when a request left and its response arrived, and when the sender received the one and sent
-/// the other.
+/// Times when a request left and its response arrived, and when the sender received the one and sent the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamps {
     pub(super) requested: Instant<Local>,
@@ -129,8 +128,7 @@ impl Window {
         }
     }
 
-    /// Returns the exchanges, the newest first, measured against the line as it is now; their number is
-    /// [`Self::len`].
+    /// Returns the [`Self::len`] exchanges, the newest first, measured against the line as it is now.
     pub(super) fn measured_now(&self, line: &FarLine) -> [Exchange; KEPT] {
         let mut measured = self.kept;
         for (place, exchange) in measured.iter_mut().zip(self.all().rev()) {

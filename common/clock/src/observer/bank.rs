@@ -1,5 +1,5 @@
-//! Several filters side by side, each for another restlessness of the drift; the better one
-//! predicts, the more it has to say.
+//! Several filters side by side, each for another random walk of the drift; the better one predicts, the greater its
+//! weight.
 
 use super::bias::Bias;
 use super::correlated_delay::CorrelatedDelay;

@@ -7,13 +7,13 @@
 
 use crate::instant::{Instant, Local, Span};
 
-/// A batch has this number of messages at least.
+/// Least number of messages of a batch.
 const BATCH: u16 = 5;
 /// Part of the groups of messages from which they come in batches, and part from which they no longer do: a machine that
 /// stood still, or a queue, is a batch among many messages that come alone.
 const BATCHED: f64 = 0.8;
 const NOT_BATCHED: f64 = 0.4;
-/// The part is that of the last ones: a dozen batches in a row are enough.
+/// Groups of messages that the part is taken over: a dozen batches in a row are enough.
 const MEMORY: f64 = 8.0;
 
 /// A message as it came.
@@ -27,7 +27,7 @@ pub(super) struct Arrival {
 /// Picks the messages to use.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Batches {
-    /// The messages that came together since the last pause, and whether all of them in their order.
+    /// Number of messages that came together since the last pause, and whether all of them in their order.
     length: u16,
     is_out_of_order: bool,
     /// The largest count so far.
@@ -46,7 +46,7 @@ pub(super) enum Picked {
     Nothing,
     /// The message to use.
     Message(Arrival),
-    /// Messages come in batches from now on, or no longer: all that was learnt of them is of no use.
+    /// Change to batches, or back: everything learnt of the messages is of no use.
     Changed,
 }
 

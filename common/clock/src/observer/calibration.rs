@@ -8,13 +8,13 @@
 
 use super::filter::Estimate;
 
-/// The line is looked at this often, s, …
+/// Interval of looks at the line, s, …
 const EVERY: f64 = 0.25;
-/// … and compared with its predictions of this number of looks before: of a second to some seconds, none of which is a
-/// multiple of the others, as what returns in step with a horizon does not show in it.
+/// … and the numbers of looks before with whose predictions it is compared: of a second to some seconds, none of which
+/// is a multiple of the others, as a disturbance in step with a horizon does not show in it.
 const HORIZONS: [usize; 3] = [4, 10, 22];
 const KEPT: usize = HORIZONS[2];
-/// The number of standard deviations that the share counts predictions within.
+/// Standard deviations within which the share counts predictions.
 const COVERED: f64 = 3.0;
 /// A miss is to be within this number of standard deviations the next time: it is the largest of a few, and the next one may
 /// be larger (observer_table, 12 seeds from 8 000 000, share within 3σ with 3 here: sine 99.80, arrivals on 50 µs 99.46, walk of
@@ -33,9 +33,9 @@ const LONGEST: f64 = 4.0;
 /// (94.8), 99.0 (97.1) and 99.8 (98.6) %; AR(1) 40 µs/5 s, stamped, the worst seed 87.4, 99.9 and 100 %).
 const HELD: f64 = 1.2;
 const KNOWN_AFTER: f64 = 12.0;
-/// At first it is forgotten within this part of the time since the line began, which was still being found.
+/// At first a miss is forgotten within this part of the time since the line began, which was still being found.
 const REMEMBERED_PART: f64 = 0.25;
-/// The share is that of the last looks, two minutes of them.
+/// Looks that the share is over, two minutes of them.
 const SHARE: f64 = 960.0;
 
 /// The line at one look.
@@ -117,8 +117,7 @@ impl Calibration {
         self.began = None;
     }
 
-    /// Looks at the line at `time`, where its drift gains the variance `walk` per second, and its standard deviation
-    /// is `sigma`.
+    /// Looks at the line of deviation `sigma` at `time`, where its drift gains the variance `walk` per second.
     pub(super) fn look(&mut self, time: f64, estimate: &Estimate, walk: f64, sigma: f64) {
         if time - self.latest < EVERY {
             return;

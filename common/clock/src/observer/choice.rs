@@ -62,8 +62,7 @@ pub(super) struct Choice {
     /// Number of small jumps of late, and time of the last one, s.
     small_shifts: f64,
     last_small_shift: f64,
-    /// Sum of the small jumps: level of the path that the line of all messages is on, above where it was before them,
-    /// s.
+    /// Sum of the small jumps: height of the level that the line of all messages is on above that before them, s.
     level: f64,
 }
 

@@ -12,9 +12,9 @@ pub(super) struct Counts {
 pub(super) enum News {
     /// Seen for the first time.
     New,
-    /// A duplicate, or too old to tell.
+    /// A duplicate, or too old to distinguish from one.
     Old,
-    /// Nothing but old counts for a long time: the sender's count began again.
+    /// Only old counts for a long time: the sender's count began again.
     Restarted,
 }
 

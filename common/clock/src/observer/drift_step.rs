@@ -134,8 +134,7 @@ impl DriftSteps {
         found
     }
 
-    /// Forgets the points after the path's delay jumped: points before and after are on no line. Or after the line
-    /// was found again.
+    /// Forgets the points after a jump of the path, across which they are on no line, or on another line.
     pub(super) fn forget_points(&mut self) {
         for scale in &mut self.scales {
             scale.forget_points();
@@ -216,7 +215,7 @@ impl Scale {
         (self.known >= KNOWN_AFTER).then(|| libm::sqrt(self.usual))
     }
 
-    /// `finer`: what is usual on a finer scale is more than on this one.
+    /// `finer`: usual difference on a finer scale, which is more than on this one.
     fn take(
         &mut self,
         point: Point,

@@ -10,7 +10,7 @@
 
 /// Messages over which differences count.
 const MEMORY: f64 = 4_096.0;
-/// Fewer tell nothing.
+/// Least number of messages for a result.
 const ENOUGH: f64 = 128.0;
 /// Standard deviations below one half at which a slope is none, and above it at which it is one.
 const CERTAIN: f64 = 4.0;
@@ -33,7 +33,7 @@ pub(super) struct Echo {
 }
 
 impl Echo {
-    /// Takes how late a message was sent, s, and its phase, from which that was not taken away.
+    /// Takes the lateness of sending a message, s, and its phase, from which that was not taken away.
     pub(super) fn take(&mut self, count: i64, phase: f64, stamp: f64) {
         let Some((before, last_phase, last_stamp)) = self.last.replace((count, phase, stamp))
         else {
@@ -54,7 +54,7 @@ impl Echo {
         self.both += part * (by_phase * by_stamp - self.both);
     }
 
-    /// Looks at what was taken.
+    /// Evaluates the messages taken.
     pub(super) fn judge(&mut self) {
         if self.count < ENOUGH || self.stamps < LEAST_SQUARE {
             return;

@@ -120,7 +120,7 @@ impl Jitter {
         self.pull = Pull::beside(&self.information);
     }
 
-    /// Widths far below a cell would be a guess from messages that all came in the same one.
+    /// Widens the widths to the cell: far below it they are a guess from messages that all came in one cell.
     fn widen_to_cell(&mut self) {
         let width = self.exponential.max(0.3 * self.cell);
         self.set(self.normal.max(0.25 * 0.3 * self.cell), width);
@@ -349,7 +349,7 @@ impl Jitter {
         let memory = self
             .misfit
             .take(score, clipped, messages, known, correlated);
-        // What was right before fits a changed network too: the location is the same.
+        // A location that was right before fits a changed network too.
         self.pinned &= self.messages < SETTLED || memory.is_none();
         self.messages = (self.messages + messages).min(memory.unwrap_or(MEMORY));
     }

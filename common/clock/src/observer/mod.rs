@@ -466,7 +466,7 @@ impl PhaseObserver {
         let variance = location.variance;
         let measured = expected + location.measured;
         let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
-        // Where the line is not known, nothing would tell that the widths fit again.
+        // Where the line is not known, nothing would show that the widths fit again.
         if !known || !self.jitter.is_unfit() {
             line.at = line.at.max(middle);
             line.bank.observe(dt, measured, variance);
@@ -523,8 +523,7 @@ impl PhaseObserver {
         self.calibrate(middle, sigma);
     }
 
-    /// Compares the line that is followed with its own predictions, at a mean count, where its standard deviation is
-    /// `sigma`.
+    /// Compares the line that is followed, of standard deviation `sigma`, with its own predictions, at a mean count.
     fn calibrate(&mut self, middle: i64, sigma: f64) {
         let Some(Followed {
             at,

@@ -127,7 +127,7 @@ impl PhaseObserver {
             }
             let sigma = stream.calibration.of(stream.choice.sigma(variance));
             output.within_three_sigma = stream.calibration.share();
-            // What the filter does not know of the offset it does not know of the drift either.
+            // Uncertainty of the offset beyond the filter's holds for the drift, too.
             let doubt = sigma / libm::sqrt(variance);
             output.drift_sigma_ppm = doubt * libm::sqrt(drift_variance) * 1e6;
             let doubt = together(self.unseen(now), self.drift_doubt());

@@ -48,7 +48,7 @@ pub(super) struct Stream {
     pub(super) echo: Echo,
     /// The last jumps of the phase.
     pub(super) teeth: Teeth,
-    /// The lower edge of the same phases.
+    /// Lower edge of these phases.
     pub(super) edge: Edge,
     /// Choice between the two lines.
     pub(super) choice: Choice,

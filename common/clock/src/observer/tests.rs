@@ -24,12 +24,12 @@ struct World {
     /// Widths of the jitter's normal and exponential part, ns.
     normal: f64,
     exponential: f64,
-    /// On top of the jitter, ns.
+    /// Delay on top of the jitter, ns.
     extra: Option<Correlated>,
     silent: bool,
-    /// Messages say how late they were sent: not at all.
+    /// True if messages have send stamps, of zero.
     stamped: bool,
-    /// True if the send stamp is right.
+    /// True if messages have the right send stamps.
     wakes_late: bool,
     /// Grid on which arrivals are seen, ns, and the mean of a further exponential lateness, ns.
     grid: i64,
@@ -323,7 +323,7 @@ fn a_delay_step_is_noticed_at_once_and_slewed() {
 }
 
 /// Found in a random schedule: two seconds after the start the sender's clock leaps by 26.5 ms, which is no whole number of
-/// its cycles of 250 µs, and no time response says whose it is. Far time was slewed by 100 ppm, and called synchronised, for
+/// its cycles of 250 µs, and no time response attributes it. Far time was slewed by 100 ppm, and called synchronised, for
 /// 265 s.
 #[test]
 fn a_clock_that_leaps_is_caught_up_with_in_a_minute_and_is_unsure_until_then() {

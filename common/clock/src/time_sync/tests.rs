@@ -51,7 +51,7 @@ fn error_of(far: &Far, cycle: i64, output: &TimeSyncOutput, data_cycle: f64) -> 
     far.count(cycle) as f64 + correction - far.true_count(cycle)
 }
 
-/// Runs until synchronised and gives the cycle, or none within `cycles`.
+/// Runs until synchronised and returns the cycle, or none within `cycles`.
 fn cycle_of_sync(sync: &mut TimeSync, far: &Far, cycles: i64) -> Option<(i64, TimeSyncOutput)> {
     (0..cycles)
         .map(|cycle| (cycle, sync.update(far.index(cycle), 1)))

@@ -18,7 +18,7 @@ const BEYOND_CHANCE: f64 = 8.0;
 const CONTRADICTIONS: u8 = 4;
 /// Standard deviations that the uncertainty covers.
 const COVERED: f64 = 3.0;
-/// No way is shorter than nothing by more than stamps are wrong by, s.
+/// Error of stamps, by which a way may seem shorter than nothing, s.
 const STAMPS_ARE_WRONG_BY: f64 = 1e-6;
 
 /// Ways of one exchange, beside a line with the rate that was known when it began, s.

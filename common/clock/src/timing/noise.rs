@@ -40,8 +40,7 @@ impl Noise {
         self.variance
     }
 
-    /// Takes the next measurement, of a later time than the one before, s. It is known to scatter by `more` besides,
-    /// s².
+    /// Takes the next measurement, of a later time than the one before, s. Its known further scatter is `more`, s².
     pub(super) fn take(&mut self, time: f64, measured: f64, more: f64) {
         let [(from, before), (at, between)] = self.last;
         if self.seen >= 2 {

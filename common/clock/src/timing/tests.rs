@@ -15,8 +15,7 @@ use crate::timing::TimingState;
 
 const CYCLE: i64 = 1_000_000;
 const DRIFT: f64 = 30e-6;
-/// Least way of messages and responses, ns; requests are quicker, so that exchanges alone are off by half of the
-/// difference.
+/// Least way of messages and responses, ns; requests are quicker, so exchanges are off by half of the difference.
 const MESSAGE: f64 = 200_000.0;
 const REQUEST: f64 = 150_000.0;
 /// A way of the timing channel, ns.

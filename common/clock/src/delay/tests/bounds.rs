@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A line that runs at another rate than the sender, and knows it as well as that.
+/// A line that runs at another rate than the sender, and whose uncertainty just covers that.
 fn running(rate: f64, delay: Span) -> FarLine {
     FarLine {
         rate: 1.0 + rate,
@@ -60,7 +60,7 @@ fn exchanges_that_contradict_newer_ones_say_nothing_any_more() {
     let mut exchange = DelayExchange::new(RUN);
     let ways = || (micros(100), micros(100));
     let now = exchanges(&mut exchange, &line(micros(1_000)), at(0), 100, ways);
-    // The line leapt, and nobody noticed.
+    // The line leapt, unnoticed.
     let leapt = line(micros(4_000));
     let now = exchanges(&mut exchange, &leapt, now, 1, ways);
     let (_, delay, uncertainty) = delay_us(&exchange, now, &leapt);
@@ -162,7 +162,7 @@ fn ways_that_lead_through_queues_prove_it_as_well() {
 fn a_line_whose_rate_nobody_has_tested_is_not_taken_for_sure() {
     let mut exchange = DelayExchange::new(RUN);
     let (mut there, mut back) = (queued(jitter(20_000.0, 5)), queued(jitter(20_000.0, 6)));
-    // It says that it is right to 2 ppm, and it is wrong by 150.
+    // Its uncertainty is 2 ppm, and its error 150 ppm.
     let line = FarLine {
         rate_sigma: 2e-6,
         ..running(150e-6, micros(1_000))

@@ -48,7 +48,7 @@ pub(super) struct Edge {
     windows: Windows,
     noise: Noise,
     line: Option<Line>,
-    /// A jump of this much or more may be a sender that stood still: others look after it, s.
+    /// Jump from which it may be a sender that stood still, and is not followed here, s.
     skip: f64,
     /// Points in a row above the edge, with the height of the first and that of the lowest of the others, s. The
     /// first may be late by chance, or of a window in which the delay grew.
