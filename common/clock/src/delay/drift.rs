@@ -21,7 +21,7 @@ const STRETCH: f64 = 0.06;
 /// Greatest number of stretches, and the least that is conclusive.
 const STRETCHES: usize = 64;
 const ENOUGH: usize = 5;
-/// Where the jitter is too wide for that: quickest of each [`EACH`] requests, and least number of them.
+/// Where the jitter is too wide for that: quickest of each `EACH` requests, and least number of them.
 const EACH: usize = 6;
 const QUICKEST: usize = 8;
 /// Part of the change that is as good as nothing, and distinguishable from all of it: the standard deviation of the slope has to

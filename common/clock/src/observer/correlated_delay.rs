@@ -21,8 +21,8 @@ const SCALES: [u16; 3] = [8, 32, 128];
 /// weight of `PRIOR` misses.
 const MEMORY: f64 = 16.0;
 const PRIOR: f64 = 4.0;
-/// A single miss counts at most as this many times the usual one, plus this: a step of the drift or of the delay is
-/// no correlation.
+/// A single miss counts at most as this many times the usual one, plus `OUTLIER_BY`: a step of the drift or of the
+/// delay is no correlation.
 const OUTLIER: f64 = 4.0;
 const OUTLIER_BY: f64 = 8.0;
 /// Multiple that independent messages reach by chance.

@@ -139,7 +139,7 @@ pub(crate) struct TimingChannel {
     state: TimingState,
     /// Difference between what the channel showed last and the exchanges, s.
     beside: f64,
-    /// Run of the sender, and the counts of its line's new beginnings.
+    /// Run of the sender, restarts of its locking, and new maps of its counts.
     of: Option<(u64, u32, u32)>,
     exchanges: u64,
     refused: u64,

@@ -40,7 +40,7 @@ fn a_line_that_begins_anew_with_another_drift_is_bound_by_the_exchanges_before_i
     let ways = || (micros(100), micros(100));
     let runs_away = running(300e-6, micros(5_000));
     let now = exchanges(&mut exchange, &runs_away, at(0), 100, ways);
-    // Nobody knows where the line was that the delay was measured against, and it jumps by a millisecond and a half.
+    // It is unknown where the line was that the delay was measured against, and it jumps by a millisecond and a half.
     let found = FarLine {
         drift_steps: 1,
         ..line(micros(5_000))

@@ -200,7 +200,7 @@ impl Edge {
         }
     }
 
-    /// True if so long a row of points lay above the edge that it is not the edge any more.
+    /// True if points lay above the edge for so long that it is not the edge any more.
     fn is_shift(&mut self, time: f64, innovation: f64, bound: f64) -> bool {
         if innovation < bound {
             self.late = 0;

@@ -6,7 +6,7 @@ use super::windows::{KEPT, Windows};
 const LAGS: [usize; 3] = [1, 3, 7];
 /// The part of the second differences that is not larger: those of points on the edge.
 const PART: f64 = 0.4;
-/// Quantile [`PART`] of the squares of a normal variable.
+/// Quantile `PART` of the squares of a normal variable.
 const SQUARE_AT_PART: f64 = 0.275;
 /// Greatest deviation, as a multiple of the usual one.
 const OUTLIER: f64 = 9.0;
