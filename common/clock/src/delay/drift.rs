@@ -21,12 +21,12 @@ const STRETCH: f64 = 0.06;
 /// Greatest number of stretches, and the least that is conclusive.
 const STRETCHES: usize = 64;
 const ENOUGH: usize = 5;
-/// Where the jitter is too wide for that: quickest of each `EACH` requests, and least number of them.
+/// Where the jitter is too wide for that: least size of the groups whose quickest counts, and their number.
 const EACH: usize = 6;
 const QUICKEST: usize = 8;
-/// Part of the change that is as good as nothing, and distinguishable from all of it: the standard deviation of the slope has to
-/// be at most this part of the change. A drift that is taken for a path is examined again a second later; a path that is taken for
-/// a drift leads away.
+/// Part of the change that counts as nothing. To distinguish it from all of the change, the slope is to be known to a standard
+/// deviation of `CERTAIN` of it. A drift that is taken for a path is examined again a second later; a path that is taken for a
+/// drift leads away.
 const NOTHING: f64 = 0.35;
 const CERTAIN: f64 = 0.15;
 /// Excess over the others of its stretch, s, from which a way is a hold-up, and is ignored.
@@ -99,7 +99,8 @@ fn growth(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine
     enough.then(|| StraightLine::through(known.map(|stretch| (stretch.time, stretch.way))))
 }
 
-/// Fits a line through the quickest of each [`EACH`]; the quickest of more would be quicker by that alone. None of too few.
+/// Fits a line through the quickest of groups of at least [`EACH`], all of one size, as the quickest of more would be quicker
+/// by that alone. None of too few.
 fn growth_of_quickest(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
     let count = ways.clone().count();
     let each = count / QUICKEST;

@@ -12,7 +12,7 @@ use crate::numbers::rounded;
 
 /// Time within which exchanges show the cause of a change of the drift, or nothing is done about it.
 const LONGEST_DOUBT: Span = Span::from_secs(3);
-/// Time within which a change must be seen again, or number of windows of the points that show it.
+/// Time within which a change must be seen again, or that of `SEEN_AGAIN_WITHIN_WINDOWS`, if longer.
 const SEEN_AGAIN_WITHIN: Span = Span::from_millis(500);
 const SEEN_AGAIN_WITHIN_WINDOWS: f64 = 2.5;
 /// Time for which a change that is the path's is not suspected again.
