@@ -74,8 +74,9 @@ pub(crate) struct Figures {
     pub(crate) files: usize,
     /// Files of more than 400 lines.
     pub(crate) long: Vec<String>,
-    /// Type names with the files that define them, where it is more than one.
-    pub(crate) shared_names: BTreeMap<String, BTreeSet<String>>,
+    /// Type names that several files define, with these files.
+    pub(crate) shared_names: Vec<String>,
+    types: BTreeMap<String, BTreeSet<String>>,
 }
 
 /// Reads the sources below a folder; tests, benches and what is built are left out.
@@ -109,7 +110,12 @@ impl Figures {
         for source in sources {
             figures.add(source);
         }
-        figures.shared_names.retain(|_, files| files.len() > 1);
+        let shared = figures.types.iter().filter(|(_, files)| files.len() > 1);
+        let line = |(name, files): (&String, &BTreeSet<String>)| {
+            let files: Vec<_> = files.iter().map(String::as_str).collect();
+            format!("{name}: {}", files.join(", "))
+        };
+        figures.shared_names = shared.map(line).collect();
         figures
     }
 
@@ -158,7 +164,7 @@ impl Figures {
                 None => {}
             }
             if let Some(name) = defined_type(line) {
-                let files = self.shared_names.entry(name.to_owned()).or_default();
+                let files = self.types.entry(name.to_owned()).or_default();
                 files.insert(source.path.clone());
             }
         }
@@ -270,7 +276,7 @@ mod planted {
     #[test]
     fn a_name_of_two_types_is_found() {
         let names = of("pub(crate) struct Row {}\nenum Only {}\n").shared_names;
-        assert_eq!(names.into_keys().collect::<Vec<_>>(), ["Row"]);
+        assert_eq!(names, ["Row: a.rs, b.rs"]);
     }
 
     #[test]

@@ -111,7 +111,8 @@ fn the_language_is_plain() {
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
-fn bounds(figures: &Figures) -> [Bound<'_>; 6] {
+/// The bounds of comparable projects, which `docs/CONTRIBUTING.md` names; of shared names the present number, which may only fall.
+fn bounds(figures: &Figures) -> [Bound<'_>; 7] {
     let bound = |what, figure, most, places| Bound {
         what,
         figure,
@@ -124,25 +125,25 @@ fn bounds(figures: &Figures) -> [Bound<'_>; 6] {
         bound(
             "% of doc comments open with a clause (\"What …\", \"Whether …\")",
             percent(&figures.clauses),
-            26.0,
+            6.0,
             &figures.clauses,
         ),
         bound(
             "% of doc comments open with a pronoun (\"It …\", \"One …\")",
             percent(&figures.pronouns),
-            9.0,
+            0.3,
             &figures.pronouns,
         ),
         bound(
             "doc comments open with \"The same\"",
             number(&figures.repetitions),
-            160.0,
+            1.0,
             &figures.repetitions,
         ),
         bound(
             "comments have a word that the glossary replaces",
             number(&figures.replaced),
-            760.0,
+            0.0,
             &figures.replaced,
         ),
         bound(
@@ -156,6 +157,12 @@ fn bounds(figures: &Figures) -> [Bound<'_>; 6] {
             100.0 * figures.long.len() as f64 / figures.files as f64,
             13.0,
             &figures.long,
+        ),
+        bound(
+            "type names stand for several types",
+            number(&figures.shared_names),
+            130.0,
+            &figures.shared_names,
         ),
     ]
 }
