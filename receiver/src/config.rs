@@ -42,7 +42,7 @@ pub use masters::{MasterRef, WrongSlave};
 pub use positions::Positions;
 pub use publish::{PublishFarAxes, WrongPublished};
 pub use slave::{CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
-pub use standby::{HeardNode, WrongStandby};
+pub use standby::{ReceivedNode, WrongStandby};
 pub use virtual_axes::WrongVirtualAxis;
 
 /// A receiver: the axes it follows, the way it follows them, its own virtual axes, and its slaves.
@@ -157,7 +157,9 @@ impl ReceiverConfig {
         let own = own.into_iter().chain(far_axes);
         let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).collect();
         let mut subscriptions = Vec::new();
-        for (number, HeardNode { far, node, .. }) in self.heard_nodes().into_iter().enumerate() {
+        for (number, ReceivedNode { far, node, .. }) in
+            self.received_nodes().into_iter().enumerate()
+        {
             let config = &self.far[far];
             let channel = Channel::from(config.channel);
             let mut hear = |channel, reader| {
@@ -197,8 +199,8 @@ impl ReceiverConfig {
     /// The far nodes with a timing channel, with their numbers among all that it receives from; not
     /// the standbys.
     fn timing_links(&self) -> impl Iterator<Item = (usize, &NodeName, &TimingLinkConfig)> {
-        let heard = self.heard_nodes().into_iter().enumerate();
-        heard.filter_map(|(number, HeardNode { far, node, place })| {
+        let heard = self.received_nodes().into_iter().enumerate();
+        heard.filter_map(|(number, ReceivedNode { far, node, place })| {
             let timing = self.far[far].timing.as_ref().filter(|_| place == 0)?;
             Some((number, node, timing))
         })

@@ -200,10 +200,10 @@ impl Receiver {
             schedule,
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
-            due: vec![None; config.heard_nodes().len()].into(),
+            due: vec![None; config.received_nodes().len()].into(),
             next_asked: 0,
             request: [0; TIME_REQUEST_CAPACITY],
-            due_beacons: vec![None; config.heard_nodes().len()].into(),
+            due_beacons: vec![None; config.received_nodes().len()].into(),
             beacon: [0; BEACON_CAPACITY],
             snapshot: ReceiverSnapshot::new(config, start),
         })

@@ -46,7 +46,7 @@ impl Pipeline {
         run: u64,
     ) -> Result<Self, (usize, WrongParameter)> {
         let cycle_time = config.cycle_time_us.0;
-        let heard = config.heard_nodes().into_iter();
+        let heard = config.received_nodes().into_iter();
         let heard: Box<[_]> = heard.map(|node| (node.far, node.place)).collect();
         let far = (config.far.iter().enumerate())
             .map(|(n, far)| {

@@ -11,7 +11,7 @@ mod status;
 use std::path::PathBuf;
 
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
+use coaxle_host::{BuildNode, NodeArgs, Recorder, Rows, Setup, TransportService};
 use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::Exit;
 use coaxle_os::{ArrivalsTrace, EndReason, arrivals_beside};
@@ -43,14 +43,17 @@ pub struct Args {
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
-    run_beside(args, None)
+    run_with_service(args, None)
 }
 
 /// Runs the receiver with a further service on its transport.
 ///
 /// # Errors
 /// As [`run`], and those of the service.
-pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
+pub fn run_with_service(
+    args: &Args,
+    transport_service: Option<TransportService>,
+) -> anyhow::Result<Exit> {
     let node = &args.node;
     let NodeFile { mut config, lab } = node.load::<ReceiverConfig>()?;
     config.relative_to(node.folder());
@@ -61,11 +64,11 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     config.check_files().map_err(|wrong| node.wrong(wrong))?;
     if node.check {
         build(node, &config, Drives::simulated(), Instant::EPOCH, 0)?;
-        return node.say_ok().map(|()| Exit::Done);
+        return node.report_valid().map(|()| Exit::Done);
     }
     node.die_with_parent()?;
     let recorder = recorder(args, &config)?;
-    let follows = !config.heard_nodes().is_empty();
+    let follows = !config.received_nodes().is_empty();
     let (args_of_node, built) = (node.clone(), config.clone());
     let build = move |start, epoch| {
         let drives = drives(&built, epoch).map_err(|error| args_of_node.wrong(error))?;
@@ -74,7 +77,7 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let outcome = coaxle_host::run(Setup {
         run_for: node.run_for,
         lab,
-        beside,
+        transport_service,
         ..setup(&config, Box::new(build), Box::new(recorder))
     })?;
     tracing::info!(
@@ -117,7 +120,7 @@ pub fn setup(
         run_for: None,
         build,
         recorder,
-        beside: None,
+        transport_service: None,
     }
 }
 

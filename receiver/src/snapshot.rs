@@ -39,7 +39,7 @@ impl SignalRow {
         Self {
             node: NodeSignals::default(),
             far: config
-                .heard_nodes()
+                .received_nodes()
                 .iter()
                 .map(|_| FarNodeSignals::default())
                 .collect(),
@@ -92,7 +92,7 @@ impl ReceiverConfig {
     /// Every part with signals, in the order of a row.
     #[must_use]
     pub fn instances(&self) -> Vec<Instance> {
-        let heard = self.heard_nodes().into_iter();
+        let heard = self.received_nodes().into_iter();
         let far = heard.map(|heard| Instance::of::<FarNodeSignals>(heard.node.as_str()));
         let axes = self
             .far_axis_names()
@@ -176,7 +176,7 @@ impl ReceiverSnapshot {
     /// A receiver before its first cycle, which is due at `start`.
     #[must_use]
     pub fn new(config: &ReceiverConfig, start: Instant<Local>) -> Self {
-        let heard = config.heard_nodes().len();
+        let heard = config.received_nodes().len();
         Self {
             ideal_start: start,
             woke: start,

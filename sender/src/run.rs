@@ -3,7 +3,7 @@
 mod recorder;
 
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{Beside, BuildNode, NodeArgs, Recorder, Rows, Setup};
+use coaxle_host::{BuildNode, NodeArgs, Recorder, Rows, Setup, TransportService};
 use coaxle_node::Node;
 use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::Exit;
@@ -21,21 +21,24 @@ pub type Args = NodeArgs;
 /// The config names a wrong value (file, field, received, expected), the trace file or the
 /// endpoints cannot be opened, or the trace could not be kept.
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
-    run_beside(args, None)
+    run_with_service(args, None)
 }
 
 /// Runs the sender with a further service on its transport.
 ///
 /// # Errors
 /// As [`run`], and those of the service.
-pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
+pub fn run_with_service(
+    args: &Args,
+    transport_service: Option<TransportService>,
+) -> anyhow::Result<Exit> {
     let NodeFile { mut config, lab } = args.load::<SenderConfig>()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
     config.check_files().map_err(|wrong| args.wrong(wrong))?;
     if args.check {
         build(args, &config, Instant::EPOCH, 0)?;
-        return args.say_ok().map(|()| Exit::Done);
+        return args.report_valid().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
     let recorder = SenderRecorder::new(&config, rows(args, &config)?);
@@ -44,7 +47,7 @@ pub fn run_beside(args: &Args, beside: Option<Beside>) -> anyhow::Result<Exit> {
     let outcome = coaxle_host::run(Setup {
         run_for: args.run_for,
         lab,
-        beside,
+        transport_service,
         ..setup(&config, Box::new(build), Box::new(recorder))
     })?;
     tracing::info!(
@@ -79,7 +82,7 @@ pub fn setup<N: Node>(
         run_for: None,
         build,
         recorder,
-        beside: None,
+        transport_service: None,
     }
 }
 

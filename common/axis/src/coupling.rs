@@ -205,12 +205,12 @@ pub struct Planned<C> {
     /// Checks repeated when it is due.
     pub awaits: Awaits,
     /// Effect on the current coupling.
-    pub manner: Manner,
+    pub effect: CouplingEffect,
 }
 
 /// Effect of a command on the coupling that moves the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Manner {
+pub enum CouplingEffect {
     /// Replaces it, even by one of the same kind.
     Engage,
     /// Changes it, as a job in addition to the one that engaged it.

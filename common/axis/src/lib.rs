@@ -73,7 +73,8 @@ mod window_monitor;
 pub use awaits::Awaits;
 pub use command_state::CommandState;
 pub use coupling::{
-    Coupling, Engage, Manner, NoFault, NotPlanned, PlanInputs, Planned, Scan, Step, SyncPositions,
+    Coupling, CouplingEffect, Engage, NoFault, NotPlanned, PlanInputs, Planned, Scan, Step,
+    SyncPositions,
 };
 pub use coupling_phase::CouplingPhase;
 pub use dynamics::Dynamics;

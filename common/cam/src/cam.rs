@@ -8,8 +8,8 @@ use crate::{
     ReservedPlate, TableId, Tables,
 };
 use coaxle_axis::{
-    CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs, Planned,
-    Scan, StateWord, Step,
+    CommandState, Coupling, CouplingEffect, CouplingPhase, Engage, Job, NotPlanned, PlanInputs,
+    Planned, Scan, StateWord, Step,
 };
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::MotionPoint;
@@ -317,10 +317,10 @@ impl Engage for Cam {
         Ok(Planned {
             awaits: change.awaits(),
             change,
-            manner: if inputs.is_engaged {
-                Manner::Adjust
+            effect: if inputs.is_engaged {
+                CouplingEffect::Adjust
             } else {
-                Manner::Engage
+                CouplingEffect::Engage
             },
         })
     }

@@ -1,7 +1,7 @@
 //! `MC_GearIn`: a constant ratio, on a ramp from the slave's present motion.
 
 use coaxle_axis::{
-    Awaits, Coupling, CouplingPhase, Dynamics, Engage, Job, Manner, NoFault, NotPlanned,
+    Awaits, Coupling, CouplingEffect, CouplingPhase, Dynamics, Engage, Job, NoFault, NotPlanned,
     PlanInputs, Planned, Scan, Step,
 };
 use coaxle_curve::profile::{Kinematics, Limits};
@@ -116,7 +116,7 @@ impl Engage for Gear {
         Ok(Planned {
             change: GearChange { state },
             awaits: Awaits::empty(),
-            manner: Manner::Engage,
+            effect: CouplingEffect::Engage,
         })
     }
 

@@ -3,8 +3,8 @@
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_axis::{
-    Awaits, Coupling, CouplingPhase, Dynamics, Engage, Job, Manner, Masters, NoFault, NotPlanned,
-    PlanInputs, Planned, Scan, Step,
+    Awaits, Coupling, CouplingEffect, CouplingPhase, Dynamics, Engage, Job, Masters, NoFault,
+    NotPlanned, PlanInputs, Planned, Scan, Step,
 };
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_curve::ramp::Ramp;
@@ -269,10 +269,10 @@ impl Engage for MultiMasterGear {
                 approach,
             },
             awaits: Awaits::empty(),
-            manner: if inputs.is_engaged {
-                Manner::Continue
+            effect: if inputs.is_engaged {
+                CouplingEffect::Continue
             } else {
-                Manner::Engage
+                CouplingEffect::Engage
             },
         })
     }

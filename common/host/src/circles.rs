@@ -125,11 +125,11 @@ impl CircleSearch {
             return;
         }
         self.read(now);
-        self.say_who_is_silent(now, is_followed);
+        self.log_silent_nodes(now, is_followed);
         let finding = self.watch.look(status);
         self.give(&finding);
         self.show(&finding, status);
-        self.say_what_is_found(&finding);
+        self.log_finding(&finding);
     }
 
     fn read(&mut self, now: Instant<Machine>) {
@@ -158,11 +158,7 @@ impl CircleSearch {
     }
 
     /// Logs each node whose frames arrive without its status.
-    fn say_who_is_silent(
-        &mut self,
-        now: Instant<Machine>,
-        is_followed: impl Fn(&NodeName) -> bool,
-    ) {
+    fn log_silent_nodes(&mut self, now: Instant<Machine>, is_followed: impl Fn(&NodeName) -> bool) {
         for (other, source) in &mut self.sources {
             if source.last.is_some() || !is_followed(other) {
                 source.missed_since = None;
@@ -216,7 +212,7 @@ impl CircleSearch {
         status.insert("circles".to_owned(), finding.to_json());
     }
 
-    fn say_what_is_found(&mut self, finding: &CircleFinding) {
+    fn log_finding(&mut self, finding: &CircleFinding) {
         let node = &self.node;
         let found: Vec<_> = finding.circles.iter().map(ToString::to_string).collect();
         for circle in found.iter().filter(|circle| !self.found.contains(circle)) {

@@ -102,7 +102,7 @@ impl Commander {
             None => self.nodes(),
         };
         if names.is_empty() {
-            let why = self.transport.why_unseen(node.as_str());
+            let why = self.transport.invisibility_reason(node.as_str());
             return why.map_or_else(String::new, |why| format!("; {}", why.reason()));
         }
         let names: Vec<_> = names.iter().map(NodeName::as_str).collect();

@@ -13,7 +13,7 @@ use crate::real_time::{self, Denied};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// Severity of the finding.
-    pub weight: Weight,
+    pub severity: Severity,
     /// Description of the finding.
     pub text: String,
     /// Recommended change, and how to make it.
@@ -22,13 +22,13 @@ pub struct Finding {
 
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weight {
+pub enum Severity {
     /// In order.
     Good,
     /// Cycles would profit from a change.
     Note,
     /// Not fit for cycles.
-    Against,
+    Unfit,
 }
 
 /// Latency of wake-ups against absolute deadlines: the cycle of a node begins no earlier.
@@ -132,33 +132,33 @@ const LATE_USUALLY: f64 = 0.1;
 impl WakeUps {
     /// Judges whether cycles of this length can be kept here, with a remedy if not.
     #[must_use]
-    pub fn verdict(&self, cycle: Span) -> Finding {
+    pub fn judge(&self, cycle: Span) -> Finding {
         let part = |late: Span| late.as_secs_f64() / cycle.as_secs_f64();
-        let (weight, text) = if self.missed > 0 {
+        let (severity, text) = if self.missed > 0 {
             let text = format!(
                 "not fit for cycles of {cycle}: {} of {} were missed",
                 self.missed, self.count
             );
-            (Weight::Against, text)
+            (Severity::Unfit, text)
         } else if part(self.most) > LATE_AT_MOST {
             let text = format!(
                 "hardly fit for cycles of {cycle}: one began {} late",
                 self.most
             );
-            (Weight::Against, text)
+            (Severity::Unfit, text)
         } else if part(self.nearly_all) > LATE_USUALLY {
             let text = format!(
                 "fit for cycles of {cycle}, with jitter: one of 1000 begins {} late",
                 self.nearly_all
             );
-            (Weight::Note, text)
+            (Severity::Note, text)
         } else {
-            (Weight::Good, format!("fit for cycles of {cycle}"))
+            (Severity::Good, format!("fit for cycles of {cycle}"))
         };
         Finding {
-            weight,
+            severity,
             text,
-            remedy: (weight != Weight::Good).then(|| self.remedy()),
+            remedy: (severity != Severity::Good).then(|| self.remedy()),
         }
     }
 
@@ -176,11 +176,11 @@ impl WakeUps {
 }
 
 fn of_firewall(known: Result<Firewall, String>) -> Finding {
-    let (weight, text, remedy) = match known {
+    let (severity, text, remedy) = match known {
         Ok(Firewall { sources, drops, .. }) if !drops => {
             let sources = sources.join(", ");
             (
-                Weight::Good,
+                Severity::Good,
                 format!("firewall: nothing is kept out ({sources})"),
                 None,
             )
@@ -191,20 +191,20 @@ fn of_firewall(known: Result<Firewall, String>) -> Finding {
                 firewall.sources.join(", ")
             );
             let remedy = "`coaxle doctor CONFIG` says whether others reach the ports that a config listens on";
-            (Weight::Note, text, Some(remedy))
+            (Severity::Note, text, Some(remedy))
         }
         Err(reason) => {
             let remedy =
                 "with sudo it can be; what is not reached from another PC may be kept out here";
             (
-                Weight::Note,
+                Severity::Note,
                 format!("firewall: cannot be read ({reason})"),
                 Some(remedy),
             )
         }
     };
     Finding {
-        weight,
+        severity,
         text,
         remedy,
     }
@@ -219,7 +219,7 @@ const WANTED_PRIORITY: u64 = 80;
 
 fn unknown_system() -> Finding {
     Finding {
-        weight: Weight::Note,
+        severity: Severity::Note,
         text: format!(
             "nothing is known of how {} is set for cycles",
             std::env::consts::OS
@@ -230,10 +230,14 @@ fn unknown_system() -> Finding {
 
 fn findings(facts: &SystemFacts) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let mut say = |is_good: bool, text: String, remedy: &'static str| {
+    let mut add = |is_good: bool, text: String, remedy: &'static str| {
         let remedy = (!is_good).then_some(remedy);
         findings.push(Finding {
-            weight: if is_good { Weight::Good } else { Weight::Note },
+            severity: if is_good {
+                Severity::Good
+            } else {
+                Severity::Note
+            },
             text,
             remedy,
         });
@@ -242,21 +246,21 @@ fn findings(facts: &SystemFacts) -> Vec<Finding> {
         true => "with PREEMPT_RT",
         false => "without PREEMPT_RT",
     };
-    say(
+    add(
         facts.is_real_time_kernel,
         format!("kernel {} {kind}", facts.kernel),
         "a kernel with PREEMPT_RT (Debian: linux-image-rt-amd64) wakes threads within some 50 µs under any load",
     );
     if facts.is_virtual {
         let text = "a virtual machine: its host decides when it runs".to_owned();
-        say(
+        add(
             false,
             text,
             "for motion, use the machine itself; jumps and stops of the clock are the host's",
         );
     }
     let clock = &facts.clock_source;
-    say(
+    add(
         QUICK_CLOCKS.contains(&clock.as_str()),
         format!(
             "clock source {}",
@@ -270,13 +274,13 @@ fn findings(facts: &SystemFacts) -> Vec<Finding> {
     } else {
         "none"
     };
-    say(
+    add(
         isolated || facts.processors < 4,
         format!("{} processors, isolated: {which}", facts.processors),
         "with four or more, keep one for the cycle: isolcpus=3 nohz_full=3 at boot, and cpu = 3 in [real-time]",
     );
     if !facts.governor.is_empty() {
-        say(
+        add(
             facts.governor == "performance",
             format!("frequency governor {}", facts.governor),
             "processors that slow down wake late: cpupower frequency-set -g performance",
@@ -285,7 +289,7 @@ fn findings(facts: &SystemFacts) -> Vec<Finding> {
     let priority = facts
         .priority
         .map_or("any".to_owned(), |most| most.to_string());
-    say(
+    add(
         facts.priority.is_none_or(|most| most >= WANTED_PRIORITY),
         format!("real-time priority up to {priority}"),
         "LimitRTPRIO=80 in the unit of the service, or rtprio 80 in /etc/security/limits.conf; docs/SERVICE.md",
@@ -293,7 +297,7 @@ fn findings(facts: &SystemFacts) -> Vec<Finding> {
     let memory = facts.memory.map_or("all memory".to_owned(), |most| {
         format!("{} MiB", most >> 20)
     });
-    say(
+    add(
         facts.memory.is_none_or(|most| most >= ENOUGH_MEMORY),
         format!("{memory} may be locked"),
         "LimitMEMLOCK=infinity in the unit of the service, or memlock in /etc/security/limits.conf",
@@ -321,7 +325,7 @@ mod tests {
         let all = findings(&good);
         assert!(
             all.iter()
-                .all(|finding| finding.weight == Weight::Good && finding.remedy.is_none()),
+                .all(|finding| finding.severity == Severity::Good && finding.remedy.is_none()),
             "{all:?}"
         );
         let bad = SystemFacts {
@@ -336,7 +340,7 @@ mod tests {
         let all = findings(&bad);
         assert!(
             all.iter()
-                .all(|finding| finding.weight == Weight::Note && finding.remedy.is_some()),
+                .all(|finding| finding.severity == Severity::Note && finding.remedy.is_some()),
             "{all:?}"
         );
         assert!(all.iter().any(|finding| finding.text.contains("hpet")));
@@ -360,30 +364,30 @@ mod tests {
         let of = |late_us: &[i64]| {
             let late = late_us.iter().map(|us| Span::from_micros(*us)).collect();
             let cycle = Span::from_millis(1);
-            summary(late, cycle, Vec::new()).verdict(cycle)
+            summary(late, cycle, Vec::new()).judge(cycle)
         };
-        for (late_us, weight, told) in [
-            (&[3, 5, 40][..], Weight::Good, "fit for cycles of 1 ms"),
-            (&[3, 5, 140], Weight::Note, "begins 140 µs late"),
-            (&[3, 5, 700], Weight::Against, "one began 700 µs late"),
-            (&[3, 5, 1_700], Weight::Against, "1 of 3 were missed"),
+        for (late_us, severity, told) in [
+            (&[3, 5, 40][..], Severity::Good, "fit for cycles of 1 ms"),
+            (&[3, 5, 140], Severity::Note, "begins 140 µs late"),
+            (&[3, 5, 700], Severity::Unfit, "one began 700 µs late"),
+            (&[3, 5, 1_700], Severity::Unfit, "1 of 3 were missed"),
         ] {
             let verdict = of(late_us);
-            assert_eq!(verdict.weight, weight, "{verdict:?}");
+            assert_eq!(verdict.severity, severity, "{verdict:?}");
             assert!(verdict.text.contains(told), "{verdict:?}");
-            assert_eq!(verdict.remedy.is_none(), weight == Weight::Good);
+            assert_eq!(verdict.remedy.is_none(), severity == Severity::Good);
         }
     }
 
     #[test]
     fn a_firewall_is_told_of_and_one_that_cannot_be_read_too() {
         let open = of_firewall(Ok(Firewall::default()));
-        assert_eq!((open.weight, open.remedy), (Weight::Good, None));
+        assert_eq!((open.severity, open.remedy), (Severity::Good, None));
         let shut = Firewall {
             drops: true,
             ..Firewall::default()
         };
-        assert_eq!(of_firewall(Ok(shut)).weight, Weight::Note);
+        assert_eq!(of_firewall(Ok(shut)).severity, Severity::Note);
         let unread = of_firewall(Err("nft: you must be root".to_owned()));
         assert!(unread.text.contains("you must be root"), "{unread:?}");
         assert!(unread.remedy.is_some());

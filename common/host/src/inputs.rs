@@ -33,7 +33,7 @@ pub struct InputRecord {
 
 /// An input of the node, or the scan itself.
 #[derive(Clone, Copy, Debug)]
-enum Entry {
+enum InputEntry {
     Message {
         at: Instant<Local>,
         subscription: usize,
@@ -51,7 +51,7 @@ enum Entry {
 
 /// The cycle thread's end.
 pub(crate) struct InputTap {
-    entries: Producer<Entry>,
+    entries: Producer<InputEntry>,
     axes: Producer<Option<AxisSample>>,
     orders: Producer<CommandOrder>,
     /// True while no input of this scan is missing.
@@ -60,7 +60,7 @@ pub(crate) struct InputTap {
 
 /// Telemetry's end.
 pub(crate) struct Inputs {
-    entries: Consumer<Entry>,
+    entries: Consumer<InputEntry>,
     axes: Consumer<Option<AxisSample>>,
     orders: Consumer<CommandOrder>,
     /// Inputs of the scan that is not complete yet.
@@ -105,7 +105,7 @@ impl InputTap {
     /// order and is not its last owner: the order itself goes back to the command server.
     pub(crate) fn ordered(&mut self, order: &CommandOrder) {
         let has_room = !self.entries.is_full() && self.orders.push(order.clone()).is_ok();
-        self.is_whole &= has_room && self.entries.push(Entry::Order).is_ok();
+        self.is_whole &= has_room && self.entries.push(InputEntry::Order).is_ok();
     }
 
     /// Records the start of the scan.
@@ -115,7 +115,7 @@ impl InputTap {
         woke: Instant<Machine>,
         now: Instant<Local>,
     ) {
-        let scan = Entry::Scan {
+        let scan = InputEntry::Scan {
             ideal_start,
             woke,
             now,
@@ -137,7 +137,7 @@ impl InputTap {
         }
         let room = self.axes.write_chunk_uninit(axes.len()).ok()?;
         room.fill_from_iter(axes.iter().copied());
-        let entry = Entry::Message {
+        let entry = InputEntry::Message {
             at,
             subscription,
             message,
@@ -152,7 +152,7 @@ impl Inputs {
     pub(crate) fn take(&mut self) -> Option<InputRecord> {
         while let Ok(entry) = self.entries.pop() {
             match entry {
-                Entry::Message {
+                InputEntry::Message {
                     at,
                     subscription,
                     message,
@@ -165,8 +165,8 @@ impl Inputs {
                         message: KeptMessage::new(&message.with_axes(&axes)),
                     });
                 }
-                Entry::Order => self.open.orders.extend(self.orders.pop().ok()),
-                Entry::Scan {
+                InputEntry::Order => self.open.orders.extend(self.orders.pop().ok()),
+                InputEntry::Scan {
                     ideal_start,
                     woke,
                     now,

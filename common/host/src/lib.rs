@@ -16,6 +16,7 @@
 //! The set values of a slave reach drive code in another process by [`shared_memory`];
 //! `examples/drive_reader.rs` is such a process: `cargo run -p coaxle-host --example drive_reader`.
 
+mod announcements;
 mod circles;
 pub mod cli;
 mod commander;
@@ -28,7 +29,6 @@ mod example;
 mod faults;
 pub mod fitness;
 mod health;
-mod hearing;
 mod inputs;
 pub mod mailbox;
 mod network;
@@ -68,7 +68,7 @@ pub use new_file::{create_new, create_next};
 pub use node_args::NodeArgs;
 pub use recording::{Attached, Recording};
 pub use rows::Rows;
-pub use run::{Beside, BuildNode, Outcome, Setup, run, run_over};
+pub use run::{BuildNode, Outcome, Setup, TransportService, run, run_over};
 pub use shared_memory::SharedMemoryDrive;
 pub use synced_file::SyncedFile;
 pub use telemetry::{ArrivalRecord, Record, Recorder};

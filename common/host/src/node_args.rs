@@ -181,7 +181,7 @@ impl NodeArgs {
         };
         let recording = Recording::create(path, table, facts, &[attached])?;
         let growth = Growth::expected(table, cycle.as_secs_f64());
-        say_where(path, recording.path(), growth);
+        log_recording_path(path, recording.path(), growth);
         Ok(Some(recording))
     }
 
@@ -200,13 +200,13 @@ impl NodeArgs {
     ///
     /// # Errors
     /// Standard output cannot be written.
-    pub fn say_ok(&self) -> anyhow::Result<()> {
+    pub fn report_valid(&self) -> anyhow::Result<()> {
         writeln!(std::io::stdout(), "{}: ok", self.file()).context("cannot write the answer")
     }
 }
 
 /// Logs the recording's path and its growth on the disk.
-fn say_where(asked: &Path, path: &Path, growth: Growth) {
+fn log_recording_path(asked: &Path, path: &Path, growth: Growth) {
     let file = path.display();
     if path == asked {
         tracing::info!("recording to {file}: {growth}");

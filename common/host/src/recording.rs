@@ -29,7 +29,7 @@ pub struct Recording {
     path: PathBuf,
     encoder: RowEncoder,
     /// Queue to the writing thread; none after the end.
-    queue: Option<SyncSender<Entry>>,
+    queue: Option<SyncSender<RecordingEntry>>,
     thread: Option<JoinHandle<anyhow::Result<()>>>,
     dropped: u64,
     /// Number of gaps in the recorded inputs.
@@ -39,7 +39,7 @@ pub struct Recording {
 }
 
 /// An entry to write.
-enum Entry {
+enum RecordingEntry {
     Row(EncodedRow),
     Inputs {
         at_ns: i64,
@@ -131,7 +131,7 @@ impl Recording {
             return;
         }
         match self.encoder.encode(at.as_nanos(), woke.as_nanos(), row) {
-            Ok(row) => self.push(Entry::Row(row)),
+            Ok(row) => self.push(RecordingEntry::Row(row)),
             Err(error) => {
                 tracing::error!(file = %self.path.display(), "the recording ends here: {error}");
                 self.failure = Some(error);
@@ -143,7 +143,7 @@ impl Recording {
     pub fn told(&mut self, record: &InputRecord) {
         self.input_gaps += u64::from(record.after_gap);
         let dropped = self.dropped;
-        self.push(Entry::Inputs {
+        self.push(RecordingEntry::Inputs {
             at_ns: record.ideal_start.as_nanos(),
             woke_ns: record.woke.as_nanos(),
             bytes: record.scan.to_bytes(),
@@ -153,14 +153,14 @@ impl Recording {
 
     /// Adds a line of the node's log.
     pub fn log(&mut self, line: LogLine) {
-        self.push(Entry::Log(line));
+        self.push(RecordingEntry::Log(line));
     }
 
     /// Adds a status of the node, as JSON.
     pub fn status(&mut self, at: Instant<Machine>, json: &str) {
         let json = json.to_owned();
         let at_ns = at.as_nanos();
-        self.push(Entry::Status { at_ns, json });
+        self.push(RecordingEntry::Status { at_ns, json });
     }
 
     /// Number of rows, log lines and statuses that did not fit into the queue or came after a failure.
@@ -197,11 +197,11 @@ impl Recording {
         let facts = facts.map(|(name, value)| (name.to_owned(), value));
         // Few and small: these may wait, even for a slow disk.
         if let Some(queue) = &self.queue {
-            let _ = queue.send(Entry::Facts(facts.into()));
+            let _ = queue.send(RecordingEntry::Facts(facts.into()));
         }
     }
 
-    fn push(&mut self, entry: Entry) {
+    fn push(&mut self, entry: RecordingEntry) {
         let Some(queue) = &self.queue else {
             return;
         };
@@ -227,18 +227,18 @@ impl Drop for Recording {
 }
 
 /// Writes entries until the queue closes, and ends the file.
-fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<Entry>) -> anyhow::Result<()> {
+fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<RecordingEntry>) -> anyhow::Result<()> {
     for entry in entries {
         match entry {
-            Entry::Row(row) => writer.row(0, &row),
-            Entry::Inputs {
+            RecordingEntry::Row(row) => writer.row(0, &row),
+            RecordingEntry::Inputs {
                 at_ns,
                 woke_ns,
                 bytes,
             } => writer.inputs(0, at_ns, woke_ns, &bytes),
-            Entry::Log(line) => writer.log(0, &line),
-            Entry::Status { at_ns, json } => writer.status(0, at_ns, &json),
-            Entry::Facts(facts) => writer.facts(&facts),
+            RecordingEntry::Log(line) => writer.log(0, &line),
+            RecordingEntry::Status { at_ns, json } => writer.status(0, at_ns, &json),
+            RecordingEntry::Facts(facts) => writer.facts(&facts),
         }?;
     }
     writer.finish()?;

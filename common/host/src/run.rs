@@ -76,11 +76,11 @@ pub struct Setup<N: Node> {
     /// Recorder of the node's snapshots.
     pub recorder: Box<dyn Recorder<N::Snapshot>>,
     /// Service that runs on the node's transport, if any.
-    pub beside: Option<Beside>,
+    pub transport_service: Option<TransportService>,
 }
 
 /// Starts a service on the transport of a node; it ends when the result is dropped.
-pub type Beside = Box<dyn FnOnce(Arc<dyn Transport>) -> anyhow::Result<Declared> + Send>;
+pub type TransportService = Box<dyn FnOnce(Arc<dyn Transport>) -> anyhow::Result<Declared> + Send>;
 
 /// Builds a node from the ideal start of its first cycle, in its own clock, and the run's epoch.
 pub type BuildNode<N> = Box<dyn FnOnce(Instant<Local>, u64) -> anyhow::Result<N>>;
@@ -121,7 +121,7 @@ pub fn run<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
 {
-    warn_of_open_doors(&setup.name, &setup.transport)?;
+    warn_of_exposure(&setup.name, &setup.transport)?;
     let config = setup.transport.clone();
     let opening = async move { OverZenoh::open(&config).await };
     runtime()?.block_on(drive(setup, opening))
@@ -139,7 +139,7 @@ where
 }
 
 /// Logs one warning per security risk of the transport.
-fn warn_of_open_doors(node: &NodeName, transport: &TransportConfig) -> anyhow::Result<()> {
+fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Result<()> {
     let exposure = Exposure::of(transport)?;
     let open = exposure.without_mutual_tls(&exposure.listens);
     if !open.is_empty() {
@@ -216,9 +216,9 @@ where
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
 
-    let beside = setup.beside.take();
-    let beside = beside.map(|start| start(Arc::clone(&transport)));
-    let _beside = beside.transpose()?;
+    let transport_service = setup.transport_service.take();
+    let transport_service = transport_service.map(|start| start(Arc::clone(&transport)));
+    let _transport_service = transport_service.transpose()?;
     let rows = transport.publisher(&setup.name.rows_key(), Urgency::Bulk)?;
     setup.recorder.begin(epoch, rows);
     let mut session = Session::open(transport, &setup.name, epoch, panic_watch.clone())?;
@@ -240,7 +240,7 @@ where
         session.subscribe(subscription, setup.seed, inbox, Arc::clone(&counters))?;
     }
     session.take_orders(&setup.name, requests)?;
-    session.watch_hearers(&setup.name)?;
+    session.watch_receivers(&setup.name)?;
     if setup.transport.secure.is_none() {
         session.watch_neighbours(&setup.name)?;
     }
@@ -308,7 +308,7 @@ where
         thread = panics.next() => Err(anyhow!("the {thread} thread panicked")),
         _ = cycle.ended => Ok(EndReason::TimeUp),
         why = signals.next() => Ok(why),
-        never = service.feed_watchdog(&counters.cycles) => match never {},
+        never = service.notify_watchdog(&counters.cycles) => match never {},
     };
     service.stopping();
     cycle.stop.store(true, Ordering::Relaxed);

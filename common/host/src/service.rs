@@ -9,7 +9,7 @@ use coaxle_os::{Os, ServiceState, System};
 use crate::counters::read;
 
 /// Number of watchdog notifications within the watchdog time.
-const MEALS: u32 = 3;
+const NOTIFICATIONS_PER_TIMEOUT: u32 = 3;
 
 /// The service manager's view of this process.
 pub(crate) struct Service {
@@ -29,7 +29,7 @@ impl Service {
     }
 
     /// Triggers the watchdog, if there is one, as long as `cycles` increases.
-    pub(crate) async fn feed_watchdog(&mut self, cycles: &AtomicU64) -> Infallible {
+    pub(crate) async fn notify_watchdog(&mut self, cycles: &AtomicU64) -> Infallible {
         let Some(watchdog) = self.watchdog else {
             return std::future::pending().await;
         };
@@ -37,7 +37,7 @@ impl Service {
             if self.pulse.beats(read(cycles)) {
                 tell(ServiceState::Alive);
             }
-            tokio::time::sleep(watchdog / MEALS).await;
+            tokio::time::sleep(watchdog / NOTIFICATIONS_PER_TIMEOUT).await;
         }
     }
 

@@ -79,7 +79,7 @@ impl Session {
     }
 
     /// Watches for nodes that receive the axes of this node, `name`, if it publishes any.
-    pub(crate) fn watch_hearers(&mut self, name: &NodeName) -> anyhow::Result<()> {
+    pub(crate) fn watch_receivers(&mut self, name: &NodeName) -> anyhow::Result<()> {
         if self.axes.is_empty() {
             return Ok(());
         }

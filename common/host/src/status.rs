@@ -9,21 +9,21 @@ use coaxle_os::machine::Machine;
 use coaxle_os::{Os, System};
 use serde_json::{Map, Value, json};
 
+use crate::announcements::Announcements;
 use crate::circles::CircleSearch;
 use crate::counters::{Counters, read};
 use crate::health::{Evidence, Health, judge};
-use crate::hearing::Hearing;
 use crate::real_time;
 use crate::reception::Contact;
 use crate::session::Session;
-use crate::transport::Unseen;
+use crate::transport::InvisibilityReason;
 use crate::unseen::{Inquiry, Search};
 use crate::waiting::{last_came, other_axes, others};
 
 /// Interval of the reminders that a node still waits.
 const REMINDER: Span = Span::from_secs(5);
 /// Time in which counterparts usually appear; until then waiting is not worth a warning.
-const PATIENCE: Span = Span::from_secs(2);
+const STARTUP_GRACE: Span = Span::from_secs(2);
 
 /// Identity of the node in its status.
 pub(crate) struct Identity {
@@ -51,7 +51,7 @@ pub(crate) struct Reporter {
     /// Search state per source, in the order of the session's contacts.
     searches: Vec<Search>,
     inquiry: Inquiry,
-    hearing: Hearing,
+    announcements: Announcements,
     circles: CircleSearch,
     /// Search for the reason why no node receives the axes of this one although there is a subscriber.
     unheard: Search,
@@ -79,7 +79,7 @@ impl Reporter {
             started,
             log: HealthLog::new(started),
             inquiry: Inquiry::default(),
-            hearing: Hearing::default(),
+            announcements: Announcements::default(),
             circles,
             unheard: Search::default(),
         }
@@ -93,7 +93,7 @@ impl Reporter {
     ) -> String {
         self.look_for_circles(now, &mut details);
         self.look_for_missing(now);
-        self.say_who_is_heard(now);
+        self.announce_received_nodes(now);
         self.look_for_hearers(now);
         let (evidence, source) = self.evidence(now);
         let health = match (self.session.namesakes(), judge(evidence)) {
@@ -137,10 +137,10 @@ impl Reporter {
         {
             let (source, reason) = (&self.identity.sources[n].0, unseen.reason());
             match unseen {
-                Unseen::Refused(_) => {
+                InvisibilityReason::Refused(_) => {
                     tracing::error!(%node, "node {source} is not to be seen: {reason}")
                 }
-                Unseen::Unreachable(_) => {
+                InvisibilityReason::Unreachable(_) => {
                     tracing::warn!(%node, "node {source} is not to be seen: {reason}")
                 }
             }
@@ -156,7 +156,7 @@ impl Reporter {
     }
 
     /// Announces for each source whether all followed frames of it arrive.
-    fn say_who_is_heard(&mut self, now: Instant<Machine>) {
+    fn announce_received_nodes(&mut self, now: Instant<Machine>) {
         let mut heard = BTreeMap::new();
         let sources = self.identity.sources.iter().zip(self.session.contacts());
         for ((source, _), contact) in sources {
@@ -164,8 +164,8 @@ impl Reporter {
         }
         let transport = &**self.session.transport();
         for (source, is_heard) in heard {
-            self.hearing
-                .say(source, is_heard, &self.identity.name, transport);
+            self.announcements
+                .announce(source, is_heard, &self.identity.name, transport);
         }
     }
 
@@ -195,14 +195,20 @@ impl Reporter {
              the two gives no rights to the other",
             self.identity.publishes.join(", ")
         );
-        if self.unheard.find(Some(Unseen::Refused(reason.clone()))) {
+        if self
+            .unheard
+            .find(Some(InvisibilityReason::Refused(reason.clone())))
+        {
             tracing::error!(node = %self.identity.name, "{reason}");
         }
     }
 
     fn is_refused(&self, source: usize) -> bool {
         let search = self.searches.get(source);
-        matches!(search.and_then(Search::reason), Some(Unseen::Refused(_)))
+        matches!(
+            search.and_then(Search::reason),
+            Some(InvisibilityReason::Refused(_))
+        )
     }
 
     fn publish(
@@ -249,7 +255,7 @@ impl Reporter {
             let sources = self.identity.sources.iter().zip(self.session.contacts());
             let source = |(((node, _), contact), search): Source<'_>| {
                 let age = contact.frame_age(now).map(|age| age.as_micros_f64() * 1e-3);
-                let unseen = search.reason().map(Unseen::reason);
+                let unseen = search.reason().map(InvisibilityReason::reason);
                 let seen =
                     json!({ "alive": contact.is_alive(), "frame_age_ms": age, "unseen": unseen });
                 (node.to_string(), seen)
@@ -313,7 +319,9 @@ impl Reporter {
                     Evidence::Source { age, .. } => last_came(age, running),
                     Evidence::Followers { .. } => String::new(),
                 };
-                let reason = self.searches[source].reason().map(Unseen::reason);
+                let reason = self.searches[source]
+                    .reason()
+                    .map(InvisibilityReason::reason);
                 let reason = reason.map_or_else(String::new, |reason| format!("; {reason}"));
                 let others = others(node, &self.session.neighbours());
                 format!(
@@ -391,7 +399,7 @@ impl HealthLog {
     fn new(started: Instant<Machine>) -> Self {
         Self {
             last_word: None,
-            next_reminder: started + PATIENCE,
+            next_reminder: started + STARTUP_GRACE,
         }
     }
 

@@ -145,9 +145,9 @@ fn thread<T: Send + 'static>(
 
 /// Longest time for a thread to end: one that writes to a file without a reader would keep the node
 /// from ending.
-const PATIENCE: Span = Span::from_secs(5);
+const JOIN_TIMEOUT: Span = Span::from_secs(5);
 /// Interval between checks for the end.
-const LOOK: Duration = Duration::from_millis(2);
+const JOIN_CHECK_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Waits for a thread that was requested to end, and returns its result.
 ///
@@ -156,10 +156,10 @@ const LOOK: Duration = Duration::from_millis(2);
 pub(crate) async fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Result<T> {
     let asked = machine::now();
     while !thread.is_finished() {
-        if machine::now() - asked > PATIENCE {
-            bail!("the {name} thread did not end within {PATIENCE}");
+        if machine::now() - asked > JOIN_TIMEOUT {
+            bail!("the {name} thread did not end within {JOIN_TIMEOUT}");
         }
-        tokio::time::sleep(LOOK).await;
+        tokio::time::sleep(JOIN_CHECK_INTERVAL).await;
     }
     thread
         .join()

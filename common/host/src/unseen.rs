@@ -8,12 +8,12 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine::Machine;
 
-use crate::transport::{Transport, Unseen};
+use crate::transport::{InvisibilityReason, Transport};
 
 /// Time a node is missing before the transport looks for the reason. Most nodes appear sooner.
-const PATIENCE: Span = Span::from_secs(3);
+const INQUIRY_DELAY: Span = Span::from_secs(3);
 /// Interval between two findings that confirm a reason: a node that is about to start has none.
-const AGAIN: Span = Span::from_secs(3);
+const CONFIRMATION_INTERVAL: Span = Span::from_secs(3);
 /// Interval between checks of a confirmed reason.
 const REVIEW: Span = Span::from_secs(30);
 
@@ -22,8 +22,8 @@ const REVIEW: Span = Span::from_secs(30);
 pub(crate) struct Search {
     missing_since: Option<Instant<Machine>>,
     asked: Option<Instant<Machine>>,
-    found: Option<Unseen>,
-    reason: Option<Unseen>,
+    found: Option<InvisibilityReason>,
+    reason: Option<InvisibilityReason>,
 }
 
 impl Search {
@@ -35,9 +35,9 @@ impl Search {
         }
         let since = *self.missing_since.get_or_insert(now);
         let due = match self.asked {
-            None => since + PATIENCE,
+            None => since + INQUIRY_DELAY,
             Some(asked) if self.reason.is_some() && self.found == self.reason => asked + REVIEW,
-            Some(asked) => asked + AGAIN,
+            Some(asked) => asked + CONFIRMATION_INTERVAL,
         };
         now >= due
     }
@@ -48,7 +48,7 @@ impl Search {
     }
 
     /// Takes the transport's finding; returns true if it is confirmed by this.
-    pub(crate) fn find(&mut self, found: Option<Unseen>) -> bool {
+    pub(crate) fn find(&mut self, found: Option<InvisibilityReason>) -> bool {
         if self.asked.is_none() {
             // Visible meanwhile.
             return false;
@@ -62,14 +62,14 @@ impl Search {
     }
 
     /// Confirmed reason why the node is missing.
-    pub(crate) const fn reason(&self) -> Option<&Unseen> {
+    pub(crate) const fn reason(&self) -> Option<&InvisibilityReason> {
         self.reason.as_ref()
     }
 }
 
 /// An inquiry to the transport on a thread of its own, since it may take seconds.
 #[derive(Default)]
-pub(crate) struct Inquiry(Option<(usize, Receiver<Option<Unseen>>)>);
+pub(crate) struct Inquiry(Option<(usize, Receiver<Option<InvisibilityReason>>)>);
 
 impl Inquiry {
     /// True if an inquiry is under way.
@@ -81,7 +81,7 @@ impl Inquiry {
     pub(crate) fn open(&mut self, n: usize, node: &NodeName, transport: &Arc<dyn Transport>) {
         let (answer, answered) = sync_channel(1);
         let (node, transport) = (node.clone(), Arc::clone(transport));
-        let asking = move || answer.send(transport.why_unseen(node.as_str()));
+        let asking = move || answer.send(transport.invisibility_reason(node.as_str()));
         let thread = std::thread::Builder::new().name("inquiry".to_owned());
         // Without a thread there is no result, and the inquiry is repeated later.
         if thread.spawn(asking).is_ok() {
@@ -90,7 +90,7 @@ impl Inquiry {
     }
 
     /// Result of the finished inquiry, and its node.
-    pub(crate) fn take(&mut self) -> Option<(usize, Option<Unseen>)> {
+    pub(crate) fn take(&mut self) -> Option<(usize, Option<InvisibilityReason>)> {
         let (n, answered) = self.0.as_ref()?;
         let n = *n;
         let found = match answered.try_recv() {
@@ -111,12 +111,12 @@ mod tests {
         Instant::EPOCH + Span::from_secs(secs)
     }
 
-    fn refused(why: &str) -> Option<Unseen> {
-        Some(Unseen::Refused(why.to_owned()))
+    fn refused(why: &str) -> Option<InvisibilityReason> {
+        Some(InvisibilityReason::Refused(why.to_owned()))
     }
 
     /// Seconds of the inquiries, and those at which a reason is confirmed, with `found` as the finding.
-    fn course(found: impl Fn(i64) -> Option<Unseen>) -> (Vec<i64>, Vec<i64>) {
+    fn course(found: impl Fn(i64) -> Option<InvisibilityReason>) -> (Vec<i64>, Vec<i64>) {
         let mut search = Search::default();
         let (mut asked, mut held) = (Vec::new(), Vec::new());
         for second in 0..50 {

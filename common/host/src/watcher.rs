@@ -10,7 +10,7 @@ use coaxle_node::keys::{ANY_ALIVE_KEY, ANY_STATUS_KEY, NodeName};
 use coaxle_os::machine::{self, Machine};
 use serde_json::{Map, Value};
 
-use crate::transport::{Declared, OverZenoh, Transport, Unseen};
+use crate::transport::{Declared, InvisibilityReason, OverZenoh, Transport};
 
 /// Longest status accepted, bytes: that of a node with thousands of axes.
 const LONGEST_STATUS: usize = 16 << 20;
@@ -131,8 +131,8 @@ impl Watcher {
 
     /// Finds out why a node is not visible, by trying to reach it. Takes some seconds.
     #[must_use]
-    pub fn why_unseen(&self, node: &NodeName) -> Option<Unseen> {
-        self.transport.why_unseen(node.as_str())
+    pub fn invisibility_reason(&self, node: &NodeName) -> Option<InvisibilityReason> {
+        self.transport.invisibility_reason(node.as_str())
     }
 
     /// The transport, for other uses.

@@ -4,7 +4,7 @@
 /// empty.
 #[must_use]
 pub fn did_you_mean<'n>(received: &str, known: impl IntoIterator<Item = &'n str>) -> String {
-    match most_alike(received, known) {
+    match most_similar(received, known) {
         Some(name) => format!("; did you mean {name:?}?"),
         None => String::new(),
     }
@@ -12,7 +12,10 @@ pub fn did_you_mean<'n>(received: &str, known: impl IntoIterator<Item = &'n str>
 
 /// The most similar of the known names, if one is similar enough.
 #[must_use]
-pub fn most_alike<'n>(received: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+pub fn most_similar<'n>(
+    received: &str,
+    known: impl IntoIterator<Item = &'n str>,
+) -> Option<&'n str> {
     let likeness = |name: &&str| {
         let (name, received) = (name.to_lowercase(), received.to_lowercase());
         strsim::jaro_winkler(&name, &received)

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use coaxle_wire::one_line;
 
-use crate::guess::most_alike;
+use crate::guess::most_similar;
 
 /// Greatest size of a config, a scenario or a saw file, bytes.
 pub const MOST_CONFIG_BYTES: u64 = 1 << 20;
@@ -178,7 +178,7 @@ fn instead_of(path: &Path) -> String {
     let names = names.filter(|name| name.extension() == ending);
     let mut stems: Vec<_> = names.map(|name| stem_of(&name)).collect();
     stems.sort();
-    let Some(meant) = most_alike(&stem_of(path), stems.iter().map(String::as_str)) else {
+    let Some(meant) = most_similar(&stem_of(path), stems.iter().map(String::as_str)) else {
         return String::new();
     };
     let mut meant = path.with_file_name(meant);

@@ -54,7 +54,7 @@ pub struct Subscription {
 
 /// A link from a publication of one node to a subscription of another, all by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Way {
+pub struct WiringLink {
     /// The node that publishes.
     pub from: usize,
     /// Number of its publication.
@@ -131,7 +131,7 @@ impl Wiring {
 
 /// Every link between these nodes, in the order of the subscribers.
 #[must_use]
-pub fn links(nodes: &[Wiring]) -> Vec<Way> {
+pub fn links(nodes: &[Wiring]) -> Vec<WiringLink> {
     let mut ways = Vec::new();
     for (to, hearer) in nodes.iter().enumerate() {
         for (subscription, received) in hearer.subscriptions.iter().enumerate() {
@@ -140,7 +140,7 @@ pub fn links(nodes: &[Wiring]) -> Vec<Way> {
                     publication.node == received.node && publication.channel == received.channel
                 };
                 if let Some(publication) = speaker.publications.iter().position(fits) {
-                    ways.push(Way {
+                    ways.push(WiringLink {
                         from,
                         publication,
                         to,

@@ -30,7 +30,7 @@ pub struct ApproachCheck {
 
 /// An axis that moves away from its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GoesAway {
+pub struct Divergence {
     /// Distance from the target, u.
     pub distance: f64,
     /// Distance in the cycle before, u.
@@ -60,7 +60,7 @@ impl ApproachCheck {
     }
 
     /// Takes the next set position and its distance from the target, a cycle after the last.
-    pub fn push(&mut self, position: f64, distance: f64) -> Option<GoesAway> {
+    pub fn push(&mut self, position: f64, distance: f64) -> Option<Divergence> {
         let now = [distance, position - distance];
         let [last, first] = self.last;
         let second = |n: usize| {
@@ -76,7 +76,7 @@ impl ApproachCheck {
         self.away = if is_away { self.away + 1 } else { 0 };
         self.last = [now, last];
         self.known = (self.known + 1).min(2);
-        (self.away > self.most).then_some(GoesAway {
+        (self.away > self.most).then_some(Divergence {
             distance: distance.abs(),
             before: last[0].abs(),
         })

@@ -25,7 +25,7 @@ struct Stop {
 
 /// A stop that takes too far.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TooFar {
+pub struct DistanceExceeded {
     /// Distance from the start, u.
     pub way: f64,
     /// Greatest allowed distance, u.
@@ -51,7 +51,7 @@ impl ErrorStopCheck {
     /// Takes the next set values in error stop, with the axis's distances from its target in the
     /// cycle before and now: while the axis catches up, the target stops, and the axis has to reach
     /// it.
-    pub fn push(&mut self, set: &Kinematics, distances: [f64; 2]) -> Option<TooFar> {
+    pub fn push(&mut self, set: &Kinematics, distances: [f64; 2]) -> Option<DistanceExceeded> {
         let [_, behind] = distances.map(f64::abs);
         let stop = match self.stop {
             Some(stop) => stop,
@@ -63,7 +63,7 @@ impl ErrorStopCheck {
         self.stop = Some(stop);
         let way = (set.position - stop.from).abs();
         let most = stop.most + behind;
-        (way > most).then_some(TooFar { way, most })
+        (way > most).then_some(DistanceExceeded { way, most })
     }
 
     /// Longest stop of the target. The direction of its velocity relative to the axis is unknown,
@@ -125,7 +125,7 @@ mod tests {
 
     /// Simulates the shortest stop from a velocity, in steps far shorter than a cycle, with a share
     /// of the deceleration.
-    fn stopped(check: &mut ErrorStopCheck, velocity: f64, share: f64) -> Option<TooFar> {
+    fn stopped(check: &mut ErrorStopCheck, velocity: f64, share: f64) -> Option<DistanceExceeded> {
         let (mut set, step) = (Kinematics::at_rest(1_000.0), 1e-6);
         set.velocity = velocity;
         let (most, jerk) = (2_000.0 * share, 50_000.0 * share);

@@ -20,15 +20,15 @@ mod link;
 mod network;
 mod observer;
 mod oracle;
+mod reported;
 mod set_values;
 mod setup;
-mod told;
 mod traffic;
 mod true_time;
 mod world;
 
-pub use approach::{ApproachCheck, GoesAway};
-pub use error_stop::{ErrorStopCheck, TooFar};
+pub use approach::{ApproachCheck, Divergence};
+pub use error_stop::{DistanceExceeded, ErrorStopCheck};
 pub use far_motion::{
     FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, FarMotionFault, Received,
 };
@@ -38,9 +38,9 @@ pub use invariants::{Breach, Violation};
 pub use network::RouterTraffic;
 pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};
+pub use reported::{ReportedCheck, ReportedMismatch, ReportedValue};
 pub use set_values::{Excess, SetValueBound, SetValueCheck, Shares};
 pub use setup::{Factory, LinkSetup, NodeSetup, RouterSetup};
-pub use told::{Told, ToldCheck, WronglyTold};
 pub use traffic::Traffic;
 pub use true_time::True;
 pub use world::World;

@@ -32,7 +32,7 @@ pub(crate) struct Network {
 
 struct Router {
     setup: RouterSetup,
-    state: State,
+    state: RouterState,
     forwarding: Throttle,
     /// The connected routers, each with the hop to it.
     neighbours: Vec<(usize, usize)>,
@@ -42,7 +42,7 @@ struct Router {
     dropped: u64,
 }
 
-enum State {
+enum RouterState {
     Running,
     /// Frozen, with the waiting frames.
     Frozen(Vec<Transit>),
@@ -93,7 +93,7 @@ impl Network {
         let forwarding = Throttle::new(setup.forwarding, 0.0, setup.longest_queue);
         self.routers.push(Router {
             setup,
-            state: State::Running,
+            state: RouterState::Running,
             forwarding,
             neighbours: Vec::new(),
             ways: Vec::new(),
@@ -244,15 +244,15 @@ impl Network {
     ) {
         let at = &mut self.routers[router];
         match &mut at.state {
-            State::Running => {
+            RouterState::Running => {
                 at.received.add(Load {
                     messages: 1,
                     bytes: transit.frame.len() as u64,
                 });
                 self.forward(now, router, &transit, lives, on_its_way);
             }
-            State::Frozen(waiting) if waiting.len() < MOST_WAITING => waiting.push(transit),
-            State::Frozen(_) | State::Dead => {
+            RouterState::Frozen(waiting) if waiting.len() < MOST_WAITING => waiting.push(transit),
+            RouterState::Frozen(_) | RouterState::Dead => {
                 at.dropped += 1;
                 self.counts.became(0);
             }
@@ -336,19 +336,19 @@ impl Network {
     /// Ends a router at once; frames that wait there are lost.
     pub(crate) fn kill(&mut self, router: usize) {
         let at = &mut self.routers[router];
-        if let State::Frozen(waiting) = &at.state {
+        if let RouterState::Frozen(waiting) = &at.state {
             at.dropped += waiting.len() as u64;
             waiting.iter().for_each(|_| self.counts.became(0));
         }
-        at.state = State::Dead;
+        at.state = RouterState::Dead;
         self.find_ways();
     }
 
     /// Restarts a dead router.
     pub(crate) fn start(&mut self, router: usize) {
         let at = &mut self.routers[router];
-        if matches!(at.state, State::Dead) {
-            at.state = State::Running;
+        if matches!(at.state, RouterState::Dead) {
+            at.state = RouterState::Running;
             self.find_ways();
         }
     }
@@ -356,8 +356,8 @@ impl Network {
     /// Freezes a router.
     pub(crate) fn freeze(&mut self, router: usize) {
         let at = &mut self.routers[router];
-        if matches!(at.state, State::Running) {
-            at.state = State::Frozen(Vec::new());
+        if matches!(at.state, RouterState::Running) {
+            at.state = RouterState::Frozen(Vec::new());
         }
     }
 
@@ -370,11 +370,11 @@ impl Network {
         on_its_way: &mut impl FnMut(Instant<True>, Transit),
     ) {
         let at = &mut self.routers[router];
-        let State::Frozen(waiting) = &mut at.state else {
+        let RouterState::Frozen(waiting) = &mut at.state else {
             return;
         };
         let waiting = std::mem::take(waiting);
-        at.state = State::Running;
+        at.state = RouterState::Running;
         for transit in waiting {
             self.reach(now, router, transit, &lives, on_its_way);
         }
@@ -383,8 +383,8 @@ impl Network {
     /// Frames that wait for frozen routers.
     pub(crate) fn waiting(&self) -> u64 {
         let waiting = self.routers.iter().map(|router| match &router.state {
-            State::Frozen(waiting) => waiting.len() as u64,
-            State::Running | State::Dead => 0,
+            RouterState::Frozen(waiting) => waiting.len() as u64,
+            RouterState::Running | RouterState::Dead => 0,
         });
         waiting.sum()
     }
@@ -424,7 +424,7 @@ impl Network {
             while let Some(at) = queue.pop_front() {
                 for (to, hop) in &self.routers[at].neighbours {
                     let is_new = *to != from && ways[*to].is_none();
-                    if is_new && !matches!(self.routers[*to].state, State::Dead) {
+                    if is_new && !matches!(self.routers[*to].state, RouterState::Dead) {
                         ways[*to] = if at == from { Some(*hop) } else { ways[at] };
                         queue.push_back(*to);
                     }

@@ -17,7 +17,7 @@ use crate::true_time::True;
 /// Nodes and links in true time, which flows from event to event.
 pub struct World<N> {
     now: Instant<True>,
-    queue: EventQueue<Event>,
+    queue: EventQueue<WorldEvent>,
     nodes: Vec<SimulatedNode<N>>,
     links: Vec<Link>,
     /// Links of each node as a sender, in order.
@@ -42,7 +42,7 @@ struct SimulatedNode<N> {
     start_phase: Span,
     send_stamps: bool,
     build: Factory<N>,
-    state: State<N>,
+    state: SimulatedState<N>,
     /// Orders that wait for its next cycle, with their numbers.
     orders: Vec<(usize, CommandOrder)>,
     /// Number of starts.
@@ -54,14 +54,14 @@ struct SimulatedNode<N> {
     watch: Watch,
 }
 
-enum State<N> {
+enum SimulatedState<N> {
     Running(N),
     /// Frozen, with the waiting messages and their links.
     Stopped(N, Vec<(usize, Box<KeptMessage>)>),
     Dead,
 }
 
-enum Event {
+enum WorldEvent {
     Cycle {
         node: usize,
         scheduled: u64,
@@ -116,7 +116,7 @@ impl<N: Node> World<N> {
             name: setup.name,
             send_stamps: setup.send_stamps,
             build: setup.build,
-            state: State::Dead,
+            state: SimulatedState::Dead,
             orders: Vec::new(),
             run: 0,
             scheduled: 0,
@@ -190,15 +190,15 @@ impl<N: Node> World<N> {
     #[must_use]
     pub fn node(&self, index: usize) -> Option<&N> {
         match &self.nodes[index].state {
-            State::Running(node) | State::Stopped(node, _) => Some(node),
-            State::Dead => None,
+            SimulatedState::Running(node) | SimulatedState::Stopped(node, _) => Some(node),
+            SimulatedState::Dead => None,
         }
     }
 
     fn node_mut(&mut self, index: usize) -> Option<&mut N> {
         match &mut self.nodes[index].state {
-            State::Running(node) | State::Stopped(node, _) => Some(node),
-            State::Dead => None,
+            SimulatedState::Running(node) | SimulatedState::Stopped(node, _) => Some(node),
+            SimulatedState::Dead => None,
         }
     }
 
@@ -211,10 +211,10 @@ impl<N: Node> World<N> {
     /// Counts of all messages since the start.
     #[must_use]
     pub fn traffic(&self) -> Traffic {
-        let is_message = |event: &&Event| !matches!(event, Event::Cycle { .. });
+        let is_message = |event: &&WorldEvent| !matches!(event, WorldEvent::Cycle { .. });
         let waiting = self.nodes.iter().map(|node| match &node.state {
-            State::Stopped(_, waiting) => waiting.len() as u64,
-            State::Running(_) | State::Dead => 0,
+            SimulatedState::Stopped(_, waiting) => waiting.len() as u64,
+            SimulatedState::Running(_) | SimulatedState::Dead => 0,
         });
         let mut traffic = Traffic {
             delivered: self.delivered,
@@ -251,10 +251,10 @@ impl<N: Node> World<N> {
             };
             self.now = at;
             match event {
-                Event::Cycle { node, scheduled } => self.cycle(node, scheduled, observer)?,
-                Event::Deliver { link, message } => self.deliver(link, message),
-                Event::Drain { link, message } => self.give(link, message),
-                Event::Hop(transit) => self.hop(transit),
+                WorldEvent::Cycle { node, scheduled } => self.cycle(node, scheduled, observer)?,
+                WorldEvent::Deliver { link, message } => self.deliver(link, message),
+                WorldEvent::Drain { link, message } => self.give(link, message),
+                WorldEvent::Hop(transit) => self.hop(transit),
             }
         }
         self.now = end;
@@ -264,10 +264,10 @@ impl<N: Node> World<N> {
     /// Ends a node at once, like a power cut.
     pub fn kill(&mut self, node: usize) {
         let simulated = &mut self.nodes[node];
-        if let State::Stopped(_, waiting) = &simulated.state {
+        if let SimulatedState::Stopped(_, waiting) = &simulated.state {
             self.dropped += waiting.len() as u64;
         }
-        simulated.state = State::Dead;
+        simulated.state = SimulatedState::Dead;
         simulated.orders.clear();
     }
 
@@ -275,7 +275,7 @@ impl<N: Node> World<N> {
     /// node is dead.
     pub fn order(&mut self, node: usize, number: usize, order: CommandOrder) {
         let simulated = &mut self.nodes[node];
-        if !matches!(simulated.state, State::Dead) {
+        if !matches!(simulated.state, SimulatedState::Dead) {
             simulated.orders.push((number, order));
         }
     }
@@ -293,15 +293,15 @@ impl<N: Node> World<N> {
             let is_subscribed = links.any(|link| self.links[*link].channel == channel);
             built.set_subscribed(channel, is_subscribed);
         }
-        simulated.state = State::Running(built);
+        simulated.state = SimulatedState::Running(built);
         self.schedule(node);
     }
 
     /// Freezes a node, like a debugger. Messages wait for it.
     pub fn stop(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
-        *state = match std::mem::replace(state, State::Dead) {
-            State::Running(node) => State::Stopped(node, Vec::new()),
+        *state = match std::mem::replace(state, SimulatedState::Dead) {
+            SimulatedState::Running(node) => SimulatedState::Stopped(node, Vec::new()),
             other => other,
         };
     }
@@ -309,9 +309,9 @@ impl<N: Node> World<N> {
     /// Resumes a frozen node. Messages that waited for it arrive now.
     pub fn resume(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
-        match std::mem::replace(state, State::Dead) {
-            State::Stopped(frozen, waiting) => {
-                *state = State::Running(frozen);
+        match std::mem::replace(state, SimulatedState::Dead) {
+            SimulatedState::Stopped(frozen, waiting) => {
+                *state = SimulatedState::Running(frozen);
                 for (link, message) in waiting {
                     self.deliver(link, message);
                 }
@@ -325,15 +325,15 @@ impl<N: Node> World<N> {
     /// mailbox, and messages sent meanwhile arrive behind them.
     pub fn resume_in_pieces(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
-        match std::mem::replace(state, State::Dead) {
-            State::Stopped(frozen, waiting) => {
-                *state = State::Running(frozen);
+        match std::mem::replace(state, SimulatedState::Dead) {
+            SimulatedState::Stopped(frozen, waiting) => {
+                *state = SimulatedState::Running(frozen);
                 let mut at = self.now;
                 for (n, (link, message)) in waiting.into_iter().enumerate() {
                     if n > 0 && n % PIECE == 0 {
                         at += BETWEEN_PIECES;
                     }
-                    self.queue.add(at, Event::Drain { link, message });
+                    self.queue.add(at, WorldEvent::Drain { link, message });
                 }
                 self.nodes[node].drained_at = at;
                 self.schedule(node);
@@ -361,20 +361,20 @@ impl<N: Node> World<N> {
     /// Resumes a frozen router, with the waiting messages.
     pub fn resume_router(&mut self, router: usize) {
         let (nodes, queue, dropped) = (&self.nodes, &mut self.queue, &mut self.dropped);
-        let lives = |node: usize| !matches!(nodes[node].state, State::Dead);
-        let mut on_its_way = |at, transit| add(queue, dropped, at, Event::Hop(transit));
+        let lives = |node: usize| !matches!(nodes[node].state, SimulatedState::Dead);
+        let mut on_its_way = |at, transit| add(queue, dropped, at, WorldEvent::Hop(transit));
         self.network
             .resume(self.now, router, lives, &mut on_its_way);
     }
 
     fn schedule(&mut self, node: usize) {
         let simulated = &mut self.nodes[node];
-        if let State::Running(running) = &simulated.state {
+        if let SimulatedState::Running(running) = &simulated.state {
             let wake = running.next_cycle() + simulated.jitter.next();
             let at = simulated.clock.reference_at(wake).max(self.now);
             simulated.scheduled += 1;
             let scheduled = simulated.scheduled;
-            self.queue.add(at, Event::Cycle { node, scheduled });
+            self.queue.add(at, WorldEvent::Cycle { node, scheduled });
         }
     }
 
@@ -386,7 +386,7 @@ impl<N: Node> World<N> {
     ) -> Result<(), Violation> {
         let now = self.now;
         let simulated = &mut self.nodes[index];
-        let State::Running(node) = &mut simulated.state else {
+        let SimulatedState::Running(node) = &mut simulated.state else {
             return Ok(());
         };
         if scheduled != simulated.scheduled {
@@ -411,7 +411,8 @@ impl<N: Node> World<N> {
                 };
                 let (queue, dropped) = (&mut self.queue, &mut self.dropped);
                 if let Some(flow) = by.flow {
-                    let mut on_its_way = |at, transit| add(queue, dropped, at, Event::Hop(transit));
+                    let mut on_its_way =
+                        |at, transit| add(queue, dropped, at, WorldEvent::Hop(transit));
                     self.network.publish(now, flow, frame, &mut on_its_way);
                     continue;
                 }
@@ -438,8 +439,8 @@ impl<N: Node> World<N> {
 
     fn hop(&mut self, transit: Transit) {
         let (nodes, queue, dropped) = (&self.nodes, &mut self.queue, &mut self.dropped);
-        let lives = |node: usize| !matches!(nodes[node].state, State::Dead);
-        let mut on_its_way = |at, transit| add(queue, dropped, at, Event::Hop(transit));
+        let lives = |node: usize| !matches!(nodes[node].state, SimulatedState::Dead);
+        let mut on_its_way = |at, transit| add(queue, dropped, at, WorldEvent::Hop(transit));
         let arrived = self
             .network
             .arrive(self.now, transit, lives, &mut on_its_way);
@@ -460,7 +461,7 @@ impl<N: Node> World<N> {
     fn deliver(&mut self, link: usize, message: Box<KeptMessage>) {
         let until = self.nodes[self.links[link].to].drained_at;
         if self.now < until {
-            self.queue.add(until, Event::Drain { link, message });
+            self.queue.add(until, WorldEvent::Drain { link, message });
         } else {
             self.give(link, message);
         }
@@ -473,16 +474,16 @@ impl<N: Node> World<N> {
         } = self.links[link];
         let simulated = &mut self.nodes[to];
         match &mut simulated.state {
-            State::Running(node) => {
+            SimulatedState::Running(node) => {
                 let at = simulated.clock.local_at(now);
                 node.receive(at, subscription, &message.get());
                 self.spare.push(message);
                 self.delivered += 1;
             }
-            State::Stopped(_, waiting) if waiting.len() < MOST_WAITING => {
+            SimulatedState::Stopped(_, waiting) if waiting.len() < MOST_WAITING => {
                 waiting.push((link, message));
             }
-            State::Stopped(..) | State::Dead => {
+            SimulatedState::Stopped(..) | SimulatedState::Dead => {
                 self.spare.push(message);
                 self.dropped += 1;
             }
@@ -503,7 +504,12 @@ const MOST_WAITING: usize = 50_000;
 const MOST_UNDER_WAY: usize = 200_000;
 
 /// Adds an event under way, unless there are too many.
-fn add(queue: &mut EventQueue<Event>, dropped: &mut u64, at: Instant<True>, event: Event) {
+fn add(
+    queue: &mut EventQueue<WorldEvent>,
+    dropped: &mut u64,
+    at: Instant<True>,
+    event: WorldEvent,
+) {
     if queue.len() >= MOST_UNDER_WAY {
         *dropped += 1;
     } else {
@@ -512,7 +518,7 @@ fn add(queue: &mut EventQueue<Event>, dropped: &mut u64, at: Instant<True>, even
 }
 
 fn deliver_later(
-    queue: &mut EventQueue<Event>,
+    queue: &mut EventQueue<WorldEvent>,
     dropped: &mut u64,
     spare: &mut SpareMessages,
     at: Instant<True>,
@@ -524,7 +530,7 @@ fn deliver_later(
         return;
     }
     let message = kept(message, spare);
-    queue.add(at, Event::Deliver { link, message });
+    queue.add(at, WorldEvent::Deliver { link, message });
 }
 
 /// Copies the message, into a recycled buffer if there is one.

@@ -33,7 +33,7 @@ use super::refusal::Refusal;
 use super::shift::Shift;
 
 pub use start::CoupledStart;
-use sync_positions::Turns;
+use sync_positions::SyncPeriods;
 
 /// A slave axis with its drive.
 #[derive(Debug)]
@@ -79,7 +79,7 @@ pub struct SlaveAxis {
     /// The masters at the last update, of the same instant as the set values.
     masters: Masters,
     /// The modulo periods of the axis and its first master.
-    turns: Turns,
+    turns: SyncPeriods,
     /// Axis id, set when its plates are selected.
     axis_id: u32,
     /// The [`Tables::selections`](coaxle_cam::Tables::selections) known to its flying saw.
@@ -145,7 +145,7 @@ impl SlaveAxis {
             superimposed: Shift::NONE,
             jobs: Jobs::default(),
             masters: Masters::default(),
-            turns: Turns::default(),
+            turns: SyncPeriods::default(),
             axis_id: 0,
             selections: None,
             error: None,
@@ -371,7 +371,7 @@ impl SlaveAxis {
     /// Number of presets of the set position, wrapping around: to the drive's position, by homing,
     /// or at power on. A preset is not a step of a motion.
     #[must_use]
-    pub const fn times_set_anew(&self) -> u32 {
+    pub const fn preset_count(&self) -> u32 {
         self.set_anew
     }
 

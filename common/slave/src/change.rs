@@ -1,6 +1,6 @@
 //! Planned change of a command, before it is applied.
 
-use coaxle_axis::{Awaits, Manner, SyncPositions, Transition};
+use coaxle_axis::{Awaits, CouplingEffect, SyncPositions, Transition};
 use coaxle_cam::{OnlineChangeMode, TableId};
 use coaxle_curve::profile::Profile;
 use coaxle_saw::SawPlan;
@@ -39,7 +39,7 @@ pub(super) enum Effect {
     /// Own motion.
     Run(Profile),
     /// Engaging or changing a coupling.
-    Couple(Engagement, Manner),
+    Couple(Engagement, CouplingEffect),
     /// Shifting the master as the coupling sees it.
     Phase(Profile),
     /// Superimposing a motion.

@@ -51,7 +51,7 @@ macro_rules! couplings {
                     Ok(Planned {
                         change: Engagement::$kind(planned.change),
                         awaits: planned.awaits,
-                        manner: planned.manner,
+                        effect: planned.effect,
                     })
                 }
             )*

@@ -89,7 +89,7 @@ pub enum Refusal {
     #[error(
         "{:#06x}: cut: the slave is {} its master, {} u from where its coupling has it; expected it in sync, at most \
          {window} u from there",
-        self.code(), Beside(*.phase), distance.abs()
+        self.code(), PhaseText(*.phase), distance.abs()
     )]
     CutNotInSync {
         /// Phase of the coupling.
@@ -184,9 +184,9 @@ impl fmt::Display for Before<'_> {
 }
 
 /// Relation of a slave to its master, in words.
-struct Beside(CouplingPhase);
+struct PhaseText(CouplingPhase);
 
-impl fmt::Display for Beside {
+impl fmt::Display for PhaseText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.0 {
             CouplingPhase::Behind => "behind",

@@ -9,12 +9,12 @@ use crate::job::{JobState, Jobs};
 /// An offset that moves from one value to another, and stays there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shift {
-    course: Option<Course>,
+    course: Option<ActiveShift>,
     now: Kinematics,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Course {
+struct ActiveShift {
     profile: Profile,
     since: Seconds,
     job: Job,
@@ -51,7 +51,7 @@ impl Shift {
     /// Starts along a profile that begins with the current offset.
     pub(super) fn start(&mut self, profile: Profile, job: Job, jobs: &mut Jobs) {
         self.abort(jobs);
-        self.course = Some(Course {
+        self.course = Some(ActiveShift {
             profile,
             since: Seconds::ZERO,
             job,

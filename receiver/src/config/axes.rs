@@ -115,7 +115,7 @@ impl AxisList {
     }
 
     /// Sets the unit of the n-th axis, unless it has one.
-    pub(crate) fn be_in(&mut self, n: usize, unit: Unit) {
+    pub(crate) fn set_default_unit(&mut self, n: usize, unit: Unit) {
         self.0[n].unit.get_or_insert(unit);
     }
 

@@ -165,7 +165,7 @@ impl ReceiverConfig {
         };
         let within = axis - self.first_axis_of(far);
         if self.far[far].unit.is_none() {
-            self.far[far].axes.be_in(within, unit);
+            self.far[far].axes.set_default_unit(within, unit);
         }
     }
 

@@ -6,7 +6,7 @@ use super::ReceiverConfig;
 
 /// A node received from: a far node, or a standby.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HeardNode<'a> {
+pub struct ReceivedNode<'a> {
     /// Number of the far node, or of the one that it stands by for, counted from 0.
     pub far: usize,
     /// 0: the far node itself; n: its n-th standby.
@@ -30,16 +30,16 @@ pub struct WrongStandby {
 impl ReceiverConfig {
     /// Every node received from, in the order of the numbers: the far nodes, then their standbys.
     #[must_use]
-    pub fn heard_nodes(&self) -> Vec<HeardNode<'_>> {
+    pub fn received_nodes(&self) -> Vec<ReceivedNode<'_>> {
         let far = || self.far.iter().enumerate();
-        let nodes = far().map(|(far, config)| HeardNode {
+        let nodes = far().map(|(far, config)| ReceivedNode {
             far,
             place: 0,
             node: &config.node,
         });
         let standbys = far().flat_map(|(far, config)| {
             let standbys = (1..).zip(&config.standby);
-            standbys.map(move |(place, node)| HeardNode { far, place, node })
+            standbys.map(move |(place, node)| ReceivedNode { far, place, node })
         });
         nodes.chain(standbys).collect()
     }
@@ -47,14 +47,14 @@ impl ReceiverConfig {
     /// The numbers of a far node and of its standbys, in their order, among all nodes received from.
     #[must_use]
     pub fn numbers_of(&self, far: usize) -> Vec<usize> {
-        let heard = self.heard_nodes().into_iter().enumerate();
+        let heard = self.received_nodes().into_iter().enumerate();
         let own = heard.filter(|(_, heard)| heard.far == far);
         own.map(|(number, _)| number).collect()
     }
 
     /// Checks the standbys: a node responds to a receiver's time requests once, so it may be listed once.
     pub(super) fn check_standbys(&self, is_short: bool) -> Result<(), WrongStandby> {
-        let heard = self.heard_nodes();
+        let heard = self.received_nodes();
         for (n, standby) in heard.iter().enumerate().skip(self.far.len()) {
             let known = heard[..n].iter().find(|other| other.node == standby.node);
             let expected = match known {
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn standbys_are_heard_and_asked_as_far_nodes_are() {
         let config = config(TWO).unwrap();
-        let heard = config.heard_nodes();
+        let heard = config.received_nodes();
         let numbers: Vec<_> = heard
             .iter()
             .map(|heard| (heard.node.as_str(), heard.far, heard.place))

@@ -16,9 +16,9 @@ use self::shown::far_time;
 use super::course::{Advance, FarTimeCourse};
 use super::encoder::Encoder;
 use super::limited::Limited;
-use super::seen::{LARGEST_BEAT, SeenMotion};
-use super::steps::{Blending, Course, StepWatch, shows_what_comes};
-use super::turns::{Turns, Wraps};
+use super::seen::{LARGEST_BEAT, ObservedMotion};
+use super::steps::{Blending, FarCycle, StepWatch, shows_what_comes};
+use super::unwrapping::{Unwrapping, Wraps};
 use crate::config::{FarAxisConfig, FarConfig, FarLimits, Positions};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
@@ -28,7 +28,7 @@ use crate::slaves::Master;
 pub(super) struct Axis {
     block: FarAxis,
     /// Unwrapping of positions within a modulo period.
-    turns: Option<Box<Turns>>,
+    turns: Option<Box<Unwrapping>>,
     /// Unconfigured wraps of continuous positions.
     wraps: Wraps,
     /// Conditioning of an axis that is only measured.
@@ -41,7 +41,7 @@ pub(super) struct Axis {
     /// Course of the far time of its set values.
     course: FarTimeCourse,
     /// Observed motion, and steps that no mode explains.
-    seen: SeenMotion,
+    seen: ObservedMotion,
     steps: StepWatch,
     blending: Blending,
     /// True if the observer led in the newest cycle.
@@ -62,7 +62,7 @@ pub(super) struct Axis {
 
 /// Continuation of an axis's set values in a cycle.
 #[derive(Clone, Copy, Debug)]
-struct Going {
+struct Continuation {
     /// Own cycles since the previous one.
     elapsed: u32,
     /// Velocity by their positions, u/s.
@@ -100,7 +100,7 @@ impl Axis {
             .encoder
             .map(|encoder| Encoder::new(cycle_time, encoder).map(Box::new));
         Ok(Self {
-            turns: turns.map(|modulo| Box::new(Turns::new(modulo))),
+            turns: turns.map(|modulo| Box::new(Unwrapping::new(modulo))),
             wraps: Wraps::default(),
             encoder: encoder.transpose()?,
             is_lost: false,
@@ -108,7 +108,7 @@ impl Axis {
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
             limited: config.limits.map(limited),
             course: FarTimeCourse::default(),
-            seen: SeenMotion::default(),
+            seen: ObservedMotion::default(),
             steps: StepWatch::default(),
             blending: blending(&parameters.extrapolate, cycle_time.span()),
             leads: false,
@@ -295,7 +295,7 @@ impl Axis {
         let (way, mut moved) = self.without_step(&sample.set, moved, correction, known, elapsed);
         let shows = shows_what_comes(moved.state) && self.encoder.is_none();
         let silence = cycles_of_silence(header, self.cycle_time, scan.age);
-        let going = Going {
+        let continuation = Continuation {
             elapsed,
             velocity: if elapsed == 0 {
                 0.0
@@ -306,7 +306,7 @@ impl Axis {
             is_lost,
         };
         let is_known = self.has_settled();
-        let set = self.carried_on(&moved, is_known, &going);
+        let set = self.carried_on(&moved, is_known, &continuation);
         moved.set = set.unwrap_or(moved.set);
         moved.synced &= is_known && self.follows();
         self.error = moved.error;
@@ -364,30 +364,30 @@ impl Axis {
         &mut self,
         moved: &FarAxisOutput,
         is_known: bool,
-        going: &Going,
+        continuation: &Continuation,
     ) -> Option<Kinematics> {
         let cycle = MasterCycle {
-            elapsed: going.elapsed,
+            elapsed: continuation.elapsed,
             reach: self.seen.reach(),
             shows_beats: moved.state == FilterState::Bypass,
         };
         // Between two beats it stands, and follows its master on average. On its way back it is
         // braked once the silence exceeds a beat: relative to a master that stands and jumps, it
         // reached twice its velocity.
-        let is_silent = going.silence > LARGEST_BEAT && !self.follows();
-        let set = match is_known && !going.is_lost && !is_silent {
+        let is_silent = continuation.silence > LARGEST_BEAT && !self.follows();
+        let set = match is_known && !continuation.is_lost && !is_silent {
             true => Some(self.continuity.follow(&moved.set, &cycle)),
             false => self.continuity.brake(&cycle),
         };
         // Without earlier values it stands where it was received, except for noise.
         let mut set = set.or(is_known.then_some(moved.set))?;
-        if going.silence > 1 && self.continuity.state() == ContinuityState::Following {
+        if continuation.silence > 1 && self.continuity.state() == ContinuityState::Following {
             // The positions stand: so do velocity and acceleration.
-            set.velocity = going.velocity;
+            set.velocity = continuation.velocity;
             set.acceleration = 0.0;
         }
         Some(match &mut self.limited {
-            Some(limited) => limited.keep(&set, going.elapsed),
+            Some(limited) => limited.keep(&set, continuation.elapsed),
             None => set,
         })
     }
@@ -404,7 +404,7 @@ impl Axis {
             Advance::By(far) => Some(far),
             Advance::Jump | Advance::Unknown => None,
         };
-        let course = Course {
+        let course = FarCycle {
             mode: moved.state,
             is_blending: self.block.is_blending(),
             far,

@@ -25,7 +25,7 @@ pub(super) struct Beacons {
     /// Number of the next beacon.
     number: u32,
     /// Newest response taken, whose stamps are not all known yet.
-    answered: Option<u32>,
+    responded: Option<u32>,
     before: Option<(Instant<Local>, BeaconResponse)>,
     waiting: [Option<(Instant<Local>, BeaconResponse)>; WAITING],
     stamps: Option<Stamps>,
@@ -46,7 +46,7 @@ impl Beacons {
             interval: config.interval(),
             next_due: None,
             number: 0,
-            answered: None,
+            responded: None,
             before: None,
             waiting: [None; WAITING],
             stamps: None,
@@ -95,11 +95,11 @@ impl Beacons {
     ) {
         // In the order of their numbers, independent of their arrival.
         while let Some((at, response)) = self.next_waiting(now) {
-            if !self.is_answer(at, &response) {
+            if !self.is_response(at, &response) {
                 self.reject();
                 continue;
             }
-            self.answered = Some(response.request.number);
+            self.responded = Some(response.request.number);
             self.counters.answers = self.counters.answers.saturating_add(1);
             self.stamps = Some(response.weakest_stamps());
             if response.weakest_stamps() == Stamps::Application {
@@ -126,7 +126,7 @@ impl Beacons {
     }
 
     fn next_waiting(&mut self, now: Instant<Local>) -> Option<(Instant<Local>, BeaconResponse)> {
-        let since = |number: u32| number.wrapping_sub(self.answered.unwrap_or(0));
+        let since = |number: u32| number.wrapping_sub(self.responded.unwrap_or(0));
         let due = self.waiting.iter_mut().filter(|place| {
             let arrived = place.as_ref().map(|(at, _)| *at);
             arrived.is_some_and(|at| at <= now)
@@ -140,10 +140,10 @@ impl Beacons {
 
     /// Checks that it responds to a beacon of this run that has no response yet and precedes none
     /// that has.
-    fn is_answer(&self, at: Instant<Local>, response: &BeaconResponse) -> bool {
+    fn is_response(&self, at: Instant<Local>, response: &BeaconResponse) -> bool {
         let number = response.request.number;
-        let is_later = self.answered.is_none_or(|answered| {
-            let ahead = number.wrapping_sub(answered) as i32;
+        let is_later = self.responded.is_none_or(|responded| {
+            let ahead = number.wrapping_sub(responded) as i32;
             ahead > 0
         });
         let was_sent = (self.number.wrapping_sub(number) as i32) > 0;

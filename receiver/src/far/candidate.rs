@@ -9,7 +9,7 @@ use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, Rejection};
 use coaxle_remote::AxisSyncParameters;
 
 use super::beacons::Beacons;
-use super::clock::{Clock, ClockSetup, Following};
+use super::clock::{Clock, ClockOutput, ClockSetup};
 use super::clock_signals::show_observation;
 use super::encoder::Encoder;
 use super::inbox::Inbox;
@@ -50,7 +50,7 @@ pub(super) struct News {
     /// The input image; none before the first frame.
     pub(super) header: Option<FrameHeader>,
     /// Correction of its clock for the image; none if the cycle times do not fit.
-    pub(super) following: Option<Following>,
+    pub(super) following: Option<ClockOutput>,
     /// The clock was started, or restarted, for cycles of this length.
     pub(super) started: Option<CycleTime>,
     /// True if the image was renewed.

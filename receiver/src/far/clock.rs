@@ -32,7 +32,7 @@ pub(super) struct Clock {
     /// for stragglers.
     epoch: Option<u64>,
     epoch_before: Option<u64>,
-    state: State,
+    state: FarClockState,
 }
 
 #[derive(Debug)]
@@ -40,7 +40,7 @@ pub(super) struct Clock {
     clippy::large_enum_variant,
     reason = "there are few, and boxing it would allocate in the cycle"
 )]
-enum State {
+enum FarClockState {
     Waiting,
     Running(Running),
     /// The sender's cycle time fits neither the own one nor the config.
@@ -60,11 +60,11 @@ struct Running {
 
 /// A far clock in one cycle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Following {
+pub(super) struct ClockOutput {
     pub(super) correction: FarCorrection,
     pub(super) enabled: bool,
     /// True if the correction is unrelated to that of the previous cycle.
-    pub(super) is_mapped_anew: bool,
+    pub(super) is_remapped: bool,
 }
 
 impl ClockSetup {
@@ -93,7 +93,7 @@ impl Clock {
             enabled: true,
             epoch: None,
             epoch_before: None,
-            state: State::Waiting,
+            state: FarClockState::Waiting,
         })
     }
 
@@ -102,7 +102,7 @@ impl Clock {
     /// values are void.
     pub(super) fn begin_run(&mut self, header: &FrameHeader) {
         let is_known = [self.epoch, self.epoch_before].contains(&Some(header.epoch));
-        if let State::Running(running) = &self.state
+        if let FarClockState::Running(running) = &self.state
             && is_known
             && running.data == header.cycle_time
         {
@@ -143,8 +143,10 @@ impl Clock {
     /// The observer, if it runs and is enabled: only then it receives and sends.
     const fn observed(&mut self) -> Option<&mut FarClock> {
         match &mut self.state {
-            State::Running(running) if self.enabled => running.observed.as_mut(),
-            State::Running(_) | State::Waiting | State::Refused { .. } => None,
+            FarClockState::Running(running) if self.enabled => running.observed.as_mut(),
+            FarClockState::Running(_) | FarClockState::Waiting | FarClockState::Refused { .. } => {
+                None
+            }
         }
     }
 
@@ -156,19 +158,19 @@ impl Clock {
         header: &FrameHeader,
         tick: &Tick,
         used: impl FnMut(Instant<Local>, &TimeResponse),
-    ) -> Option<Following> {
+    ) -> Option<ClockOutput> {
         if !self.enabled {
-            return Some(Following {
+            return Some(ClockOutput {
                 correction: FarCorrection::disabled(),
                 enabled: false,
-                is_mapped_anew: false,
+                is_remapped: false,
             });
         }
-        let State::Running(Running { sync, observed, .. }) = &mut self.state else {
+        let FarClockState::Running(Running { sync, observed, .. }) = &mut self.state else {
             return None;
         };
         let output = (observed.as_mut()).map(|clock| clock.cycle(tick.ideal_start, used));
-        let is_mapped_anew = output.is_some_and(FarClockOutput::is_mapped_anew);
+        let is_remapped = output.is_some_and(FarClockOutput::is_mapped_anew);
         let (index, elapsed) = (header.index, tick.elapsed);
         let correction = match (self.setup.mode, observed) {
             (Mode::Observer, Some(clock)) => {
@@ -177,18 +179,20 @@ impl Clock {
             (mode, _) => sync.update(index, mode.into(), elapsed),
         };
         let by_observer = self.setup.mode == Mode::Observer;
-        Some(Following {
+        Some(ClockOutput {
             correction,
             enabled: true,
-            is_mapped_anew: by_observer && is_mapped_anew,
+            is_remapped: by_observer && is_remapped,
         })
     }
 
     /// Output of its observer in the newest cycle; none without one.
     pub(super) fn observation(&self) -> Option<&FarClockOutput> {
         match &self.state {
-            State::Running(running) if self.enabled => running.observed.as_ref()?.newest(),
-            State::Running(_) | State::Waiting | State::Refused { .. } => None,
+            FarClockState::Running(running) if self.enabled => running.observed.as_ref()?.newest(),
+            FarClockState::Running(_) | FarClockState::Waiting | FarClockState::Refused { .. } => {
+                None
+            }
         }
     }
 
@@ -231,7 +235,7 @@ impl Clock {
         parameters: &AxisSyncParameters,
     ) -> Result<CheckedParameters, WrongParameter> {
         let task_cycle_time = self.setup.cycle_time.span();
-        let State::Running(Running { data, .. }) = &self.state else {
+        let FarClockState::Running(Running { data, .. }) = &self.state else {
             return parameters.checked(task_cycle_time);
         };
         if contradicts(parameters, *data) {
@@ -261,7 +265,7 @@ impl Clock {
     pub(super) fn set_mode(&mut self, mode: Mode) {
         self.setup.mode = mode;
         let setup = &self.setup;
-        if let State::Running(running) = &mut self.state
+        if let FarClockState::Running(running) = &mut self.state
             && mode == Mode::Observer
             && running.observed.is_none()
         {
@@ -277,17 +281,17 @@ impl Clock {
     ) {
         self.setup.sync = *parameters;
         match &mut self.state {
-            State::Running(running) => running.sync.set_parameters(checked),
+            FarClockState::Running(running) => running.sync.set_parameters(checked),
             // The new parameters may fit.
-            State::Refused { .. } => self.state = State::Waiting,
-            State::Waiting => {}
+            FarClockState::Refused { .. } => self.state = FarClockState::Waiting,
+            FarClockState::Waiting => {}
         }
     }
 
     /// Changes the source of the delay; the resulting change is slewed.
     pub(super) fn set_delay(&mut self, delay: DelayConfig) {
         self.setup.delay = delay;
-        if let State::Running(Running { observed, .. }) = &mut self.state
+        if let FarClockState::Running(Running { observed, .. }) = &mut self.state
             && let Some(observed) = observed
         {
             observed.set_delay(delay.into());
@@ -296,22 +300,26 @@ impl Clock {
 
     /// True if the sender's cycle time was refused.
     pub(super) const fn is_refused(&self) -> bool {
-        matches!(self.state, State::Refused { .. })
+        matches!(self.state, FarClockState::Refused { .. })
     }
 
     /// The sender's cycle time, as in its frames.
     pub(super) const fn data_cycle_time(&self) -> Option<CycleTime> {
         match &self.state {
-            State::Waiting => None,
-            State::Running(Running { data, .. }) | State::Refused { data } => Some(*data),
+            FarClockState::Waiting => None,
+            FarClockState::Running(Running { data, .. }) | FarClockState::Refused { data } => {
+                Some(*data)
+            }
         }
     }
 
     /// Own cycles after which data are too old; none if they are not monitored.
     pub(super) fn age_limit(&self) -> Option<u32> {
         match &self.state {
-            State::Running(running) if self.enabled => running.sync.age_limit(),
-            State::Running(_) | State::Waiting | State::Refused { .. } => None,
+            FarClockState::Running(running) if self.enabled => running.sync.age_limit(),
+            FarClockState::Running(_) | FarClockState::Waiting | FarClockState::Refused { .. } => {
+                None
+            }
         }
     }
 
@@ -325,8 +333,8 @@ impl Clock {
 
     fn start_with(&mut self, data: CycleTime) {
         self.state = match self.start(data) {
-            Some(running) => State::Running(running),
-            None => State::Refused { data },
+            Some(running) => FarClockState::Running(running),
+            None => FarClockState::Refused { data },
         };
     }
 

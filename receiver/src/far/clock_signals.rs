@@ -4,11 +4,11 @@ use coaxle_clock::far_clock::FarClockOutput;
 use coaxle_clock::time_sync::TimeSyncState;
 use coaxle_clock::{Instant, Local, Span};
 
-use super::clock::Following;
+use super::clock::ClockOutput;
 use super::micros;
 use crate::signals::FarNodeSignals;
 
-impl Following {
+impl ClockOutput {
     /// Writes its signals without an observer.
     pub(super) fn show(&self, signals: &mut FarNodeSignals) {
         let correction = &self.correction;

@@ -12,7 +12,7 @@ use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 use super::frames::Frames;
 use super::pace::Pace;
 use super::run::{Admission, RunChoice};
-use super::sequence::{Place, Sequence};
+use super::sequence::{Sequence, SequencePlace};
 use crate::arrivals::INBOX_CAPACITY;
 use crate::signals::FarNodeSignals;
 
@@ -222,17 +222,17 @@ impl Inbox {
         let judge = |gate: &mut AgeGate| gate.judge(count, at, now) == Age::Stale;
         let is_stale = gate.as_mut().is_some_and(judge);
         let counters = &mut self.counters;
-        counters.outdated += u64::from(place == Place::Outdated);
+        counters.outdated += u64::from(place == SequencePlace::Outdated);
         counters.stale += u64::from(is_stale);
         match place {
-            Place::Repeated => counters.duplicates += 1,
-            Place::Overtaken | Place::Outdated => counters.late += 1,
-            Place::Newest => counters.in_order += 1,
+            SequencePlace::Repeated => counters.duplicates += 1,
+            SequencePlace::Overtaken | SequencePlace::Outdated => counters.late += 1,
+            SequencePlace::Newest => counters.in_order += 1,
         }
-        if place == Place::Newest && !is_stale {
+        if place == SequencePlace::Newest && !is_stale {
             self.renew(header);
         }
-        place != Place::Repeated && !is_stale
+        place != SequencePlace::Repeated && !is_stale
     }
 
     /// The first message of a run that is followed from now on.

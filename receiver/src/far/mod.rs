@@ -17,7 +17,7 @@ mod seen;
 mod sequence;
 mod steps;
 mod take_over;
-mod turns;
+mod unwrapping;
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
@@ -203,7 +203,7 @@ impl FarNode {
                     axis.take(samples.get(n).copied().flatten(), &header);
                 }
             }
-            if news.following.is_some_and(|now| now.is_mapped_anew) {
+            if news.following.is_some_and(|now| now.is_remapped) {
                 self.axes.iter_mut().for_each(Axis::rejoin);
             }
         }

@@ -16,8 +16,8 @@ const BLOCKS: u32 = 4;
 pub(super) struct Pace {
     cycle_time: CycleTime,
     start: Instant<Local>,
-    least_delayed: Mark,
-    before: Option<Mark>,
+    least_delayed: PaceMark,
+    before: Option<PaceMark>,
     ppm: Option<f64>,
     /// Consecutive blocks that were too slow (negative) or too fast.
     beyond: i32,
@@ -26,7 +26,7 @@ pub(super) struct Pace {
 
 /// A frame, by the arrival of count 0 with its delay.
 #[derive(Clone, Copy, Debug)]
-struct Mark {
+struct PaceMark {
     at: Instant<Local>,
     of_count_zero: Instant<Local>,
 }
@@ -37,7 +37,7 @@ impl Pace {
         Self {
             cycle_time,
             start: at,
-            least_delayed: Mark::of(at, count, cycle_time),
+            least_delayed: PaceMark::of(at, count, cycle_time),
             before: None,
             ppm: None,
             beyond: 0,
@@ -47,7 +47,7 @@ impl Pace {
 
     /// Takes a frame.
     pub(super) fn take(&mut self, at: Instant<Local>, count: u64) {
-        let mark = Mark::of(at, count, self.cycle_time);
+        let mark = PaceMark::of(at, count, self.cycle_time);
         if at - self.start >= BLOCK {
             self.end_block();
             self.start = at;
@@ -91,7 +91,7 @@ impl Pace {
     }
 }
 
-impl Mark {
+impl PaceMark {
     fn of(at: Instant<Local>, count: u64, cycle_time: CycleTime) -> Self {
         Self {
             at,

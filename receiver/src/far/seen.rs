@@ -21,7 +21,7 @@ const MEMORY: f64 = 1.0;
 
 /// Observed motion of a far axis: the limits that it is assumed to have without configured ones.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SeenMotion {
+pub(super) struct ObservedMotion {
     /// The greatest velocity, u/s, and the greatest acceleration, u/s², stated or by differences of the velocity.
     reach: Reach,
     /// Greatest velocity and acceleration of an axis that comes in increments, once those are smoothed.
@@ -30,24 +30,24 @@ pub(super) struct SeenMotion {
     jerk: f64,
     /// The rate of the velocity between the newest frames, u/s², if they were neighbours.
     rate: Option<f64>,
-    noise: Noise,
+    noise: UnexplainedDeviations,
     /// The ways from frame to frame, u, over no more than a beat.
-    received_ways: Recent,
+    received_ways: RecentPeak,
 }
 
 /// Deviations of the frames that no motion explains: from increments, beats that were passed on,
 /// positions that were set.
 #[derive(Clone, Copy, Debug, Default)]
-struct Noise {
+struct UnexplainedDeviations {
     /// Deviation of positions from the velocities, u.
-    position: Recent,
+    position: RecentPeak,
     /// Deviation of velocities from frame to frame, u/s.
-    velocity: Recent,
+    velocity: RecentPeak,
     /// Deviation of accelerations from frame to frame, u/s².
-    acceleration: Recent,
+    acceleration: RecentPeak,
 }
 
-impl SeenMotion {
+impl ObservedMotion {
     /// Takes set values, and the previous ones with the seconds and cycles of the sender between them.
     pub(super) fn take(&mut self, set: &Kinematics, before: Option<(&Kinematics, f64, u64)>) {
         let reach = &mut self.reach;
@@ -82,7 +82,7 @@ impl SeenMotion {
 
     /// Own time passes, s.
     pub(super) fn pass(&mut self, passed: f64) {
-        let Noise {
+        let UnexplainedDeviations {
             position,
             velocity,
             acceleration,
@@ -132,7 +132,7 @@ impl SeenMotion {
 
     /// Deviation of its frames that no motion explains, moved on by up to `age` seconds, u.
     pub(super) fn unexplained(&self, age: f64) -> f64 {
-        let Noise {
+        let UnexplainedDeviations {
             position,
             velocity,
             acceleration,
@@ -145,13 +145,13 @@ impl SeenMotion {
 
 /// The largest value of the last one or two seconds.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Recent {
+pub(super) struct RecentPeak {
     now: f64,
     before: f64,
     since: f64,
 }
 
-impl Recent {
+impl RecentPeak {
     pub(super) fn see(&mut self, value: f64) {
         self.now = self.now.max(value);
     }
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn jerk_and_acceleration_say_how_far_a_prediction_may_be_off() {
-        let mut seen = SeenMotion::default();
+        let mut seen = ObservedMotion::default();
         let ramp = |k: u32| Kinematics {
             position: 0.0,
             velocity: 500.0,
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn what_no_motion_explains_is_remembered_for_a_while() {
-        let mut seen = SeenMotion::default();
+        let mut seen = ObservedMotion::default();
         let steady = |position: f64| Kinematics {
             position,
             velocity: 500.0,

@@ -12,7 +12,7 @@ pub(super) struct Sequence {
 
 /// Place of a count among those received before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum SequencePlace {
     Newest,
     Overtaken,
     Repeated,
@@ -32,25 +32,25 @@ impl Sequence {
     }
 
     /// Takes a count.
-    pub(super) fn place(&mut self, count: u64) -> Place {
+    pub(super) fn place(&mut self, count: u64) -> SequencePlace {
         if count > self.newest {
             let ahead = count - self.newest;
             self.seen = if ahead < 64 { self.seen << ahead } else { 0 } | 1;
             self.newest = count;
             self.distinct += 1;
-            return Place::Newest;
+            return SequencePlace::Newest;
         }
         let behind = self.newest - count;
         if count < self.first || behind >= 64 {
-            return Place::Outdated;
+            return SequencePlace::Outdated;
         }
         let bit = 1 << behind;
         if self.seen & bit != 0 {
-            return Place::Repeated;
+            return SequencePlace::Repeated;
         }
         self.seen |= bit;
         self.distinct += 1;
-        Place::Overtaken
+        SequencePlace::Overtaken
     }
 
     /// Number of counts from the first to the newest.

@@ -9,7 +9,7 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 use coaxle_remote::FilterState;
 
-use super::seen::{Recent, SeenMotion};
+use super::seen::{ObservedMotion, RecentPeak};
 
 /// A share of the way per cycle that is never taken for a step: far more than the slewing of a
 /// clock that is followed, far less than the 2 % of a drive's ripple.
@@ -52,14 +52,14 @@ pub(super) struct StepWatch {
     /// Largest recent departure, u.
     usual: f64,
     /// Ages of the set values, s.
-    ages: Recent,
+    ages: RecentPeak,
     /// Time since the last mode that shows values as received, s.
     shown_ago: f64,
 }
 
 /// A cycle, as given by the clock.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Course {
+pub(super) struct FarCycle {
     /// Mode that calculated the set values.
     pub(super) mode: FilterState,
     /// True while a change of mode is being blended.
@@ -80,9 +80,9 @@ impl StepWatch {
     pub(super) fn is_step(
         &mut self,
         set: &Kinematics,
-        course: &Course,
+        course: &FarCycle,
         blending: &Blending,
-        seen: &SeenMotion,
+        seen: &ObservedMotion,
     ) -> bool {
         let last = self.last.replace(*set);
         self.ages.see(course.age.abs());
@@ -113,8 +113,8 @@ impl StepWatch {
         set: &Kinematics,
         last: &Kinematics,
         far: Span,
-        course: &Course,
-        seen: &SeenMotion,
+        course: &FarCycle,
+        seen: &ObservedMotion,
     ) -> bool {
         let far = far.as_secs_f64();
         let expected = last.position + (last.velocity + 0.5 * last.acceleration * far) * far;
@@ -132,8 +132,8 @@ impl StepWatch {
     /// Largest way of the axis in a cycle, u, regardless of the usual departure: by the observed
     /// motion of its master, at the pace of the far time, with the addition of a blend, and with
     /// the ways shown at once by a mode that shows values as received.
-    fn most(&self, course: &Course, blending: &Blending, seen: &SeenMotion) -> f64 {
-        let Course { mode, passed, .. } = *course;
+    fn most(&self, course: &FarCycle, blending: &Blending, seen: &ObservedMotion) -> f64 {
+        let FarCycle { mode, passed, .. } = *course;
         let age = self.ages.largest();
         let velocity = seen.greatest_velocity(age);
         let pace = match mode {
@@ -151,7 +151,7 @@ impl StepWatch {
 
     /// Largest distance of the axis from the received position, u: by the correction, the lag of a
     /// filter, and the recent ways. A blend that begins farther away is one over a silence.
-    fn farthest(&self, course: &Course, blending: &Blending, seen: &SeenMotion) -> f64 {
+    fn farthest(&self, course: &FarCycle, blending: &Blending, seen: &ObservedMotion) -> f64 {
         let age = self.ages.largest();
         let time = age + FILTERED * blending.filter_time + APART * course.cycle_time;
         seen.greatest_velocity(age) * time + seen.unexplained(age) + AT_ONCE * seen.received_way()
@@ -189,8 +189,8 @@ mod tests {
         filter_time: 3.0 * CYCLE,
     };
 
-    fn course() -> Course {
-        Course {
+    fn course() -> FarCycle {
+        FarCycle {
             mode: FilterState::Observer,
             is_blending: false,
             far: Some(Span::from_millis(1)),
@@ -210,14 +210,14 @@ mod tests {
     }
 
     /// A master with an observed velocity of 500 u/s.
-    fn seen() -> SeenMotion {
-        let mut seen = SeenMotion::default();
+    fn seen() -> ObservedMotion {
+        let mut seen = ObservedMotion::default();
         seen.take(&steady(0.0), None);
         seen
     }
 
     /// The cycles, of a hundred, that are steps.
-    fn steps(course: Course, position: impl Fn(u32) -> f64) -> Vec<u32> {
+    fn steps(course: FarCycle, position: impl Fn(u32) -> f64) -> Vec<u32> {
         let (mut watch, seen) = (StepWatch::default(), seen());
         let mut is_step = |k: &u32| watch.is_step(&steady(position(*k)), &course, &BLENDING, &seen);
         (0..100).filter(|k| is_step(k)).collect()
@@ -245,7 +245,7 @@ mod tests {
         ];
         for mode in modes {
             for is_blending in [false, true] {
-                let course = Course {
+                let course = FarCycle {
                     mode,
                     is_blending,
                     far: None,
@@ -261,7 +261,7 @@ mod tests {
     fn a_blend_from_far_away_is_a_step() {
         let (mut watch, seen) = (StepWatch::default(), seen());
         let mut is_step = |position: f64, passed: f64| {
-            let course = Course {
+            let course = FarCycle {
                 is_blending: true,
                 received: 0.0,
                 passed,
@@ -277,7 +277,7 @@ mod tests {
     /// A master between 100 and 800 u/s that is received every 150 ms.
     #[test]
     fn a_wrong_extrapolation_is_a_step_however_usual_it_is() {
-        let (mut seen, mut watch) = (SeenMotion::default(), StepWatch::default());
+        let (mut seen, mut watch) = (ObservedMotion::default(), StepWatch::default());
         let master = |t: f64| Kinematics {
             position: 450.0 * t - 87.5 * (4.0 * t).cos(),
             velocity: 450.0 + 350.0 * (4.0 * t).sin(),
@@ -298,7 +298,7 @@ mod tests {
                 ..frame
             };
             let before = watch.position();
-            let course = Course { age, ..course() };
+            let course = FarCycle { age, ..course() };
             let is_step = watch.is_step(&set, &course, &BLENDING, &seen);
             let way = before.map_or(0.0, |before| (set.position - before).abs());
             if k > 200 && way > 2.0 {

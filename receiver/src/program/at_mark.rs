@@ -6,7 +6,7 @@ use coaxle_plate::MotionPoint;
 use coaxle_saw::GearInPos;
 use coaxle_slave::{CamPoints, Command, SyncPosition};
 
-use super::sensor::Mark;
+use super::sensor::SensorMark;
 
 /// True if a command has such positions.
 pub(super) const fn has_positions(command: &Command) -> bool {
@@ -27,7 +27,7 @@ pub(super) const THOSE_WITH_POSITIONS: &str =
 ///
 /// Positions on a plate count from the mark's position on a plate that begins at the mark used
 /// before; `master_scaling` is that of the plate.
-pub(super) fn placed(command: &Command, mark: &Mark, master_scaling: f64) -> Command {
+pub(super) fn placed(command: &Command, mark: &SensorMark, master_scaling: f64) -> Command {
     match *command {
         Command::GearInPos(saw) => Command::GearInPos(GearInPos {
             master_sync_position: from_mark(saw.master_sync_position, mark),
@@ -57,7 +57,7 @@ pub(super) const fn counts_from_elsewhere(command: &Command) -> bool {
 }
 
 /// Shifts a plain position; others do not count from a mark.
-fn from_mark(position: SyncPosition, mark: &Mark) -> SyncPosition {
+fn from_mark(position: SyncPosition, mark: &SensorMark) -> SyncPosition {
     match position {
         SyncPosition::At(position) => SyncPosition::At(position + mark.position),
         elsewhere => elsewhere,
@@ -96,7 +96,7 @@ fn shifted(points: CamPoints, distance: f64) -> CamPoints {
 mod tests {
     use super::*;
 
-    const MARK: Mark = Mark {
+    const MARK: SensorMark = SensorMark {
         position: 5_000.0,
         distance: 601.5,
     };

@@ -10,9 +10,9 @@ use super::situation::Situation;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Commanded {
     /// The last command.
-    last: Option<Followed>,
+    last: Option<CommandedJob>,
     /// The command that moves the slave, or did so last; none once a foreign command has taken over.
-    motion: Option<Followed>,
+    motion: Option<CommandedJob>,
     outcome: Option<Outcome>,
     /// Trouble that is not handled yet.
     trouble: Option<Trouble>,
@@ -21,12 +21,12 @@ pub(super) struct Commanded {
 
 /// A job until its end.
 #[derive(Clone, Copy, Debug)]
-struct Followed {
+struct CommandedJob {
     job: Job,
     has_ended: bool,
 }
 
-impl Followed {
+impl CommandedJob {
     const fn new(job: Job) -> Self {
         Self {
             job,
@@ -97,7 +97,7 @@ impl Commanded {
 
     /// Notes the job that coupled the slave from the start.
     pub(super) const fn started(&mut self, job: Job) {
-        self.motion = Some(Followed::new(job));
+        self.motion = Some(CommandedJob::new(job));
     }
 
     /// Notes an accepted command of the program.
@@ -110,7 +110,7 @@ impl Commanded {
             }
             Command::Reset {} => {}
             _ if job.number == 0 => return,
-            _ => self.last = Some(Followed::new(job)),
+            _ => self.last = Some(CommandedJob::new(job)),
         }
         self.outcome = None;
         self.trouble = None;
@@ -138,7 +138,7 @@ impl Commanded {
 
     /// True if a command has not ended.
     pub(super) fn is_busy(&self) -> bool {
-        let is_under_way = |followed: &Followed| !followed.has_ended;
+        let is_under_way = |followed: &CommandedJob| !followed.has_ended;
         self.last.as_ref().is_some_and(is_under_way)
             || self.motion.as_ref().is_some_and(is_under_way)
     }

@@ -120,24 +120,24 @@ conditions! {
     /// Least time since the program began, s of the node's own clock.
     time_s TimeS: AtLeastZero {
         holds: |least, at| at.passed.since_start.0 >= least.get(),
-        prospect: |_, _| Prospect::ByItself,
+        prospect: |_, _| Prospect::Spontaneous,
     }
     /// Least time since the step before, s.
     after_s AfterS: AtLeastZero {
         holds: |least, at| at.passed.since_step.0 >= least.get(),
-        prospect: |_, _| Prospect::ByItself,
+        prospect: |_, _| Prospect::Spontaneous,
     }
     /// A detected mark that is neither used nor past the slave's position 0, or none.
     mark_seen MarkSeen: bool {
         holds: |wanted, at| at.passed.mark_seen == wanted,
-        prospect: |wanted, at| if wanted { by_master(at) } else { Prospect::ByItself },
+        prospect: |wanted, at| if wanted { by_master(at) } else { Prospect::Spontaneous },
     }
     /// The slave moves with its master, or does not.
     in_sync InSync: bool {
         holds: |wanted, at| (at.slave.phase == Some(CouplingPhase::InSync)) == wanted,
         prospect: |wanted, at| match at.slave.phase {
             None if wanted => by_start(at),
-            _ => Prospect::ByItself,
+            _ => Prospect::Spontaneous,
         },
     }
     /// The slave has stood for a cycle, or has not.
@@ -148,7 +148,7 @@ conditions! {
     /// The master is there, without error and in a mode that synchronises in sync, or is not.
     master_ready MasterReady: bool {
         holds: |wanted, at| at.slave.master_ready == wanted,
-        prospect: |wanted, _| if wanted { Prospect::ByMaster } else { Prospect::ByItself },
+        prospect: |wanted, _| if wanted { Prospect::ByMaster } else { Prospect::Spontaneous },
     }
     /// The master's position is above this, in its units.
     master_above MasterAbove: Finite {
@@ -178,7 +178,7 @@ conditions! {
     /// The slave is in error stop, or is not.
     error_stop ErrorStop: bool {
         holds: |wanted, at| (at.slave.status == AxisStatus::ErrorStop) == wanted,
-        prospect: |wanted, _| if wanted { Prospect::ByItself } else { Prospect::ByOrder },
+        prospect: |wanted, _| if wanted { Prospect::Spontaneous } else { Prospect::ByOrder },
         handles: |wanted| wanted,
     }
     /// Number of the cam plate that couples the slave (the first of several); 0: none.
@@ -210,7 +210,7 @@ conditions! {
     /// Error stop of the slave since the program's last command, or none.
     failed Failed: bool {
         holds: |wanted, at| (at.passed.outcome == Some(Outcome::Failed)) == wanted,
-        prospect: |wanted, at| if wanted { Prospect::ByItself } else { by_result(at) },
+        prospect: |wanted, at| if wanted { Prospect::Spontaneous } else { by_result(at) },
         handles: |wanted| wanted,
     }
     /// The program's last command was refused, or was not.

@@ -28,8 +28,8 @@ use crate::marks::MarksConfig;
 use branches::Branches;
 use commanded::Commanded;
 use prospect::Prospect;
-use sensor::{Mark, Sensor};
-use situation::{Inputs, Passed};
+use sensor::{Sensor, SensorMark};
+use situation::{Inputs, ProgramInputs};
 
 pub use condition::{WaitsFor, When};
 pub use config::{Otherwise, StepConfig, WrongStep};
@@ -87,7 +87,11 @@ impl Step {
     }
 
     /// The command, with its positions at the mark if required.
-    fn placed(&self, mark: Option<&Mark>, master_scaling: impl FnOnce() -> f64) -> Option<Due> {
+    fn placed(
+        &self,
+        mark: Option<&SensorMark>,
+        master_scaling: impl FnOnce() -> f64,
+    ) -> Option<Due> {
         match (mark, &self.command) {
             (Some(mark), Some(Due::Slave(command))) if self.at_mark => {
                 Some(Due::Slave(at_mark::placed(command, mark, master_scaling())))
@@ -186,8 +190,8 @@ impl Program {
         true
     }
 
-    fn passed(&self, mark: Option<&Mark>) -> Passed {
-        Passed {
+    fn passed(&self, mark: Option<&SensorMark>) -> ProgramInputs {
+        ProgramInputs {
             since_start: self.since_start,
             since_step: self.since_step,
             mark_seen: mark.is_some(),
@@ -201,7 +205,7 @@ impl Program {
         self.waits_for = Some(waits_for);
         let has_trouble = self.commanded.trouble().is_some();
         self.state = match prospect {
-            Prospect::ByItself => ProgramState::Running,
+            Prospect::Spontaneous => ProgramState::Running,
             Prospect::ByMaster => ProgramState::WaitingForMaster,
             Prospect::ByOrder if !has_trouble => ProgramState::WaitingForOrder,
             Prospect::ByOrder | Prospect::Never => ProgramState::Blocked,

@@ -10,7 +10,7 @@ use super::situation::Inputs;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Prospect {
     /// Time, a motion, or the master's motion.
-    ByItself,
+    Spontaneous,
     /// The return of the master.
     ByMaster,
     /// A foreign command only.
@@ -33,14 +33,14 @@ pub(super) const fn by_master_position(at: &Inputs<'_>) -> Prospect {
 pub(super) const fn by_standstill(at: &Inputs<'_>) -> Prospect {
     match at.slave.outlook {
         Outlook::ConstantVelocity(_) => Prospect::ByOrder,
-        _ => Prospect::ByItself,
+        _ => Prospect::Spontaneous,
     }
 }
 
 /// Prospect that requires the result of a command.
 pub(super) const fn by_result(at: &Inputs<'_>) -> Prospect {
     if at.is_busy {
-        Prospect::ByItself
+        Prospect::Spontaneous
     } else {
         Prospect::Never
     }
@@ -49,7 +49,7 @@ pub(super) const fn by_result(at: &Inputs<'_>) -> Prospect {
 /// Prospect that requires a plate to couple the slave; table 0: none.
 pub(super) const fn by_plate(wanted: TableId, at: &Inputs<'_>) -> Prospect {
     match (wanted, at.slave.phase) {
-        (0, Some(CouplingPhase::Releasing)) => Prospect::ByItself,
+        (0, Some(CouplingPhase::Releasing)) => Prospect::Spontaneous,
         (0, _) => Prospect::ByOrder,
         // A pending plate takes effect by the master's motion; a new one has to be commanded.
         _ if at.slave.queues(StateWord::CAM_TABLE_QUEUED) => by_master(at),
@@ -60,7 +60,7 @@ pub(super) const fn by_plate(wanted: TableId, at: &Inputs<'_>) -> Prospect {
 /// Prospect that requires a ready master.
 const fn once(master_ready: bool) -> Prospect {
     if master_ready {
-        Prospect::ByItself
+        Prospect::Spontaneous
     } else {
         Prospect::ByMaster
     }
@@ -78,10 +78,10 @@ pub(super) const fn by_start(at: &Inputs<'_>) -> Prospect {
 /// Prospect that requires a motion; an endless one counts only if `leads_there`, by its velocity.
 pub(super) fn by_motion(at: &Inputs<'_>, leads_there: fn(f64) -> bool) -> Prospect {
     match at.slave.outlook {
-        Outlook::AtRest if at.slave.is_switching_on => Prospect::ByItself,
+        Outlook::AtRest if at.slave.is_switching_on => Prospect::Spontaneous,
         Outlook::AtRest => by_start(at),
         Outlook::ConstantVelocity(velocity) if !leads_there(velocity) => Prospect::ByOrder,
-        Outlook::ConstantVelocity(_) | Outlook::UnderWay | Outlook::Led => Prospect::ByItself,
+        Outlook::ConstantVelocity(_) | Outlook::UnderWay | Outlook::Led => Prospect::Spontaneous,
     }
 }
 
@@ -101,7 +101,7 @@ pub(super) fn by_state(wanted: AxisStatus, at: &Inputs<'_>) -> Prospect {
         _ => false,
     };
     if may_come {
-        Prospect::ByItself
+        Prospect::Spontaneous
     } else {
         Prospect::ByOrder
     }

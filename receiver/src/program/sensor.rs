@@ -12,14 +12,14 @@ use crate::marks::MarksConfig;
 pub(super) struct Sensor {
     marks: MarksConfig,
     /// Detected marks; none while there is no master.
-    seen: Option<Seen>,
+    seen: Option<MarkNumbers>,
     /// The mark used last.
     used: Option<u64>,
 }
 
 /// Numbers of the detected marks.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct MarkNumbers {
     /// The oldest mark that is neither used nor past.
     oldest: u64,
     /// The next mark to reach the sensor.
@@ -28,7 +28,7 @@ struct Seen {
 
 /// A mark to be used, and its distance from the one used before.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mark {
+pub(super) struct SensorMark {
     /// Position of the master when the mark is at the slave's position 0, u of the master.
     pub(super) position: f64,
     /// Distance from the mark used before, u of the master; the first spacing if none was.
@@ -55,7 +55,7 @@ impl Sensor {
         let Some(seen) = &mut self.seen else {
             // Marks already between sensor and slave were not detected.
             let next = self.marks.first_beyond(at_sensor);
-            self.seen = Some(Seen { oldest: next, next });
+            self.seen = Some(MarkNumbers { oldest: next, next });
             return;
         };
         if self.marks.position(seen.next) <= at_sensor {
@@ -67,11 +67,11 @@ impl Sensor {
     }
 
     /// The oldest mark to be used.
-    pub(super) fn mark(&self) -> Option<Mark> {
+    pub(super) fn mark(&self) -> Option<SensorMark> {
         let seen = self.seen.filter(|seen| seen.oldest < seen.next)?;
         let position = self.marks.position(seen.oldest);
         let before = self.used.map(|used| self.marks.position(used));
-        Some(Mark {
+        Some(SensorMark {
             position,
             distance: before.map_or(self.marks.spacing.get(), |before| position - before),
         })

@@ -45,7 +45,7 @@ impl Situation {
 
 /// Inputs from the program itself.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passed {
+pub(super) struct ProgramInputs {
     pub(super) since_start: Seconds,
     pub(super) since_step: Seconds,
     /// True if there is a mark to be used.
@@ -60,7 +60,7 @@ pub(super) struct Passed {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inputs<'a> {
     pub(super) slave: &'a Situation,
-    pub(super) passed: &'a Passed,
+    pub(super) passed: &'a ProgramInputs,
     /// True if a command of the program is under way.
     pub(super) is_busy: bool,
 }

@@ -99,13 +99,13 @@ static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
 /// By hand: the first key selects the kind of command, so that errors behind it name their field.
 impl<'de> Deserialize<'de> for StepCommand {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(Named)
+        deserializer.deserialize_map(StepCommandVisitor)
     }
 }
 
-struct Named;
+struct StepCommandVisitor;
 
-impl<'de> Visitor<'de> for Named {
+impl<'de> Visitor<'de> for StepCommandVisitor {
     type Value = StepCommand;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -33,7 +33,7 @@ pub(super) struct Journal {
     before: Option<ReceiverSnapshot>,
     /// State of the unanswered time requests to each node received from.
     asked: Vec<Asked>,
-    window: Option<Window>,
+    window: Option<NoteWindow>,
 }
 
 /// A line for the log.
@@ -67,7 +67,7 @@ const MOST_LINES: u32 = 10;
 const WINDOW: Span = Span::from_secs(1);
 
 #[derive(Debug)]
-struct Window {
+struct NoteWindow {
     began: Instant<Machine>,
     lines: u32,
     left_out: u32,
@@ -117,11 +117,11 @@ impl Journal {
     }
 
     fn keep_short(&mut self, at: Instant<Machine>, notes: &mut Vec<Note>) {
-        let window = self.window.get_or_insert(Window::beginning(at));
+        let window = self.window.get_or_insert(NoteWindow::beginning(at));
         let mut left_out = 0;
         if at - window.began >= WINDOW {
             left_out = window.left_out;
-            *window = Window::beginning(at);
+            *window = NoteWindow::beginning(at);
         }
         let room = MOST_LINES.saturating_sub(window.lines) as usize;
         window.left_out += notes.len().saturating_sub(room) as u32;
@@ -134,7 +134,7 @@ impl Journal {
     }
 }
 
-impl Window {
+impl NoteWindow {
     const fn beginning(at: Instant<Machine>) -> Self {
         Self {
             began: at,

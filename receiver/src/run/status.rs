@@ -33,7 +33,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
     status.insert("cycle_time_us".to_owned(), json!(cycle_time));
     status.insert("error".to_owned(), json!(Fault::of(snapshot)));
     let mut far = named(&instances, Group::FarNode, far);
-    for ((n, (_, status)), heard) in far.iter_mut().enumerate().zip(config.heard_nodes()) {
+    for ((n, (_, status)), heard) in far.iter_mut().enumerate().zip(config.received_nodes()) {
         let of = (heard.place > 0).then(|| &config.far[heard.far].node);
         put(status, "standby_of", json!(of));
         put(status, "error", json!(Fault::of_far(snapshot, n)));

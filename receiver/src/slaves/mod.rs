@@ -148,7 +148,7 @@ impl Slaves {
         for place in 0..self.by_id.len() {
             let n = self.by_id[place];
             let leads = self.leads[n];
-            let says = self.ask(n, |slave| slave.say(leads, &mut axes[said]));
+            let says = self.ask(n, |slave| slave.write_axis(leads, &mut axes[said]));
             said += usize::from(says);
         }
         self.axes = axes;

@@ -159,7 +159,7 @@ impl Slave {
                 self.note_refusal(refusal);
                 Err(refusal)
             }
-            (Ok(()), Some(command)) => self.do_due(&command),
+            (Ok(()), Some(command)) => self.execute_step(&command),
             (Ok(()), None) => Ok(None),
         };
         if let Some(program) = &mut self.program {
@@ -168,7 +168,7 @@ impl Slave {
     }
 
     /// Executes a command of its program; those on the plates have no job.
-    fn do_due(&mut self, due: &Due) -> Result<Option<Job>, Refusal> {
+    fn execute_step(&mut self, due: &Due) -> Result<Option<Job>, Refusal> {
         let done = match due {
             Due::Slave(command) => return self.command(command, Origin::Program).map(Some),
             Due::SelectPlate { plate, replace } => self.axis.select_reserved_cam(*plate, *replace),
@@ -233,7 +233,7 @@ impl Slave {
 
     /// Writes its published axis structure; `leads` is true if it leads another. Before coupling,
     /// if coupled from the start, it writes none and returns false.
-    pub(super) fn say(&self, leads: bool, axis: &mut NcToPlcAxis) -> bool {
+    pub(super) fn write_axis(&self, leads: bool, axis: &mut NcToPlcAxis) -> bool {
         if self.set().is_none() {
             return false;
         }
@@ -367,16 +367,22 @@ impl Slave {
         let queued = self.axis.cam_queued();
         *signals = SlaveSignals {
             position: set.map(|set| set.position),
-            modulo_position: by_turns(set.map(|set| set.position), self.axis.modulo()),
+            modulo_position: position_within_period(
+                set.map(|set| set.position),
+                self.axis.modulo(),
+            ),
             master_position: self.master_position,
-            master_modulo_position: by_turns(self.master_position, self.master_modulo),
+            master_modulo_position: position_within_period(
+                self.master_position,
+                self.master_modulo,
+            ),
             slave_sync_position: sync.map(|sync| sync.slave),
             master_sync_position: sync.map(|sync| sync.master),
             velocity: set.map(|set| set.velocity),
             acceleration: set.map(|set| set.acceleration),
             guard: self.axis.tracking().into(),
             distance: self.axis.distance(),
-            set_anew: self.axis.times_set_anew(),
+            set_anew: self.axis.preset_count(),
             state: self.status(),
             phase,
             cam_table: cam.map(|cam| cam.table),
@@ -418,6 +424,6 @@ impl Slave {
 }
 
 /// A position within its modulo period; none without one.
-fn by_turns(position: Option<f64>, modulo: Option<Modulo>) -> Option<f64> {
+fn position_within_period(position: Option<f64>, modulo: Option<Modulo>) -> Option<f64> {
     Some(modulo?.of(position?).within)
 }

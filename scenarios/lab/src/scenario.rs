@@ -166,7 +166,7 @@ impl Scenario {
         let mut kept: BTreeSet<String> = names.iter().cloned().collect();
         // A chained receiver needs those before it.
         while let Some(more) = self.receivers.iter().find_map(|receiver| {
-            let heard = receiver.heard_nodes().into_iter();
+            let heard = receiver.received_nodes().into_iter();
             let needed = heard.map(|heard| heard.node.as_str());
             let is_missing = |needed: &&str| {
                 !kept.contains(*needed) && self.receivers.iter().any(|r| r.name.as_str() == *needed)

@@ -310,12 +310,14 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         Some(CoaxleCommand::Man { out }) => (man(&out)?, Exit::Failed),
         Some(CoaxleCommand::KeepBusy) => (recording::keep_busy().map(|()| true)?, Exit::Failed),
         Some(CoaxleCommand::Sender { node, page }) => {
-            return coaxle_sender::run::run_beside(&node, page.beside());
+            return coaxle_sender::run::run_with_service(&node, page.transport_service());
         }
         Some(CoaxleCommand::Receiver { node, page }) => {
-            return coaxle_receiver::run::run_beside(&node, page.beside());
+            return coaxle_receiver::run::run_with_service(&node, page.transport_service());
         }
-        Some(CoaxleCommand::Gateway { node, page }) => return gateway::run(&node, page.beside()),
+        Some(CoaxleCommand::Gateway { node, page }) => {
+            return gateway::run(&node, page.transport_service());
+        }
     };
     Ok(otherwise.done_if(good))
 }

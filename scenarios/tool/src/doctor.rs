@@ -13,7 +13,7 @@ use coaxle_clock::Span;
 use coaxle_host::Exposure;
 use coaxle_host::cli::parse_duration;
 use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
-use coaxle_host::fitness::{self, Finding, Weight};
+use coaxle_host::fitness::{self, Finding, Severity};
 use coaxle_host::transport::is_local;
 use coaxle_node::keys::NodeName;
 use coaxle_node::lab::LabFields;
@@ -95,18 +95,18 @@ fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
             "wake-ups: {} of {}: half within {}, 999 of 1000 within {}, all within {}; {} missed a whole cycle",
             late.count, args.cycle, late.median, late.nearly_all, late.most, late.missed
         )?;
-        let verdict = late.verdict(args.cycle);
+        let verdict = late.judge(args.cycle);
         write_finding(&verdict, out)?;
         let mut all = found.iter().chain([&verdict]);
-        Ok(!all.any(|finding| finding.weight == Weight::Against))
+        Ok(!all.any(|finding| finding.severity == Severity::Unfit))
     })
 }
 
 fn write_finding(finding: &Finding, out: &mut dyn Write) -> anyhow::Result<()> {
-    let mark = match finding.weight {
-        Weight::Good => "good",
-        Weight::Note => "note",
-        Weight::Against => "against",
+    let mark = match finding.severity {
+        Severity::Good => "good",
+        Severity::Note => "note",
+        Severity::Unfit => "against",
     };
     writeln!(out, "{mark}: {}", finding.text)?;
     Ok(finding

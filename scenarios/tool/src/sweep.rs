@@ -14,7 +14,7 @@ use coaxle_lab::sweep::{MOST_RUNS, Options, Prepared, Setup, SweepAxis, SweepPro
 use coaxle_os::exit::Exit;
 use coaxle_os::machine::{self, Machine};
 use coaxle_report::inspect::print_text;
-use coaxle_report::sweep::{self, Outcome};
+use coaxle_report::sweep::{self, SweepOutcome};
 use coaxle_trials::Bar;
 
 /// Arguments of a sweep.
@@ -124,7 +124,7 @@ impl SweepArgs {
 }
 
 /// A case of the report for each point that was run.
-fn cases(outcome: &Outcome) -> impl Iterator<Item = JunitCase> {
+fn cases(outcome: &SweepOutcome) -> impl Iterator<Item = JunitCase> {
     outcome.points.iter().map(|point| {
         let lines: Vec<_> = (point.failures.iter())
             .map(|(seed, line)| format!("seed {seed}: {line}"))
@@ -143,7 +143,7 @@ fn cases(outcome: &Outcome) -> impl Iterator<Item = JunitCase> {
 const MOST_LINES: usize = 20;
 
 /// The results for a person.
-fn results_text(outcome: &Outcome, seeds: NonZeroUsize) -> String {
+fn results_text(outcome: &SweepOutcome, seeds: NonZeroUsize) -> String {
     let mut text = outcome.table.clone();
     if seeds.get() > 1 {
         text += &format!("\n\nmedians of {seeds} seeds");
@@ -160,7 +160,7 @@ fn results_text(outcome: &Outcome, seeds: NonZeroUsize) -> String {
 }
 
 /// Empty if nothing was expected.
-fn expectations(outcome: &Outcome) -> String {
+fn expectations(outcome: &SweepOutcome) -> String {
     let (points, failed) = (outcome.points.len(), outcome.failed().count());
     if outcome.points.iter().all(|point| point.judged == 0) {
         return String::new();
@@ -187,7 +187,7 @@ fn run_with_progress(
     prepared: &Prepared,
     options: &Options,
     command: &str,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<SweepOutcome> {
     let bar = Mutex::new(Bar::new("of the grid".to_owned())?);
     let is_terminal = std::io::stderr().is_terminal();
     let lines = Mutex::new(ProgressLines::new());

@@ -39,7 +39,7 @@ pub enum DriveFault {
     #[error(
         "the drive is at {received}, expected it within {window} of {expected}, where the axis may stand"
     )]
-    Elsewhere {
+    PositionMismatch {
         /// Position of the drive, u.
         received: f64,
         /// Standstill position of the axis, u, in the drive's positions.
@@ -75,7 +75,7 @@ impl DriveFault {
             | Self::NotReady { .. }
             | Self::Reported { .. }
             | Self::PowerLost
-            | Self::Elsewhere { .. } => 0x4650,
+            | Self::PositionMismatch { .. } => 0x4650,
             Self::Silent { .. } | Self::UnknownState { .. } | Self::Implausible { .. } => 0x4655,
         }
     }

@@ -256,7 +256,7 @@ impl<L: DriveLink> ProcessDrive<L> {
     /// Starts following, if the drive is at its set position.
     fn begin(&mut self) -> Result<(), DriveFault> {
         if self.monitor.is_beyond(self.following_error()) {
-            return Err(DriveFault::Elsewhere {
+            return Err(DriveFault::PositionMismatch {
                 received: self.position(),
                 expected: self.last_set,
                 window: self.parameters.following_error_window,

@@ -126,14 +126,14 @@ impl Envelope {
     }
 
     /// True if this acceleration of a target is credible.
-    pub(super) fn believes(&self, acceleration: f64) -> bool {
+    pub(super) fn is_credible(&self, acceleration: f64) -> bool {
         acceleration.abs() <= highest_acceleration(&self.binding) * (1.0 + RELATIVE)
     }
 
     /// True if a motion within the jerk limit that has passed through a series can have this
     /// velocity and acceleration now: the differences are the effect of the jerk in the time that
     /// they look back, the [pace](PACE) of the clock in which it is stated, and rounding.
-    pub(super) fn bears_out(&self, series: &Differences, state: &Kinematics) -> bool {
+    pub(super) fn confirms(&self, series: &Differences, state: &Kinematics) -> bool {
         let seen = self.state_now(series);
         let rounding = self.rounding(series.position, series.position) * self.rate;
         let (cycles, back) = series.looks_back();

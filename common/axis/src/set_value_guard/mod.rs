@@ -216,7 +216,7 @@ impl SetValueGuard {
     /// limit from its differences, and else those of the positions.
     #[must_use]
     pub fn borne_out(&self, set: &Kinematics) -> Kinematics {
-        if self.envelope.bears_out(&self.history.set, set) {
+        if self.envelope.confirms(&self.history.set, set) {
             *set
         } else {
             Kinematics {
@@ -338,7 +338,7 @@ impl SetValueGuard {
             && envelope.allows_velocity(target.velocity)
             && envelope.allows_acceleration(target.acceleration)
             && (envelope.is_quick() || self.history.target.is_consistent())
-            && envelope.bears_out(set, target);
+            && envelope.confirms(set, target);
         let wanted = if is_stated {
             Kinematics {
                 position: set.position,

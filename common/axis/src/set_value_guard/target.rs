@@ -14,7 +14,7 @@ pub(super) struct Target {
     gap: f64,
     stated: Kinematics,
     /// Successive cycles in which it did not move as stated.
-    beside: u8,
+    deviating_cycles: u8,
     last_position: f64,
 }
 
@@ -33,7 +33,7 @@ const CHANGE: f64 = 0.5;
 
 /// Number of successive deviating cycles that count. A motion may begin and end within a cycle, and
 /// positions show little of that; a target with false stated values deviates again in the next.
-const BESIDE: u8 = 3;
+const DEVIATING_CYCLES: u8 = 3;
 
 /// Greatest number of cycles over which differences still show the course of a target.
 const MOST_MISSING: f64 = 4.0;
@@ -45,7 +45,7 @@ impl Target {
             from: state.position,
             gap: 1.0,
             stated: *state,
-            beside: 0,
+            deviating_cycles: 0,
             last_position: state.position,
         }
     }
@@ -65,8 +65,8 @@ impl Target {
             from: self.series.position,
             gap: cycles,
             stated: *next,
-            beside: match is_known && !self.goes_on(next, &series, rate) {
-                true => self.beside.saturating_add(1),
+            deviating_cycles: match is_known && !self.goes_on(next, &series, rate) {
+                true => self.deviating_cycles.saturating_add(1),
                 false => 0,
             },
             last_position,
@@ -89,7 +89,7 @@ impl Target {
 
     /// True for a target whose newest positions match its stated velocities.
     pub(super) const fn is_consistent(&self) -> bool {
-        self.beside < BESIDE
+        self.deviating_cycles < DEVIATING_CYCLES
     }
 
     /// The last position that was a number, u.
@@ -129,7 +129,7 @@ impl Target {
 
     fn stated_course(&self, envelope: &Envelope) -> Course {
         let stated = self.stated.acceleration;
-        let believed = envelope.believes(stated);
+        let believed = envelope.is_credible(stated);
         let acceleration = if believed { stated } else { 0.0 };
         Course {
             velocity: self.stated.velocity - acceleration * envelope.cycle_time / 2.0,

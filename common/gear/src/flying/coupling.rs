@@ -1,8 +1,8 @@
 //! The flying gear as a coupling of a slave axis.
 
 use coaxle_axis::{
-    Awaits, Coupling, CouplingPhase, Engage, Job, Manner, NoFault, NotPlanned, PlanInputs, Planned,
-    Scan, Step, SyncPositions,
+    Awaits, Coupling, CouplingEffect, CouplingPhase, Engage, Job, NoFault, NotPlanned, PlanInputs,
+    Planned, Scan, Step, SyncPositions,
 };
 use coaxle_curve::profile::Kinematics;
 
@@ -61,7 +61,7 @@ impl Engage for FlyingGearCoupling {
         Ok(Planned {
             change: FlyingGearChange { gear, dynamics },
             awaits: Awaits::LIMITS,
-            manner: Manner::Engage,
+            effect: CouplingEffect::Engage,
         })
     }
 

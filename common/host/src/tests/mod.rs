@@ -114,7 +114,7 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
             Ok(Toy::sending(start, cycle_time, body(&sender, epoch)))
         }),
         recorder: Box::new(memory.clone()),
-        beside: None,
+        transport_service: None,
     }
 }
 

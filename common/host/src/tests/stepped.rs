@@ -120,7 +120,7 @@ impl Stepped {
         }
         let (orders, server, requests) = commands(&node);
         session.take_orders(&node, requests).unwrap();
-        session.watch_hearers(&node).unwrap();
+        session.watch_receivers(&node).unwrap();
         let session = Arc::new(session);
         let (circle_search, circles) =
             CircleSearch::open(&node, subscriptions, server.circles(), &network.transport).unwrap();

@@ -24,7 +24,7 @@ use crate::counters::Counters;
 use crate::faults::Faults;
 use crate::mailbox::Inbox;
 use crate::reception::{Contact, Reception};
-use receiver::Way;
+use receiver::BeaconPath;
 use sender::BeaconChannel;
 
 pub(crate) use receiver::BeaconReceiver;
@@ -112,7 +112,7 @@ impl TimingChannel {
         if let (Reader::Beacons(intake), Some(secret)) = (&mut subscription.reader, &self.secret) {
             *intake = intake.clone().authenticated(secret);
         }
-        self.receiver.add(Way {
+        self.receiver.add(BeaconPath {
             channel,
             from: address_of(&self.endpoints, false, channel, far),
             reception: Reception::new(&subscription, seed, inbox, contact, Arc::clone(counters))?,
@@ -179,7 +179,7 @@ const MOST_PEERS: usize = 64;
 
 impl Peers {
     /// Notes that a node sent a beacon from there. A beacon older than its newest one is ignored.
-    fn heard(&self, label: BeaconLabel, address: SocketAddr) {
+    fn note(&self, label: BeaconLabel, address: SocketAddr) {
         let mut peers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let peer = Peer {
             requester: label.requester,

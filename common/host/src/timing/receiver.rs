@@ -16,7 +16,7 @@ use crate::reception::Reception;
 const PAUSE: Span = Span::from_millis(100);
 
 /// A path by which beacons arrive.
-pub(crate) struct Way {
+pub(crate) struct BeaconPath {
     pub(crate) channel: Channel,
     /// Required source address: responses come from the address that the beacons were sent to.
     pub(crate) from: Option<SocketAddr>,
@@ -27,7 +27,7 @@ pub(crate) struct Way {
 pub(crate) struct BeaconReceiver<S> {
     socket: S,
     peers: Peers,
-    ways: Vec<Way>,
+    paths: Vec<BeaconPath>,
 }
 
 impl<S: StampedSocket> BeaconReceiver<S> {
@@ -35,13 +35,13 @@ impl<S: StampedSocket> BeaconReceiver<S> {
         Self {
             socket,
             peers,
-            ways: Vec::new(),
+            paths: Vec::new(),
         }
     }
 
     /// Adds a path to receive by.
-    pub(crate) fn add(&mut self, way: Way) {
-        self.ways.push(way);
+    pub(crate) fn add(&mut self, path: BeaconPath) {
+        self.paths.push(path);
     }
 
     /// Receives until `stop` is set.
@@ -66,20 +66,20 @@ impl<S: StampedSocket> BeaconReceiver<S> {
             return;
         };
         // Responses of a node come from its address; all else counts as beacons to this one.
-        let answers = |way: &&mut Way| way.from == Some(came.from);
-        let way = match self.ways.iter_mut().find(answers) {
-            Some(way) => Some(way),
-            None => self.ways.iter_mut().find(|way| way.from.is_none()),
+        let answers = |path: &&mut BeaconPath| path.from == Some(came.from);
+        let path = match self.paths.iter_mut().find(answers) {
+            Some(path) => Some(path),
+            None => self.paths.iter_mut().find(|path| path.from.is_none()),
         };
-        let Some(way) = way else {
+        let Some(path) = path else {
             return;
         };
-        let is_good = way.reception.take(Instant::from_nanos(at), bytes);
+        let is_good = path.reception.take(Instant::from_nanos(at), bytes);
         if is_good
-            && way.channel == Channel::BeaconRequests
-            && let Some(label) = BeaconLabel::of(way.channel, bytes)
+            && path.channel == Channel::BeaconRequests
+            && let Some(label) = BeaconLabel::of(path.channel, bytes)
         {
-            self.peers.heard(label, came.from);
+            self.peers.note(label, came.from);
         }
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct BeaconChannel {
 
 /// The newest beacon to a node.
 #[derive(Clone, Copy, Debug)]
-struct Sent {
+struct SentBeacon {
     channel: Channel,
     far: u16,
     label: BeaconLabel,
@@ -43,7 +43,7 @@ pub(crate) struct BeaconSender<S> {
     socket: S,
     peers: Peers,
     channels: Vec<BeaconChannel>,
-    sent: Vec<Sent>,
+    sent: Vec<SentBeacon>,
     /// Number of datagrams sent.
     number: u32,
     sealed: Vec<u8>,
@@ -95,7 +95,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             // Lost by an injected fault.
             return true;
         };
-        let same = |sent: &Sent| {
+        let same = |sent: &SentBeacon| {
             (sent.channel, sent.far, sent.label.requester)
                 == (frame.channel, frame.far, label.requester)
         };
@@ -122,7 +122,7 @@ impl<S: StampedSocket> BeaconSender<S> {
         if self.sent.len() == MOST {
             self.sent.remove(0);
         }
-        self.sent.push(Sent {
+        self.sent.push(SentBeacon {
             channel: frame.channel,
             far: frame.far,
             label,
@@ -140,11 +140,11 @@ impl<S: StampedSocket> BeaconSender<S> {
         while let Some((number, left_ns)) = self.socket.departure() {
             let left = Instant::from_nanos(left_ns);
             // A stamp of another beacon would be off by far more.
-            let fits = |sent: &Sent| {
+            let fits = |sent: &SentBeacon| {
                 sent.left.is_none()
                     && (sent.called - READING..=sent.called + LATEST).contains(&left)
             };
-            let counted = |sent: &Sent| sent.number == number && fits(sent);
+            let counted = |sent: &SentBeacon| sent.number == number && fits(sent);
             let sent = &mut self.sent;
             // A datagram that the kernel refused may have been counted by it, or not.
             let place = sent.iter().position(counted);

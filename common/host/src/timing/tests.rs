@@ -18,7 +18,7 @@ use coaxle_node::{BeaconRequest, Channel, Message, Stamps};
 use coaxle_os::machine;
 use coaxle_os::stamped_socket::{ReceivedDatagram, StampedSocket};
 
-use super::receiver::{BeaconReceiver, Way};
+use super::receiver::{BeaconPath, BeaconReceiver};
 use super::sender::{BeaconChannel, BeaconSender};
 use super::{Peers, Socket};
 use crate::counters::Counters;
@@ -194,12 +194,12 @@ fn subscription(channel: Channel) -> Subscription {
     wiring.subscriptions[0].clone()
 }
 
-fn way(channel: Channel, from: Option<SocketAddr>) -> (Way, Mailbox) {
+fn way(channel: Channel, from: Option<SocketAddr>) -> (BeaconPath, Mailbox) {
     let counters = Arc::new(Counters::default());
     let (inbox, mailbox) = mailbox(16, 0, Arc::clone(&counters.mailbox_dropped));
     let subscription = subscription(channel);
     let reception = Reception::new(&subscription, 1, inbox, Contact::new(), counters);
-    let way = Way {
+    let way = BeaconPath {
         channel,
         from,
         reception: reception.unwrap(),

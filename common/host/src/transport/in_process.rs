@@ -239,7 +239,7 @@ impl Client for Requests {
         let ToKey { transport, key } = &self.to;
         let (reply, replies) = channel();
         for on_request in transport.all_meant(key, |hub| &mut hub.servers) {
-            let request = Sent {
+            let request = InProcessRequest {
                 key: key.clone(),
                 json: json.clone(),
                 reply: reply.clone(),
@@ -253,13 +253,13 @@ impl Client for Requests {
 }
 
 /// A request within the process.
-struct Sent {
+struct InProcessRequest {
     key: String,
     json: String,
     reply: Sender<Vec<u8>>,
 }
 
-impl Request for Sent {
+impl Request for InProcessRequest {
     fn key(&self) -> &str {
         &self.key
     }

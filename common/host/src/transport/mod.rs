@@ -72,7 +72,7 @@ pub trait Transport: Send + Sync {
     fn client(&self, key: &str, patience: Duration) -> anyhow::Result<Box<dyn Client>>;
 
     /// Finds out why a node is not visible, by trying to reach it. Takes some seconds.
-    fn why_unseen(&self, node: &str) -> Option<Unseen> {
+    fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
         let _ = node;
         None
     }
@@ -117,14 +117,14 @@ pub type Declared = Box<dyn Send + Sync>;
 
 /// Reasons why a node is not visible.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Unseen {
+pub enum InvisibilityReason {
     /// No response from its possible endpoints, or one from another node.
     Unreachable(String),
     /// Refusal by the node, or of the node by this one.
     Refused(String),
 }
 
-impl Unseen {
+impl InvisibilityReason {
     /// The reason in words.
     #[must_use]
     pub fn reason(&self) -> &str {

@@ -18,7 +18,7 @@ pub struct OutOfRange {
 }
 
 /// Adds the range to a schema.
-fn be_within(schema: &mut Schema, (least, most): (Bound<f64>, Bound<f64>)) {
+fn add_range(schema: &mut Schema, (least, most): (Bound<f64>, Bound<f64>)) {
     let bounds = [
         (least, "minimum", "exclusiveMinimum"),
         (most, "maximum", "exclusiveMaximum"),
@@ -44,7 +44,7 @@ macro_rules! checked_number {
             const RANGE: (Bound<f64>, Bound<f64>) = $range;
 
             fn bounded(schema: &mut Schema) {
-                be_within(schema, Self::RANGE);
+                add_range(schema, Self::RANGE);
             }
 
             /// # Errors

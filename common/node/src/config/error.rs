@@ -88,7 +88,7 @@ impl ConfigError {
         };
         let file = one_line(file);
         for mistake in mistakes.iter_mut().filter(|mistake| mistake.file == file) {
-            mistake.be_placed(text);
+            mistake.locate(text);
         }
         mistakes.sort_by_key(|mistake| mistake.position);
         Self::Wrong(mistakes)
@@ -183,7 +183,7 @@ impl Mistake {
 
     /// Looks its field up in the text of its file. A subfield at the beginning of the reason is
     /// moved to the field.
-    fn be_placed(&mut self, text: &str) {
+    fn locate(&mut self, text: &str) {
         if self.position.is_some() {
             return;
         }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use coaxle_plate::WrittenPoint;
 
 use super::columns::Columns;
-use super::field::{Field, Value, unsaid};
+use super::field::{Field, Value, default_point};
 use super::{MOST_ROWS, PointTable, too_many};
 use crate::config::ConfigError;
 use crate::two_columns;
@@ -80,7 +80,7 @@ fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, 
         let reason = format!("received {received} columns, expected {expected}, as in the header");
         return Err((None, reason));
     }
-    let mut point = unsaid();
+    let mut point = default_point();
     for (field, cell) in columns.fields.iter().zip(cells) {
         // An empty cell means the default, except for the positions.
         if cell.is_empty() && !matches!(field, Field::Master | Field::Slave) {

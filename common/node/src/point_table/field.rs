@@ -106,7 +106,7 @@ impl Value<'_> {
 }
 
 /// A point with defaults, and without positions.
-pub(super) const fn unsaid() -> WrittenPoint {
+pub(super) const fn default_point() -> WrittenPoint {
     WrittenPoint {
         index: None,
         law: None,
@@ -130,7 +130,7 @@ fn law(value: Value<'_>) -> Result<MotionLaw, String> {
     };
     found.ok_or_else(|| {
         let expected = "expected a law by its name, such as polynom5 or MOTIONFUNCTYPE_POLYNOM5, or by its code";
-        format!("received {}, {expected}", told(value))
+        format!("received {}, {expected}", received_text(value))
     })
 }
 
@@ -153,7 +153,7 @@ fn point_type(value: Value<'_>) -> Result<PointType, String> {
     found.ok_or_else(|| {
         let expected =
             "expected a type by its name, such as rest or MOTIONPOINTTYPE_REST, or by its code";
-        format!("received {}, {expected}", told(value))
+        format!("received {}, {expected}", received_text(value))
     })
 }
 
@@ -162,7 +162,7 @@ pub(super) fn type_name(kind: PointType) -> String {
     format!("MOTIONPOINTTYPE_{}", kind.file_name().to_uppercase())
 }
 
-fn told(value: Value<'_>) -> String {
+fn received_text(value: Value<'_>) -> String {
     match value {
         Value::Number(number) => number.to_string(),
         Value::Word(word) => format!("{word:?}"),

@@ -59,7 +59,7 @@ fn tables_of_all_countries_are_understood() {
             velocity,
             master,
             slave,
-            ..field::unsaid()
+            ..field::default_point()
         };
         let first = point(0.0, 0.5, Some(MotionLaw::Polynom5Mm), 0.0);
         PointTable::Points(vec![first, point(90.0, -1.25, None, velocity)])

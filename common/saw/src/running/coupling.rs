@@ -2,8 +2,8 @@
 
 use coaxle_axis::guard::ROUNDING;
 use coaxle_axis::{
-    Awaits, CommandState, Coupling, CouplingPhase, Engage, Job, Manner, NotPlanned, PlanInputs,
-    Planned, Scan, Step, SyncPositions,
+    Awaits, CommandState, Coupling, CouplingEffect, CouplingPhase, Engage, Job, NotPlanned,
+    PlanInputs, Planned, Scan, Step, SyncPositions,
 };
 use coaxle_curve::profile::Kinematics;
 
@@ -109,7 +109,7 @@ impl Engage for Saw {
         Ok(Planned {
             change: saw,
             awaits,
-            manner: Manner::Engage,
+            effect: CouplingEffect::Engage,
         })
     }
 

@@ -1,7 +1,7 @@
 //! Applying a plan, which cannot fail.
 
 use coaxle_axis::drive::DriveState;
-use coaxle_axis::{AxisStatus, CommandState, Job, Manner, Origin, Transition};
+use coaxle_axis::{AxisStatus, CommandState, CouplingEffect, Job, Origin, Transition};
 use coaxle_curve::profile::{Kinematics, Profile};
 
 use super::SlaveAxis;
@@ -40,8 +40,8 @@ impl SlaveAxis {
             effect,
             ..
         } = change;
-        if let Effect::Couple(engagement, manner) = &effect
-            && let Some(job) = self.adjust(engagement, *manner, command, origin)
+        if let Effect::Couple(engagement, coupling_effect) = &effect
+            && let Some(job) = self.adjust(engagement, *coupling_effect, command, origin)
         {
             return job;
         }
@@ -66,14 +66,14 @@ impl SlaveAxis {
     fn adjust(
         &mut self,
         engagement: &Engagement,
-        manner: Manner,
+        effect: CouplingEffect,
         command: &'static str,
         origin: Origin,
     ) -> Option<Job> {
-        let job = match manner {
-            Manner::Engage => return None,
-            Manner::Adjust => self.jobs.number(command, origin),
-            Manner::Continue => self.jobs.motion().0?,
+        let job = match effect {
+            CouplingEffect::Engage => return None,
+            CouplingEffect::Adjust => self.jobs.number(command, origin),
+            CouplingEffect::Continue => self.jobs.motion().0?,
         };
         self.couplings.apply(engagement, job);
         Some(job)

@@ -241,6 +241,6 @@ pub(super) fn coupled(
     planned: Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,
 ) -> Result<(Effect, Awaits), Refusal> {
     let planned = planned?;
-    let effect = Effect::Couple(planned.change, planned.manner);
+    let effect = Effect::Couple(planned.change, planned.effect);
     Ok((effect, planned.awaits))
 }

@@ -16,7 +16,7 @@ use crate::sync_position::{MASTER_TURNS, SLAVE_TURNS, SyncPosition, Travel, Wron
 
 /// The modulo periods of the axes that synchronise.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Turns {
+pub(super) struct SyncPeriods {
     /// Period of the first master.
     master: Option<Modulo>,
     /// Period of the axis.
@@ -34,7 +34,7 @@ impl SlaveAxis {
     /// Positions count continuously across periods: this is for positions commanded and shown
     /// within a period.
     pub const fn set_modulo(&mut self, own: Option<Modulo>, master: Option<Modulo>) {
-        self.turns = Turns { master, own };
+        self.turns = SyncPeriods { master, own };
     }
 
     /// Modulo period of the axis.
@@ -48,7 +48,7 @@ impl SlaveAxis {
     /// # Errors
     /// [`WrongSyncPosition`] names the field.
     pub fn check_sync_positions(&self, command: &Command) -> Result<(), WrongSyncPosition> {
-        let Turns { master, own } = self.turns;
+        let SyncPeriods { master, own } = self.turns;
         match command {
             Command::GearInPos(saw) => {
                 saw.master_sync_position

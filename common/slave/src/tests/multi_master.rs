@@ -47,9 +47,9 @@ impl Rig {
                 master.0.position += master.0.velocity * CYCLE.0;
             }
             let masters = Masters::of(self.masters.map(|master| Some(master.0)));
-            let set_anew = self.axis.times_set_anew();
+            let set_anew = self.axis.preset_count();
             self.axis.update(masters, CYCLE);
-            if self.axis.times_set_anew() != set_anew {
+            if self.axis.preset_count() != set_anew {
                 self.differences.begin_anew();
             }
             self.differences.keep(&self.axis, &PARAMETERS);

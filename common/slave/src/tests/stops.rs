@@ -111,7 +111,7 @@ fn a_stop_that_is_held_does_not_hold_the_one_that_takes_over() {
 fn traced(axis: &mut SlaveAxis, cycles: u32) -> std::vec::Vec<(AxisStatus, Kinematics, u32)> {
     let mut cycle = |_| {
         axis.update(None, CYCLE);
-        (axis.status(), axis.set(), axis.times_set_anew())
+        (axis.status(), axis.set(), axis.preset_count())
     };
     (0..cycles).map(&mut cycle).collect()
 }
@@ -144,7 +144,7 @@ fn power_taken_away_as_a_motion_ends_goes_after_a_cycle_at_rest_too() {
     while axis.status() != AxisStatus::Standstill {
         run(&mut axis, 1);
     }
-    let (last, before) = (axis.set(), axis.times_set_anew());
+    let (last, before) = (axis.set(), axis.preset_count());
     axis.command(&Command::Power(false)).unwrap();
     assert_eq!(axis.status(), AxisStatus::Stopping);
     let trace = traced(&mut axis, 3);

@@ -155,7 +155,7 @@ impl Rig {
         start(&mut axis, &Command::Power(true));
         Self {
             differences: Differences::of(&axis),
-            set_anew: axis.times_set_anew(),
+            set_anew: axis.preset_count(),
             before: [axis.set(); 2],
             axis,
             master: Conveyor::at_rest(),
@@ -218,7 +218,7 @@ impl Rig {
 
     /// Checks a preset, which may be caused by a command, with a motion in the same cycle.
     fn judge_set_anew(&mut self) -> Result<(), TestCaseError> {
-        let set_anew = self.axis.times_set_anew();
+        let set_anew = self.axis.preset_count();
         if set_anew == self.set_anew {
             return Ok(());
         }

@@ -340,7 +340,7 @@ fn faults() {
         .into(),
         DriveFault::Reported { error: 0x8611 }.into(),
         DriveFault::PowerLost.into(),
-        DriveFault::Elsewhere {
+        DriveFault::PositionMismatch {
             received: 5000.0,
             expected: 1000.0,
             window: 5.0,

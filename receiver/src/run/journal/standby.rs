@@ -16,7 +16,7 @@ pub(super) struct Heard {
 
 /// Every node received from, by its number.
 pub(super) fn heard(config: &ReceiverConfig) -> Vec<Heard> {
-    let heard = config.heard_nodes().into_iter();
+    let heard = config.received_nodes().into_iter();
     heard
         .map(|heard| Heard {
             name: heard.node.to_string(),

@@ -46,7 +46,7 @@ impl SkippedCycles {
     pub(super) fn new(scenario: &Scenario, topology: &Topology) -> Self {
         let nodes = scenario.senders.len() + scenario.receivers.len();
         let receivers = scenario.receivers.iter().map(|receiver| {
-            let heard = receiver.heard_nodes().into_iter();
+            let heard = receiver.received_nodes().into_iter();
             heard
                 .map(|heard| FollowedRun::of(topology.node(heard.node)))
                 .collect()

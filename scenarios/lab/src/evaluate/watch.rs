@@ -45,7 +45,7 @@ impl ReceiverWatch {
             let motion = MotionWatch::new(far, axis, cycle_time);
             AxisWatch::new(name, config.numbers_of(number), motion, cycle_time)
         };
-        let heard = config.heard_nodes().into_iter();
+        let heard = config.received_nodes().into_iter();
         let names = config.far_axis_names();
         Self {
             receiver: config.name.to_string(),

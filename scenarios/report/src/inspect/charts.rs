@@ -19,11 +19,11 @@ pub struct Charts {
     /// Labels of the marks.
     pub labels: Vec<String>,
     /// Levels to compare the curves with.
-    pub lines: [Vec<Line>; 4],
+    pub lines: [Vec<LevelLine>; 4],
 }
 
 /// A level in a chart.
-pub struct Line {
+pub struct LevelLine {
     /// Name of the level.
     pub name: &'static str,
     /// Value of the level.
@@ -134,7 +134,7 @@ impl Charts {
         curves
     }
 
-    fn level(&self, line: &Line, quantity: usize) -> Curve {
+    fn level(&self, line: &LevelLine, quantity: usize) -> Curve {
         let along = &self.course.along;
         let [from, to] = [along.first(), along.last()].map(|end| end.copied().unwrap_or(f64::NAN));
         Curve {
@@ -173,7 +173,7 @@ impl Charts {
 mod tests {
     use super::*;
 
-    fn charts(values: &[f64], lines: Vec<Line>) -> Charts {
+    fn charts(values: &[f64], lines: Vec<LevelLine>) -> Charts {
         let mut course = Sampled::default();
         for (n, value) in values.iter().enumerate() {
             let motion = Motion {
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn a_limit_far_away_is_there_and_decides_no_range() {
-        let limit = |value| Line {
+        let limit = |value| LevelLine {
             name: "limit",
             value,
             binds: true,

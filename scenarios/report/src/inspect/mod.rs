@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::Context;
 use coaxle_os::exit::wrong_argument;
 
-pub use charts::{Charts, Line, Sampled};
+pub use charts::{Charts, LevelLine, Sampled};
 pub use tables::{cells, right, table};
 pub use text::{QUANTITIES, name, shown};
 

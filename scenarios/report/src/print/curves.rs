@@ -2,7 +2,7 @@
 
 use coaxle_lab::curves::{Stretch, joined};
 
-use super::frame::{Drawing, Frame, dashes};
+use super::frame::{Drawing, PanelFrame, dashes};
 use super::picture::{Colour, Point, Shape};
 use crate::figure::{Curve, Data, Look, thinned};
 use crate::plotting::rgb;
@@ -16,7 +16,7 @@ const COLUMNS: f64 = 2.0;
 /// Least room for each dot, in typographic points.
 const ROOM_OF_A_DOT: f64 = 4.0;
 
-pub(super) fn draw(drawing: &mut Drawing<'_>, curve: &Curve, frame: &Frame) {
+pub(super) fn draw(drawing: &mut Drawing<'_>, curve: &Curve, frame: &PanelFrame) {
     let colour = rgb(&curve.colour);
     match &curve.data {
         Data::Points(points) | Data::Course(points) => {
@@ -32,7 +32,7 @@ pub(super) fn draw(drawing: &mut Drawing<'_>, curve: &Curve, frame: &Frame) {
     }
 }
 
-fn draw_points(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Frame) {
+fn draw_points(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &PanelFrame) {
     let colour = rgb(&curve.colour);
     let columns = COLUMNS * drawing.width();
     let is_known = |point: &Point| drawing.at(frame, *point).is_some();
@@ -69,7 +69,7 @@ fn draw_points(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame
 }
 
 /// Draws the spread of points: a band from one to the next, and a whisker at each.
-fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Frame) {
+fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &PanelFrame) {
     let colour = rgb(&curve.colour);
     let ends = points
         .iter()
@@ -97,7 +97,7 @@ fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Fr
 }
 
 /// Draws a band from the lowest to the highest values; a line where they are equal.
-fn band(drawing: &mut Drawing<'_>, stretches: &[Stretch], colour: Colour, frame: &Frame) {
+fn band(drawing: &mut Drawing<'_>, stretches: &[Stretch], colour: Colour, frame: &PanelFrame) {
     let ends = |of: fn(&Stretch) -> f64| -> Vec<Point> {
         let places = stretches.iter().map(|stretch| (stretch.t_s, of(stretch)));
         places.filter_map(|at| drawing.at(frame, at)).collect()

@@ -14,7 +14,7 @@ pub(super) struct Drawing<'a> {
 }
 
 /// Place, scale and range of a panel.
-pub(super) struct Frame<'a> {
+pub(super) struct PanelFrame<'a> {
     pub(super) top: f64,
     pub(super) bottom: f64,
     pub(super) scale: &'a Scale,
@@ -49,7 +49,7 @@ impl Drawing<'_> {
     }
 
     /// Returns the place of a value; one beyond the range at its edge. None for a value that has no place on its scale.
-    pub(super) fn at(&self, frame: &Frame<'_>, (x, y): Point) -> Option<Point> {
+    pub(super) fn at(&self, frame: &PanelFrame<'_>, (x, y): Point) -> Option<Point> {
         let (x, y) = (self.across.place(x), frame.scale.place(y));
         (x.is_finite() && y.is_finite()).then(|| (self.x_of(x), frame.y_of(y)))
     }
@@ -59,7 +59,7 @@ impl Drawing<'_> {
     }
 }
 
-impl Frame<'_> {
+impl PanelFrame<'_> {
     pub(super) fn height(&self) -> f64 {
         self.bottom - self.top
     }

@@ -14,7 +14,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use self::panels::Paper;
-use self::svg::Measure;
+use self::svg::SvgUnit;
 use crate::figure::{Figure, Maps};
 
 /// Width of a column of a paper, mm.
@@ -44,7 +44,7 @@ pub(crate) fn write(folder: &Path, figures: &[Figure], width_mm: f64) -> anyhow:
 /// Returns the figure as SVG and as PDF.
 fn files_of(figure: &Figure, width_mm: f64) -> [Vec<u8>; 2] {
     let picture = panels::picture(figure, &Paper::column(width_mm));
-    let svg = svg::drawn(&picture, Measure::Millimetres);
+    let svg = svg::drawn(&picture, SvgUnit::Millimetres);
     [svg.into_bytes(), pdf::drawn(&picture)]
 }
 
@@ -52,13 +52,13 @@ fn files_of(figure: &Figure, width_mm: f64) -> [Vec<u8>; 2] {
 #[must_use]
 pub fn svg(figure: &Figure) -> String {
     let picture = panels::picture(figure, &Paper::screen(figure));
-    svg::drawn(&picture, Measure::Pixels(PIXELS))
+    svg::drawn(&picture, SvgUnit::Pixels(PIXELS))
 }
 
 /// Returns maps as SVG for a screen.
 #[must_use]
 pub fn svg_of_maps(maps: &Maps) -> String {
-    svg::drawn(&maps::picture(maps), Measure::Pixels(PIXELS))
+    svg::drawn(&maps::picture(maps), SvgUnit::Pixels(PIXELS))
 }
 
 #[cfg(test)]

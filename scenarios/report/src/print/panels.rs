@@ -1,7 +1,7 @@
 //! Places of the panels of a figure on paper.
 
 use super::curves;
-use super::frame::{Drawing, Frame};
+use super::frame::{Drawing, PanelFrame};
 use super::legend::{legend, width_of_entry};
 use super::picture::{Anchor, BLACK, Colour, MM, Picture, SIZE, Shape, width_of};
 use crate::figure::{Figure, Panel};
@@ -99,7 +99,7 @@ fn draw_panel(
         ABOVE
     };
     let words = panel.scale.words().len();
-    let frame = Frame {
+    let frame = PanelFrame {
         top: top + above,
         bottom: top + above + height,
         scale: &panel.scale,
@@ -124,7 +124,7 @@ fn draw_panel(
     above + height + if is_last { BELOW } else { 2.0 }
 }
 
-fn grid(drawing: &mut Drawing<'_>, panel: &Panel, frame: &Frame<'_>, is_last: bool) {
+fn grid(drawing: &mut Drawing<'_>, panel: &Panel, frame: &PanelFrame<'_>, is_last: bool) {
     // Words may be longer than numbers.
     let words = drawing.across.words().iter();
     let longest = words.map(|word| width_of(word, SIZE) + 6.0);
@@ -150,7 +150,7 @@ fn grid(drawing: &mut Drawing<'_>, panel: &Panel, frame: &Frame<'_>, is_last: bo
     drawing.shapes.push(Shape::upward(at, panel.words()));
 }
 
-fn outline(drawing: &mut Drawing<'_>, frame: &Frame<'_>) {
+fn outline(drawing: &mut Drawing<'_>, frame: &PanelFrame<'_>) {
     let (left, right) = (drawing.left, drawing.right);
     let corners = [
         (left, frame.top),

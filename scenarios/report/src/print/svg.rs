@@ -7,18 +7,18 @@ use crate::html::escaped;
 
 /// Unit of the size of a picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Measure {
+pub(super) enum SvgUnit {
     /// Millimetres, at its true size.
     Millimetres,
     /// Pixels, given their number per point.
     Pixels(f64),
 }
 
-pub(super) fn drawn(picture: &Picture, measure: Measure) -> String {
+pub(super) fn drawn(picture: &Picture, measure: SvgUnit) -> String {
     let Picture { width, height, .. } = picture;
     let [wide, high] = [width, height].map(|length| match measure {
-        Measure::Millimetres => format!("{:.2}mm", length / MM),
-        Measure::Pixels(each) => format!("{:.0}", length * each),
+        SvgUnit::Millimetres => format!("{:.2}mm", length / MM),
+        SvgUnit::Pixels(each) => format!("{:.0}", length * each),
     });
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide}\" height=\"{high}\" \

@@ -1,16 +1,16 @@
 //! Figure of one beat, every cycle of it, without correction and with it.
 
-use super::shown::Shown;
+use super::shown::ColouredCurves;
 use crate::figure::{Across, Curve, Data, Figure, Look, Panel};
 use coaxle_lab::row::Row;
 use coaxle_lab::units;
 
 /// Returns the positions, velocity and acceleration around the beat of a receiver without correction, and of the best cured
 /// one.
-pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
+pub(super) fn figure(receivers: &[ColouredCurves<'_>]) -> Figure {
     let beats: Vec<_> = compared(receivers)
         .into_iter()
-        .filter_map(Beat::of)
+        .filter_map(ReceiverBeat::of)
         .collect();
     let unit = units::common(beats.iter().map(|beat| &beat.receiver.curves.unit));
     let panel = |quantity: &str, unit: String, curves: Vec<Curve>| Panel {
@@ -26,17 +26,17 @@ pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
         panel(
             "position – truth",
             unit.to_string(),
-            of_all().flat_map(Beat::offsets).collect(),
+            of_all().flat_map(ReceiverBeat::offsets).collect(),
         ),
         panel(
             "velocity",
             unit.in_place_of_u("u/s"),
-            of_all().map(Beat::velocity).collect(),
+            of_all().map(ReceiverBeat::velocity).collect(),
         ),
         panel(
             "acceleration",
             unit.in_place_of_u("u/s²"),
-            of_all().map(Beat::acceleration).collect(),
+            of_all().map(ReceiverBeat::acceleration).collect(),
         ),
     ];
     Figure {
@@ -53,7 +53,7 @@ pub(super) fn figure(receivers: &[Shown<'_>]) -> Figure {
 }
 
 /// Returns the first receiver without correction, and the best that cures it, of those that kept a beat.
-fn compared<'a, 'b>(receivers: &'b [Shown<'a>]) -> Vec<&'b Shown<'a>> {
+fn compared<'a, 'b>(receivers: &'b [ColouredCurves<'a>]) -> Vec<&'b ColouredCurves<'a>> {
     let with_beat = || (receivers.iter()).filter(|shown| !shown.curves.around_beat.is_empty());
     let of_mode = |mode| with_beat().find(|shown| shown.curves.mode == mode);
     let mut best = ["observer", "sync", "time", "pt1"].into_iter();
@@ -62,15 +62,15 @@ fn compared<'a, 'b>(receivers: &'b [Shown<'a>]) -> Vec<&'b Shown<'a>> {
 }
 
 /// A receiver's cycles around its beat.
-struct Beat<'a> {
-    receiver: &'a Shown<'a>,
+struct ReceiverBeat<'a> {
+    receiver: &'a ColouredCurves<'a>,
     rows: &'a [Row],
     /// Time of the beat, s.
     zero: f64,
 }
 
-impl<'a> Beat<'a> {
-    fn of(receiver: &'a Shown<'_>) -> Option<Self> {
+impl<'a> ReceiverBeat<'a> {
+    fn of(receiver: &'a ColouredCurves<'_>) -> Option<Self> {
         let rows = &receiver.curves.around_beat;
         let zero = time_of_beat(rows)?;
         Some(Self {

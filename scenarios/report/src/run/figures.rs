@@ -5,7 +5,7 @@ use coaxle_lab::summary::{ReceiverSummary, Summary};
 use coaxle_receiver::StateName;
 
 use super::around_beat;
-use super::shown::{Shown, coloured};
+use super::shown::{ColouredCurves, coloured};
 use super::slaves;
 use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Room, Scale};
 use crate::plotting::NEUTRAL;
@@ -26,7 +26,7 @@ pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {
             &curves.drift_ppm,
         ]
     });
-    let run = Run {
+    let run = RunFigures {
         summary,
         receivers: &shown,
         room: Room::shared_by(series.chain(positions)),
@@ -50,13 +50,13 @@ pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {
         .collect()
 }
 
-struct Run<'a> {
+struct RunFigures<'a> {
     summary: &'a Summary,
-    receivers: &'a [Shown<'a>],
+    receivers: &'a [ColouredCurves<'a>],
     room: Room,
 }
 
-impl Run<'_> {
+impl RunFigures<'_> {
     fn velocity(&self) -> Figure {
         let panels = self.receivers.iter().map(|receiver| {
             let data = |series| Data::of(series, self.room, 0.0);
@@ -88,12 +88,12 @@ impl Run<'_> {
         }
     }
 
-    fn figures(&self, receiver: &Shown<'_>) -> Option<&ReceiverSummary> {
+    fn figures(&self, receiver: &ColouredCurves<'_>) -> Option<&ReceiverSummary> {
         self.summary.receivers.get(&receiver.curves.name)
     }
 
     /// Returns the time at which the receiver first synchronised.
-    fn first_sync(&self, receiver: &Shown<'_>) -> Option<f64> {
+    fn first_sync(&self, receiver: &ColouredCurves<'_>) -> Option<f64> {
         let figures = self.figures(receiver)?;
         figures.time_to_sync_s?;
         figures.evaluated_from_s
@@ -112,7 +112,7 @@ impl Run<'_> {
 
     fn time_error(&self) -> Figure {
         // The mean error is minus the lag.
-        let lag = |receiver: &Shown<'_>| {
+        let lag = |receiver: &ColouredCurves<'_>| {
             let lag = self.figures(receiver).and_then(|figures| figures.lag_us);
             lag.unwrap_or_else(|| -middle(&receiver.curves.time_error_us))
         };
@@ -194,7 +194,7 @@ impl Run<'_> {
         &self,
         unit: &str,
         series: impl Fn(&Curves) -> &Series,
-        offset: impl Fn(&Shown<'_>) -> f64,
+        offset: impl Fn(&ColouredCurves<'_>) -> f64,
     ) -> Figure {
         let curves = self.receivers.iter().map(|receiver| {
             let data = Data::of(series(receiver.curves), self.room, offset(receiver));

@@ -4,17 +4,17 @@ use coaxle_lab::curves::{CurveWindow, Curves};
 
 /// A part of the run, and what happened there.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct EventInterval {
     pub(super) from_s: f64,
     pub(super) to_s: f64,
     pub(super) words: String,
 }
 
 /// Returns the places in order; overlapping ones are joined.
-pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
+pub(super) fn of(curves: &[Curves]) -> Vec<EventInterval> {
     let mut windows: Vec<&CurveWindow> = curves.iter().flat_map(|curves| &curves.windows).collect();
     windows.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-    let mut places: Vec<Place> = Vec::new();
+    let mut places: Vec<EventInterval> = Vec::new();
     for window in windows {
         let words = window.what.words();
         match places.last_mut() {
@@ -24,7 +24,7 @@ pub(super) fn of(curves: &[Curves]) -> Vec<Place> {
                     last.words = format!("{}, {words}", last.words);
                 }
             }
-            _ => places.push(Place {
+            _ => places.push(EventInterval {
                 from_s: window.from_s.max(0.0),
                 to_s: window.to_s,
                 words: words.to_owned(),

@@ -6,7 +6,7 @@ use coaxle_lab::curves::Curves;
 
 /// A receiver as plots show it.
 #[derive(Clone, Debug)]
-pub(super) struct Shown<'a> {
+pub(super) struct ColouredCurves<'a> {
     pub(super) curves: &'a Curves,
     pub(super) colour: String,
 }
@@ -16,7 +16,7 @@ const MODES: usize = 4;
 /// Chosen colours: those after the modes' own are free for all.
 const CHOSEN: usize = 7;
 
-impl Shown<'_> {
+impl ColouredCurves<'_> {
     pub(super) fn name(&self) -> &str {
         &self.curves.name
     }
@@ -33,7 +33,7 @@ impl Shown<'_> {
 
 /// Returns the receivers with a colour each, those without correction first; the first of each mode has the mode's own, in
 /// every report.
-pub(super) fn coloured(curves: &[Curves]) -> Vec<Shown<'_>> {
+pub(super) fn coloured(curves: &[Curves]) -> Vec<ColouredCurves<'_>> {
     let mut curves: Vec<_> = curves.iter().collect();
     curves.sort_by_key(|curves| (table::rank(curves.mode), curves.name.clone()));
     let mut taken = [false; MODES];
@@ -48,7 +48,7 @@ pub(super) fn coloured(curves: &[Curves]) -> Vec<Shown<'_>> {
     let absent = (0..MODES).filter(|n| !taken[*n]);
     let mut free = (MODES..CHOSEN).chain(absent).chain(CHOSEN..);
     let all = curves.into_iter().zip(own);
-    all.map(|(curves, own)| Shown {
+    all.map(|(curves, own)| ColouredCurves {
         curves,
         colour: colour(own.or_else(|| free.next()).unwrap_or(0)),
     })

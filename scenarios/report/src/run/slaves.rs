@@ -1,13 +1,13 @@
 //! Figures of the slaves: set positions, and errors of the cuts.
 
-use super::shown::Shown;
+use super::shown::ColouredCurves;
 use crate::figure::{Across, Curve, Data, Figure, Look, Panel, Room};
 use crate::plotting::colour;
 use coaxle_lab::summary::{Cut, Summary};
 use coaxle_lab::units;
 
 /// Returns the error of every cut, by receiver.
-pub(super) fn cuts(summary: &Summary, receivers: &[Shown<'_>]) -> Figure {
+pub(super) fn cuts(summary: &Summary, receivers: &[ColouredCurves<'_>]) -> Figure {
     let cuts = summary.receivers.values();
     let cuts = cuts.flat_map(|receiver| receiver.slaves.values().map(|slave| &slave.cuts));
     let cutting = cuts.filter(|cuts| cuts.cuts > 0);
@@ -48,7 +48,12 @@ const ERRORS: [(&str, Error); 2] = [
     ("off its mark", |cut| cut.position_error),
 ];
 
-fn curve_of_cuts(receiver: &Shown<'_>, list: &[Cut], error: Error, factor: f64) -> Option<Curve> {
+fn curve_of_cuts(
+    receiver: &ColouredCurves<'_>,
+    list: &[Cut],
+    error: Error,
+    factor: f64,
+) -> Option<Curve> {
     let known = list
         .iter()
         .filter_map(|cut| Some((cut.t_s, factor * error(cut)?)));
@@ -60,7 +65,7 @@ fn curve_of_cuts(receiver: &Shown<'_>, list: &[Cut], error: Error, factor: f64) 
 }
 
 /// Returns the set positions of all slaves, a panel per receiver.
-pub(super) fn positions(receivers: &[Shown<'_>], room: Room) -> Figure {
+pub(super) fn positions(receivers: &[ColouredCurves<'_>], room: Room) -> Figure {
     let panels = receivers.iter().map(|receiver| {
         let slaves = &receiver.curves.slaves;
         let curves = slaves.iter().enumerate().map(|(n, slave)| {

@@ -7,7 +7,7 @@ use crate::figure::{Across, Curve, Data, Figure, Look, Map, Maps, Panel, Scale, 
 use crate::plotting::colour;
 
 /// A plot as it is drawn.
-pub(super) enum Drawn {
+pub(super) enum SweepDrawing {
     /// A curve for each receiver or slave.
     Curves(Figure),
     /// A map for each receiver or slave.
@@ -15,10 +15,10 @@ pub(super) enum Drawn {
 }
 
 /// Returns the n-th plot of a sweep.
-pub(super) fn drawn(n: usize, plot: &Plot) -> Drawn {
+pub(super) fn drawn(n: usize, plot: &Plot) -> SweepDrawing {
     match &plot.up {
-        None => Drawn::Curves(curves(n, plot)),
-        Some(up) => Drawn::Maps(maps(n, plot, up)),
+        None => SweepDrawing::Curves(curves(n, plot)),
+        Some(up) => SweepDrawing::Maps(maps(n, plot, up)),
     }
 }
 
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn a_curve_has_its_medians_their_spread_and_a_gap_where_nothing_is_known() {
         let plot = plot("a=1,2,4", None, &[Some(1.0), None, Some(3.0)]);
-        let Drawn::Curves(figure) = drawn(0, &plot) else {
+        let SweepDrawing::Curves(figure) = drawn(0, &plot) else {
             panic!("curves");
         };
         assert_eq!(figure.across.scale, Scale::Linear);
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn what_spans_decades_is_logarithmic_and_words_stand_beside_each_other() {
         let decades = plot("a=1,10,100", None, &[Some(1.0), Some(100.0), Some(1e4)]);
-        let Drawn::Curves(figure) = drawn(0, &decades) else {
+        let SweepDrawing::Curves(figure) = drawn(0, &decades) else {
             panic!("curves");
         };
         assert_eq!(figure.across.scale, Scale::Logarithmic);
@@ -153,7 +153,7 @@ mod tests {
         let (low, high) = figure.panels[0].range.unwrap();
         assert!(low > 0.1 && low < 0.5 && high > 2e4, "{low} {high}");
         let words = plot("a=pt1,sync", None, &[Some(1.0), Some(1.0)]);
-        let Drawn::Curves(figure) = drawn(0, &words) else {
+        let SweepDrawing::Curves(figure) = drawn(0, &words) else {
             panic!("curves");
         };
         assert_eq!(figure.across.scale.words(), ["pt1", "sync"]);
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn two_axes_are_maps_and_say_what_is_left_out() {
         let plot = plot("a=1,2", Some("b=3"), &[Some(1.0), None]);
-        let Drawn::Maps(maps) = drawn(1, &plot) else {
+        let SweepDrawing::Maps(maps) = drawn(1, &plot) else {
             panic!("maps");
         };
         assert_eq!(maps.maps[0].cells, [Some(1.0), None]);

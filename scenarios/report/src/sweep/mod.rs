@@ -14,11 +14,11 @@ use coaxle_lab::sweep::shown::ShownRows;
 use coaxle_lab::sweep::{Options, Prepared, SweepProgress, SweepResult};
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
-use self::drawn::{Drawn, drawn};
+use self::drawn::{SweepDrawing, drawn};
 use crate::figure::{Figure, Maps};
 use crate::print;
 
-pub use outcome::Outcome;
+pub use outcome::SweepOutcome;
 
 /// Executes the runs that the folder does not have yet, and writes the results of all there, with the plot and the report,
 /// which has the command that repeats it. `on_progress` receives the progress, as [`Prepared::run`] says.
@@ -30,7 +30,7 @@ pub fn run(
     options: &Options,
     command: &str,
     on_progress: &(dyn Fn(&SweepProgress) -> bool + Sync),
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<SweepOutcome> {
     let SweepResult {
         runs,
         points,
@@ -44,7 +44,7 @@ pub fn run(
         .collect();
     let plot = folder.file("plot.svg");
     let plot = write_plot(&plot, sweep.scenario(), plots.first())?.then_some(plot);
-    let outcome = Outcome {
+    let outcome = SweepOutcome {
         table: table(&shown),
         runs,
         points,
@@ -57,10 +57,10 @@ pub fn run(
 }
 
 /// Writes the first of the plots with the name of its scenario. Returns false, and writes no file, if there is none.
-fn write_plot(path: &Path, name: &str, plot: Option<&Drawn>) -> anyhow::Result<bool> {
+fn write_plot(path: &Path, name: &str, plot: Option<&SweepDrawing>) -> anyhow::Result<bool> {
     let cannot = || format!("cannot write {}", path.display());
     let text = match plot {
-        Some(Drawn::Curves(figure)) => {
+        Some(SweepDrawing::Curves(figure)) => {
             let mut figure = figure.clone();
             let title = format!("{name}: {}", figure.title);
             for panel in &mut figure.panels {
@@ -69,7 +69,7 @@ fn write_plot(path: &Path, name: &str, plot: Option<&Drawn>) -> anyhow::Result<b
             }
             print::svg(&Figure { title, ..figure })
         }
-        Some(Drawn::Maps(maps)) => {
+        Some(SweepDrawing::Maps(maps)) => {
             let left_out = match maps.left_out {
                 0 => String::new(),
                 more => format!("; {more} more maps are left out"),

@@ -6,7 +6,7 @@ use coaxle_lab::sweep::PointOutcome;
 
 /// Result of a sweep, and its files.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct SweepOutcome {
     /// The figures of most interest, a row for each point and receiver: of several seeds the medians.
     pub table: String,
     /// Numbers of finished runs and of all runs.
@@ -21,7 +21,7 @@ pub struct Outcome {
     pub report: PathBuf,
 }
 
-impl Outcome {
+impl SweepOutcome {
     /// Reports whether all runs are finished: none was ended before.
     #[must_use]
     pub const fn is_whole(&self) -> bool {

@@ -6,8 +6,8 @@ use anyhow::Context;
 use coaxle_lab::sweep::shown::ShownRows;
 use coaxle_lab::sweep::{PointOutcome, Prepared};
 
-use super::drawn::Drawn;
-use super::outcome::Outcome;
+use super::drawn::SweepDrawing;
+use super::outcome::SweepOutcome;
 use crate::page::{HINT, document, escaped, figure_element, maps_element};
 
 /// Writes the report. Equal results give equal bytes.
@@ -17,8 +17,8 @@ use crate::page::{HINT, document, escaped, figure_element, maps_element};
 pub(super) fn write(
     sweep: &Prepared,
     shown: &ShownRows,
-    plots: &[Drawn],
-    outcome: &Outcome,
+    plots: &[SweepDrawing],
+    outcome: &SweepOutcome,
     command: &str,
 ) -> anyhow::Result<()> {
     let mut body = introduction(sweep, outcome);
@@ -27,8 +27,8 @@ pub(super) fn write(
     body += HINT;
     for plot in plots {
         body += &match plot {
-            Drawn::Curves(figure) => figure_element(figure),
-            Drawn::Maps(maps) => maps_element(maps),
+            SweepDrawing::Curves(figure) => figure_element(figure),
+            SweepDrawing::Maps(maps) => maps_element(maps),
         };
     }
     if plots.is_empty() {
@@ -46,7 +46,7 @@ pub(super) fn write(
     std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
 }
 
-fn introduction(sweep: &Prepared, outcome: &Outcome) -> String {
+fn introduction(sweep: &Prepared, outcome: &SweepOutcome) -> String {
     let (over, all) = outcome.runs;
     let (points, seeds) = (sweep.points(), sweep.seeds());
     let axes: Vec<_> = (sweep.axes().iter())
@@ -68,7 +68,7 @@ fn introduction(sweep: &Prepared, outcome: &Outcome) -> String {
 /// Greatest number of lines of unmet expectations, and of rows of the table.
 const MOST_LINES: usize = 500;
 
-fn not_met(outcome: &Outcome) -> String {
+fn not_met(outcome: &SweepOutcome) -> String {
     let judged: usize = outcome.points.iter().map(|point| point.judged).sum();
     let lines = || outcome.failed().flat_map(failures);
     let failed = lines().count();

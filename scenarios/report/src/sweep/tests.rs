@@ -34,7 +34,7 @@ fn options(out: &Path) -> Options {
     }
 }
 
-fn run(setup: &Setup, out: &Path) -> Outcome {
+fn run(setup: &Setup, out: &Path) -> SweepOutcome {
     super::run(&prepared(setup), &options(out), "", &|_| true).unwrap()
 }
 

@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use anyhow::Context;
 use coaxle_gateway::Gateway;
 use coaxle_gateway::config::GatewayConfig;
-use coaxle_host::{Beside, NodeArgs, Setup};
+use coaxle_host::{NodeArgs, Setup, TransportService};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::lab::{LabFields, NodeFile};
 use coaxle_os::exit::Exit;
@@ -26,10 +26,13 @@ use recorder::GatewayRecorder;
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file, a socket or the endpoints cannot be
 /// opened, or the trace could not be kept. A PLC that is not there is no error: the gateway waits for it.
-pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exit> {
+pub(crate) fn run(
+    args: &NodeArgs,
+    transport_service: Option<TransportService>,
+) -> anyhow::Result<Exit> {
     let (config, lab) = load(args)?;
     if args.check {
-        return args.say_ok().map(|()| Exit::Done);
+        return args.report_valid().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
     let stop = Arc::new(StopFlag::default());
@@ -37,7 +40,7 @@ pub(crate) fn run(args: &NodeArgs, beside: Option<Beside>) -> anyhow::Result<Exi
     let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
     let outcome = coaxle_host::run(Setup {
         lab,
-        ..setup(args, config, port, beside)?
+        ..setup(args, config, port, transport_service)?
     });
     stop.set();
     for thread in threads {
@@ -77,7 +80,7 @@ fn setup(
     args: &NodeArgs,
     config: GatewayConfig,
     port: RingPort,
-    beside: Option<Beside>,
+    transport_service: Option<TransportService>,
 ) -> anyhow::Result<Setup<Gateway<RingPort>>> {
     let rows = args.rows(
         &config.name,
@@ -100,7 +103,7 @@ fn setup(
         run_for: args.run_for,
         recorder: Box::new(GatewayRecorder::new(&config, rows)),
         build: Box::new(move |start, epoch| Ok(Gateway::new(&config, port, start, epoch))),
-        beside,
+        transport_service,
     })
 }
 

@@ -3,7 +3,7 @@
 use coaxle_gear::FlyingGear;
 use coaxle_node::gear_file::GearFile;
 use coaxle_report::figure::Figure;
-use coaxle_report::inspect::{Charts, Line, Sampled};
+use coaxle_report::inspect::{Charts, LevelLine, Sampled};
 use coaxle_report::page::{HINT, document, escaped, figure_element};
 
 use super::course::course;
@@ -48,7 +48,7 @@ fn charts(file: &GearFile, gear: &FlyingGear) -> Charts {
         |quantity: usize| format!("{}{}", file.slave_unit, ["", "/s", "/s²", "/s³"][quantity]);
     let both = |name, limit: f64| {
         [limit, -limit]
-            .map(|value| Line {
+            .map(|value| LevelLine {
                 name,
                 value,
                 binds: true,

@@ -2,7 +2,7 @@
 
 use coaxle_node::saw_file::SawFile;
 use coaxle_report::figure::Figure;
-use coaxle_report::inspect::{Charts, Line, Sampled};
+use coaxle_report::inspect::{Charts, LevelLine, Sampled};
 use coaxle_report::page::{HINT, document, escaped, figure_element};
 use coaxle_saw::{SawCommand, SawPlan, SyncLimits, SyncMask};
 
@@ -113,19 +113,19 @@ fn inwards(from: f64, to: f64) -> f64 {
 }
 
 /// The limits in force.
-pub(super) fn lines(saw: &SawFile) -> [Vec<Line>; 4] {
+pub(super) fn lines(saw: &SawFile) -> [Vec<LevelLine>; 4] {
     let axis = &saw.moment.axis;
     let given = limits(&saw.command);
     let mask = sync_mode(&saw.command).mask;
     // These shape the change of velocity, checked or not.
     let shaped = matches!(saw.command, SawCommand::GearInVelo(_));
-    let line = |name, value, flag| Line {
+    let line = |name, value, flag| LevelLine {
         name,
         value,
         binds: mask.contains(flag),
     };
     let both = |name, limit: f64, flag| {
-        [limit, -limit].map(|value| Line {
+        [limit, -limit].map(|value| LevelLine {
             binds: mask.contains(flag) || shaped && flag != SyncMask::MAX_VELO,
             ..line(name, value, flag)
         })

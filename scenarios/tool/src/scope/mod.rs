@@ -18,7 +18,7 @@ use std::time::Duration;
 use clap::Args;
 use coaxle_host::NetworkArgs;
 use coaxle_host::transport::Transport;
-use coaxle_host::{Beside, Commander, Watcher};
+use coaxle_host::{Commander, TransportService, Watcher};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 use coaxle_os::exit::Exit;
@@ -62,7 +62,7 @@ pub(crate) struct OwnPageArgs {
 
 impl OwnPageArgs {
     /// Page that runs beside the node on its transport, if it has one.
-    pub(crate) fn beside(&self) -> Option<Beside> {
+    pub(crate) fn transport_service(&self) -> Option<TransportService> {
         let page = PageArgs {
             page: self.page?,
             commands: self.commands,

@@ -153,7 +153,9 @@ fn absent(watcher: &Watcher, name: &NodeName) -> String {
         .filter(|node| node.is_alive)
         .collect();
     let why = match others.as_slice() {
-        [] => watcher.why_unseen(name).map(|why| why.reason().to_owned()),
+        [] => watcher
+            .invisibility_reason(name)
+            .map(|why| why.reason().to_owned()),
         others => {
             let names: Vec<_> = others.iter().map(|node| node.name.as_str()).collect();
             let meant = did_you_mean(name.as_str(), names.iter().copied());

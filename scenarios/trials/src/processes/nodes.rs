@@ -101,7 +101,7 @@ fn write_configs(
             config.relative_to(&here);
             config.seed = scenario.seed_of(&config.name);
             // Requesters connect to this node themselves.
-            let heard: Vec<_> = (config.heard_nodes().iter())
+            let heard: Vec<_> = (config.received_nodes().iter())
                 .map(|heard| heard.node.clone())
                 .collect();
             let followed = |node: &&usize| heard.contains(names[**node]);

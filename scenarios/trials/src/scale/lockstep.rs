@@ -2,7 +2,7 @@
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::frame::KeySeal;
-use coaxle_node::wiring::{self, Way, Wiring};
+use coaxle_node::wiring::{self, Wiring, WiringLink};
 use coaxle_node::{Channel, Node, Outgoing, Reader};
 use coaxle_os::machine;
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
@@ -17,7 +17,7 @@ pub(super) struct Lockstep {
     receivers: Vec<Receiver>,
     wirings: Vec<Wiring>,
     /// The links from each publication of each node.
-    ways: Vec<Vec<Vec<Way>>>,
+    ways: Vec<Vec<Vec<WiringLink>>>,
     /// Seal of each publication of each node.
     seals: Vec<Vec<KeySeal>>,
     /// Reader of each subscription of each node.
@@ -71,7 +71,7 @@ impl Lockstep {
         let of_senders = senders.iter().map(SenderConfig::wiring);
         let of_receivers = receivers.iter().map(ReceiverConfig::wiring);
         let wirings: Vec<_> = of_senders.chain(of_receivers).collect();
-        let mut ways: Vec<Vec<Vec<Way>>> = Vec::new();
+        let mut ways: Vec<Vec<Vec<WiringLink>>> = Vec::new();
         ways.extend((wirings.iter()).map(|wiring| vec![Vec::new(); wiring.publications.len()]));
         for way in wiring::links(&wirings) {
             ways[way.from][way.publication].push(way);

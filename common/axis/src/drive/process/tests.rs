@@ -237,7 +237,7 @@ fn one_that_is_not_where_it_is_told_to_be_does_not_begin() {
         link.obeys();
         link.0.lock().unwrap().says.as_mut().unwrap().position = 5.0;
     }
-    let elsewhere = DriveFault::Elsewhere {
+    let elsewhere = DriveFault::PositionMismatch {
         received: 5.0,
         expected: 3.0,
         window: 1.0,

@@ -21,7 +21,7 @@ const SILENCE: Duration = Duration::from_millis(500);
 
 /// Result of dialling.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Dialled {
+pub(super) enum DialResult {
     /// No response.
     Unreachable(String),
     /// A response without TLS.
@@ -29,25 +29,25 @@ pub(super) enum Dialled {
     /// A response, but one end does not trust the other.
     Refused(String),
     /// Mutual trust, with the name in the certificate of the other end.
-    Believed(Option<String>),
+    Trusted(Option<String>),
 }
 
 /// Dials an endpoint. Takes a few seconds at most for each address of its host.
-pub(super) fn dial(endpoint: &str, config: Arc<ClientConfig>) -> Dialled {
+pub(super) fn dial(endpoint: &str, config: Arc<ClientConfig>) -> DialResult {
     let Some((host, port)) = host_and_port(endpoint) else {
-        return Dialled::Unreachable("it has no address".to_owned());
+        return DialResult::Unreachable("it has no address".to_owned());
     };
     let host = host.trim_start_matches('[').trim_end_matches(']');
     let socket = match connected(host, port) {
         Ok(socket) => socket,
-        Err(error) => return Dialled::Unreachable(error.to_string()),
+        Err(error) => return DialResult::Unreachable(error.to_string()),
     };
     let Ok(name) = ServerName::try_from(host.to_owned()) else {
-        return Dialled::Refused(format!("{host:?} cannot be compared with a certificate"));
+        return DialResult::Refused(format!("{host:?} cannot be compared with a certificate"));
     };
     match ClientConnection::new(config, name) {
         Ok(connection) => shake_hands(connection, socket),
-        Err(error) => Dialled::Refused(error.to_string()),
+        Err(error) => DialResult::Refused(error.to_string()),
     }
 }
 
@@ -66,10 +66,10 @@ fn connected(host: &str, port: u16) -> io::Result<TcpStream> {
     Err(last)
 }
 
-fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> Dialled {
+fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> DialResult {
     while connection.is_handshaking() {
         if let Err(error) = connection.complete_io(&mut socket) {
-            return told_by(&error);
+            return result_of(&error);
         }
     }
     let certificates = connection.peer_certificates().unwrap_or_default();
@@ -78,7 +78,7 @@ fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> Diall
     loop {
         match connection.read_tls(&mut socket) {
             // Closed without an alert, or silent: not a refusal.
-            Ok(0) | Err(_) => return Dialled::Believed(name),
+            Ok(0) | Err(_) => return DialResult::Trusted(name),
             Ok(_) => {
                 if let Err(error) = connection.process_new_packets() {
                     return refused(&error);
@@ -89,23 +89,23 @@ fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> Diall
 }
 
 /// Result from a failed handshake: a TLS error, or a connection to a server without TLS.
-fn told_by(error: &io::Error) -> Dialled {
+fn result_of(error: &io::Error) -> DialResult {
     let inner = error.get_ref();
     match inner.and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
         Some(error) => refused(error),
         None if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-            Dialled::Unreachable("it says nothing".to_owned())
+            DialResult::Unreachable("it says nothing".to_owned())
         }
-        None => Dialled::WithoutTls,
+        None => DialResult::WithoutTls,
     }
 }
 
 /// Text for a received alert, or for a wrong certificate of the other end.
-fn refused(error: &rustls::Error) -> Dialled {
+fn refused(error: &rustls::Error) -> DialResult {
     use AlertDescription as Alert;
     use CertificateError as Found;
     let text = match error {
-        rustls::Error::InvalidMessage(_) => return Dialled::WithoutTls,
+        rustls::Error::InvalidMessage(_) => return DialResult::WithoutTls,
         rustls::Error::AlertReceived(alert) => match alert {
             Alert::CertificateRequired => {
                 "it wants a certificate, and this end has none".to_owned()
@@ -130,7 +130,7 @@ fn refused(error: &rustls::Error) -> Dialled {
         },
         other => other.to_string(),
     };
-    Dialled::Refused(text)
+    DialResult::Refused(text)
 }
 
 #[cfg(test)]
@@ -156,9 +156,9 @@ mod tests {
             let (mut socket, _) = listener.accept().unwrap();
             socket.write_all(b"this is not TLS at all").unwrap();
         });
-        assert_eq!(dial(&endpoint, nobody()), Dialled::WithoutTls);
+        assert_eq!(dial(&endpoint, nobody()), DialResult::WithoutTls);
         answers.join().unwrap();
         let closed = dial(&endpoint, nobody());
-        assert!(matches!(closed, Dialled::Unreachable(_)), "{closed:?}");
+        assert!(matches!(closed, DialResult::Unreachable(_)), "{closed:?}");
     }
 }

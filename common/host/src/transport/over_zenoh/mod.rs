@@ -30,10 +30,10 @@ pub use endpoint::{endpoint, host_and_port, is_local, is_over_udp};
 pub use exposure::Exposure;
 
 use self::error::zenoh_error;
-use self::unseen::Ways;
+use self::unseen::SessionEndpoints;
 use super::{
-    BytesHandler, Client, Declared, Delivery, PresenceHandler, Publisher, Request, RequestHandler,
-    SampleHandler, Transport, Unseen, Urgency,
+    BytesHandler, Client, Declared, Delivery, InvisibilityReason, PresenceHandler, Publisher,
+    Request, RequestHandler, SampleHandler, Transport, Urgency,
 };
 
 /// Timeout for leaving the network.
@@ -43,7 +43,7 @@ const CLOSING: Duration = Duration::from_secs(3);
 pub struct OverZenoh {
     session: zenoh::Session,
     whereabouts: String,
-    ways: Ways,
+    session_endpoints: SessionEndpoints,
 }
 
 impl OverZenoh {
@@ -53,9 +53,9 @@ impl OverZenoh {
     /// A wrong transport section, or a session that cannot be opened, with the endpoints.
     pub async fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
         let config = zenoh_config(transport)?;
-        let ways = Ways::of(&config, transport);
+        let session_endpoints = SessionEndpoints::of(&config, transport);
         let session = zenoh::open(config).await;
-        Self::opened(session, transport, ways)
+        Self::opened(session, transport, session_endpoints)
     }
 
     /// Joins the network from a thread that may wait.
@@ -64,14 +64,14 @@ impl OverZenoh {
     /// As [`Self::open`].
     pub fn open_and_wait(transport: &TransportConfig) -> anyhow::Result<Self> {
         let config = zenoh_config(transport)?;
-        let ways = Ways::of(&config, transport);
-        Self::opened(zenoh::open(config).wait(), transport, ways)
+        let session_endpoints = SessionEndpoints::of(&config, transport);
+        Self::opened(zenoh::open(config).wait(), transport, session_endpoints)
     }
 
     fn opened(
         session: zenoh::Result<zenoh::Session>,
         transport: &TransportConfig,
-        ways: Ways,
+        session_endpoints: SessionEndpoints,
     ) -> anyhow::Result<Self> {
         let whereabouts = described(transport);
         let session = session
@@ -83,7 +83,7 @@ impl OverZenoh {
         Ok(Self {
             session,
             whereabouts,
-            ways,
+            session_endpoints,
         })
     }
 }
@@ -182,8 +182,8 @@ impl Transport for OverZenoh {
         Ok(Box::new(OfKey { querier, patience }))
     }
 
-    fn why_unseen(&self, node: &str) -> Option<Unseen> {
-        self.ways.why_unseen(node)
+    fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
+        self.session_endpoints.invisibility_reason(node)
     }
 
     fn whereabouts(&self) -> &str {

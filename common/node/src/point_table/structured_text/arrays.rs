@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use coaxle_plate::WrittenPoint;
 
 use crate::config::ConfigError;
-use crate::point_table::field::{Field, Value, unsaid};
+use crate::point_table::field::{Field, Value, default_point};
 use crate::point_table::{MOST_ROWS, PointTable};
 
 /// Arrays that can hold a plate, by their names, which are case-insensitive.
@@ -158,7 +158,7 @@ impl Array {
         value: Value<'_>,
     ) -> Result<(), String> {
         self.check_room(self.points.len())?;
-        field.set(self.points.entry(row).or_insert_with(unsaid), value)
+        field.set(self.points.entry(row).or_insert_with(default_point), value)
     }
 
     fn check_room(&self, rows: usize) -> Result<(), String> {

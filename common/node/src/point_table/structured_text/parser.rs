@@ -4,7 +4,7 @@ use std::iter::Peekable;
 
 use super::arrays::{Array, Arrays, Element, Kind};
 use super::token::{Token, Tokens};
-use crate::point_table::field::{Field, Value, unsaid};
+use crate::point_table::field::{Field, Value, default_point};
 
 /// An error and its line.
 pub(super) struct Wrong {
@@ -131,7 +131,7 @@ impl<'a> Parser<'a> {
 
     /// `(PointIndex := 1, …)`.
     fn point(&mut self) -> Result<Element, Wrong> {
-        let mut point = unsaid();
+        let mut point = default_point();
         self.expect('(')?;
         while !self.take_sign(')') {
             let field = self.field()?;

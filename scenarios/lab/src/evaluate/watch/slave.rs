@@ -6,7 +6,10 @@ use coaxle_node::CommandOrder;
 use coaxle_receiver::signals::SlaveSignals;
 use coaxle_receiver::{ReceiverConfig, SlaveConfig, StepConfig};
 use coaxle_saw::SyncMask;
-use coaxle_sim::{ErrorStopCheck, SetValueBound, SetValueCheck, Shares, Told, ToldCheck, TooFar};
+use coaxle_sim::{
+    DistanceExceeded, ErrorStopCheck, ReportedCheck, ReportedValue, SetValueBound, SetValueCheck,
+    Shares,
+};
 use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
 
 use super::found::{Found, WatchedCycle};
@@ -22,7 +25,7 @@ const ORDER_UNDER_WAY: f64 = 1.0;
 pub(super) struct SlaveWatch {
     pub(super) name: String,
     check: Option<SetValueCheck>,
-    told: Option<ToldCheck>,
+    reported: Option<ReportedCheck>,
     target: Option<TargetWatch>,
     stop: Option<ErrorStopCheck>,
     /// The newest cycle and its signals.
@@ -72,7 +75,7 @@ impl SlaveWatch {
         Self {
             name: config.name.to_string(),
             check: profile.map(check),
-            told: profile.map(|profile| ToldCheck::new(&profile, cycle_time)),
+            reported: profile.map(|profile| ReportedCheck::new(&profile, cycle_time)),
             target: profile
                 .and_then(|profile| TargetWatch::new(&limits, &profile, receiver.cycle_time_us.0)),
             last: None,
@@ -128,7 +131,7 @@ impl SlaveWatch {
     }
 
     fn watch_told(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals, begins_anew: bool) {
-        let (Some(check), Some(set)) = (&mut self.told, set_of(slave)) else {
+        let (Some(check), Some(set)) = (&mut self.reported, set_of(slave)) else {
             return;
         };
         if begins_anew {
@@ -140,8 +143,8 @@ impl SlaveWatch {
         let wrong = check.push(&set, cycle.since.unwrap_or(1));
         for wrong in wrong.into_iter().flatten() {
             let invariant = match wrong.what {
-                Told::Velocity => Invariant::ToldVelocity,
-                Told::Acceleration => Invariant::ToldAcceleration,
+                ReportedValue::Velocity => Invariant::ToldVelocity,
+                ReportedValue::Acceleration => Invariant::ToldAcceleration,
             };
             self.found.add(cycle, invariant, wrong.value, wrong.limit);
         }
@@ -203,7 +206,9 @@ impl SlaveWatch {
             velocity: slave.velocity.unwrap_or_default(),
             acceleration: slave.acceleration.unwrap_or_default(),
         };
-        if let Some(TooFar { way, most }) = stop.push(&set, [before.distance, slave.distance]) {
+        if let Some(DistanceExceeded { way, most }) =
+            stop.push(&set, [before.distance, slave.distance])
+        {
             self.found.add(cycle, Invariant::StoppingWay, way, most);
         }
     }

@@ -1,7 +1,7 @@
 //! View of a saw on the page.
 
 use coaxle_node::saw_file::SawFile;
-use coaxle_report::inspect::Line;
+use coaxle_report::inspect::LevelLine;
 use coaxle_saw::{SawCommand, SyncMask};
 use serde_json::{Value, json};
 
@@ -97,6 +97,6 @@ fn faint(design: &SawDesign) -> Value {
     curve.into_iter().collect()
 }
 
-fn line(line: &Line) -> Value {
+fn line(line: &LevelLine) -> Value {
     json!({ "name": line.name, "value": line.value, "binds": line.binds })
 }

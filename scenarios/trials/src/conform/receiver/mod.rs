@@ -68,7 +68,7 @@ fn play(
     });
     let status = seen.iter().find_map(|node| node.status.as_ref());
     let Some((at, status)) = status else {
-        let why = watcher.why_unseen(&args.node);
+        let why = watcher.invisibility_reason(&args.node);
         let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
         return Ok(TrialResult::Nothing(format!(
             "node {} says nothing, {}{why}",

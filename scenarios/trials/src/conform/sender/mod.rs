@@ -90,7 +90,7 @@ fn listen(
         ListeningEnd::Interrupted => TrialResult::Interrupted,
         ListeningEnd::Silent => {
             let key = args.node.channel_key(channel);
-            let why = transport.why_unseen(args.node.as_str());
+            let why = transport.invisibility_reason(args.node.as_str());
             let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
             TrialResult::Nothing(format!(
                 "nothing came on {key}, {}{why}",

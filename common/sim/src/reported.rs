@@ -43,7 +43,7 @@ const WAY: f64 = 1.0;
 ///
 /// While the jerk is free, or too high to matter, the tolerances are `1½·a·t` and `2·a` instead.
 #[derive(Clone, Copy, Debug)]
-pub struct ToldCheck {
+pub struct ReportedCheck {
     velocity: f64,
     acceleration: f64,
     jerk: f64,
@@ -66,9 +66,9 @@ struct Difference {
 
 /// A reported value that does not match the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WronglyTold {
+pub struct ReportedMismatch {
     /// The value concerned.
-    pub what: Told,
+    pub what: ReportedValue,
     /// Deviation from the positions, or the value itself if beyond a limit: u/s, u/s².
     pub value: f64,
     /// Allowed deviation or limit, without rounding.
@@ -77,14 +77,14 @@ pub struct WronglyTold {
 
 /// A value that an axis reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
+pub enum ReportedValue {
     /// Velocity, or its change.
     Velocity,
     /// Acceleration of the axis.
     Acceleration,
 }
 
-impl ToldCheck {
+impl ReportedCheck {
     /// Creates the check of an axis with these limits, in a node of this cycle time, s.
     #[must_use]
     pub fn new(limits: &Limits, cycle_time: f64) -> Self {
@@ -116,7 +116,7 @@ impl ToldCheck {
 
     /// Takes the next set values, a number of cycles after those before. Returns the fault of each
     /// of the two reported values.
-    pub fn push(&mut self, set: &Kinematics, cycles: u32) -> [Option<WronglyTold>; 2] {
+    pub fn push(&mut self, set: &Kinematics, cycles: u32) -> [Option<ReportedMismatch>; 2] {
         let is_finite = [set.position, set.velocity, set.acceleration]
             .iter()
             .all(|value| value.is_finite());
@@ -149,7 +149,7 @@ impl ToldCheck {
         last: &Kinematics,
         now: Difference,
         rounding: f64,
-    ) -> Option<WronglyTold> {
+    ) -> Option<ReportedMismatch> {
         let time = now.time + self.skipped.into_iter().fold(0.0, f64::max);
         let by_acceleration = self.acceleration * time;
         let free = FREE * by_acceleration;
@@ -165,8 +165,8 @@ impl ToldCheck {
         let beside = by_jerk + PACE * fastest;
         let found = |value: f64, limit: f64, more: f64| {
             let most = limit + more + RELATIVE * self.velocity + rounding;
-            (value > most).then_some(WronglyTold {
-                what: Told::Velocity,
+            (value > most).then_some(ReportedMismatch {
+                what: ReportedValue::Velocity,
                 value,
                 limit,
             })
@@ -184,7 +184,7 @@ impl ToldCheck {
         now: Difference,
         before: Difference,
         rounding: f64,
-    ) -> Option<WronglyTold> {
+    ) -> Option<ReportedMismatch> {
         let spanned = now.time + before.time;
         let second = 2.0 * (now.velocity - before.velocity) / spanned;
         let to_middle = (2.0 * now.time + before.time) / 3.0;
@@ -195,8 +195,8 @@ impl ToldCheck {
         };
         let found = |value: f64, limit: f64, more: f64| {
             let rounding = RELATIVE * self.acceleration + 4.0 * rounding / spanned;
-            (value > limit * (1.0 + RELATIVE) + more + rounding).then_some(WronglyTold {
-                what: Told::Acceleration,
+            (value > limit * (1.0 + RELATIVE) + more + rounding).then_some(ReportedMismatch {
+                what: ReportedValue::Acceleration,
                 value,
                 limit,
             })
@@ -239,8 +239,8 @@ mod tests {
     }
 
     /// Faults in the last of these set values.
-    fn found(all: &[Kinematics]) -> [Option<WronglyTold>; 2] {
-        let mut check = ToldCheck::new(&limits(), T);
+    fn found(all: &[Kinematics]) -> [Option<ReportedMismatch>; 2] {
+        let mut check = ReportedCheck::new(&limits(), T);
         let mut last = [None; 2];
         for set in all {
             last = check.push(set, 1);
@@ -250,10 +250,13 @@ mod tests {
 
     #[test]
     fn a_slave_that_stands_is_not_told_the_velocity_of_its_master() {
-        let told = [set(7.0, 500.0, 0.0); 5];
-        let [velocity, acceleration] = found(&told);
+        let reported = [set(7.0, 500.0, 0.0); 5];
+        let [velocity, acceleration] = found(&reported);
         let velocity = velocity.expect("it stands");
-        assert_eq!((velocity.what, velocity.value), (Told::Velocity, 500.0));
+        assert_eq!(
+            (velocity.what, velocity.value),
+            (ReportedValue::Velocity, 500.0)
+        );
         assert!((velocity.limit - 15.1).abs() < 1e-9);
         assert_eq!(acceleration, None);
     }
@@ -262,26 +265,29 @@ mod tests {
     fn a_velocity_that_steps_is_found_where_positions_do_not_show_it() {
         // Half a cycle of the step is within the error of the trapezoidal rule here.
         let coarse = Limits::new(1_000.0, 5_000.0, 5_000.0, 1e9).unwrap();
-        let mut check = ToldCheck::new(&coarse, T);
+        let mut check = ReportedCheck::new(&coarse, T);
         for velocity in [0.0, 0.0, 0.0, 0.0] {
             assert_eq!(check.push(&set(0.0, velocity, 0.0), 1), [None; 2]);
         }
         let [velocity, _] = check.push(&set(0.0, 500.0, 0.0), 1);
-        assert_eq!(velocity.map(|told| told.what), Some(Told::Velocity));
+        assert_eq!(
+            velocity.map(|reported| reported.what),
+            Some(ReportedValue::Velocity)
+        );
     }
 
     #[test]
     fn an_acceleration_beside_the_second_difference_is_found() {
-        let told = |acceleration| [set(7.0, 0.0, acceleration); 5];
-        assert_eq!(found(&told(199.0)), [None; 2]);
-        let [_, acceleration] = found(&told(310.0));
+        let reported = |acceleration| [set(7.0, 0.0, acceleration); 5];
+        assert_eq!(found(&reported(199.0)), [None; 2]);
+        let [_, acceleration] = found(&reported(310.0));
         let acceleration = acceleration.expect("3 times the jerk of a cycle");
         assert_eq!(acceleration.value, 310.0);
         assert!((acceleration.limit - 200.0).abs() < 1e-9);
     }
 
     /// An axis at rest whose stated velocity is `velocity` in the last cycles, as many as there are limits to compare it by.
-    fn standing(check: &mut ToldCheck, velocity: &[f64]) -> Vec<bool> {
+    fn standing(check: &mut ReportedCheck, velocity: &[f64]) -> Vec<bool> {
         let found = velocity.iter().map(|velocity| {
             let [found, _] = check.push(&set(7.0, *velocity, 0.0), 1);
             found.is_some()
@@ -294,24 +300,24 @@ mod tests {
     #[test]
     fn a_velocity_of_another_cycle_is_found_where_the_jerk_binds() {
         // 1e5 u/s³ make 0.1 u/s of a cycle, and the pace 3 % of the velocity.
-        let told = |velocity: f64| {
-            let mut check = ToldCheck::new(&limits(), T);
+        let reported = |velocity: f64| {
+            let mut check = ReportedCheck::new(&limits(), T);
             let _ = standing(&mut check, &[0.0; 5]);
             standing(&mut check, &[0.5 * velocity, velocity, velocity])
         };
-        assert_eq!(told(0.099), [false; 3]);
-        assert_eq!(told(0.105), [false, false, true]);
+        assert_eq!(reported(0.099), [false; 3]);
+        assert_eq!(reported(0.105), [false, false, true]);
         let late = |cycles: f64| {
             let start = set(0.0, 0.0, 0.0);
             let profile: Profile = to_position(&start, 400.0, &limits());
-            let mut check = ToldCheck::new(&limits(), T);
+            let mut check = ReportedCheck::new(&limits(), T);
             (0..200).any(|k| {
                 let at = |cycle: f64| profile.at(Seconds(cycle * T));
-                let told = Kinematics {
+                let reported = Kinematics {
                     velocity: at(f64::from(k) + cycles).velocity,
                     ..at(f64::from(k))
                 };
-                check.push(&told, 1) != [None; 2]
+                check.push(&reported, 1) != [None; 2]
             })
         };
         assert!(!late(0.0));
@@ -323,15 +329,15 @@ mod tests {
     fn a_velocity_beside_its_positions_is_found_where_the_jerk_is_free() {
         let coarse = Limits::new(1_000.0, 5_000.0, 5_000.0, 1e9).unwrap();
         // 5 000 u/s² make 5 u/s of a cycle, and the velocity may deviate by 1½ of these; it then changes as fast as it may.
-        let told = |velocity: f64| {
-            let mut check = ToldCheck::new(&coarse, T);
+        let reported = |velocity: f64| {
+            let mut check = ReportedCheck::new(&coarse, T);
             let _ = standing(&mut check, &[0.0; 5]);
             standing(&mut check, &[4.0, velocity, velocity])
         };
-        assert_eq!(told(7.4), [false; 3]);
-        assert_eq!(told(7.8), [false, false, true]);
+        assert_eq!(reported(7.4), [false; 3]);
+        assert_eq!(reported(7.8), [false, false, true]);
         // All along the limit, there and back again, each turn in the middle of a cycle.
-        let mut check = ToldCheck::new(&coarse, T);
+        let mut check = ReportedCheck::new(&coarse, T);
         let turns = |k: u32| {
             let (t, half) = (T * (f64::from(k % 8) + 0.5), 4.0 * T);
             let (away, sign) = if t < half { (t, 1.0) } else { (t - half, -1.0) };
@@ -350,7 +356,7 @@ mod tests {
     fn what_was_skipped_is_made_up_for_within_three_cycles() {
         // Nine cycles of the jerk make 8.1 u/s.
         let after = |velocity: f64, cycles: usize| {
-            let mut check = ToldCheck::new(&limits(), T);
+            let mut check = ReportedCheck::new(&limits(), T);
             let _ = standing(&mut check, &[0.0; 5]);
             let _ = check.push(&set(7.0, 0.0, 0.0), 9);
             standing(&mut check, &[velocity; 4][..cycles])
@@ -362,7 +368,7 @@ mod tests {
 
     #[test]
     fn what_is_set_anew_is_no_step() {
-        let mut check = ToldCheck::new(&limits(), T);
+        let mut check = ReportedCheck::new(&limits(), T);
         check.push(&set(0.0, 0.0, 0.0), 1);
         check.restart();
         assert_eq!(check.push(&set(90.0, 0.0, 0.0), 1), [None; 2]);
@@ -378,7 +384,7 @@ mod tests {
         ) {
             let start = set(offset, from, 0.0);
             let profile: Profile = to_position(&start, offset + way, &limits());
-            let mut check = ToldCheck::new(&limits(), T);
+            let mut check = ReportedCheck::new(&limits(), T);
             let mut now = 0;
             for cycles in std::iter::once(0).chain(skipped) {
                 now += cycles;

@@ -10,12 +10,12 @@ use crate::transport::{Declared, Transport};
 
 /// Announcements of a node about the nodes that it receives.
 #[derive(Default)]
-pub(crate) struct Hearing(BTreeMap<NodeName, Declared>);
+pub(crate) struct Announcements(BTreeMap<NodeName, Declared>);
 
-impl Hearing {
+impl Announcements {
     /// Announces as `own` that `source` is received, or withdraws the announcement. If the
     /// transport refuses, it is tried again the next time.
-    pub(crate) fn say(
+    pub(crate) fn announce(
         &mut self,
         source: &NodeName,
         is_heard: bool,

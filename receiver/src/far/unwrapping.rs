@@ -7,12 +7,12 @@ use coaxle_curve::profile::Kinematics;
 /// that the velocity predicts. The result is right while that error is below half a period, so
 /// whole silences are bridged at a steady velocity.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turns {
+pub(super) struct Unwrapping {
     length: f64,
     newest: Option<Kinematics>,
 }
 
-impl Turns {
+impl Unwrapping {
     pub(super) const fn new(modulo: Modulo) -> Self {
         Self {
             length: modulo.length(),
@@ -104,7 +104,7 @@ mod tests {
     fn positions_within_the_turn_become_continuous_either_way_and_over_a_silence() {
         for velocity in [360.0, -360.0, 60_000.0] {
             for begin in [0.0, -180.0] {
-                let mut turns = Turns::new(Modulo::new(360.0).unwrap());
+                let mut turns = Unwrapping::new(Modulo::new(360.0).unwrap());
                 let mut passed = 0.0;
                 for (k, (position, set)) in turning(velocity, 90.0, begin).enumerate() {
                     passed += T;
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn another_run_goes_on_in_the_nearest_turn() {
-        let mut turns = Turns::new(Modulo::new(360.0).unwrap());
+        let mut turns = Unwrapping::new(Modulo::new(360.0).unwrap());
         for (_, set) in turning(360.0, 0.0, 0.0) {
             let _ = turns.unwrapped(&set, T);
         }
