@@ -161,7 +161,7 @@ fn bounds(figures: &Figures) -> [Bound<'_>; 7] {
         bound(
             "type names stand for several types",
             number(&figures.shared_names),
-            130.0,
+            113.0,
             &figures.shared_names,
         ),
     ]
