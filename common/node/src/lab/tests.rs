@@ -99,7 +99,7 @@ fn a_machine_has_no_lab_and_an_experiment_says_what_is_in_it() {
     let refused = NodeFile::<Toy>::parse_machine("t.toml", &format!("{MACHINE}{LAB}")).unwrap_err();
     let refused = refused.to_string();
     assert!(
-        refused.starts_with("t.toml:4:2: lab: received lab.clock.drift-ppm = 50, ")
+        refused.starts_with("t.toml:4:1: lab: received lab.clock.drift-ppm = 50, ")
             && refused.contains("--lab"),
         "{refused}"
     );
@@ -143,7 +143,7 @@ fn mistakes_in_the_table_are_named_with_their_place() {
             "{ parts = [{ name = 'q', fault = 1 }] }",
             "t.toml:1:27: lab.parts[0].name: received \"q\", expected a part",
         ),
-        ("3", "t.toml:1:7: lab: received 3, expected struct ToyLab"),
+        ("3", "t.toml:1:7: lab: received 3, expected a table"),
     ] {
         assert_eq!(
             read(&format!("lab = {lab}\n{MACHINE}")).unwrap_err(),
