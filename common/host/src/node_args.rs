@@ -40,8 +40,8 @@ pub struct NodeArgs {
     /// Only check the config and the files it names: print "CONFIG: ok" or the errors
     #[arg(long, conflicts_with_all = ["run_for", "trace", "record"])]
     pub check: bool,
-    /// Start with the config's [lab] table: injected faults and simulated inputs, for experiments. Without this a config that
-    /// has one is refused. Log and status say so all the time
+    /// Start with the lab table of the config: injected faults and simulated inputs, for experiments. Without this a config that
+    /// has one is refused. Log and status report it
     #[arg(long)]
     pub lab: bool,
     /// Connect here instead of to the endpoints in the config, such as tcp/192.168.1.10:7447; may
