@@ -61,7 +61,6 @@ pub fn run_with_service(
     for note in config.notes() {
         tracing::warn!("{}: {note}", node.file());
     }
-    config.check_files().map_err(|wrong| node.wrong(wrong))?;
     if node.check {
         build(node, &config, Drives::simulated(), Instant::EPOCH, 0)?;
         return node.report_valid().map(|()| Exit::Done);

@@ -35,7 +35,6 @@ pub fn run_with_service(
     let NodeFile { mut config, lab } = args.load::<SenderConfig>()?;
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
-    config.check_files().map_err(|wrong| args.wrong(wrong))?;
     if args.check {
         build(args, &config, Instant::EPOCH, 0)?;
         return args.report_valid().map(|()| Exit::Done);

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use coaxle_node::config::{ClockConfig, LinkConfig};
-use coaxle_node::faults::{WrongTerm, check_clock, check_link};
+use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
-use coaxle_node::lab::{LabTable, WithLab, WrongLab};
+use coaxle_node::lab::{LabTable, WithLab, WrongLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -61,9 +61,7 @@ pub struct SlaveLab {
 
 impl LabTable for ReceiverLab {
     fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
-        let mut clock = self.clock.clone();
-        clock.relative_to(folder);
-        check_clock(&clock).map_err(|wrong| wrong.within("clock"))?;
+        check_lab_clock(&self.clock, folder)?;
         for (n, far) in self.far.iter().enumerate() {
             far.check_files(folder)
                 .map_err(|wrong| wrong.within(&format!("far[{n}]")))?;

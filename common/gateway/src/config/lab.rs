@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use coaxle_node::config::ClockConfig;
-use coaxle_node::faults::{WrongTerm, check_clock};
-use coaxle_node::lab::{LabTable, WithLab, WrongLab};
+use coaxle_node::faults::WrongTerm;
+use coaxle_node::lab::{LabTable, WithLab, WrongLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -20,9 +20,7 @@ pub struct GatewayLab {
 
 impl LabTable for GatewayLab {
     fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
-        let mut clock = self.clock.clone();
-        clock.relative_to(folder);
-        check_clock(&clock).map_err(|wrong| wrong.within("clock"))
+        check_lab_clock(&self.clock, folder)
     }
 }
 

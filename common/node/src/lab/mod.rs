@@ -17,8 +17,8 @@ use serde_json::{Map, Value};
 use crate::config::schema::{
     LabField, lab_fields, marked_schema_of, schema_of, schema_without_lab_fields,
 };
-use crate::config::{ConfigError, parse_table, part_of_table};
-use crate::faults::WrongTerm;
+use crate::config::{ClockConfig, ConfigError, parse_table, part_of_table};
+use crate::faults::{WrongTerm, check_clock};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 pub use fields::LabFields;
@@ -47,6 +47,16 @@ pub trait LabTable:
     /// # Errors
     /// [`WrongTerm`] names the field and the file.
     fn check_files(&self, folder: &Path) -> Result<(), WrongTerm>;
+}
+
+/// Checks the files that the clock of a `[lab]` table names by relative paths from `folder`.
+///
+/// # Errors
+/// [`WrongTerm`] names the field and the file.
+pub fn check_lab_clock(clock: &ClockConfig, folder: &Path) -> Result<(), WrongTerm> {
+    let mut clock = clock.clone();
+    clock.relative_to(folder);
+    check_clock(&clock).map_err(|wrong| wrong.within("clock"))
 }
 
 /// A field of a `[lab]` table that has no place in its config.

@@ -1,7 +1,6 @@
 use super::*;
 use crate::config::schema::schema_of;
 use crate::config::{ClockConfig, parse};
-use crate::faults::check_clock;
 use serde::Deserialize;
 
 /// A node with a clock and parts, each of which may have a fault.
@@ -41,9 +40,7 @@ struct PartLab {
 
 impl LabTable for ToyLab {
     fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
-        let mut clock = self.clock.clone();
-        clock.relative_to(folder);
-        check_clock(&clock).map_err(|wrong| wrong.within("clock"))
+        check_lab_clock(&self.clock, folder)
     }
 }
 
