@@ -57,8 +57,7 @@ pub(super) fn fields(name: &str, options: &ArgMatches) -> Result<Value, clap::Er
     if name == SELECT {
         return select(options);
     }
-    let block = BLOCKS.iter().find(|block| block.name == name);
-    Ok(block.map_or(Value::Null, |block| fields_of(block, options)))
+    Ok(fields_of(&BLOCKS, name, options))
 }
 
 fn select(options: &ArgMatches) -> Result<Value, clap::Error> {

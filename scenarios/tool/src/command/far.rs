@@ -60,10 +60,7 @@ pub(super) fn fields(name: &str, options: &ArgMatches) -> Value {
             Some(word @ ("measured" | "off")) => json!(word),
             other => json!({ "fixed-us": value(other.unwrap_or_default()) }),
         },
-        _ => {
-            let block = BLOCKS.iter().find(|block| block.name == name);
-            block.map_or(Value::Null, |block| fields_of(block, options))
-        }
+        _ => fields_of(&BLOCKS, name, options),
     }
 }
 

@@ -28,8 +28,11 @@ fn argument(field: &'static CommandOption) -> Arg {
         .allow_negative_numbers(true)
 }
 
-/// The fields of a command that the options set.
-pub(super) fn fields_of(block: &Block, options: &ArgMatches) -> Value {
+/// The fields that the options set of the command with this name; null without such a command.
+pub(super) fn fields_of(blocks: &[Block], name: &str, options: &ArgMatches) -> Value {
+    let Some(block) = blocks.iter().find(|block| block.name == name) else {
+        return Value::Null;
+    };
     let mut fields = Map::new();
     for field in &block.options {
         if let Some(text) = options.get_one::<String>(field.name.as_str()) {

@@ -87,8 +87,7 @@ fn fields(name: &str, options: &ArgMatches) -> Value {
         let state = options.get_one::<String>("state");
         return json!(state.is_some_and(|state| state == "on"));
     }
-    let block = BLOCKS.iter().find(|block| block.name == name);
-    block.map_or(Value::Null, |block| fields_of(block, options))
+    fields_of(&BLOCKS, name, options)
 }
 
 #[cfg(test)]
