@@ -21,7 +21,7 @@ const STRETCH: f64 = 0.06;
 /// Greatest number of stretches, and the least that is conclusive.
 const STRETCHES: usize = 64;
 const ENOUGH: usize = 5;
-/// Where the jitter is too wide for that: least size of the groups whose quickest counts, and their number.
+/// Least size of the groups whose quickest counts, and their number, for a jitter too wide for that.
 const EACH: usize = 6;
 const QUICKEST: usize = 8;
 /// Part of the change that counts as nothing. To distinguish it from all of the change, the slope is to be known to a standard

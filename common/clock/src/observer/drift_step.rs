@@ -32,7 +32,7 @@ const BEYOND_USUAL: f64 = 2.0;
 const MEMORY: f64 = 128.0;
 const CLIPPED: f64 = 2.5;
 const KNOWN_AFTER: u32 = 24;
-/// Where arrivals are stamped to cells, points may be off by one: a difference of fewer of them is no slope.
+/// Least difference that is a slope, in cells: arrivals that are stamped to cells may be off by one.
 const CELLS: f64 = 3.0;
 /// Possible error of a point, as a part of the change in the first window.
 const DOUBT: f64 = 0.5;

@@ -114,7 +114,7 @@ fn the_upper_level_does_not_lift_the_line() {
     }
 }
 
-/// Where points scatter the line may take the edge to be another one, but not for long.
+/// Scattered points may make the line take the edge to be another one, but not for long.
 #[test]
 fn after_a_long_time_on_the_upper_level_the_line_is_found_again() {
     for seed in 0..10 {
