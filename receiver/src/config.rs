@@ -35,7 +35,7 @@ pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
 pub use axes::{AxisList, FarAxisConfig, WrongAxes};
 pub use drive::{DriveConfig, SharedMemoryConfig};
 pub use encoders::WrongEncoder;
-pub use far::{AsymmetryConfig, DelayConfig, FarChannel, FarConfig, Mode};
+pub use far::{AsymmetryConfig, FarChannel, FarConfig};
 pub use far_limits::FarLimits;
 pub use lab::{FarLab, ReceiverLab, SlaveLab};
 pub use masters::{MasterRef, WrongSlave};

@@ -22,8 +22,8 @@ pub mod config;
 mod drives;
 mod far;
 mod far_axes;
+mod health;
 mod marks;
-mod names;
 mod node;
 mod pipeline;
 mod program;
@@ -34,19 +34,21 @@ mod slaves;
 mod snapshot;
 mod virtual_axes;
 
+// The states in its signals are defined where they are calculated.
+pub use coaxle_axis::TravelDirection;
+pub use coaxle_axis::drive::{DriveKind, DriveState};
+pub use coaxle_axis::set_value_guard::GuardState;
+pub use coaxle_clock::far_clock::DelaySource;
+pub use coaxle_remote::{ContinuityState, FilterMode, FilterState};
 pub use config::{
-    DelayConfig, DriveConfig, FarChannel, FarConfig, MasterRef, Mode, ReceiverConfig, SlaveConfig,
-    WrongSlave,
+    DriveConfig, FarChannel, FarConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave,
 };
 pub use drives::Drives;
-pub use names::{
-    ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
-    TravelName,
-};
+pub use health::{Health, HealthName};
 pub use node::{Receiver, ReceiverError};
 pub use program::{
     BlockedProgram, Otherwise, Outcome, PlateCommand, ProgramSnapshot, ProgramState, StepCommand,
     StepConfig, Trouble, WaitsFor, When, WrongStep,
 };
 pub use slaves::SlaveNumber;
-pub use snapshot::{Health, ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};
+pub use snapshot::{ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

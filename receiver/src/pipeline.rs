@@ -14,8 +14,9 @@ use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
 use crate::far::{Candidate, FarNode, FarOutputs};
 use crate::far_axes::PublishedFarAxes;
+use crate::health::Health;
 use crate::slaves::{Master, SlaveNumber, Slaves};
-use crate::snapshot::{Health, ReceiverSnapshot};
+use crate::snapshot::ReceiverSnapshot;
 use crate::virtual_axes::VirtualAxes;
 
 /// Processing between the mailboxes and the drives.

@@ -1,17 +1,17 @@
 //! The signals of a receiver: each is declared here, and computed where its value is at hand.
 
-use coaxle_axis::AxisStatus;
+use coaxle_axis::drive::{DriveKind, DriveState};
+use coaxle_axis::set_value_guard::GuardState;
+use coaxle_axis::{AxisStatus, TravelDirection};
 use coaxle_clock::delay::DelayState;
 use coaxle_clock::observer::{ObserverLine, ObserverState};
 use coaxle_clock::timing::TimingState;
 use coaxle_node::{Stamps, signals};
+use coaxle_remote::{ContinuityState, FilterMode, FilterState};
 use coaxle_slave::CouplingPhase;
 use coaxle_source::Activity;
 
-use crate::names::{
-    ContinuityName, DriveKindName, DriveStateName, GuardStateName, HealthName, StateName,
-    TravelName,
-};
+use crate::health::HealthName;
 use crate::program::{Outcome, ProgramState, WaitsFor};
 
 signals! {
@@ -49,7 +49,7 @@ signals! {
         /// True if it is enabled (`bEnable`).
         enabled: bool [""],
         /// Calculation of the set values while it is enabled (`eFilterMode`).
-        mode: StateName [""],
+        mode: FilterMode [""],
         /// Re-initialisations by an order.
         re_initialisations: u32 [""],
         /// Changes of its parameters or its delay by an order.
@@ -220,9 +220,9 @@ signals! {
     /// A followed axis, as received and as corrected.
     pub struct FarAxisSignals of FarAxis {
         /// Mode that calculated the set values (`eFilterState`); none before the first message.
-        state: Option<StateName> [""],
+        state: Option<FilterState> [""],
         /// Continuity of the set values with those of the far axis.
-        continuity: ContinuityName [""],
+        continuity: ContinuityState [""],
         /// True if the set values are synchronised (`bSynced`).
         synced: bool [""],
         /// The error of the axis, or of its node's clock (`iErrorId`), 0: none.
@@ -265,7 +265,7 @@ signals! {
         /// Standard deviation of the velocity derived from increments.
         velocity_sigma: Option<f64> ["u/s"] last,
         /// Direction of travel by its increments, current or last; none before it moved.
-        travel: Option<TravelName> [""],
+        travel: Option<TravelDirection> [""],
         /// True if its set values have settled since the first increments; before, it is not a master.
         acquired: Option<bool> [""],
         /// True if it came to rest ahead of its increments and moves back (trim).
@@ -324,7 +324,7 @@ signals! {
         /// Set acceleration.
         acceleration: Option<f64> ["u/s²"],
         /// State of the guard, which keeps the limits.
-        guard: GuardStateName [""],
+        guard: GuardState [""],
         /// Distance of the set position from the requested one.
         distance: f64 ["u"],
         /// Set position presets outside a motion: switched on, homed, reset.
@@ -362,14 +362,14 @@ signals! {
         /// Cuts done, by its tool or by steps of its program.
         cuts: u64 [""],
         /// Kind of drive.
-        drive_kind: DriveKindName [""],
+        drive_kind: DriveKind [""],
         /// True if the process of its drive is attached and alive; none if the drive is not in
         /// another process.
         drive_attached: Option<bool> [""],
         /// Own cycles since the heartbeat of that process changed; none before the first change.
         drive_heartbeat_age: Option<u32> [""],
         /// State of the drive.
-        drive_state: DriveStateName [""],
+        drive_state: DriveState [""],
         /// Actual position.
         drive_position: f64 ["u"],
         /// Actual velocity.

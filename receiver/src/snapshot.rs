@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use coaxle_axis::Job;
 
-use coaxle_clock::time_sync::SyncError;
 use coaxle_clock::{CycleTime, Instant, Local};
 use coaxle_node::signal::{Instance, trace_columns};
+use coaxle_remote::{ContinuityState, FilterState};
 use coaxle_slave::{Refusal, SlaveError};
 use serde::Serialize;
 
 use crate::config::ReceiverConfig;
-use crate::names::{ContinuityName, HealthName, StateName};
+use crate::health::Health;
 use crate::program::BlockedProgram;
 use crate::signals::{
     FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals, VirtualAxisSignals,
@@ -197,14 +197,14 @@ impl ReceiverSnapshot {
 
     /// Mode that calculated the set values of a far node's first axis, if there is such a node.
     #[must_use]
-    pub fn state_of(&self, far: usize) -> Option<StateName> {
+    pub fn state_of(&self, far: usize) -> Option<FilterState> {
         let first = *self.first_axes.get(far)?;
         self.signals.axes.get(first)?.state
     }
 
     /// Continuity of a far node's first axis: following its master, braked, or returning.
     #[must_use]
-    pub fn continuity_of(&self, far: usize) -> Option<ContinuityName> {
+    pub fn continuity_of(&self, far: usize) -> Option<ContinuityState> {
         let first = *self.first_axes.get(far)?;
         Some(self.signals.axes.get(first)?.continuity)
     }
@@ -246,105 +246,5 @@ impl Clone for ReceiverSnapshot {
         self.far_health.clone_from(&other.far_health);
         self.data_cycle_times.clone_from(&other.data_cycle_times);
         self.faults.clone_from(&other.faults);
-    }
-}
-
-/// Health of a receiver or of a far node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Health {
-    /// No data received from the master yet.
-    WaitingForMaster,
-    /// The far clock is not known yet.
-    StartingUp,
-    /// Far node disabled by an order.
-    Disabled,
-    /// In order.
-    Ok,
-    /// In order, but no standby could take over.
-    NoStandby,
-    /// In order, with a standby followed.
-    OnStandby,
-    /// No new data from the master for too long.
-    MasterSilent,
-    /// Duplicate sender: a second node of the same name publishes the same axes; the first one is
-    /// followed.
-    TwoSenders,
-    /// Latched synchronisation error.
-    Error(SyncError),
-    /// Cycle time of the master that does not fit the own one: 0x4b56.
-    CycleTimesDoNotFit,
-    /// Actual cycle time of the master too different from the stated one to be followed: 0x4b56.
-    PaceOutOfRange,
-    /// Drive tripped.
-    DriveTripped,
-    /// Slave in error stop.
-    SlaveFailed {
-        /// Place of the slave in the config.
-        slave: usize,
-    },
-    /// Axis that follows itself across nodes, or would if all axes between were coupled: 0x816f.
-    Circle,
-    /// Refused coupling or command from a slave's config.
-    CommandRefused {
-        /// Place of the slave in the config.
-        slave: usize,
-    },
-    /// Slave program that waits for an impossible event, or has waited for too long.
-    ProgramBlocked {
-        /// Place of the slave in the config.
-        slave: usize,
-    },
-    /// Slave held by its limits away from the position of its coupling.
-    SlaveBehind {
-        /// Place of the slave in the config.
-        slave: usize,
-    },
-}
-
-impl Health {
-    /// Name in status, traces and reports: `ok`, or the fault.
-    #[must_use]
-    pub const fn name(self) -> HealthName {
-        match self {
-            Self::WaitingForMaster => HealthName::WaitingForMaster,
-            Self::StartingUp => HealthName::StartingUp,
-            Self::Disabled => HealthName::Disabled,
-            Self::Ok => HealthName::Ok,
-            Self::NoStandby => HealthName::NoStandby,
-            Self::OnStandby => HealthName::OnStandby,
-            Self::MasterSilent => HealthName::MasterSilent,
-            Self::TwoSenders => HealthName::TwoSenders,
-            Self::Error(_) => HealthName::Error,
-            Self::CycleTimesDoNotFit => HealthName::CycleTimesDoNotFit,
-            Self::PaceOutOfRange => HealthName::PaceOutOfRange,
-            Self::DriveTripped => HealthName::DriveTripped,
-            Self::SlaveFailed { .. } => HealthName::SlaveFailed,
-            Self::Circle => HealthName::Circle,
-            Self::CommandRefused { .. } => HealthName::CommandRefused,
-            Self::ProgramBlocked { .. } => HealthName::ProgramBlocked,
-            Self::SlaveBehind { .. } => HealthName::SlaveBehind,
-        }
-    }
-
-    /// Severity; 0 is in order.
-    pub(crate) const fn severity(&self) -> u8 {
-        match self {
-            Self::Ok => 0,
-            Self::NoStandby => 1,
-            Self::OnStandby => 2,
-            Self::StartingUp => 3,
-            Self::Disabled => 4,
-            Self::WaitingForMaster => 5,
-            Self::MasterSilent => 6,
-            Self::TwoSenders => 7,
-            Self::Error(_) => 8,
-            Self::CycleTimesDoNotFit | Self::PaceOutOfRange => 9,
-            Self::SlaveBehind { .. }
-            | Self::ProgramBlocked { .. }
-            | Self::CommandRefused { .. }
-            | Self::Circle
-            | Self::SlaveFailed { .. }
-            | Self::DriveTripped => 10,
-        }
     }
 }

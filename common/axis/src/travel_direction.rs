@@ -4,9 +4,12 @@
 ///
 /// For an axis measured in increments, whole increments decide: the sign of a velocity estimated
 /// between two of them is noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum TravelDirection {
     /// To larger positions.
+    #[default]
     Forward,
     /// To smaller positions.
     Backward,

@@ -56,14 +56,38 @@ const COVERED: f64 = 3.0;
 
 /// Source of the constant part of the delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum DelaySource {
-    /// Not compensated: far time lags by the delay.
+    /// Measured by time requests to the far node: the set values are those of its axes at the same
+    /// moment.
+    Measured,
+    /// Fixed value, µs.
+    #[cfg_attr(feature = "serde", serde(rename = "fixed-us"))]
+    Fixed(
+        #[cfg_attr(feature = "serde", serde(with = "super::instant::micros"))]
+        #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = -1e6, max = 1e6)))]
+        Span,
+    ),
+    /// No compensation, as in TS5066: far time lags by the delay.
     #[default]
     Off,
-    /// Configured.
-    Fixed(Span),
-    /// Measured by time requests to the far node.
-    Measured,
+}
+
+impl DelaySource {
+    /// Greatest fixed delay, forwards and backwards.
+    // A cycle lasts 0.1 s at most, and the age limits of messages are far below a second: more is a wrong unit.
+    pub const MOST: Span = Span::from_secs(1);
+
+    /// True if a fixed delay is within the range.
+    #[must_use]
+    pub fn is_in_range(self) -> bool {
+        match self {
+            Self::Fixed(delay) => (-Self::MOST..=Self::MOST).contains(&delay),
+            Self::Measured | Self::Off => true,
+        }
+    }
 }
 
 /// Follows one far clock.

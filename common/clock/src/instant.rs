@@ -339,6 +339,22 @@ impl Sub for Seconds {
     }
 }
 
+/// Spans as numbers of microseconds in files and messages.
+#[cfg(feature = "serde")]
+pub(crate) mod micros {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::Span;
+
+    pub(crate) fn serialize<S: Serializer>(span: &Span, out: S) -> Result<S::Ok, S::Error> {
+        out.serialize_f64(span.as_micros_f64())
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(input: D) -> Result<Span, D::Error> {
+        f64::deserialize(input).map(Span::from_micros_f64)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -73,6 +73,8 @@ pub struct Reach {
 
 /// State of the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum ContinuityState {
     /// The set values are those of the master.
     #[default]

@@ -111,10 +111,13 @@ impl Default for ExtrapolateParameters {
 /// `E_Sync_ExtrapolateMode` and `E_Sync_ExtrapolateState`: method of calculating the set values.
 #[doc(alias = "E_Sync_ExtrapolateMode")]
 #[doc(alias = "E_Sync_ExtrapolateState")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[repr(u8)]
 pub enum ExtrapolateMode {
     /// As received, including beats.
+    #[default]
     Bypass = 1,
     /// Through the PT1 filter.
     Pt1 = 2,
@@ -124,6 +127,20 @@ pub enum ExtrapolateMode {
     Time = 4,
     /// Extrapolated by the phase observer's correction; not in the manual.
     Observer = 5,
+}
+
+impl ExtrapolateMode {
+    /// Name in traces, status and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bypass => "bypass",
+            Self::Pt1 => "pt1",
+            Self::Sync => "sync",
+            Self::Time => "time",
+            Self::Observer => "observer",
+        }
+    }
 }
 
 /// `E_Sync_FallBackMode`: reaction if the calculated position deviates too far, or sync is lost.

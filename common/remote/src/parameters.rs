@@ -1,5 +1,7 @@
 //! Parameters and modes of a synchronised far axis.
 
+use core::fmt;
+
 use coaxle_clock::Span;
 use coaxle_clock::time_sync::{CheckedTimeSync, TimeSyncParameters, WrongParameter};
 
@@ -107,6 +109,36 @@ pub enum FilterMode {
     /// By a phase observer's clock; the start-up mode, by default time mode, bridges until the
     /// clock is sure. Not in the manual.
     Observer = 5,
+}
+
+impl FilterMode {
+    /// Name in config, commands, status and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "sync",
+            Self::Bypass => "bypass",
+            Self::Pt1 => "pt1",
+            Self::Time => "time",
+            Self::Observer => "observer",
+        }
+    }
+
+    /// True if the mode ever synchronises: sync mode does not if time mode is forced.
+    #[must_use]
+    pub const fn synchronises(self, sync: &AxisSyncParameters) -> bool {
+        match self {
+            Self::Observer => true,
+            Self::Auto => !sync.time_sync.force_time_mode,
+            Self::Bypass | Self::Pt1 | Self::Time => false,
+        }
+    }
+}
+
+impl fmt::Display for FilterMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
 /// `E_Sync_FilterState`: method that calculated the set values. TS5066 chapter 3.8.

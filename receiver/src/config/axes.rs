@@ -14,21 +14,29 @@ use super::far_limits::FarLimits;
 use super::positions::Positions;
 
 /// A followed axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "FarAxis")]
 pub struct FarAxisConfig {
     /// Axis id.
     pub id: u32,
     /// Name in this node; node and id by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<NodeName>,
     /// Unit of its position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<Unit>,
     /// Length of its modulo period, u.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modulo: Option<Modulo>,
     /// Count of its set position: continuous or within the modulo period.
+    #[serde(default, skip_serializing_if = "Positions::is_default")]
     pub position: Positions,
     /// Smoothing of the increments of an encoder axis; given if the axis is only measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub encoder: Option<EncoderParameters>,
     /// Limits kept by its corrected set values. No limits by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<FarLimits>,
 }
 
@@ -149,34 +157,7 @@ enum AxesInFile {
     /// A range of ids: "1-32".
     Range(#[schemars(regex(pattern = "^ *[0-9]+ *- *[0-9]+ *$"))] String),
     /// An axis id with further fields.
-    Described(Described),
-}
-
-/// An axis with its name or unit, as written in a config.
-#[derive(Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[schemars(rename = "FarAxis")]
-struct Described {
-    /// Axis id.
-    id: u32,
-    /// Name in this node; node and id by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    name: Option<NodeName>,
-    /// Unit of its position.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unit: Option<Unit>,
-    /// Length of its modulo period, u.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    modulo: Option<Modulo>,
-    /// Count of its set position: continuous or within the modulo period.
-    #[serde(default, skip_serializing_if = "Positions::is_default")]
-    position: Positions,
-    /// Smoothing of the increments of an encoder axis; given if the axis is only measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    encoder: Option<EncoderParameters>,
-    /// Limits kept by its corrected set values. No limits by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    limits: Option<FarLimits>,
+    Described(FarAxisConfig),
 }
 
 impl TryFrom<Vec<Value>> for AxisList {
@@ -198,27 +179,10 @@ impl TryFrom<Vec<Value>> for AxisList {
 /// The axes of an entry; otherwise a further reason, or an empty text.
 fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
     match entry {
-        described @ Value::Table(_) => {
-            let described = described.try_into();
-            let Described {
-                id,
-                name,
-                unit,
-                modulo,
-                position,
-                encoder,
-                limits,
-            } = described.map_err(|error: toml::de::Error| format!(": {}", error.message()))?;
-            Ok(vec![FarAxisConfig {
-                id,
-                name,
-                unit,
-                modulo,
-                position,
-                encoder,
-                limits,
-            }])
-        }
+        described @ Value::Table(_) => match described.try_into() {
+            Ok(axis) => Ok(vec![axis]),
+            Err(error) => Err(format!(": {}", toml::de::Error::message(&error))),
+        },
         entry => ids_of(entry).ok_or_else(String::new),
     }
 }
@@ -239,36 +203,12 @@ fn ids_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
 
 impl From<AxisList> for Vec<Value> {
     fn from(axes: AxisList) -> Self {
-        let entry = |axis| match axis {
-            FarAxisConfig {
-                id,
-                name: None,
-                unit: None,
-                modulo: None,
-                position: Positions::Continuous,
-                encoder: None,
-                limits: None,
-            } => Value::Integer(id.into()),
-            FarAxisConfig {
-                id,
-                name,
-                unit,
-                modulo,
-                position,
-                encoder,
-                limits,
-            } => {
-                let described = Described {
-                    id,
-                    name,
-                    unit,
-                    modulo,
-                    position,
-                    encoder,
-                    limits,
-                };
+        let entry = |axis: FarAxisConfig| {
+            let id = Value::Integer(axis.id.into());
+            match axis == FarAxisConfig::with_id(axis.id) {
+                true => id,
                 // Every field of an axis exists in TOML.
-                Value::try_from(described).unwrap_or(Value::Integer(id.into()))
+                false => Value::try_from(axis).unwrap_or(id),
             }
         };
         axes.0.into_iter().map(entry).collect()

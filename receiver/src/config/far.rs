@@ -1,21 +1,20 @@
 //! `[[far]]`: a followed node, its axes, and the way they are followed.
 
-use std::fmt;
 use std::path::Path;
 
 use coaxle_axis::Modulo;
-use coaxle_clock::Span;
 use coaxle_clock::delay::Asymmetry;
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
-use coaxle_node::command::FarDelay;
+use coaxle_node::command::FarRefusal;
 use coaxle_node::config::{DelayMicros, FaultMicros, LinkConfig, Positive, TimingLinkConfig, Unit};
 use coaxle_node::faults::{WrongTerm, check_link};
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::axes::{AxisList, FarAxisConfig};
 
@@ -46,8 +45,8 @@ pub struct FarConfig {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modulo: Option<Modulo>,
     /// Calculation of the set values.
-    #[serde(default)]
-    pub mode: Mode,
+    #[serde(default = "observer")]
+    pub mode: FilterMode,
     /// Parameters of the TS5066 blocks.
     #[serde(default)]
     pub sync: AxisSyncParameters,
@@ -55,8 +54,8 @@ pub struct FarConfig {
     #[serde(default)]
     pub observer: ObserverParameters,
     /// The constant part of the delay, in observer mode.
-    #[serde(default)]
-    pub delay: DelayConfig,
+    #[serde(default = "measured", deserialize_with = "delay_in_range")]
+    pub delay: DelaySource,
     /// Asymmetry of the paths to it and from it, for a measured delay: no exchange can show it.
     /// Unknown by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -142,37 +141,6 @@ impl From<FarChannel> for Channel {
     }
 }
 
-/// Calculation of the set values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Mode {
-    /// TS5066's automatic mode: start-up mode, sync mode, fallback.
-    Sync,
-    /// As received, including beats.
-    Bypass,
-    /// Through the PT1 filter.
-    Pt1,
-    /// Beats are concealed when they happen.
-    Time,
-    /// By the phase observer: locked within a second at any drift. Time mode until then.
-    #[default]
-    Observer,
-}
-
-/// Source of the constant part of the delay, in observer mode.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DelayConfig {
-    /// Measured by time requests to the far node: the set values are those of its axes at the same
-    /// moment.
-    #[default]
-    Measured,
-    /// Fixed value, µs.
-    FixedUs(DelayMicros),
-    /// No compensation, as in TS5066.
-    Off,
-}
-
 /// Asymmetry of the paths to a node and from it, as measured by other means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -187,81 +155,31 @@ impl From<AsymmetryConfig> for Asymmetry {
     fn from(stated: AsymmetryConfig) -> Self {
         Self {
             longer: stated.longer_us.span(),
-            within: Span::from_micros_f64(stated.within_us.get()),
+            within: coaxle_clock::Span::from_micros_f64(stated.within_us.get()),
         }
     }
 }
 
-impl From<DelayConfig> for DelaySource {
-    fn from(delay: DelayConfig) -> Self {
-        match delay {
-            DelayConfig::Measured => Self::Measured,
-            DelayConfig::FixedUs(micros) => Self::Fixed(micros.span()),
-            DelayConfig::Off => Self::Off,
+/// Reads a delay whose fixed value is one that an order may set, too.
+pub(super) fn delay_in_range<'de, D: Deserializer<'de>>(file: D) -> Result<DelaySource, D::Error> {
+    match DelaySource::deserialize(file)? {
+        delay @ DelaySource::Fixed(fixed) if !delay.is_in_range() => {
+            let received = fixed.as_micros_f64();
+            Err(D::Error::custom(format!(
+                "fixed-us: received {received}, expected {}",
+                FarRefusal::DELAYS
+            )))
         }
+        delay => Ok(delay),
     }
 }
 
-impl Mode {
-    /// The mode's name in config, status and reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sync => "sync",
-            Self::Bypass => "bypass",
-            Self::Pt1 => "pt1",
-            Self::Time => "time",
-            Self::Observer => "observer",
-        }
-    }
-
-    /// True if the mode ever synchronises: sync mode does not if time mode is forced.
-    #[must_use]
-    pub const fn synchronises(self, sync: &AxisSyncParameters) -> bool {
-        match self {
-            Self::Observer => true,
-            Self::Sync => !sync.time_sync.force_time_mode,
-            Self::Bypass | Self::Pt1 | Self::Time => false,
-        }
-    }
+/// Default of `delay`.
+const fn measured() -> DelaySource {
+    DelaySource::Measured
 }
 
-impl fmt::Display for Mode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl From<FilterMode> for Mode {
-    fn from(mode: FilterMode) -> Self {
-        match mode {
-            FilterMode::Auto => Self::Sync,
-            FilterMode::Bypass => Self::Bypass,
-            FilterMode::Pt1 => Self::Pt1,
-            FilterMode::Time => Self::Time,
-            FilterMode::Observer => Self::Observer,
-        }
-    }
-}
-
-impl From<DelayConfig> for FarDelay {
-    fn from(delay: DelayConfig) -> Self {
-        match delay {
-            DelayConfig::Measured => Self::Measured,
-            DelayConfig::FixedUs(micros) => Self::FixedUs(micros.get()),
-            DelayConfig::Off => Self::Off,
-        }
-    }
-}
-
-impl From<Mode> for FilterMode {
-    fn from(mode: Mode) -> Self {
-        match mode {
-            Mode::Sync => Self::Auto,
-            Mode::Bypass => Self::Bypass,
-            Mode::Pt1 => Self::Pt1,
-            Mode::Time => Self::Time,
-            Mode::Observer => Self::Observer,
-        }
-    }
+/// Default of `mode`: every drift from the first second on, where the blocks of TS5066 first have to meet beats.
+const fn observer() -> FilterMode {
+    FilterMode::Observer
 }

@@ -4,6 +4,7 @@
 use std::fmt;
 
 use coaxle_axis::Modulo;
+use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::circles::Circle;
 use coaxle_node::config::{
@@ -11,16 +12,17 @@ use coaxle_node::config::{
     TransportConfig, Unit, at_most,
 };
 use coaxle_node::keys::NodeName;
-use coaxle_remote::{AxisSyncParameters, EncoderParameters};
+use coaxle_remote::{AxisSyncParameters, EncoderParameters, FilterMode};
 use coaxle_source::config::AxisConfig;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::far::delay_in_range;
 use super::far_limits::FarLimits;
 use super::{
-    AsymmetryConfig, AxisList, CamSource, DelayConfig, FarAxisConfig, FarChannel, FarConfig, Mode,
-    Positions, PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished,
-    WrongStandby, WrongVirtualAxis,
+    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Positions,
+    PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby,
+    WrongVirtualAxis,
 };
 
 /// A receiver's file as written.
@@ -37,13 +39,14 @@ pub(super) struct Form {
     /// Short form, instead of `far`: the one axis that it follows.
     master: Option<Master>,
     /// Short form, with `master`: calculation of the set values.
-    mode: Option<Mode>,
+    mode: Option<FilterMode>,
     /// Short form, with `master`: parameters of the TS5066 blocks.
     sync: Option<AxisSyncParameters>,
     /// Short form, with `master`: parameters of the phase observer.
     observer: Option<ObserverParameters>,
     /// Short form, with `master`: the constant part of the delay, in observer mode.
-    delay: Option<DelayConfig>,
+    #[serde(default, deserialize_with = "stated_delay")]
+    delay: Option<DelaySource>,
     /// Short form, with `master`: asymmetry of the paths to it and from it.
     asymmetry: Option<AsymmetryConfig>,
     /// Short form, with `master`: the timing channel to the node.
@@ -125,6 +128,10 @@ impl Master {
             ..FarAxisConfig::with_id(self.axis)
         }
     }
+}
+
+fn stated_delay<'de, D: Deserializer<'de>>(file: D) -> Result<Option<DelaySource>, D::Error> {
+    delay_in_range(file).map(Some)
 }
 
 const fn first_axis() -> u32 {
@@ -228,10 +235,10 @@ impl TryFrom<Form> for ReceiverConfig {
                 channel: master.channel,
                 unit: master.unit,
                 modulo: master.modulo,
-                mode: form.mode.unwrap_or_default(),
+                mode: form.mode.unwrap_or(FilterMode::Observer),
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),
-                delay: form.delay.unwrap_or_default(),
+                delay: form.delay.unwrap_or(DelaySource::Measured),
                 asymmetry: form.asymmetry,
                 timing: form.timing,
                 faults: form.faults.unwrap_or_default(),

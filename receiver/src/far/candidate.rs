@@ -324,7 +324,7 @@ impl Candidate {
         let cycle_time = self.clock.data_cycle_time();
         signals.cycle_time_us = cycle_time.map(|time| time.span().as_micros_f64());
         signals.enabled = self.clock.is_enabled();
-        signals.mode = self.clock.mode().into();
+        signals.mode = self.clock.mode();
         signals.rival_epoch = self.rival;
         self.inbox.show(signals);
         if let Some(beacons) = &self.beacons {

@@ -2,23 +2,23 @@
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::{Asymmetry, TimeResponse};
-use coaxle_clock::far_clock::{FarClock, FarClockOutput};
+use coaxle_clock::far_clock::{DelaySource, FarClock, FarClockOutput};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::time_sync::{TimeSyncParameters, WrongParameter};
 use coaxle_clock::{CycleTime, Instant, Local, Seconds};
 use coaxle_node::FrameHeader;
-use coaxle_remote::{AxisSyncParameters, CheckedParameters, FarCorrection, FarSync};
+use coaxle_remote::{AxisSyncParameters, CheckedParameters, FarCorrection, FarSync, FilterMode};
 
-use crate::config::{DelayConfig, FarConfig, Mode};
+use crate::config::FarConfig;
 
 /// Settings for following a far clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClockSetup {
     cycle_time: CycleTime,
-    mode: Mode,
+    mode: FilterMode,
     sync: AxisSyncParameters,
     observer: ObserverParameters,
-    delay: DelayConfig,
+    delay: DelaySource,
     asymmetry: Option<Asymmetry>,
     run: u64,
 }
@@ -87,7 +87,7 @@ impl Clock {
     pub(super) fn new(setup: ClockSetup) -> Result<Self, WrongParameter> {
         let own = setup.cycle_time;
         let _ = FarSync::start(own.span(), &setup.sync)?;
-        let _ = FarClock::new(own, setup.observer, setup.delay.into(), setup.run)?;
+        let _ = FarClock::new(own, setup.observer, setup.delay, setup.run)?;
         Ok(Self {
             setup,
             enabled: true,
@@ -173,12 +173,12 @@ impl Clock {
         let is_remapped = output.is_some_and(FarClockOutput::is_mapped_anew);
         let (index, elapsed) = (header.index, tick.elapsed);
         let correction = match (self.setup.mode, observed) {
-            (Mode::Observer, Some(clock)) => {
+            (FilterMode::Observer, Some(clock)) => {
                 sync.update_by_clock(index, clock.correction(header.count), elapsed)
             }
-            (mode, _) => sync.update(index, mode.into(), elapsed),
+            (mode, _) => sync.update(index, mode, elapsed),
         };
-        let by_observer = self.setup.mode == Mode::Observer;
+        let by_observer = self.setup.mode == FilterMode::Observer;
         Some(ClockOutput {
             correction,
             enabled: true,
@@ -210,7 +210,7 @@ impl Clock {
     }
 
     /// Mode in force while enabled.
-    pub(super) const fn mode(&self) -> Mode {
+    pub(super) const fn mode(&self) -> FilterMode {
         self.setup.mode
     }
 
@@ -225,7 +225,7 @@ impl Clock {
     }
 
     /// Source of the delay.
-    pub(super) const fn delay(&self) -> DelayConfig {
+    pub(super) const fn delay(&self) -> DelaySource {
         self.setup.delay
     }
 
@@ -262,11 +262,11 @@ impl Clock {
     }
 
     /// Changes the method of calculating the set values. All learned values are kept.
-    pub(super) fn set_mode(&mut self, mode: Mode) {
+    pub(super) fn set_mode(&mut self, mode: FilterMode) {
         self.setup.mode = mode;
         let setup = &self.setup;
         if let FarClockState::Running(running) = &mut self.state
-            && mode == Mode::Observer
+            && mode == FilterMode::Observer
             && running.observed.is_none()
         {
             running.observed = setup.observer(running.data);
@@ -289,12 +289,12 @@ impl Clock {
     }
 
     /// Changes the source of the delay; the resulting change is slewed.
-    pub(super) fn set_delay(&mut self, delay: DelayConfig) {
+    pub(super) fn set_delay(&mut self, delay: DelaySource) {
         self.setup.delay = delay;
         if let FarClockState::Running(Running { observed, .. }) = &mut self.state
             && let Some(observed) = observed
         {
-            observed.set_delay(delay.into());
+            observed.set_delay(delay);
         }
     }
 
@@ -349,7 +349,7 @@ impl Clock {
             data,
             sync: FarSync::start(setup.cycle_time.span(), &parameters).ok()?,
             observed: match setup.mode {
-                Mode::Observer => Some(setup.observer(data)?),
+                FilterMode::Observer => Some(setup.observer(data)?),
                 _ => None,
             },
         })
@@ -359,7 +359,7 @@ impl Clock {
 impl ClockSetup {
     /// Creates a phase observer; its parameters were checked at the start.
     fn observer(&self, data: CycleTime) -> Option<FarClock> {
-        let mut clock = FarClock::new(data, self.observer, self.delay.into(), self.run).ok()?;
+        let mut clock = FarClock::new(data, self.observer, self.delay, self.run).ok()?;
         clock.state_asymmetry(self.asymmetry);
         Some(clock)
     }

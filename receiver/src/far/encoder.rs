@@ -128,7 +128,7 @@ impl Encoder {
         signals.encoder_bandwidth = Some(self.checked.bandwidth());
         signals.position_sigma = Some(output.position_sigma);
         signals.velocity_sigma = Some(output.velocity_sigma);
-        signals.travel = output.direction.map(Into::into);
+        signals.travel = output.direction;
         signals.acquired = Some(output.acquired);
         signals.trimming = Some(output.trimming);
         signals.refused_jumps = Some(output.refused_jumps);

@@ -26,9 +26,9 @@ use coaxle_node::config::LinkConfig;
 
 use crate::arrivals::ArrivalLog;
 use crate::config::{FarAxisConfig, FarConfig};
+use crate::health::Health;
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
-use crate::snapshot::Health;
 use axis::{Axis, AxisScan};
 use beacons::Beacons;
 pub(crate) use candidate::Candidate;

@@ -3,17 +3,16 @@
 //! After a command the set values continue from their current state: all changes are blended over
 //! `blending-time-s`, and a delay is slewed.
 
+use coaxle_clock::far_clock::DelaySource;
 use coaxle_node::command::{
-    CommandOutcome, FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart,
+    CommandOutcome, FarCommand, FarOrder, FarRefusal, FarView, ParameterPart,
 };
-use coaxle_node::config::DelayMicros;
-use coaxle_remote::{AxisSyncChanges, AxisSyncParameters, CheckedParameters};
+use coaxle_remote::{AxisSyncChanges, AxisSyncParameters, CheckedParameters, FilterMode};
 
 use super::FarNode;
 use super::axis::Axis;
 use super::candidate::age_limit;
 use super::clock::Clock;
-use crate::config::{DelayConfig, Mode};
 use crate::signals::FarNodeSignals;
 
 /// A change of a far node. Applying it cannot fail.
@@ -28,12 +27,12 @@ pub(super) enum FarChange {
     Disable,
     /// Enables if necessary, and restarts.
     Start,
-    Mode(Mode),
+    Mode(FilterMode),
     Parameters {
         parameters: AxisSyncParameters,
         checked: CheckedParameters,
     },
-    Delay(DelayConfig),
+    Delay(DelaySource),
 }
 
 /// Effects of the commands.
@@ -76,7 +75,7 @@ impl FarNode {
             FarCommand::ReInitialise {} if !enabled => Err(FarRefusal::Disabled),
             FarCommand::Enable {} | FarCommand::ReInitialise {} => Ok(FarChange::Start),
             FarCommand::Disable {} => Ok(FarChange::Disable),
-            FarCommand::FilterMode(mode) => match Mode::from(*mode) {
+            FarCommand::FilterMode(mode) => match *mode {
                 same if same == self.followed().clock.mode() => Ok(FarChange::Nothing),
                 other => Ok(FarChange::Mode(other)),
             },
@@ -143,21 +142,18 @@ impl FarNode {
     fn view(&self) -> FarView {
         FarView {
             enabled: self.followed().clock.is_enabled(),
-            mode: self.followed().clock.mode().into(),
+            mode: self.followed().clock.mode(),
             synced: self.followed().synced,
-            delay: self.followed().clock.delay().into(),
+            delay: self.followed().clock.delay(),
         }
     }
 }
 
-fn plan_delay(delay: FarDelay) -> Result<FarChange, FarRefusal> {
-    let delay = match delay {
-        FarDelay::Measured => DelayConfig::Measured,
-        FarDelay::Off => DelayConfig::Off,
-        FarDelay::FixedUs(received) => {
-            let checked = DelayMicros::new(received);
-            DelayConfig::FixedUs(checked.map_err(|_| FarRefusal::Delay { received })?)
-        }
-    };
-    Ok(FarChange::Delay(delay))
+fn plan_delay(delay: DelaySource) -> Result<FarChange, FarRefusal> {
+    match delay {
+        DelaySource::Fixed(span) if !delay.is_in_range() => Err(FarRefusal::Delay {
+            received: span.as_micros_f64(),
+        }),
+        in_range => Ok(FarChange::Delay(in_range)),
+    }
 }

@@ -9,8 +9,9 @@ use coaxle_slave::{CIRCLE_CODE, SlaveError};
 use serde::Serialize;
 
 use crate::far::LARGEST_PPM;
+use crate::health::Health;
 use crate::program::BlockedProgram;
-use crate::snapshot::{Health, ReceiverSnapshot, RefusedCommand, SlaveFaults};
+use crate::snapshot::{ReceiverSnapshot, RefusedCommand, SlaveFaults};
 
 /// An error or a warning.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

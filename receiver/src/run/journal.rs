@@ -11,10 +11,11 @@ use coaxle_os::Machine;
 
 use super::fault::Fault;
 use crate::config::ReceiverConfig;
-use crate::names::{ContinuityName, StateName};
+use crate::health::Health;
 use crate::program::ProgramState;
 use crate::signals::FarNodeSignals;
-use crate::snapshot::{Health, ReceiverSnapshot};
+use crate::snapshot::ReceiverSnapshot;
+use coaxle_remote::{ContinuityState, FilterState};
 use delay::{Asked, delay, denied};
 use standby::{Heard, heard, standing_by, taken_over};
 use wraps::of_wraps;
@@ -289,7 +290,7 @@ fn drift_step(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
 
 /// Log lines on changes by orders.
 fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item = Note> {
-    let mode = now.mode.as_str();
+    let mode = now.mode.name();
     let notes = [
         // Before its first cycle a node is shown disabled.
         (before.enabled && before.mode != now.mode)
@@ -305,7 +306,7 @@ fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item =
 
 fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
     let signals = &now.signals.far[n];
-    let state = now.state_of(n).map(StateName::as_str);
+    let state = now.state_of(n).map(FilterState::name);
     match (now.far_health[n], state) {
         (Health::Ok, Some(_)) => Note::new(Level::Info, well(signals, now.state_of(n))),
         (Health::StartingUp, Some(state)) => {
@@ -334,7 +335,7 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
         ),
         (health, _) => match Fault::of_far(now, n) {
             Some(fault) => means(fault, now, n),
-            None => Note::new(Level::Info, health.name().as_str()),
+            None => Note::new(Level::Info, health.name().name()),
         },
     }
 }
@@ -347,30 +348,30 @@ fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
             Note::new(Level::Error, format!("error {fault}"))
         }
         Some(fault) => means(fault, now, 0),
-        None => Note::new(Level::Info, now.health.name().as_str()),
+        None => Note::new(Level::Info, now.health.name().name()),
     }
 }
 
 /// Log line on a fault, with its effect on the axes of a far node.
 fn means(fault: Fault, now: &ReceiverSnapshot, far: usize) -> Note {
     let means = match (now.continuity_of(far), now.state_of(far)) {
-        (Some(ContinuityName::Braking), _) => "the axis is braked, or at rest".to_owned(),
-        (Some(ContinuityName::Rejoining), _) => "the axis is brought back".to_owned(),
-        (_, Some(state)) => format!("set values in {} mode", state.as_str()),
+        (Some(ContinuityState::Braking), _) => "the axis is braked, or at rest".to_owned(),
+        (Some(ContinuityState::Rejoining), _) => "the axis is brought back".to_owned(),
+        (_, Some(state)) => format!("set values in {} mode", state.name()),
         (_, None) => "no set values".to_owned(),
     };
     Note::new(Level::Error, format!("error {fault}; {means}"))
 }
 
-fn well(signals: &FarNodeSignals, state: Option<StateName>) -> String {
+fn well(signals: &FarNodeSignals, state: Option<FilterState>) -> String {
     let drift = signals.drift_ppm.unwrap_or_default();
     match state {
-        Some(StateName::Sync) => format!(
+        Some(FilterState::Sync) => format!(
             "synchronised after {} beats, drift {drift:+.2} ppm",
             signals.beats
         ),
-        Some(StateName::Observer) => format!("synchronised, drift {drift:+.2} ppm"),
-        Some(state) => format!("follows the master in {} mode", state.as_str()),
+        Some(FilterState::Observer) => format!("synchronised, drift {drift:+.2} ppm"),
+        Some(state) => format!("follows the master in {} mode", state.name()),
         None => "ok".to_owned(),
     }
 }

@@ -9,12 +9,12 @@ use serde_json::{Map, Value, json};
 
 use super::fault::Fault;
 use crate::config::ReceiverConfig;
-use crate::names::HealthName;
+use crate::health::HealthName;
 use crate::snapshot::{ReceiverSnapshot, SignalRow};
 
 /// The status of a receiver that has not run a cycle yet, and so has not evaluated its masters.
 pub(super) fn before_the_first_cycle() -> Map<String, Value> {
-    let health = HealthName::WaitingForMaster.as_str();
+    let health = HealthName::WaitingForMaster.name();
     Map::from_iter([("health".to_owned(), health.into())])
 }
 

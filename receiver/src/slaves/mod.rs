@@ -18,7 +18,8 @@ use coaxle_node::command::{CamCommand, CamOrder, OrderCargo, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
-use crate::snapshot::{Health, ReceiverSnapshot};
+use crate::health::Health;
+use crate::snapshot::ReceiverSnapshot;
 use masters::SlaveMasters;
 use plates::room;
 use slave::Slave;

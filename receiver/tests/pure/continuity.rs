@@ -4,7 +4,7 @@
 use std::slice::from_mut;
 
 use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, Shown, VELOCITY, run, run_pair};
-use coaxle_receiver::ContinuityName::{Braking, Following, Rejoining};
+use coaxle_receiver::ContinuityState::{Braking, Following, Rejoining};
 use coaxle_receiver::HealthName;
 
 const CYCLE: f64 = 1e-3;

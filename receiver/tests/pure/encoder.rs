@@ -5,8 +5,8 @@ use crate::bench;
 use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, Shown, run_pair};
 use coaxle_axis::AxisStatus;
 use coaxle_node::{CommandOrder, CommandOutcome, Node};
-use coaxle_receiver::ContinuityName::{Braking, Following};
-use coaxle_receiver::{HealthName, TravelName};
+use coaxle_receiver::ContinuityState::{Braking, Following};
+use coaxle_receiver::{HealthName, TravelDirection};
 use coaxle_slave::CouplingPhase;
 
 const CYCLE: f64 = 1e-3;
@@ -152,7 +152,7 @@ fn increments_become_a_smooth_master_in_every_mode() {
         assert_limits(mode, &followed(shown));
         let last = pair.near.last();
         assert_eq!(last.health.name(), HealthName::Ok, "{mode}");
-        assert_eq!(last.axis.travel, Some(TravelName::Forward), "{mode}");
+        assert_eq!(last.axis.travel, Some(TravelDirection::Forward), "{mode}");
         assert_eq!(last.axis.acquired, Some(true), "{mode}");
         assert_eq!(last.axis.refused_jumps, Some(0), "{mode}");
         assert!(
@@ -354,7 +354,7 @@ fn a_master_that_truly_runs_back_is_one() {
     let mut pair = Pair::new(0.1, |t| 20.0 * t.min(28.0 - t), SAW);
     pair.run_for(20_000);
     let last = pair.near.last();
-    assert_eq!(last.axis.travel, Some(TravelName::Backward));
+    assert_eq!(last.axis.travel, Some(TravelDirection::Backward));
     let saw = &last.slaves[0];
     assert_eq!((saw.error, saw.phase), (None, None), "it was aborted");
     assert_eq!(saw.status, AxisStatus::Standstill);

@@ -3,7 +3,7 @@
 use crate::nodes::{Far, MILLISECOND, of, receiver, run};
 use coaxle_clock::time_sync::SyncError;
 use coaxle_node::Node;
-use coaxle_receiver::{Health, HealthName, Receiver, StateName};
+use coaxle_receiver::{FilterState, Health, HealthName, Receiver};
 
 const THREE: &str = "
 [[far]]
@@ -69,8 +69,8 @@ fn each_far_node_has_a_clock_of_its_own() {
         );
     }
     assert_eq!(receiver.snapshot().health, Health::Ok);
-    assert_eq!(last.axes[0].state, Some(StateName::Observer));
-    assert_eq!(last.axes[3].state, Some(StateName::Sync));
+    assert_eq!(last.axes[0].state, Some(FilterState::Observer));
+    assert_eq!(last.axes[3].state, Some(FilterState::Sync));
 }
 
 #[test]

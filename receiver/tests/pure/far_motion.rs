@@ -6,7 +6,7 @@ use std::slice::from_mut;
 
 use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, VELOCITY, run, run_pair};
 use coaxle_axis::AxisStatus;
-use coaxle_receiver::ContinuityName::Following;
+use coaxle_receiver::ContinuityState::Following;
 use coaxle_receiver::HealthName;
 
 const CYCLE: f64 = 1e-3;

@@ -13,8 +13,8 @@ use coaxle_axis::AxisStatus;
 use coaxle_clock::time_sync::SyncError;
 use coaxle_node::command::{FarRefusal, FarView};
 use coaxle_node::{CommandOrder, CommandOutcome, Node};
-use coaxle_receiver::{Health, StateName};
-use coaxle_remote::FilterMode;
+use coaxle_receiver::FilterMode;
+use coaxle_receiver::{FilterState, Health};
 
 /// Distance moved per cycle, u.
 const STEP: f64 = VELOCITY * 1e-3;
@@ -132,7 +132,7 @@ fn no_order_makes_a_step_whether_it_is_entered_left_or_interrupted() {
     ] {
         let mut pair = Pair::observing();
         pair.run_for(3_000);
-        assert_eq!(pair.last().master.unwrap().state, StateName::Observer);
+        assert_eq!(pair.last().master.unwrap().state, FilterState::Observer);
         let uneven = pair.unevenness(orders, 2_500);
         assert!(uneven < 1.1 * allowed, "{orders:?}: {uneven} of {allowed}");
         assert!(uneven > 1e-5, "{orders:?}: nothing happened");
@@ -158,7 +158,7 @@ fn in_sync_mode_neither() {
     ] {
         let mut pair = Pair::of(1000, "mode = 'sync'");
         pair.run_for(5_000);
-        assert_eq!(pair.last().master.unwrap().state, StateName::Sync);
+        assert_eq!(pair.last().master.unwrap().state, FilterState::Sync);
         // The correction of a cycle is blended, or a beat of time mode concealed, over 60 cycles at
         // least.
         let uneven = pair.unevenness(orders, 5_000);
@@ -178,12 +178,12 @@ fn disabled_the_axis_passes_through_unmodified_and_enabled_it_starts_anew() {
     for shown in pair.near.newest(100) {
         let signals = &shown.counters;
         assert_eq!((signals.enabled, signals.synced), (false, false));
-        assert_eq!(signals.mode, StateName::Observer);
+        assert_eq!(signals.mode, FilterMode::Observer);
         assert_eq!(signals.observer_state, None);
         assert_eq!(shown.health, Health::Disabled);
         let master = shown.master.unwrap();
         assert_eq!(master.corrected, master.received);
-        assert_eq!(master.state, StateName::Bypass);
+        assert_eq!(master.state, FilterState::Bypass);
     }
     let position = pair.last().slave().unwrap().position;
     let master = pair.last().master.unwrap().corrected.position;
@@ -199,7 +199,7 @@ fn disabled_the_axis_passes_through_unmodified_and_enabled_it_starts_anew() {
     assert_eq!(pair.last().health, Health::StartingUp);
     pair.run_for(2_000);
     assert_eq!(pair.last().health, Health::Ok);
-    assert_eq!(pair.last().master.unwrap().state, StateName::Observer);
+    assert_eq!(pair.last().master.unwrap().state, FilterState::Observer);
 }
 
 #[test]
@@ -207,16 +207,16 @@ fn the_mode_does_not_touch_the_synchronisation() {
     let mut pair = Pair::of(1000, "mode = 'sync'");
     pair.run_for(5_000);
     for (mode, state) in [
-        (FilterMode::Pt1, StateName::Pt1),
-        (FilterMode::Bypass, StateName::Bypass),
-        (FilterMode::Time, StateName::Time),
-        (FilterMode::Auto, StateName::Sync),
+        (FilterMode::Pt1, FilterState::Pt1),
+        (FilterMode::Bypass, FilterState::Bypass),
+        (FilterMode::Time, FilterState::Time),
+        (FilterMode::Auto, FilterState::Sync),
     ] {
-        let command = format!(r#"{{ "filter-mode": "{}" }}"#, state.as_str());
+        let command = format!(r#"{{ "filter-mode": "{}" }}"#, state.name());
         assert_eq!(accepted(&mut pair.near, &command).mode, mode);
         pair.run_for(100);
         let shown = pair.last();
-        assert_eq!(shown.counters.mode, state);
+        assert_eq!(shown.counters.mode, mode);
         let master = shown.master.unwrap();
         assert_eq!((master.state, master.synced), (state, true));
     }
@@ -227,10 +227,10 @@ fn the_mode_does_not_touch_the_synchronisation() {
     pair.run_for(2_000);
     let _ = accepted(&mut pair.near, r#"{ "filter-mode": "sync" }"#);
     pair.run_for(500);
-    assert_eq!(pair.last().master.unwrap().state, StateName::Sync);
+    assert_eq!(pair.last().master.unwrap().state, FilterState::Sync);
     let _ = accepted(&mut pair.near, r#"{ "filter-mode": "observer" }"#);
     pair.run_for(2);
-    assert_eq!(pair.last().master.unwrap().state, StateName::Observer);
+    assert_eq!(pair.last().master.unwrap().state, FilterState::Observer);
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn parameters_hold_from_the_next_cycle_on_and_what_is_left_out_stays() {
         pair.last().health,
         Health::Error(SyncError::MaxDataAgeExceeded)
     );
-    assert_eq!(pair.last().master.unwrap().state, StateName::Bypass);
+    assert_eq!(pair.last().master.unwrap().state, FilterState::Bypass);
 }
 
 #[test]

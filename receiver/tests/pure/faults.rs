@@ -11,7 +11,7 @@ use coaxle_node::config::parse;
 use coaxle_node::frame::{FrameHeader, KeySeal, body_capacity, decode, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::{
-    DriveStateName, Health, HealthName, Receiver, ReceiverConfig, ReceiverError, StateName,
+    DriveState, FilterState, Health, HealthName, Receiver, ReceiverConfig, ReceiverError,
 };
 
 /// The names of the healths passed through, each change once.
@@ -63,7 +63,7 @@ fn a_master_that_stops_is_an_error_that_stays() {
     assert_eq!(near.last().counters.restarts, 1);
     let master = near.last().master.unwrap();
     assert!(!master.synced);
-    assert_eq!(master.state, StateName::Pt1, "the fallback");
+    assert_eq!(master.state, FilterState::Pt1, "the fallback");
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn a_jump_of_the_master_trips_the_drive_and_the_slave_says_so() {
     assert_eq!(slave_axis(&near).error_code, 0);
     run_pair(&mut far, &mut near, 2 * SECOND);
     assert_eq!(near.last().health, Health::DriveTripped);
-    assert_eq!(near.last().drive().state, DriveStateName::Tripped);
+    assert_eq!(near.last().drive().state, DriveState::Tripped);
     assert!(near.last().drive().velocity.abs() < 1e-6, "at rest");
     let axis = slave_axis(&near);
     assert_eq!(axis.error_code, 0x4550);

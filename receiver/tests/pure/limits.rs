@@ -4,7 +4,7 @@ use std::slice::from_mut;
 
 use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, run, run_pair};
 use coaxle_axis::AxisStatus;
-use coaxle_receiver::{GuardStateName, HealthName};
+use coaxle_receiver::{GuardState, HealthName};
 use coaxle_slave::Command;
 
 const CYCLE: f64 = 1e-3;
@@ -79,7 +79,7 @@ fn has_arrived(what: &str, near: &Near) {
         AxisStatus::SynchronizedMotion,
         "{what}"
     );
-    assert_eq!(last.slaves[0].guard, GuardStateName::Tracking, "{what}");
+    assert_eq!(last.slaves[0].guard, GuardState::Tracking, "{what}");
     assert_eq!(last.slaves[0].distance, 0.0, "{what}");
     let master = last.master.expect("there is one").corrected;
     assert_eq!(

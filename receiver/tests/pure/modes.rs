@@ -1,20 +1,20 @@
 //! The master as a receiver shows it, for each mode and ratio.
 
 use crate::bench::{Far, MILLISECOND, Near, SECOND, VELOCITY, ripple, run_pair};
-use coaxle_receiver::{DriveStateName, Health, HealthName, StateName};
+use coaxle_receiver::{DriveState, FilterState, Health, HealthName};
 
-fn state_of(near: &Near) -> StateName {
+fn state_of(near: &Near) -> FilterState {
     near.last().master.expect("a master").state
 }
 
 #[test]
 fn each_mode_shows_itself() {
     for (mode, state, health) in [
-        ("bypass", StateName::Bypass, HealthName::Ok),
-        ("pt1", StateName::Pt1, HealthName::Ok),
-        ("time", StateName::Time, HealthName::Ok),
-        ("sync", StateName::Time, HealthName::StartingUp),
-        ("observer", StateName::Time, HealthName::StartingUp),
+        ("bypass", FilterState::Bypass, HealthName::Ok),
+        ("pt1", FilterState::Pt1, HealthName::Ok),
+        ("time", FilterState::Time, HealthName::Ok),
+        ("sync", FilterState::Time, HealthName::StartingUp),
+        ("observer", FilterState::Time, HealthName::StartingUp),
     ] {
         let mut far = Far::new(1000, 1000, 0, 1);
         let mut near = Near::new(1000, 0, &format!("mode = '{mode}'"));
@@ -26,8 +26,8 @@ fn each_mode_shows_itself() {
         );
         run_pair(&mut far, &mut near, 5 * SECOND);
         let later = match mode {
-            "sync" => StateName::Sync,
-            "observer" => StateName::Observer,
+            "sync" => FilterState::Sync,
+            "observer" => FilterState::Observer,
             _ => state,
         };
         assert_eq!(state_of(&near), later, "{mode}");
@@ -45,13 +45,13 @@ fn forced_time_mode_is_time_mode_and_all_is_well() {
     let forced = "mode = 'sync'\nsync.time-sync.force-time-mode = true";
     let mut near = Near::new(1000, 0, forced);
     run_pair(&mut far, &mut near, 5 * SECOND);
-    assert_eq!(state_of(&near), StateName::Time);
+    assert_eq!(state_of(&near), FilterState::Time);
     assert_eq!(near.last().health, Health::Ok);
 }
 
 #[test]
 fn start_up_modes_are_obeyed() {
-    for (mode, state) in [("bypass", StateName::Bypass), ("pt1", StateName::Pt1)] {
+    for (mode, state) in [("bypass", FilterState::Bypass), ("pt1", FilterState::Pt1)] {
         let mut far = Far::new(1000, 1000, 0, 1);
         let mut near = Near::new(
             1000,
@@ -87,7 +87,7 @@ fn the_cycle_time_of_the_sender_is_taken_from_its_frames() {
         let last = near.last();
         let master = last.master.expect("a master");
         assert!(master.synced, "{data_us} to {own_us} µs: {last:?}");
-        assert_eq!(master.state, StateName::Sync);
+        assert_eq!(master.state, FilterState::Sync);
         let drift = master.drift_ppm / 400.0;
         assert!(
             (drift - 1.0).abs() < 0.01,
@@ -116,7 +116,7 @@ fn a_cycle_time_that_does_not_fit_moves_nothing() {
         let last = near.last();
         assert_eq!(last.health, Health::CycleTimesDoNotFit, "{data_us} {rest}");
         assert_eq!((last.master, last.slave()), (None, None));
-        assert_eq!(last.drive().state, DriveStateName::Off);
+        assert_eq!(last.drive().state, DriveState::Off);
         assert_eq!(near.slave_frame, None);
         assert!(last.counters.received > 400, "it goes on listening");
         let learnt = last.data_cycle_time.expect("known").span().as_micros_f64();

@@ -17,7 +17,7 @@ use coaxle_node::{
     Arrived, Channel, CommandOrder, CommandOutcome, Intake, KeptMessage, Message, Node, Outgoing,
     Reader, Rejection, TimeRequest, TimeServer,
 };
-use coaxle_receiver::{Drives, HealthName, Mode, Receiver, ReceiverConfig};
+use coaxle_receiver::{Drives, FilterMode, HealthName, Receiver, ReceiverConfig};
 use coaxle_slave::{Command, CouplingPhase, Dynamics};
 
 /// Synchronises, pauses for 3 s with a backlog, loses its master, finds a new run of it.
@@ -479,7 +479,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     assert!(counters.overflow > 0 && counters.stale > 0);
     let used = counters.received - counters.overflow - counters.stale;
     assert!(arrived > 5_000 && arrived <= used, "{arrived} of {used}");
-    if config.far[0].mode == Mode::Observer {
+    if config.far[0].mode == FilterMode::Observer {
         assert!(exchanges > 60 && responses_refused > 0);
         assert!(exchanged >= exchanges, "{exchanged}");
         assert!(responses > 60);

@@ -8,7 +8,7 @@ use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_clock::Instant;
 use coaxle_node::Node;
 use coaxle_node::config::parse;
-use coaxle_receiver::{DriveKindName, DriveStateName, Drives, Receiver, ReceiverConfig};
+use coaxle_receiver::{DriveKind, DriveState, Drives, Receiver, ReceiverConfig};
 
 #[test]
 fn the_example_moves_its_own_drive() {
@@ -91,12 +91,12 @@ fn a_simulated_drive_stands_in_for_one_in_another_process() {
         let _ = receiver.cycle(receiver.next_cycle());
     }
     let slave = &receiver.snapshot().signals.slaves[0];
-    assert_eq!(slave.drive_kind, DriveKindName::Simulated);
+    assert_eq!(slave.drive_kind, DriveKind::Simulated);
     assert_eq!(
         (slave.drive_attached, slave.drive_heartbeat_age),
         (None, None)
     );
-    assert_eq!(slave.drive_state, DriveStateName::Following);
+    assert_eq!(slave.drive_state, DriveState::Following);
     assert_eq!(slave.state, AxisStatus::Standstill);
     assert!((slave.drive_position - 5.0).abs() < 1e-3);
     assert!(!std::path::Path::new("not-made").exists());

@@ -3,7 +3,7 @@
 use crate::nodes;
 use crate::nodes::{Far, MILLISECOND, receiver};
 use coaxle_node::{Channel, CommandOrder, CommandOutcome, Node};
-use coaxle_receiver::{ContinuityName, HealthName, Receiver, SignalRow};
+use coaxle_receiver::{ContinuityState, HealthName, Receiver, SignalRow};
 
 const VELOCITY: f64 = 300.0;
 const MODES: [&str; 5] = ["bypass", "pt1", "sync", "time", "observer"];
@@ -234,10 +234,10 @@ fn an_axis_that_is_only_measured_is_taken_over_as_it_moves() {
         run(&mut receiver, &mut lines, until, &mut watch, |row, at| {
             let axis = &row.axes[0];
             assert_eq!(axis.acquired, Some(true), "{at}");
-            assert_ne!(axis.continuity, ContinuityName::Braking, "{at}");
+            assert_ne!(axis.continuity, ContinuityState::Braking, "{at}");
         });
         let axis = &receiver.snapshot().signals.axes[0];
-        assert_eq!(axis.continuity, ContinuityName::Following);
+        assert_eq!(axis.continuity, ContinuityState::Following);
     }
     assert_eq!(receiver.snapshot().signals.far[0].take_overs, 2);
 }
@@ -333,7 +333,7 @@ fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
     lines.iter_mut().for_each(|line| line.silent = false);
     run(receiver, &mut lines, at + 40_000, &mut watch, |_, _| {});
     let axis = &receiver.snapshot().signals.axes[0];
-    assert_eq!(axis.continuity, ContinuityName::Following, "seed {seed}");
+    assert_eq!(axis.continuity, ContinuityState::Following, "seed {seed}");
     assert!(axis.synced, "seed {seed}");
 }
 

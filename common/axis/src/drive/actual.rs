@@ -39,6 +39,8 @@ impl Actual {
 
 /// State of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum DriveState {
     /// No power: the drive stands still.
     #[default]
@@ -54,6 +56,8 @@ pub enum DriveState {
 
 /// Kind of drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum DriveKind {
     /// Calculated.
     #[default]

@@ -22,11 +22,12 @@ pub struct Guarded {
 
 /// State of following a target. A window of the distance and a time turn a persistent distance into
 /// a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum GuardState {
     /// The target passes unchanged.
+    #[default]
     Tracking,
     /// The axis moves without a target: for one cycle after the last that passed, with its
     /// acceleration; or to a stop, if the target is not a number.

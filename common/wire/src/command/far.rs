@@ -1,5 +1,6 @@
 //! Orders to a node about one of the nodes that it follows: the inputs of `FB_AxisSync`.
 
+use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_remote::{AxisSyncChanges, FilterMode};
 use serde::{Deserialize, Serialize};
@@ -36,20 +37,7 @@ pub enum FarCommand {
     #[doc(alias = "stAxisSyncParameters")]
     SetParameters(AxisSyncChanges),
     /// Source of the constant part of the delay, in observer mode.
-    SetDelay(FarDelay),
-}
-
-/// Source of the constant part of the delay.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum FarDelay {
-    /// Time requests to the far node.
-    Measured,
-    /// Fixed value, µs.
-    FixedUs(f64),
-    /// No compensation of the delay.
-    Off,
+    SetDelay(DelaySource),
 }
 
 impl FarCommand {
@@ -88,7 +76,7 @@ pub struct FarView {
     /// True if its clock was known in the newest cycle.
     pub synced: bool,
     /// Source of the constant part of the delay, in observer mode.
-    pub delay: FarDelay,
+    pub delay: DelaySource,
 }
 
 /// Reason why a far node refuses a command.
@@ -106,7 +94,7 @@ pub enum FarRefusal {
     #[error("{:#06x}: {}: received no parameter, expected at least one to change", self.code(), self.field())]
     NothingToChange,
     /// A delay out of its range.
-    #[error("{:#06x}: {}: received {received}, expected a number from -1000000 to 1000000", self.code(), self.field())]
+    #[error("{:#06x}: {}: received {received}, expected {}", self.code(), self.field(), Self::DELAYS)]
     Delay {
         /// Value received, µs.
         received: f64,
@@ -126,6 +114,9 @@ pub enum ParameterPart {
 }
 
 impl FarRefusal {
+    /// Range of a fixed delay, in words.
+    pub const DELAYS: &str = "a number from -1000000 to 1000000";
+
     /// Returns the error code of TwinCAT's remote synchronisation: a parameter is wrong. The manual knows
     /// no other refusal.
     #[must_use]

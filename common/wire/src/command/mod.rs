@@ -26,7 +26,7 @@ pub use cam::{
     CamCommand, CamFigures, CamOrder, CharacteristicFigures, MAX_POINTS_READ, MAX_VALUES_READ,
     MasterFigures, OrderCargo, PlateOrder, SelectedValues,
 };
-pub use far::{FarCommand, FarDelay, FarOrder, FarRefusal, FarView, ParameterPart};
+pub use far::{FarCommand, FarOrder, FarRefusal, FarView, ParameterPart};
 pub use name::{FarName, InvalidName, SlaveName};
 pub use outcome::{CommandOutcome, MAX_KNOWN, NotTaken, SlaveView};
 pub use saw::{NamedValue, SawAttempt, SawFigures, SawRefused, SawView, ViolatedCheck};

@@ -11,15 +11,16 @@ use std::collections::BTreeSet;
 use crate::document::{section, table};
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::{Awaits, AxisStatus};
+use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_remote::{AxisSyncParameters, ExtrapolateParameters, FilterMode};
 use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
-    CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarDelay, FarName,
-    FarOrder, FarRefusal, FarView, InvalidOrder, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken,
-    ParameterPart, SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
+    CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarName, FarOrder,
+    FarRefusal, FarView, InvalidOrder, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken, ParameterPart,
+    SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -283,7 +284,7 @@ fn the_documented_refusal_about_a_far_node_is_written() {
         enabled: true,
         mode: FilterMode::Observer,
         synced: true,
-        delay: FarDelay::Measured,
+        delay: DelaySource::Measured,
     };
     let refusal = FarRefusal::Parameter {
         part: ParameterPart::Extrapolate,

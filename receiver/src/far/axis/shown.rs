@@ -17,8 +17,8 @@ impl Axis {
         far_time: Option<Instant<Remote>>,
     ) -> FarAxisSignals {
         let mut signals = FarAxisSignals {
-            state: Some(moved.state.into()),
-            continuity: self.state().into(),
+            state: Some(moved.state),
+            continuity: self.state(),
             synced: moved.synced,
             error: moved.error.map_or(0, |error| error.code()),
             age_cycles: 0,

@@ -66,8 +66,8 @@ pub(super) fn standing_by(before: &FarNodeSignals, now: &FarNodeSignals) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::health::Health;
     use crate::run::journal::Journal;
-    use crate::snapshot::Health;
     use coaxle_clock::{Instant, Span};
     use coaxle_node::config::parse;
 

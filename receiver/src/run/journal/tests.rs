@@ -33,7 +33,7 @@ fn waiting() -> ReceiverSnapshot {
     ReceiverSnapshot::new(&config(), Instant::EPOCH)
 }
 
-fn following(health: Health, state: StateName) -> ReceiverSnapshot {
+fn following(health: Health, state: FilterState) -> ReceiverSnapshot {
     let mut snapshot = waiting();
     snapshot.health = health;
     if !is_of_a_slave(health) {
@@ -48,7 +48,10 @@ fn following(health: Health, state: StateName) -> ReceiverSnapshot {
 }
 
 fn failed() -> ReceiverSnapshot {
-    following(Health::Error(SyncError::MaxDataAgeExceeded), StateName::Pt1)
+    following(
+        Health::Error(SyncError::MaxDataAgeExceeded),
+        FilterState::Pt1,
+    )
 }
 
 fn at(millis: i64) -> Instant<Machine> {
@@ -57,7 +60,7 @@ fn at(millis: i64) -> Instant<Machine> {
 
 #[test]
 fn another_count_of_the_same_run_is_no_restart() {
-    let mut before = following(Health::Ok, StateName::Sync);
+    let mut before = following(Health::Ok, FilterState::Sync);
     before.signals.far[0].epoch = Some(7);
     let mut after = before.clone();
     after.signals.far[0].restarts = 1;
@@ -71,24 +74,24 @@ fn another_count_of_the_same_run_is_no_restart() {
 
 #[test]
 fn each_change_is_told_once() {
-    let mut warned = following(Health::Ok, StateName::Sync);
+    let mut warned = following(Health::Ok, FilterState::Sync);
     warned.signals.far[0].warning = SyncWarning::DriftChangedSignificantly.code();
     warned.signals.far[0].epoch = Some(7);
     let mut restarted = warned.clone();
     restarted.signals.far[0].restarts = 1;
     restarted.signals.far[0].epoch = Some(8);
-    let mut tripped = following(Health::DriveTripped, StateName::Time);
+    let mut tripped = following(Health::DriveTripped, FilterState::Time);
     tripped.faults[0].error = Some(SlaveError::Drive(DriveFault::FollowingError {
         following_error: 3.0,
     }));
     let life = [
         waiting(),
-        following(Health::StartingUp, StateName::Time),
-        following(Health::Ok, StateName::Sync),
+        following(Health::StartingUp, FilterState::Time),
+        following(Health::Ok, FilterState::Sync),
         warned,
         restarted,
         failed(),
-        following(Health::MasterSilent, StateName::Pt1),
+        following(Health::MasterSilent, FilterState::Pt1),
         tripped,
     ];
     let told = told(&life);
@@ -128,7 +131,7 @@ fn each_change_is_told_once() {
 #[test]
 fn what_a_program_waits_for_in_vain_or_of_somebody_is_told() {
     let with = |program, health, trouble: Option<Trouble>| {
-        let mut snapshot = following(health, StateName::Time);
+        let mut snapshot = following(health, FilterState::Time);
         let slave = &mut snapshot.signals.slaves[0];
         slave.program = Some(program);
         slave.program_step = Some(3);
@@ -172,7 +175,7 @@ fn a_receiver_that_flutters_does_not_flood_the_log() {
     let mut lines = Vec::new();
     for k in 0..2_001 {
         let snapshot = match k % 2 {
-            0 => following(Health::StartingUp, StateName::Time),
+            0 => following(Health::StartingUp, FilterState::Time),
             _ => failed(),
         };
         lines.extend(journal.take(at(k), &snapshot));

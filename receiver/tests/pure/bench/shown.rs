@@ -5,8 +5,8 @@ use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Kinematics;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, SlaveSignals};
 use coaxle_receiver::{
-    BlockedProgram, ContinuityName, DriveStateName, GuardStateName, Health, ProgramSnapshot,
-    ReceiverSnapshot, RefusedCommand, SlaveFaults, StateName,
+    BlockedProgram, ContinuityState, DriveState, FilterState, GuardState, Health, ProgramSnapshot,
+    ReceiverSnapshot, RefusedCommand, SlaveFaults,
 };
 use coaxle_slave::{CouplingPhase, SlaveError};
 
@@ -32,8 +32,8 @@ pub(crate) struct MasterShown {
     pub(crate) age_cycles: u32,
     pub(crate) received: Moving,
     pub(crate) corrected: Moving,
-    pub(crate) state: StateName,
-    pub(crate) continuity: ContinuityName,
+    pub(crate) state: FilterState,
+    pub(crate) continuity: ContinuityState,
     pub(crate) synced: bool,
     pub(crate) drift_ppm: f64,
 }
@@ -53,7 +53,7 @@ pub(crate) struct SlaveShown {
     pub(crate) error: Option<SlaveError>,
     pub(crate) refusal: Option<RefusedCommand>,
     pub(crate) set: Option<Kinematics>,
-    pub(crate) guard: GuardStateName,
+    pub(crate) guard: GuardState,
     pub(crate) distance: f64,
     pub(crate) program: Option<ProgramSnapshot>,
     pub(crate) blocked: Option<BlockedProgram>,
@@ -63,7 +63,7 @@ pub(crate) struct SlaveShown {
 /// A drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DriveShown {
-    pub(crate) state: DriveStateName,
+    pub(crate) state: DriveState,
     pub(crate) position: f64,
     pub(crate) velocity: f64,
 }

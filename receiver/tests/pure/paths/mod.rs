@@ -12,7 +12,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::{AxisSample, Channel, Frame, FrameHeader, Message, Node, TimeRequest};
-use coaxle_receiver::{ContinuityName, Receiver, ReceiverConfig, StateName};
+use coaxle_receiver::{ContinuityState, FilterState, Receiver, ReceiverConfig};
 
 pub(crate) const VELOCITY: f64 = 500.0;
 pub(crate) const CYCLE: i64 = 1_000_000;
@@ -40,7 +40,7 @@ pub(crate) struct Seen {
     pub(crate) true_position: f64,
     /// The far time of the set values, ns; none where no clock moves them.
     pub(crate) far_time: Option<i64>,
-    pub(crate) continuity: ContinuityName,
+    pub(crate) continuity: ContinuityState,
     pub(crate) synced: bool,
     /// True if it equals its master, by the observer, with no blending from another mode.
     pub(crate) is_followed: bool,
@@ -177,8 +177,8 @@ impl World {
     fn look(&mut self, now: i64) {
         let row = &self.receiver.snapshot().signals;
         let axis = &row.axes[0];
-        let by_observer = axis.state == Some(StateName::Observer);
-        let follows = axis.continuity == ContinuityName::Following;
+        let by_observer = axis.state == Some(FilterState::Observer);
+        let follows = axis.continuity == ContinuityState::Following;
         self.followed = if by_observer && follows {
             self.followed + 1
         } else {

@@ -5,7 +5,7 @@ mod series;
 mod windows;
 
 use coaxle_node::config::Unit;
-use coaxle_receiver::StateName;
+use coaxle_receiver::FilterState;
 
 use crate::record::ReceiverCycle;
 use crate::row::Row;
@@ -37,7 +37,7 @@ pub struct Curves {
     /// Every slave.
     pub slaves: Vec<SlaveCurve>,
     /// The changes of state: time, s, and new state.
-    pub states: Vec<(f64, Option<StateName>)>,
+    pub states: Vec<(f64, Option<FilterState>)>,
     /// Every cycle around one beat.
     pub around_beat: Vec<Row>,
     /// Events that every receiver's cycles are kept around.

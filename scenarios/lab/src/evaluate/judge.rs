@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_receiver::config::{GearConfig, MasterRef};
-use coaxle_receiver::{ContinuityName, DriveStateName, ReceiverConfig, SignalRow};
+use coaxle_receiver::{ContinuityState, DriveState, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
 use super::TrackedMaster;
@@ -310,7 +310,7 @@ impl ReceiverJudge {
         summary.cycles += 1;
         summary.synced_at_end = record.axis.synced;
         if let Some(slave) = record.slave() {
-            summary.drive_tripped |= slave.drive_state == DriveStateName::Tripped;
+            summary.drive_tripped |= slave.drive_state == DriveState::Tripped;
             let following_error = slave.following_error.abs();
             summary.following_error_max = summary.following_error_max.max(following_error);
         }
@@ -498,7 +498,7 @@ fn time_error_us(
     if let Some(far_time) = record.far_time() {
         return clock.map(|truth| truth.error_of(far_time).as_micros());
     }
-    if record.axis.continuity != ContinuityName::Following {
+    if record.axis.continuity != ContinuityState::Following {
         return None;
     }
     let (position, velocity) = master?;

@@ -104,7 +104,7 @@ mod tests {
     use coaxle_axis::AxisStatus;
     use coaxle_node::config::parse;
     use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals, NodeSignals, SlaveSignals};
-    use coaxle_receiver::{ContinuityName, GuardStateName, StateName};
+    use coaxle_receiver::{ContinuityState, FilterMode, FilterState, GuardState};
     use coaxle_slave::CouplingPhase;
 
     const CONFIG: &str = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'belt' }\n[[slave]]\nname = 'x'\n\
@@ -378,7 +378,7 @@ mod tests {
             let (position, velocity) = (0.5 * 1_000.0 * t * t, 1_000.0 * t);
             let mut row = in_state(AxisStatus::DiscreteMotion, position, velocity);
             row.slaves[0].acceleration = Some(1_000.0);
-            row.slaves[0].guard = GuardStateName::CatchingUp;
+            row.slaves[0].guard = GuardState::CatchingUp;
             row.slaves[0].distance = position + 1.0;
             row
         });
@@ -411,7 +411,7 @@ mod tests {
 
     #[test]
     fn a_run_ends_well_or_not() {
-        use ContinuityName::{Braking, Following, Rejoining};
+        use ContinuityState::{Braking, Following, Rejoining};
         let stopped = || in_state(AxisStatus::ErrorStop, 0.0, 0.0);
         let well = || in_state(AxisStatus::Standstill, 0.0, 0.0);
         assert_eq!(ended([stopped(), well()]), []);
@@ -424,7 +424,7 @@ mod tests {
             row.axes[0].synced = synced;
             row.axes[0].continuity = continuity;
             row.far[0].enabled = true;
-            row.far[0].mode = StateName::Observer;
+            row.far[0].mode = FilterMode::Observer;
             row
         };
         let synced = || far(0, true, Following);
@@ -439,7 +439,7 @@ mod tests {
         }
         // An order has chosen another mode.
         let mut filtered = far(0, false, Following);
-        filtered.far[0].mode = StateName::Pt1;
+        filtered.far[0].mode = FilterMode::Pt1;
         assert_eq!(ended([synced(), filtered]), []);
         // An axis that was never in sync need not be by now.
         assert_eq!(ended([far(0, false, Following)]), []);
@@ -458,7 +458,7 @@ mod tests {
                 let mut row = row(SlaveSignals::default(), far);
                 let position = 0.5 * cycle as f64;
                 row.axes[0] = FarAxisSignals {
-                    state: Some(StateName::Observer),
+                    state: Some(FilterState::Observer),
                     received_position: Some(position),
                     received_velocity: Some(500.0),
                     correction_us: Some(2_000.0),

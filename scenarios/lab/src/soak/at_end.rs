@@ -1,8 +1,8 @@
 //! Synchronisation of receivers at the end of a schedule.
 
 use coaxle_node::config::{ClockConfig, CycleMicros, JitterConfig};
-use coaxle_receiver::config::{FarConfig, Mode};
-use coaxle_receiver::{ContinuityName, ReceiverConfig};
+use coaxle_receiver::config::FarConfig;
+use coaxle_receiver::{ContinuityState, FilterMode, ReceiverConfig};
 
 use crate::expect::receiver_of;
 use crate::finished::Finished;
@@ -41,7 +41,7 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
         let may_wait = master.is_some_and(has_limits);
         let is_published =
             master.is_none_or(|master| is_to_be_in_sync(scenario, master.name.as_str()));
-        let has_beats = far.mode == Mode::Observer
+        let has_beats = far.mode == FilterMode::Observer
             || receiver.is_some_and(|receiver| has_beats(scenario, receiver, far));
         tolerates_the_network(far) && has_beats && is_published && !may_wait
     })
@@ -84,7 +84,7 @@ fn mean_jitter(scenario: &Scenario) -> f64 {
 fn tolerates_the_network(far: &FarConfig) -> bool {
     let parameters = &far.sync.time_sync;
     let least = f64::from(parameters.age_of_data_limit).min(parameters.max_cycle_index_difference);
-    far.mode == Mode::Observer || least >= LEAST_TOLERANCE
+    far.mode == FilterMode::Observer || least >= LEAST_TOLERANCE
 }
 
 fn has_limits(receiver: &ReceiverConfig) -> bool {
@@ -101,7 +101,7 @@ const BEATS: u64 = 2;
 /// takes as long as the way is.
 fn is_back(receiver: &ReceiverSummary, duration: f64) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
-    let is_on_its_way = far.synced && axis.continuity == ContinuityName::Rejoining;
+    let is_on_its_way = far.synced && axis.continuity == ContinuityState::Rejoining;
     let heard_for = match far.last_relock_s {
         // Only new runs made it restart: it is received since then.
         Some(since) if u64::from(far.relocks) <= far.restarts => duration - since,

@@ -2,7 +2,7 @@
 
 use coaxle_lab::curves::{Curves, Series};
 use coaxle_lab::summary::{ReceiverSummary, Summary};
-use coaxle_receiver::StateName;
+use coaxle_receiver::FilterState;
 
 use super::around_beat;
 use super::shown::{ColouredCurves, coloured};
@@ -226,14 +226,14 @@ fn drawn(curves: impl IntoIterator<Item = Curve>) -> Vec<Curve> {
 /// States by their levels.
 const STATES: [&str; 6] = ["no data", "bypass", "pt1", "time", "sync", "observer"];
 
-fn level(state: Option<StateName>) -> f64 {
+fn level(state: Option<FilterState>) -> f64 {
     match state {
         None => 0.0,
-        Some(StateName::Bypass) => 1.0,
-        Some(StateName::Pt1) => 2.0,
-        Some(StateName::Time) => 3.0,
-        Some(StateName::Sync) => 4.0,
-        Some(StateName::Observer) => 5.0,
+        Some(FilterState::Bypass) => 1.0,
+        Some(FilterState::Pt1) => 2.0,
+        Some(FilterState::Time) => 3.0,
+        Some(FilterState::Sync) => 4.0,
+        Some(FilterState::Observer) => 5.0,
     }
 }
 

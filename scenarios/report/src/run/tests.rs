@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use coaxle_receiver::StateName;
+use coaxle_receiver::FilterState;
 use serde_json::Value;
 
 use crate::page::untold;
@@ -67,8 +67,8 @@ fn curves() -> Vec<Curves> {
     }
     cured.states = vec![
         (0.0, None),
-        (0.1, Some(StateName::Bypass)),
-        (2.0, Some(StateName::Sync)),
+        (0.1, Some(FilterState::Bypass)),
+        (2.0, Some(FilterState::Sync)),
     ];
     vec![cured, bare]
 }

@@ -9,16 +9,16 @@ mod spelled;
 
 use clap::Args;
 use coaxle_axis::SyncPositions;
+use coaxle_clock::far_clock::DelaySource;
 use coaxle_host::Commander;
 use coaxle_host::NetworkArgs;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
-    CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarDelay, FarName, FarOrder,
-    FarView, SlaveName, SlaveOrder, SlaveView,
+    CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarName, FarOrder, FarView,
+    SlaveName, SlaveOrder, SlaveView,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::wrong_argument;
-use coaxle_receiver::Mode;
 use coaxle_report::inspect::{self, shown};
 use serde::de::DeserializeOwned;
 
@@ -234,11 +234,11 @@ fn state_of(axis: Option<&SlaveView>, far: Option<&FarView>) -> String {
         let on = if far.enabled { "enabled" } else { "disabled" };
         let known = if far.synced { "" } else { "not " };
         let delay = match far.delay {
-            FarDelay::Measured => "measured".to_owned(),
-            FarDelay::FixedUs(micros) => format!("{micros} µs"),
-            FarDelay::Off => "off".to_owned(),
+            DelaySource::Measured => "measured".to_owned(),
+            DelaySource::Fixed(delay) => format!("{} µs", delay.as_micros_f64()),
+            DelaySource::Off => "off".to_owned(),
         };
-        let mode = Mode::from(far.mode);
+        let mode = far.mode;
         format!("; the far node is {on}, mode {mode}, {known}synchronised, delay {delay}")
     });
     slave.or(far).unwrap_or_default()
@@ -372,7 +372,7 @@ mod tests {
     fn a_far_node_is_commanded_with_far_and_a_slave_without() {
         let expected = FarOrder {
             far: FarName::new("belt").unwrap(),
-            command: FarCommand::FilterMode(Mode::Pt1.into()),
+            command: FarCommand::FilterMode(coaxle_receiver::FilterMode::Pt1),
             dry_run: true,
         };
         for line in [
@@ -394,9 +394,9 @@ mod tests {
         let order = far(&["disable"]).unwrap();
         let view = FarView {
             enabled: true,
-            mode: Mode::Sync.into(),
+            mode: coaxle_receiver::FilterMode::Auto,
             synced: false,
-            delay: FarDelay::FixedUs(120.5),
+            delay: DelaySource::Fixed(coaxle_clock::Span::from_micros_f64(120.5)),
         };
         let state = "the far node is enabled, mode sync, not synchronised, delay 120.5 µs";
         for (outcome, expected) in [

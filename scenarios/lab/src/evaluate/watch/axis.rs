@@ -2,7 +2,7 @@
 
 use coaxle_clock::Instant;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
-use coaxle_receiver::{SignalRow, StateName};
+use coaxle_receiver::{FilterState, SignalRow};
 use coaxle_sim::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 
 use super::found::{Found, WatchedCycle};
@@ -22,7 +22,7 @@ pub(super) struct AxisWatch {
     last: Option<(WatchedCycle, FarAxisSignals)>,
     /// The mode that made its set values, the number of its clock's restarts by an order, and the node it is
     /// read from.
-    line: Option<(StateName, u32, usize)>,
+    line: Option<(FilterState, u32, usize)>,
     /// The frame that was used last.
     used: Option<Used>,
     /// Index of the node it is read from, and number of take-overs before.
@@ -102,7 +102,7 @@ impl AxisWatch {
         let (invariant, value, limit) = match fault {
             None => return,
             // TS5066 has no bound: a new correction is blended in over 90 cycles, however large it is.
-            Some(FarTimeFault::Rate(_)) if axis.state != Some(StateName::Observer) => return,
+            Some(FarTimeFault::Rate(_)) if axis.state != Some(FilterState::Observer) => return,
             Some(FarTimeFault::NotLater(by)) => (Invariant::FarTime, by, 0.0),
             Some(FarTimeFault::Rate(rate)) => (Invariant::FarRate, rate.abs(), LARGEST_RATE_ERROR),
         };
@@ -149,6 +149,6 @@ impl Used {
 fn is_corrected(axis: &FarAxisSignals) -> bool {
     matches!(
         axis.state,
-        Some(StateName::Sync | StateName::Time | StateName::Observer)
+        Some(FilterState::Sync | FilterState::Time | FilterState::Observer)
     )
 }

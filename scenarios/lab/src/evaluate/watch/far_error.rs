@@ -1,7 +1,7 @@
 //! Comparison of the error that a receiver states of its corrected time with the true one.
 
 use coaxle_clock::delay::DelayState;
-use coaxle_receiver::{ReceiverConfig, StateName};
+use coaxle_receiver::{FilterMode, ReceiverConfig};
 
 use super::found::{Found, WatchedCycle};
 use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
@@ -97,7 +97,7 @@ impl FarErrorWatch {
     /// Deviation of the error from its settled value, µs, without the rest of the slew.
     fn beside_settled(&mut self, row: &Row) -> Option<f64> {
         let (far, error) = (&row.record.far, row.time_error_us);
-        let is_led = far.mode == StateName::Observer && row.record.axis.synced;
+        let is_led = far.mode == FilterMode::Observer && row.record.axis.synced;
         let Some(error) = error.filter(|_| is_led && !self.has_jumped(row.t_s)) else {
             self.settled = None;
             return None;
@@ -137,7 +137,7 @@ impl FarErrorWatch {
 pub(super) fn stated(row: &Row) -> Option<f64> {
     let far = &row.record.far;
     // In another mode the observer runs on beside it, and reports its own error.
-    let leads = far.mode == StateName::Observer && row.record.axis.synced;
+    let leads = far.mode == FilterMode::Observer && row.record.axis.synced;
     let says = leads && far.delay_state == Some(DelayState::Measured);
     let uncertainty = far.delay_uncertainty_us.filter(|_| says)?;
     Some(uncertainty + far.slew_remaining_us.unwrap_or_default().abs())

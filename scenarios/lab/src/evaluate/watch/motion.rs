@@ -2,7 +2,7 @@
 
 use coaxle_receiver::config::{FarAxisConfig, FarConfig};
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
-use coaxle_receiver::{ContinuityName, StateName};
+use coaxle_receiver::{ContinuityState, FilterMode, FilterState};
 use coaxle_sim::{FarAxisMode, FarMotion, FarMotionBounds, FarMotionCheck, Received};
 
 use super::found::{Found, WatchedCycle};
@@ -55,7 +55,7 @@ impl MotionWatch {
             self.was_synced = false;
         }
         // An order may have chosen another mode, or switched it off.
-        let is_to_be = matches!(far.mode, StateName::Observer | StateName::Sync) && far.enabled;
+        let is_to_be = matches!(far.mode, FilterMode::Observer | FilterMode::Auto) && far.enabled;
         self.was_synced = is_to_be && (self.was_synced || axis.synced);
         let motion = self.received(node, far, axis).and_then(|received| {
             Some(FarMotion {
@@ -63,7 +63,7 @@ impl MotionWatch {
                 received,
                 correction: axis.correction_us.map(|correction| correction * 1e-6),
                 mode: mode_of(axis.state?),
-                follows: axis.continuity == ContinuityName::Following,
+                follows: axis.continuity == ContinuityState::Following,
                 cycles: cycle.since.unwrap_or(1),
             })
         });
@@ -101,11 +101,11 @@ impl MotionWatch {
 
     /// Ends the run, and checks its final state.
     pub(super) fn end(&self, cycle: &WatchedCycle, axis: &FarAxisSignals, found: &mut Found) {
-        let is_lost = axis.continuity == ContinuityName::Braking
+        let is_lost = axis.continuity == ContinuityState::Braking
             || (self.synchronises
                 && self.was_synced
                 && !axis.synced
-                && axis.continuity == ContinuityName::Following);
+                && axis.continuity == ContinuityState::Following);
         if axis.error != 0 || is_lost {
             found.add(cycle, Invariant::EndsWell, axis.error.into(), 0.0);
         }
@@ -126,11 +126,11 @@ fn pace_of_blocks(far: &FarConfig) -> f64 {
     (beats + slope) / f64::from(blending)
 }
 
-const fn mode_of(state: StateName) -> FarAxisMode {
+const fn mode_of(state: FilterState) -> FarAxisMode {
     match state {
-        StateName::Bypass => FarAxisMode::Bypass,
-        StateName::Pt1 => FarAxisMode::Pt1,
-        StateName::Sync | StateName::Time => FarAxisMode::Blocks,
-        StateName::Observer => FarAxisMode::Observer,
+        FilterState::Bypass => FarAxisMode::Bypass,
+        FilterState::Pt1 => FarAxisMode::Pt1,
+        FilterState::Sync | FilterState::Time => FarAxisMode::Blocks,
+        FilterState::Observer => FarAxisMode::Observer,
     }
 }

@@ -4,7 +4,7 @@ use coaxle_axis::AxisStatus;
 use coaxle_axis::set_value_guard::DistancePolicy;
 use coaxle_clock::CycleTime;
 use coaxle_curve::profile::Limits;
-use coaxle_receiver::GuardStateName;
+use coaxle_receiver::GuardState;
 use coaxle_receiver::signals::SlaveSignals;
 use coaxle_sim::ApproachCheck;
 use coaxle_slave::{CouplingPhase, SlaveParameters};
@@ -60,7 +60,7 @@ impl TargetWatch {
             found.add(cycle, Invariant::InSync, distance, window);
         }
         let is_set_anew = std::mem::replace(&mut self.set_anew, slave.set_anew) != slave.set_anew;
-        let is_on_its_way = slave.guard == GuardStateName::CatchingUp
+        let is_on_its_way = slave.guard == GuardState::CatchingUp
             && slave.state != AxisStatus::ErrorStop
             && cycle.since == Some(1)
             && !is_set_anew;

@@ -2,7 +2,7 @@
 
 use coaxle_clock::delay::DelayState;
 use coaxle_node::config::parse;
-use coaxle_receiver::{ReceiverConfig, StateName};
+use coaxle_receiver::{FilterMode, ReceiverConfig};
 
 use super::{FarErrorWatch, FarPositionWatch};
 use crate::invariants::{Invariant, InvariantViolation};
@@ -38,7 +38,7 @@ fn view() -> View {
 fn row(cycle: u32) -> Row {
     let mut record = Box::<ReceiverCycle>::default();
     record.node.cycle = cycle.into();
-    record.far.mode = StateName::Observer;
+    record.far.mode = FilterMode::Observer;
     record.axis.synced = true;
     Row {
         t_s: CYCLE * f64::from(cycle),
