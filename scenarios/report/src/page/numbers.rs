@@ -30,7 +30,7 @@ pub(super) fn times(times: Vec<f64>) -> Value {
 pub(super) fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64 {
     // The coarsest, a four-thousandth, is less than a tenth of a pixel of a panel 320 high.
     const FINENESS: [f64; 4] = [1e-6, 1e-5, 6e-5, 2.5e-4];
-    // Two characters hold ten bits, differences up to 511 with their sign; three hold 16 383.
+    // Two characters hold ten bits, differences up to 511 with their sign. Three hold 16 383.
     const CHARACTERS: f64 = 2.4;
     let step = steps_of(values);
     let count: usize = told.iter().map(|values| values.len()).sum();

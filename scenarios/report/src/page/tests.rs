@@ -63,7 +63,7 @@ fn a_course_of_many_places_is_short_and_comes_back_to_six_digits() {
     figure.panels[0].curves = vec![curve];
     let json = encoding::figure(&figure);
     assert!(
-        // Places are regular, and take one character each as second differences; three are left for each value.
+        // Places are regular, and take one character each as second differences. Three are left for each value.
         json.to_string().len() < 3_000 * 4,
         "{}",
         json.to_string().len()

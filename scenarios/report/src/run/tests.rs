@@ -242,7 +242,7 @@ fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
     for span in [200.0, 20.0, 1.0, 0.05, 0.001] {
         let (low, high) = extremes(data, at - span / 2.0, at + span / 2.0);
         assert!(
-            // The range of 537 has steps of 0.1 at worst, a four-thousandth down to a power of ten; low and height are rounded each.
+            // The range of 537 has steps of 0.1 at worst, a four-thousandth down to a power of ten. Low and height are rounded each.
             (low + 37.0).abs() < 0.2 && (high - 500.0).abs() < 0.2,
             "{span}: {low} {high}"
         );

@@ -77,7 +77,7 @@ fn every_point_seed_and_receiver_has_a_row_in_full() {
         .collect();
     let full = points
         .iter()
-        // Full precision has 15 to 17 digits; some numbers end earlier by chance.
+        // Full precision has 15 to 17 digits. Some numbers end earlier by chance.
         .filter(|row| row["velocity_ripple_max [mm/s]"].len() > 12);
     assert!(full.count() > 6, "{ripples:?}");
     let summary = rows(&scratch.path().join("summary.csv"));
