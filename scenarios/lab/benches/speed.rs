@@ -65,6 +65,7 @@ fn frames(count: i64) -> Vec<Vec<u8>> {
 }
 
 fn frame_and_cycles(c: &mut Criterion) {
+    // Twenty seconds: the observer is locked for most of them, so that the usual branches are measured.
     let frames = frames(20_000);
     let name = NodeName::new("master").expect("a name");
     let mut intake = Intake::new(&name.channel_key(Channel::Axes), &name, &[1]);
@@ -134,6 +135,7 @@ fn virtual_time(c: &mut Criterion) {
         .and_then(|source| source.read(&["duration-s=10".to_owned()]))
         .expect("a scenario of the catalogue");
     scenario
+        // A single receiver, so that the figure is the cost of one.
         .keep_receivers(&["sync".to_owned()])
         .expect("a receiver of the scenario");
     c.bench_function("ten virtual seconds of one sender and one receiver", |b| {

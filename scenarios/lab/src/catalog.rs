@@ -134,6 +134,7 @@ pub fn find(name_or_path: &str) -> anyhow::Result<Source> {
     }
     let path = Path::new(name_or_path);
     let looks_like_path = path.extension().is_some() || path.components().count() > 1;
+    // A bare word is a misspelt name: that no file has it would lead astray.
     if !looks_like_path {
         let known: Vec<_> = all().map(|(name, _)| name).collect();
         return wrong_argument(format!(

@@ -125,6 +125,7 @@ impl Evaluation {
             let config = &scenario.receivers[view.receiver];
             let roots = std::iter::once(&view.root).chain(&view.standbys);
             let sources = roots.map(|root| {
+                // A followed receiver moves as its sender does, but its set values are dated by its own clock.
                 let motion = master_of(&mut masters, root.node, root.axis, cycle_time(root.node));
                 let clock = if root.source == root.node {
                     motion
@@ -136,6 +137,7 @@ impl Evaluation {
                     motion,
                     clock,
                     gear: root.gear,
+                    // Runs of a receiver are numbered by the receiver: they never match the epoch of its sender.
                     is_receiver: root.source >= senders,
                     is_shown: !comes_through_encoder(scenario, root)
                         && !is_forged(scenario, config),
@@ -145,6 +147,7 @@ impl Evaluation {
             // Delays between processes are correlated, too.
             let says_its_error =
                 world == World::Virtual && !has_correlated_delays(scenario, config);
+            // Without clocks nothing judges the stated error.
             let clocks = says_its_error.then_some(Clocks {
                 jumps: &clock_jumps,
                 resolution_us: steady_resolution(scenario, config),
@@ -158,6 +161,7 @@ impl Evaluation {
         let of = |n: usize| {
             let views = topology.views();
             let first = views.partition_point(|view| view.receiver < n);
+            // Views stand receiver after receiver, so that each has one range of them.
             first..views.partition_point(|view| view.receiver <= n)
         };
         Self {
@@ -193,6 +197,7 @@ impl Evaluation {
         signals: &SignalRow,
         sink: &mut impl RowSink,
     ) {
+        // Before its judges: a virtual axis is judged by the motion that this very cycle adds.
         self.push_clock(receiver, at_ns, signals);
         let (skipped, node) = (&mut self.skipped, &signals.node);
         skipped.push_node(self.senders + receiver, node.run, node.cycle, node.overruns);
@@ -205,6 +210,8 @@ impl Evaluation {
             // The motion up to this cycle may be known only after the master's next one.
             while let Some(record) = judge.waiting.pop_front() {
                 let at = Instant::from_nanos(record.at_ns);
+                // The popped record counts among those that wait.
+                // A dead master is known no further: without the bound all rows to the end would wait for it.
                 if !judge.is_known(&self.masters, record.place, at)
                     && judge.waiting.len() + 1 < LONGEST_WAIT
                 {
@@ -213,6 +220,7 @@ impl Evaluation {
                 }
                 let row = judge.judge(record, &self.masters, self.start);
                 sink.row(view, &row);
+                // Boxes go round: a run of hours allocates as many as wait at a time.
                 judge.take_back(row.record);
             }
         }
@@ -268,10 +276,13 @@ fn has_correlated_delays(scenario: &Scenario, receiver: &ReceiverConfig) -> bool
 /// Resolution of a receiver's arrival times, µs; none where delays change for good on the way.
 fn steady_resolution(scenario: &Scenario, receiver: &ReceiverConfig) -> Option<f64> {
     let resolution = links_to(scenario, receiver).try_fold(0.0, |most, link| {
+        // A delay that changes for good shifts the constant error of a time without a measured delay.
         let changes = !link.delay_steps.is_empty() || !link.delay_terms_us.is_empty();
+        // Faults that end take the mean of their delays with them.
         let is_steady = !changes && link.faults_until_s.is_none();
         is_steady.then(|| f64::max(most, link.resolution_us.span().as_micros_f64()))
     });
+    // Queues of routers grow and shrink, and with them the delay.
     resolution.filter(|_| scenario.routers.is_empty())
 }
 
@@ -285,6 +296,7 @@ fn links_to<'a>(
     scenario: &'a Scenario,
     receiver: &'a ReceiverConfig,
 ) -> impl Iterator<Item = &'a LinkConfig> {
+    // Faults of requests are left out: they delay no frame.
     let own = receiver.far.iter().map(|far| &far.faults);
     own.chain([&scenario.network])
 }
@@ -302,6 +314,7 @@ fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
     let senders = scenario.senders.iter().map(|sender| &sender.clock);
     let receivers = (scenario.receivers.iter()).map(|receiver| &receiver.clock);
     let steps = senders.chain(receivers).flat_map(|clock| &clock.steps);
+    // A step of the drift alone moves no reading.
     let jumps = steps.filter(|step| step.phase_us != ChangeMicros::default());
     let jumps = jumps.map(|step| step.at_s.span().as_secs_f64());
     let is_receiver =
@@ -311,6 +324,7 @@ fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
         EventKind::Away {
             action: Action::Restart,
             for_s,
+            // Both when it dies and when it is back: either begins another time for its followers.
         } => Some([event.at_s.into(), f64::from(event.at_s) + f64::from(for_s)]),
         EventKind::Away { .. } | EventKind::Command(_) => None,
     });
@@ -320,6 +334,7 @@ fn clock_jumps(scenario: &Scenario) -> Vec<f64> {
 /// Takes the next cycle of a master, if it is followed.
 fn push(masters: &mut [TrackedMaster], node: usize, axis: u32, sample: TruthSample<Reference>) {
     let is_it = |master: &&mut TrackedMaster| master.node == node && master.axis == axis;
+    // Axes that nobody follows have no oracle.
     if let Some(master) = masters.iter_mut().find(is_it) {
         master.oracle.push(sample);
     }
@@ -333,5 +348,5 @@ fn truly(axis: &VirtualAxisSignals) -> Kinematics {
     }
 }
 
-/// Most rows that wait for a silent master: a second's worth.
+/// Most rows that wait for a silent master: a second's worth at cycles of a millisecond.
 const LONGEST_WAIT: usize = 1_000;

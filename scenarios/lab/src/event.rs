@@ -85,6 +85,7 @@ impl EventCommand {
             Some(CommandVerdict::NotTaken { text, .. }) => ("not taken".to_owned(), Some(text)),
             None => ("no answer".to_owned(), None),
         };
+        // Compared as text, so that what is shown is what was compared.
         let met = received == expected;
         let command = self.order.command_name();
         let (slave, what) = match &self.order {
@@ -168,7 +169,9 @@ impl<'de> Visitor<'de> for ByName {
     fn visit_map<A: MapAccess<'de>>(self, mut rest: A) -> Result<CommandInFile, A::Error> {
         let key: Option<String> = rest.next_key()?;
         let is_one_of = |names: &[&str]| key.as_deref().is_some_and(|name| names.contains(&name));
+        // By the name and not by trying each type: an untagged enum would lose the field that is wrong inside a command.
         let (is_far, is_cam) = (is_one_of(&FarCommand::NAMES), is_one_of(&CamCommand::NAMES));
+        // The name was taken out of the map, and is put in front of it again for the type that it names.
         let again = MapAccessDeserializer::new(PeekedMap { key, rest });
         if is_far {
             FarCommand::deserialize(again).map(CommandInFile::Far)
@@ -211,6 +214,7 @@ impl TryFrom<EventInFile> for Event {
     type Error = &'static str;
 
     fn try_from(file: EventInFile) -> Result<Self, &'static str> {
+        // Each arm names every field of the other kind, so that one of them is refused and not ignored.
         let what = match file {
             EventInFile {
                 action: Some(action),
@@ -334,8 +338,10 @@ impl ScenarioTime {
 impl TryFrom<f64> for ScenarioTime {
     type Error = String;
     fn try_from(seconds: f64) -> Result<Self, String> {
+        // 1e9 s in nanoseconds are 1e18, and fit into an i64.
         if seconds.is_finite() && (0.0..=1e9).contains(&seconds) {
             Ok(Self {
+                // Rounded: 1.001 · 1000 is 1000.9999999999999, which would be cut to 1000.
                 millis: (seconds * 1e3).round() as u64,
             })
         } else {

@@ -85,6 +85,7 @@ impl Expectation {
         let mut met = true;
         if let Some(bound) = self.at_most {
             expected.push(format!("at most {bound}"));
+            // A value that is missing meets no bound: a receiver that never synchronised has no error, but is no success.
             met &= number(&received).is_some_and(|n| n <= bound);
         }
         if let Some(bound) = self.at_least {
@@ -104,6 +105,7 @@ impl Expectation {
                 share.of
             ));
             met &= match (number(&received), number(&other)) {
+                // Inclusive, so that a share of 1 allows equal figures.
                 (Some(this), Some(other)) => this <= share.share * other,
                 _ => false,
             };
@@ -141,6 +143,7 @@ impl Expectation {
 /// Numbers are the same if they have the same value, however they are written.
 fn same(expected: &Value, received: &Value) -> bool {
     match (expected.as_f64(), received.as_f64()) {
+        // TOML has 3 and 3.0, and JSON whole numbers of either sign: types differ where values do not.
         (Some(expected), Some(received)) => expected == received,
         _ => expected == received,
     }

@@ -127,6 +127,7 @@ impl SummaryFigure {
     pub(crate) fn heading(&self, units: &Units) -> String {
         let unit = self.unit(units);
         let ascii = unit.replace('µ', "u");
+        // Names are ASCII, and write µs as us.
         let is_in_name = self.name.split('_').any(|part| part == ascii);
         if unit.is_empty() || is_in_name {
             self.name.clone()
@@ -145,6 +146,7 @@ impl SummaryFigure {
         let value = fields.0.get(self.field)?;
         match self.kind {
             Kind::Number => value.as_f64().map(Value::Number),
+            // A value of another kind counts as missing instead of ending the sweep.
             Kind::Count => value.as_u64().map(Value::Count),
             Kind::Integer => value.as_i64().map(Value::Integer),
             Kind::Flag => value.as_bool().map(Value::Flag),

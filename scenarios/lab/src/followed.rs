@@ -25,6 +25,7 @@ impl JudgedAxis {
                 let far = &config.far[far];
                 let key = far.node.channel_key(far.channel.into());
                 let is_it = config.far_axes().nth(axis);
+                // Ids begin at 1, so 0 names no axis.
                 let id = is_it.map_or(0, |(_, _, axis)| axis.id);
                 Self {
                     mode: far.mode.name(),
@@ -34,6 +35,7 @@ impl JudgedAxis {
                 }
             }
             ReceiverAxis::Virtual(axis) => Self {
+                // No far node makes its set values, and so none of the modes.
                 mode: VIRTUAL,
                 synchronises: false,
                 name: format!("{}/{}", config.name, config.virtual_axes[axis].name),

@@ -76,6 +76,7 @@ const FIELDS: [&str; 2] = ["count", "spread"];
 /// Greatest number of copies.
 const MOST_COPIES: u64 = 1_000;
 /// Most bytes of all groups written out.
+// A thousand copies of 16 kB each.
 const MOST_BYTES: u64 = 16 << 20;
 
 /// The fields of a group that are no lists of elements.
@@ -104,6 +105,7 @@ impl Origins {
         let (list, rest) = field.split_once('[')?;
         let (number, rest) = rest.split_once(']')?;
         let origin = self.0.get(list)?;
+        // Elements before the first one are the scenario's own.
         let place = number.parse::<usize>().ok()?.checked_sub(origin.first)?;
         let (group, element) = origin.from.get(place)?;
         Some(format!("group[{group}].{list}[{element}]{rest}"))
@@ -128,6 +130,7 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
     if !groups.iter().all(Value::is_table) {
         return Ok(origins);
     }
+    // Cloned, as their elements are appended to the table that holds them.
     let groups = groups.clone();
     let mut bytes = 0;
     for (number, group) in groups.into_iter().enumerate() {
@@ -142,9 +145,11 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
             .count
             .copies()
             .map_err(|reason| wrong("count", reason))?;
+        // The rest of the group are its lists alone, which are copied.
         for field in FIELDS {
             group.remove(field);
         }
+        // Checked before any copy is made.
         bytes += group.to_string().len() as u64 * copies.len() as u64;
         if bytes > MOST_BYTES {
             let reason = format!(
@@ -153,6 +158,7 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
             return Err(wrong("count", reason));
         }
         for (place, numbers) in copies.iter().enumerate() {
+            // Both ends are reached. A single copy has the first value.
             let share = place as f64 / (copies.len() - 1).max(1) as f64;
             let mut copy = group.clone();
             for (field, [from, to]) in &head.spread {
@@ -162,6 +168,7 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
                     .map_err(|reason| wrong("spread", format!("{reason:#}")))?;
             }
             let mut copy = Value::Table(copy);
+            // After the spread, whose paths are those of the group as it is written.
             number_texts(&mut copy, numbers);
             append(scenario, copy, number, &mut origins)
                 .map_err(|(field, reason)| wrong(field, reason))?;
@@ -217,6 +224,7 @@ impl Count {
             Self::By(counts) => counts.iter().map(|(name, n)| (&**name, *n)).collect(),
         };
         let product = names.iter().map(|(_, count)| u64::from(*count));
+        // Saturating: two counts of 32 bits may exceed 64 bits with a third.
         let product = product.fold(1_u64, u64::saturating_mul);
         let product = if names.is_empty() { 0 } else { product };
         if !(1..=MOST_COPIES).contains(&product) {
@@ -273,6 +281,7 @@ fn append(
         let (Value::Array(added), Value::Array(all)) = (added, all) else {
             return Err((list, "expected a list of tables".to_owned()));
         };
+        // The first group to add to a list decides where the scenario's own elements end.
         let origin = origins.0.entry(list).or_insert_with(|| GroupOrigin {
             first: all.len(),
             from: Vec::new(),

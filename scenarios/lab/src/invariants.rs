@@ -162,6 +162,7 @@ impl InvariantViolation {
             Invariant::FarTime => "later than the cycle before".to_owned(),
             Invariant::Cycles | Invariant::Messages => format!("{limit}"),
             Invariant::SetValues => "set values".to_owned(),
+            // A distance has a window as its limit, and an error none.
             Invariant::EndsWell if *limit == 0.0 => {
                 "no error in the end, and none that is lost".to_owned()
             }
@@ -169,6 +170,7 @@ impl InvariantViolation {
             _ => format!("at most {limit}"),
         };
         if *cycles > 1 {
+            // Six digits, with which a value just beyond its limit differs from it.
             let value = significant(worst.value, 6);
             let when = worst.t_s;
             expected += &format!("; so in {cycles} cycles, {value} at {when:.3} s the worst");
@@ -207,6 +209,7 @@ pub struct Exception {
 impl Exception {
     fn covers(&self, violation: &InvariantViolation, invariant: Invariant) -> bool {
         let WatchedPart { receiver, part } = &violation.of;
+        // The cycles of the receiver itself belong to no part: no exception covers them.
         let is_it = self.receiver == *receiver && Some(&self.of) == part.as_ref();
         is_it && violation.invariant == invariant
     }
@@ -229,6 +232,7 @@ pub(crate) fn judge(
     };
     let broken = violations.iter().filter(|one| !is_meant(one));
     let mut failed: Vec<_> = broken.map(InvariantViolation::verdict).collect();
+    // In virtual time each seed breaks what it broke before. Among processes a fault may not show in one run.
     if world == World::Virtual {
         failed.extend(exceptions.iter().flat_map(|one| unneeded(one, violations)));
     }

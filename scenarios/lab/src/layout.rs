@@ -96,6 +96,7 @@ fn check_links(scenario: &Scenario) -> Result<(), WrongField> {
 fn behind(scenario: &Scenario, topology: &Topology) -> Result<Vec<usize>, WrongField> {
     let home_of = |node: &str| {
         let routers = scenario.routers.iter().enumerate();
+        // Two are asked for, as a second one is as wrong as none.
         let mut homes = routers.filter(|(_, router)| router.is_before(node));
         match (homes.next(), homes.next()) {
             (Some((home, _)), None) => Ok(home),
@@ -131,6 +132,7 @@ fn connected(scenario: &Scenario) -> Result<Vec<[usize; 2]>, WrongField> {
             };
             let other = routers.iter().position(|router| router.name == *to);
             let other = other.ok_or_else(|| wrong("a router of this scenario"))?;
+            // Either end may name a connection, but only once.
             if other == n || pairs.contains(&[n, other]) || pairs.contains(&[other, n]) {
                 return Err(wrong("another router, which it is not connected to yet"));
             }

@@ -10,6 +10,7 @@ pub fn significant(value: f64, digits: i32) -> String {
     // Of the rounded value: 99.96 becomes 100, not 100.0.
     let magnitude = scientific.split_once('e').and_then(|(_, m)| m.parse().ok());
     let magnitude: i32 = magnitude.unwrap_or(0);
+    // Plain numbers up to nine digits, and up to six places behind the point.
     if !(-6..9).contains(&magnitude) {
         return scientific;
     }
@@ -21,6 +22,7 @@ pub fn significant(value: f64, digits: i32) -> String {
 /// least one value.
 pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
+    // A whole place has itself on both sides.
     let (below, above) = (sorted[place as usize], sorted[place.ceil() as usize]);
     if below == above {
         // Without rounding.

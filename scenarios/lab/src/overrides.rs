@@ -6,6 +6,7 @@ use coaxle_os::exit::{Mistake, wrong_argument};
 use toml::{Table, Value};
 
 /// Most keys of a path.
+// Setting goes down by recursion, a call for each key.
 const MOST_KEYS: usize = 32;
 
 /// Most list elements named in the error about an unknown one.
@@ -37,6 +38,7 @@ pub fn apply(table: &mut Table, text: &str) -> anyhow::Result<()> {
     let value = parse_value(value.trim());
     let mut root = Value::Table(std::mem::take(table));
     let set = set(&mut root, &keys, value).with_context(|| format!("--set {text}"));
+    // Put back after an error, too: the caller's table was taken.
     if let Value::Table(changed) = root {
         *table = changed;
     }
@@ -61,10 +63,12 @@ fn set(at: &mut Value, keys: &[&str], value: Value) -> anyhow::Result<()> {
         Value::Table(table) => {
             let next = table
                 .entry((*key).to_owned())
+                // Missing tables are made: defaults are not written in a scenario. Reading refuses fields that are none.
                 .or_insert_with(|| Value::Table(Table::new()));
             set(next, rest, value)
         }
         Value::Array(list) => {
+            // A number is a position, even where an element has it as its name.
             let found = match key.parse::<usize>() {
                 Ok(position) => Some(position),
                 Err(_) => list.iter().position(|element| is_named(element, key)),

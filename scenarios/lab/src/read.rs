@@ -35,8 +35,10 @@ pub fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError>
 /// Reads and checks a scenario without groups.
 fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
     let mut scenario: Scenario = from_table(file, table)?;
+    // Before the topology, whose cost grows with the square of the nodes.
     let count = scenario.check_count();
     count.map_err(|(field, reason)| ConfigError::field(file, field, reason))?;
+    // Files are named relative to the scenario, wherever the tool is run.
     if let Some(folder) = Path::new(file).parent() {
         for sender in &mut scenario.senders {
             sender.relative_to(folder);
@@ -57,6 +59,7 @@ fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> 
     check_events(&scenario, &topology, file)?;
     check_expectations(&scenario, &topology, file)?;
     check_exceptions(&scenario, file)?;
+    // Last, as nodes are built for it: the errors before are cheaper and name single fields.
     check_nodes(&scenario, file)?;
     Ok(scenario)
 }
@@ -70,6 +73,7 @@ fn tell_units(scenario: &mut Scenario, topology: &Topology) {
                 continue;
             };
             let unit = unit_of_source(scenario, view.receiver, axis, &view.root);
+            // A unit that is not known yet must not replace one of an earlier pass.
             if unit != Unit::default() {
                 scenario.receivers[view.receiver].far_axis_is_in(axis, unit);
             }
@@ -105,6 +109,7 @@ fn show_followed_axes(
     for (n, sender) in scenario.senders.iter_mut().enumerate() {
         let axes = (topology.views().iter())
             .flat_map(|view| std::iter::once(&view.root).chain(&view.standbys))
+            // Standbys are shown, too: after a take-over they are the truth.
             .filter(|root| root.node == n)
             .filter_map(|root| NonZeroU32::new(root.axis))
             .collect::<BTreeSet<_>>();
@@ -207,6 +212,7 @@ fn check_expectation(
     if let Some(router) = &expectation.router {
         return check_expectation_of_router(router, expectation, scenario);
     }
+    // In the order of `nodes`: the receiver, then the one it is compared with.
     for (name, field) in expectation.nodes().zip(["receiver", "at-most-share.of"]) {
         if !judged.contains(&name) {
             return Err((field, unknown(name, judged)));

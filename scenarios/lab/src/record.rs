@@ -54,6 +54,7 @@ impl Clone for ReceiverCycle {
 /// Signals of a virtual axis as of a far axis without correction: its slaves follow its set values.
 fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
     FarAxisSignals {
+        // A virtual axis has no far clock that could be unknown.
         synced: true,
         received_error: axis.error,
         received_position: Some(axis.position),
@@ -84,6 +85,7 @@ impl ReceiverCycle {
                 (FarNodeSignals::default(), axis)
             }
         };
+        // Cleared and not replaced, so that the buffer of the record is used again.
         self.slaves.clear();
         self.slaves
             .extend(view.slaves.iter().map(|n| signals.slaves[*n]));

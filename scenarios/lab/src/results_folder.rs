@@ -21,6 +21,7 @@ impl ResultsFolder {
     pub fn hold(path: &Path) -> anyhow::Result<Self> {
         let cannot = || format!("cannot make the folder {}", path.display());
         fs::create_dir_all(path).with_context(cannot)?;
+        // Made before, as only a folder that is there can be held.
         let Some(held) = Os::hold_folder(path).with_context(cannot)? else {
             bail!(
                 "received the folder {} for the results, which another run writes to; expected one of its own: --out DIR",

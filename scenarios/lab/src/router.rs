@@ -62,6 +62,7 @@ pub(crate) fn fits(pattern: &str, name: &str) -> bool {
             None => return false,
         }
     }
+    // The first place of each part leaves the most for the others, so that no other choice can fit where this one does not.
     left.ends_with(last)
 }
 

@@ -41,6 +41,7 @@ impl Clone for Row {
     }
 
     fn clone_from(&mut self, other: &Self) {
+        // Into the present box and the list of slaves in it: a derived method would allocate both again.
         self.record.clone_from(&other.record);
         self.t_s = other.t_s;
         self.truth = other.truth;

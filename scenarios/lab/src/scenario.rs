@@ -123,6 +123,7 @@ impl Scenario {
                     ..
                 }
             );
+            // A duplicate that comes twice is one node, started twice.
             if is_twin && !twins.contains(&&event.node) {
                 twins.push(&event.node);
             }
@@ -180,9 +181,11 @@ impl Scenario {
         }
         self.receivers.retain(|r| kept.contains(r.name.as_str()));
         self.expectations
+            // A share of a receiver that is left out cannot be judged.
             .retain(|e| e.nodes().all(|name| kept.contains(receiver_of(name))));
         self.exceptions.retain(|e| kept.contains(&e.receiver));
         for router in &mut self.routers {
+            // A pattern that fits no node is refused when a scenario is read.
             router.nodes.retain(|pattern| {
                 kept.iter().any(|name| fits(pattern, name))
                     || self.senders.iter().any(|s| fits(pattern, s.name.as_str()))

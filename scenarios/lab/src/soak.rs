@@ -75,6 +75,7 @@ pub struct SoakFailure {
 /// Seeds of the schedules for this many hours, from the first seed on.
 #[must_use]
 pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
+    // At least one schedule, as a soak of none would pass.
     let count = (hours * 3_600.0 / schedule::DURATION_S).ceil().max(1.0);
     first..first.saturating_add(count as u64)
 }
@@ -91,11 +92,13 @@ impl Soak<'_> {
         progress: &(dyn Fn(u64, usize) + Sync),
     ) -> anyhow::Result<SoakResult> {
         let begin = machine::now();
+        // Held to the end: two soaks would write the same files of seeds.
         let _held = ResultsFolder::hold(&self.out)?;
         let next = AtomicU64::new(self.seeds.start);
         let results = Mutex::new((BTreeSet::new(), Vec::new()));
         let work = || -> anyhow::Result<()> {
             loop {
+                // The counter alone hands out the seeds, and the lock orders the results.
                 let seed = next.fetch_add(1, Ordering::Relaxed);
                 if seed >= self.seeds.end || !goes_on() {
                     return Ok(());
@@ -113,6 +116,7 @@ impl Soak<'_> {
         };
         let workers = match self.stage.world() {
             World::Virtual => std::thread::available_parallelism().map_or(1, usize::from),
+            // Processes compete for the processors, and late cycles would be taken for faults.
             World::Processes => 1,
         };
         std::thread::scope(|scope| {
@@ -123,7 +127,9 @@ impl Soak<'_> {
             ended.collect::<anyhow::Result<Vec<()>>>()
         })?;
         let (done, mut failures) = results.into_inner().expect("no worker panics");
+        // Workers end in any order.
         failures.sort();
+        // Schedules that were under way at an interruption have not been judged.
         let schedules = done.len() as u64;
         let soaked = SoakResult {
             schedules,
@@ -169,6 +175,7 @@ impl Soak<'_> {
         }
         let (text, wrong) = match self.stage.world() {
             World::Virtual => shrink::shrunk(text, wrong, goes_on),
+            // A failure of processes may not come again, so nothing tells a smaller scenario that passes from chance.
             World::Processes => (text, wrong),
         };
         let file = self.out.join(format!("seed-{seed}.toml"));
@@ -184,6 +191,7 @@ impl Soak<'_> {
     fn leave_rows(&self, file: &Path, text: String) -> anyhow::Result<()> {
         let out = file.with_extension("");
         let options = Options {
+            // The seed is in the text of the schedule.
             seed: None,
             overrides: Vec::new(),
             receivers: Vec::new(),
@@ -325,6 +333,7 @@ mod tests {
         assert_eq!((soaked.schedules, soaked.of), (0, 3));
         assert!(soaked.failures.is_empty());
         let report = std::fs::read_to_string(folder.path().join("junit.xml")).unwrap();
+        // A schedule that was ended is no case, neither a failed one nor a passed one.
         assert!(report.contains("tests=\"0\" failures=\"0\""), "{report}");
         assert_eq!(
             outcome_of(&schedule::of(1), &|| false),
@@ -342,6 +351,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let soak = Soak {
             schedule: |seed| match seed {
+                // A field that no network has.
                 1 => SHORT.replace("latency-us = 200", "mtu = 9000"),
                 _ => SHORT.to_owned(),
             },

@@ -71,6 +71,7 @@ pub fn changes_of(scenario: &Scenario, topology: &Topology) -> Vec<NodeChange> {
             }
         }
     }
+    // Stable: events of one instant keep the order of the file.
     changes.sort_by_key(|change| change.at);
     changes
 }

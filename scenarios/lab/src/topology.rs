@@ -117,6 +117,7 @@ impl Topology {
                 });
             }
         }
+        // Before any axis is resolved, which goes from node to node and would not end in a circle.
         check_circles(&scenario.receivers)?;
         let mut topology = Self {
             names,
@@ -170,7 +171,7 @@ impl Topology {
         &self.names
     }
 
-    /// Every far axis of every receiver, receiver after receiver.
+    /// Every far and virtual axis of every receiver, receiver after receiver.
     pub fn views(&self) -> &[View] {
         &self.views
     }
@@ -196,6 +197,7 @@ impl Topology {
                 field: format!("receiver[{at}].far[{n}].{field}"),
                 reason,
             };
+            // Only the first hop may be a standby: nodes before it follow their first choice.
             let node_name = first.take().unwrap_or(&far.node);
             let known = self.node(node_name);
             let senders = scenario.senders.len();
@@ -359,6 +361,7 @@ fn in_one(gears: &[Option<GearConfig>]) -> Option<GearConfig> {
         .try_fold(GearConfig::default(), |before, gear| {
             let gear = (*gear)?;
             Some(GearConfig {
+                // g(f(x)) with f = a·x + b and g = c·x + d is c·a·x + c·b + d. The last gear pushed is the nearest to the root.
                 ratio: gear.ratio * before.ratio,
                 offset: gear.ratio * before.offset + gear.offset,
             })

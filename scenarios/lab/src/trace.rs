@@ -47,6 +47,7 @@ impl<W: Write> TraceWriter<W> {
     }
 
     pub(crate) fn finish(mut self) -> anyhow::Result<()> {
+        // A row cannot return an error: a sink only takes them.
         if let Some(error) = self.error {
             return Err(error).context("cannot write the trace");
         }
@@ -91,6 +92,7 @@ fn columns(receivers: &[ReceiverConfig], views: &[View]) -> Vec<String> {
         "at_ns",
         "woke_ns",
     ];
+    // A table of CSV has one header, so columns of slaves are those of the receiver with the most.
     let most = views
         .iter()
         .map(|view| view.slaves.len())

@@ -5,6 +5,7 @@ use coaxle_node::config::Unit;
 /// The unit that all of these have; `u` where they differ, or where there is none.
 pub fn common<'a>(units: impl IntoIterator<Item = &'a Unit>) -> Unit {
     let mut units = units.into_iter();
+    // The default is `u`, which stands for any unit.
     let first = units.next().cloned().unwrap_or_default();
     if units.all(|unit| *unit == first) {
         first
@@ -27,6 +28,7 @@ pub fn fine(unit: &Unit) -> Fine {
     let (factor, unit) = match unit.as_str() {
         "mm" => (1e3, "µm"),
         "m" => (1e3, "mm"),
+        // A thousandth of a degree or a revolution has no name that everybody knows.
         other => (1.0, other),
     };
     Fine {

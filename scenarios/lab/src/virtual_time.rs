@@ -48,6 +48,7 @@ pub fn run(
     let end = Instant::EPOCH + Span::from_secs_f64(scenario.duration_s.get());
     let mut is_whole = true;
     for change in changes_of(scenario, &topology) {
+        // Events behind the end happen at the end, where no cycle shows them any more.
         let at = (Instant::EPOCH + change.at).min(end);
         is_whole = run_in_steps(&mut world, at, &mut watcher, progress, end)?;
         if !is_whole {
@@ -130,6 +131,7 @@ fn populate(scenario: &Scenario, topology: &Topology) -> anyhow::Result<World<An
                 receiver(scenario, config.context("a twin of no node")?)?
             }
         };
+        // Otherwise it would draw the jitter of its original.
         setup.seed = seed_of(setup.seed, TWIN);
         let build = setup.build;
         setup.build = Box::new(move |start, run| build(start, FIRST_RUN_OF_TWIN + run));
@@ -153,6 +155,7 @@ fn place_routers(
 ) -> anyhow::Result<()> {
     let routers = &scenario.routers;
     for config in routers {
+        // 8 bits at 1e-3 bit/ns for each Mbit/s.
         let ns_per_byte = config.mbit_s.map_or(0.0, |rate| 8_000.0 / rate.get());
         world.add_router(RouterSetup {
             name: config.name.to_string(),
@@ -162,6 +165,7 @@ fn place_routers(
         });
     }
     let seeds = |one: &NodeName, other: &NodeName| {
+        // A seed for each direction: losses there and back are independent.
         let seed = |from, to| seed_of(scenario.seed, &format!("hop {from} {to}"));
         [seed(one, other), seed(other, one)]
     };
@@ -176,6 +180,7 @@ fn place_routers(
         let Some(router) = layout.behind.get(original).copied() else {
             continue;
         };
+        // A duplicate stands behind the router of its original, with faults drawn apart.
         let [up, down] = seeds(&topology.names()[original], &routers[router].name);
         let is_twin = node >= layout.behind.len();
         let seeds = [up, down].map(|seed| if is_twin { seed_of(seed, TWIN) } else { seed });
@@ -255,6 +260,7 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
         let network = match channel.is_timing() {
             true => scenario.timing_network.clone(),
             false if scenario.routers.is_empty() => scenario.network.clone(),
+            // With routers the other faults apply on each hop, by the behaviour of the hops.
             false => content_faults(&scenario.network),
         };
         world.add_link(LinkSetup {
@@ -265,6 +271,7 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
             to: way.to,
             subscription: way.subscription,
             reader: reader.clone(),
+            // Seeds of their own: faults of the link leave those of the network as they are.
             behaviour: vec![(network, seed("network")), (faults.clone(), seed("link"))],
         })?;
     }
@@ -291,6 +298,7 @@ fn run_in_steps<S: RowSink>(
     end: Instant<True>,
 ) -> anyhow::Result<bool> {
     while world.now() < until {
+        // In steps, as a run of hours without events has to be shown, and may be ended.
         let next = (world.now() + PROGRESS_STEP).min(until);
         world.run_until(next, watcher)?;
         let done = next.since_epoch().as_secs_f64() / end.since_epoch().as_secs_f64();
@@ -361,6 +369,7 @@ impl<S: RowSink> Observer<AnyNode> for RunObserver<'_, S> {
     }
 
     fn order_executed(&mut self, number: usize, outcome: &CommandOutcome) {
+        // By the number of the event: orders under way at the end of the run have no outcome.
         self.outcomes[number] = Some(*outcome);
     }
 }

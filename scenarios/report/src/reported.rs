@@ -124,6 +124,7 @@ mod tests {
                 &mut Until(until),
             )
             .unwrap();
+            // Progress is reported after each second of virtual time, so the run ends at half of its 20 s exactly.
             assert_eq!(outcome.summary.interrupted_at_s, at);
             let trace = std::fs::read_to_string(scratch.path().join("trace.csv")).unwrap();
             let last = trace.lines().last().unwrap();

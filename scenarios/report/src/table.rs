@@ -42,8 +42,10 @@ fn results_within(summary: &Summary, width: usize) -> String {
     while !rest.is_empty() {
         let mut count = rest.len();
         let mut table = block(&rest[..count]);
+        // Characters, not bytes: a dash or µ has several. A single receiver is shown however wide it is.
         while count > 1 && table.lines().any(|line| line.chars().count() > width) {
             count -= 1;
+            // Widths depend on all cells of a column, so that only drawing it tells.
             table = block(&rest[..count]);
         }
         blocks.push(table.trim_fmt());
@@ -76,6 +78,7 @@ fn right(text: &str) -> Cell {
 pub fn verdicts(summary: &Summary) -> String {
     let (met, failed): (Vec<_>, Vec<_>) = summary.expectations.iter().partition(|v| v.met);
     let met = match met.len() {
+        // Hundreds of lines would push the failed ones off the screen.
         0..=MOST_MET => met.into_iter().map(verdict).collect(),
         many => vec![format!("ok     {many} expectations are met")],
     };
@@ -137,6 +140,7 @@ fn velocities(summary: &Summary) -> Option<String> {
                 let _ = write!(text, "\n{name}not synchronised within the run");
             }
             Some(all) => {
+                // The lock-in is a transient of the start: what remains is the ripple once settled.
                 let cured = with.velocity_ripple_settled_ratio.unwrap_or(all);
                 let _ = write!(text, "\n{name}by up to {} %", significant(100.0 * cured, 3));
                 if cured > 0.0 && bare > cured {
@@ -164,6 +168,7 @@ fn worst<'a>(
     mode: &str,
     master: Option<&str>,
 ) -> Option<&'a ReceiverSummary> {
+    // Otherwise a receiver that never got in sync would hide behind one that did.
     let ripple = |r: &ReceiverSummary| r.velocity_ripple_ratio.unwrap_or(f64::INFINITY);
     summary
         .receivers
@@ -180,6 +185,7 @@ pub(crate) fn rows(receivers: &[(&str, &ReceiverSummary)]) -> Vec<(String, Vec<S
         let values = receivers.iter().map(|(_, r)| (figure.text)(r)).collect();
         (in_unit(figure.label, &unit), values)
     };
+    // The purpose of a scenario with cuts comes right after the kind of correction.
     let (mode, others) = FIGURES.split_at(1);
     let mut rows: Vec<_> = mode.iter().map(row).collect();
     rows.extend(cuts::rows(receivers));
@@ -205,6 +211,7 @@ fn signal_rows(receivers: &[(&str, &ReceiverSummary)], unit: &Unit) -> Vec<(Stri
                 };
                 rows.push((label, Vec::new()));
             }
+            // Every receiver has the signals of one declaration, in its order.
             rows[row].1.push(shown(&value));
         }
     }
@@ -430,6 +437,7 @@ fn optional(value: Option<f64>, factor: f64) -> String {
 }
 
 fn without_trailing_zeros(number: String) -> String {
+    // Zeros of a whole number and of an exponent count.
     if !number.contains('.') || number.contains('e') {
         return number;
     }

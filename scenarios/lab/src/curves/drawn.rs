@@ -18,6 +18,7 @@ impl Drawn {
             let followed = JudgedAxis::of(config, view);
             let slaves = view.slaves.iter();
             let slaves = slaves.map(|n| (config.slaves[*n].name.as_str(), config.slave_unit(*n)));
+            // Windows are cycles of the receiver whose event opens them.
             let cycle_s = config.cycle_time_us.0.as_secs_f64();
             Curves::new(&view.name, followed.mode, followed.unit, cycle_s, slaves)
         };

@@ -62,6 +62,7 @@ pub struct SlaveCurve {
 }
 
 /// Cycles shown before a beat is detected, and after.
+// TS5066 detects a beat a plateau of 90 cycles after it (`end_of_transition_limit`).
 const BEFORE: usize = 200;
 const AFTER: usize = 100;
 /// Changes of state kept; a receiver that changes more often is a blur anyhow.
@@ -121,6 +122,7 @@ impl Curves {
         self.correction_us.push(t, record.axis.correction_us);
         self.time_error_us.push(t, row.time_error_us);
         self.drift_ppm
+            // Zero stands for an estimate that is not there yet.
             .push(t, record.far.drift_ppm.filter(|ppm| *ppm != 0.0));
         for (curve, slave) in self.slaves.iter_mut().zip(&record.slaves) {
             curve.position.push(t, slave.position);
@@ -169,11 +171,13 @@ impl Curves {
         let is_full = self.recent.len() == BEFORE;
         match is_full.then(|| self.recent.pop_front()).flatten() {
             Some(mut oldest) => {
+                // The oldest row's buffers are used again: nothing is allocated in the cycles of a long run.
                 oldest.clone_from(row);
                 self.recent.push_back(oldest);
             }
             None => self.recent.push_back(row.clone()),
         }
+        // Beats of the lock-in are no example of what a correction makes of them.
         if beat && row.evaluated {
             self.capturing = true;
             self.around_beat.extend(self.recent.drain(..));

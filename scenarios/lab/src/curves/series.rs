@@ -31,13 +31,16 @@ pub struct Stretch {
 }
 
 /// Stretches kept at most.
+// More than the pixels of a wide screen, so that joined neighbours are not seen.
 const MOST_STRETCHES: usize = 4_000;
 /// Cycles that a window may begin in the past by, and another receiver be ahead by.
+// 500 cycles of the longest window before its event, and 1000 rows that another receiver waits for its master.
 const RECENT: usize = 2_000;
 
 impl Series {
     /// Takes the next value; none is a gap.
     pub fn push(&mut self, t_s: f64, value: Option<f64>) {
+        // NaN would stay in no extreme, and infinity would flatten all.
         let Some(value) = value.filter(|value| value.is_finite()) else {
             return;
         };
@@ -74,6 +77,7 @@ impl Series {
             }
         };
         if let Some(window) = self.windows.last_mut() {
+            // Cycles up to `kept_until` are there already, as they came while the window was open.
             let in_it = |(t, _): &&(f64, f64)| *t >= from_s && *t <= to_s && *t > kept_until;
             window.extend(self.recent.iter().filter(in_it));
         }
@@ -95,6 +99,7 @@ impl Series {
         if self.stretches.len() < MOST_STRETCHES {
             return;
         }
+        // Twice as long stretches, and half as many: each value is joined a few times at most, by the logarithm of the length.
         self.stretches = self.stretches.chunks(2).filter_map(joined).collect();
         self.per_stretch *= 2;
     }
@@ -123,6 +128,7 @@ mod tests {
         }
         assert!(series.stretches.len() <= MOST_STRETCHES);
         let spikes = series.stretches.iter().filter(|s| s.high == 5.0).count();
+        // A value belongs to one stretch, however often stretches are joined.
         assert_eq!(spikes, 1);
         assert!(series.stretches.is_sorted_by_key(|s| s.t_s));
     }

@@ -50,8 +50,10 @@ impl WindowEvent {
     /// Number of cycles kept before and after. A beat is counted a plateau later; a lock-in takes its time.
     const fn cycles(self) -> (f64, f64) {
         match self {
+            // The second after sync is the lock-in, at cycles of a millisecond.
             Self::Sync => (500.0, 1_000.0),
             Self::Start => (20.0, 480.0),
+            // A beat lies 90 cycles before its detection, with a blend of as many after it.
             _ => (400.0, 300.0),
         }
     }
@@ -115,6 +117,7 @@ impl EventWatch {
     fn event_of(&self, record: &ReceiverCycle) -> Option<WindowEvent> {
         let (far, axis) = (&record.far, &record.axis);
         let slaves = record.slaves.iter().map(|slave| slave.state);
+        // The first that applies names the window: a take-over brings another run and other counters with it.
         let all = [
             (!self.had_data && far.count.is_some(), WindowEvent::Start),
             (far.take_overs > self.take_overs, WindowEvent::TakeOver),
@@ -148,6 +151,7 @@ impl EventWatch {
         self.shifts = far.shifts;
         self.relocks = far.relocks;
         self.take_overs = far.take_overs;
+        // A node that is silent for a while has no epoch, and may come back as another run.
         self.epoch = far.epoch.or(self.epoch);
         self.error = axis.error;
         self.slaves.clear();
@@ -183,6 +187,7 @@ mod tests {
         ];
         assert_eq!(whats, expected);
         let beat = &windows[1];
+        // The first beat is at 0.1 s: 400 cycles before it, and 300 after it.
         assert!((beat.from_s + 0.3).abs() < 1e-9 && (beat.to_s - 0.4).abs() < 1e-9);
     }
 }

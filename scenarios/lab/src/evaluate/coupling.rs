@@ -69,6 +69,7 @@ const fn as_it_counts(phase: CouplingPhase, before: Option<CouplingPhase>) -> Co
 impl CouplingJudge {
     /// Takes the next cycle; `master` is the slave's position of its master.
     pub(super) fn push(&mut self, at_ns: i64, master: Option<f64>, slave: &SlaveSignals) {
+        // Without a position of both there is no way to measure. The last cycle with both stays the one before.
         let (Some(master), Some(position)) = (master, slave.position) else {
             return;
         };
@@ -86,11 +87,13 @@ impl CouplingJudge {
     }
 
     fn went_on(&mut self, before: &CouplingCycle, now: &CouplingCycle) {
+        // Taken, so that each change of the phase ends the way unless it is put back.
         let way = self.under_way.take().map(|way| way.and_to(now));
         if before.phase == now.phase {
             self.under_way = way;
             return;
         }
+        // A way begins with the cycle before its first one: a saw is coupled between the two.
         let last_step = CouplingPath::between(before, now);
         match (before.phase, now.phase) {
             // Its master turned round before it was released.
@@ -104,6 +107,7 @@ impl CouplingJudge {
             }
             // Coupled from the start, at any position.
             (_, Some(CouplingPhase::InSync)) if !before.has_power => {}
+            // A coupling may be in sync at once, without a way there.
             (_, Some(CouplingPhase::InSync)) => self.came_in_sync(&last_step, now),
             _ => self.under_way = Some(last_step),
         }
@@ -168,6 +172,7 @@ mod tests {
             summary,
             CouplingSummary {
                 synchronisations: 1,
+                // From the cycle at 10.0 on, the last one before the synchronisation: three cycles, and a way of 16 - 10.
                 sync_duration_s: Some(0.003),
                 sync_master_way: Some(6.0),
                 sync_slave_way: Some(3.0),

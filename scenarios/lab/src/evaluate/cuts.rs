@@ -115,7 +115,9 @@ impl CutsJudge {
             });
         };
         let (from, every) = (before.slave?, every.get());
+        // The last multiple of a turn that is not beyond the higher end, as the tool may turn either way.
         let passed = every * (from.max(to) / every).floor();
+        // A tool that stands gives 0/0, which no range contains, and so no meeting.
         let share = (passed - from) / (to - from);
         (0.0..=1.0)
             .contains(&share)
@@ -137,6 +139,7 @@ impl CutsJudge {
             cut.mark = Some(mark);
             cut.position_error = Some(error);
             self.position_errors.push(error);
+            // Only two successive cuts make a piece: where the one before is not known, neither is its length.
             let last = self.summary.cut_list.last();
             if let Some(before) = last.and_then(|last| last.position_error) {
                 cut.length_error = Some(error - before);
@@ -149,6 +152,7 @@ impl CutsJudge {
     pub(super) fn finish(mut self) -> CutsSummary {
         let summary = &mut self.summary;
         let known = |moments: &Moments, figure: fn(&Moments) -> f64| {
+            // Extremes of no values are infinite.
             (moments.count > 0).then(|| figure(moments))
         };
         summary.cut_position_error_max = known(&self.position_errors, Moments::largest_magnitude);
@@ -161,6 +165,7 @@ impl CutsJudge {
 
 fn between(from: Instant<Reference>, to: Instant<Reference>, share: f64) -> Instant<Reference> {
     let way = (to - from).as_nanos() as f64 * share;
+    // Truncated, cuts would be early by half a nanosecond in the mean.
     from + Span::from_nanos(way.round() as i64)
 }
 
@@ -232,6 +237,7 @@ mod tests {
             ahead in -1.0..1.0,
         ) {
             let summary = knife(velocity, ahead, 10_000);
+            // The last of the 10 000 cycles is at 9.999 s, and each begins 0.3 ms late.
             let expected = ((velocity * 9.9993 + ahead) / 600.0).floor() as u64;
             prop_assert_eq!(summary.cuts, expected);
             prop_assert_eq!(summary.cut_list.len() as u64, expected);
@@ -289,6 +295,7 @@ mod tests {
             judge.push(now, false, &Unknown);
         }
         let summary = judge.finish();
+        // Halfway from 359° to 361°, and so halfway from 599 to 603.
         assert_eq!(summary.cut_list[0].position, Some(601.0));
         assert_eq!(summary.cut_position_error_max, Some(1.0));
         assert_eq!(summary.cut_length_error_max, None);
@@ -315,6 +322,7 @@ mod tests {
         for (n, cuts) in [(0, 5), (1, 6), (2, 0), (3, 1)] {
             judge.push(moment(n * MILLISECOND, cuts, 0.0), true, &Unknown);
         }
+        // 6 - 5 before the restart, and 1 after it.
         assert_eq!(judge.finish().cuts, 2);
     }
 }

@@ -6,6 +6,7 @@ use coaxle_sim::Truth;
 use crate::row::Reference;
 
 /// The stretch over which the true drift is taken: one to two of these.
+// Instants are whole nanoseconds: over 5 s that is 0.0002 ppm.
 const STRETCH: Span = Span::from_secs(5);
 
 /// The true drift: the sender's time against the receiver's own cycles.
@@ -32,11 +33,13 @@ impl DriftTruth {
             truth: *truth,
             own,
         };
+        // Another run counts its time from another zero.
         if self.last.is_some_and(|last| last.epoch != mark.epoch) {
             *self = Self::default();
         }
         self.last = Some(mark);
         if self.newer.is_none_or(|newer| at - newer.at >= STRETCH) {
+            // Two marks, so that the older one lies a whole stretch back when the newer one has just been set.
             self.older = self.newer.or(Some(mark));
             self.newer = Some(mark);
         }
@@ -46,6 +49,7 @@ impl DriftTruth {
         let (from, to) = (self.older?, self.last?);
         let own = to.own - from.own;
         let far = to.truth.seconds_since(&from.truth).0;
+        // In its first cycle a run has no stretch yet.
         (own > 0.0).then(|| 1e6 * (far / own - 1.0))
     }
 }

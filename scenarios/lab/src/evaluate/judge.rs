@@ -24,6 +24,7 @@ use crate::summary::{LastSignals, ReceiverSummary};
 use crate::topology::{ReceiverAxis, View};
 
 /// Cycles after the first data from which a receiver that never synchronises is judged.
+// Longer than the blend of 60 ms at cycles of 1 ms, and than the 90 cycles over which TS5066 blends a correction.
 const SETTLING: u64 = 100;
 
 /// Source of an axis's motion, as indices of masters.
@@ -101,6 +102,7 @@ struct Previous {
 }
 
 /// Times of events that are kept.
+// Each is a number in `summary.json`: a link that shifts all the time must not fill it.
 const MOST_TIMES: usize = 1_000;
 
 impl ReceiverJudge {
@@ -197,6 +199,7 @@ impl ReceiverJudge {
             start,
         };
         let truth = far.oracle.at(at);
+        // Asking an oracle is a search: once suffices where motion and clock have one source.
         let clock = match source.clock {
             clock if clock == source.motion => truth,
             clock => masters[clock].oracle.at(at),
@@ -224,6 +227,7 @@ impl ReceiverJudge {
         if let Some(watch) = &mut self.far_error {
             watch.push(&row);
             if let Some(position) = &mut self.far_position {
+                // A position is judged by the stated error, so only where that is judged itself.
                 position.push(&row, is_heard && !watch.has_jumped(row.t_s));
             }
         }
@@ -234,14 +238,17 @@ impl ReceiverJudge {
             judge.push(record, slave, &far);
         }
         self.note_sync(&row);
+        // Another node has another clock: a drift from one to the other means nothing.
         if self.previous.is_some_and(|last| last.place != record.place) {
             self.drift = DriftTruth::default();
         }
         if let (Some(clock), false) = (&clock, self.is_virtual()) {
+            // The receiver's own time by its count: its clock is the one that the drift is measured against.
             let own = self.cycle_time.as_secs_f64() * record.node.cycle as f64;
             self.drift.push(at, clock, own);
         }
         if self.evaluating {
+            // Asked in every evaluated cycle, as each break has to restart the time.
             let settled = self.settling.is_settled(record.axis.synced && is_heard, at);
             self.measure(&row, epoch, settled || !self.synchronises);
             if settled {
@@ -276,6 +283,7 @@ impl ReceiverJudge {
     ) -> Option<f64> {
         let previous = self.previous.as_ref()?;
         let passed = Span::from_nanos(record.at_ns - previous.at_ns).as_secs_f64();
+        // A restarted receiver may begin at the instant of the cycle before, and a quotient over no time is none.
         (passed > 0.0).then_some((now? - before(previous)?) / passed)
     }
 
@@ -291,6 +299,7 @@ impl ReceiverJudge {
         let same = self.last.as_ref().filter(|last| last.place == record.place);
         let before = same.map(|last| &last.far);
         let (shifts, relocks) = match before {
+            // Greater than any counter, so that counters of another node are no events.
             None if self.last.is_some() => (u32::MAX, u32::MAX),
             before => before.map_or((0, 0), |far| (far.shifts, far.relocks)),
         };
@@ -308,6 +317,7 @@ impl ReceiverJudge {
     fn count(&mut self, record: &ReceiverCycle) {
         let summary = &mut self.summary;
         summary.cycles += 1;
+        // Overwritten in each cycle: the last one stays.
         summary.synced_at_end = record.axis.synced;
         if let Some(slave) = record.slave() {
             summary.drive_tripped |= slave.drive_state == DriveState::Tripped;
@@ -316,6 +326,7 @@ impl ReceiverJudge {
         }
         let woke = Span::from_nanos(record.woke_ns - record.at_ns).as_micros_f64();
         summary.wake_up_max_us = summary.wake_up_max_us.max(woke);
+        // An error stays shown for as long as it lasts, and counts once.
         if record.axis.error != 0 && record.axis.error != self.was_error {
             summary.errors += 1;
             summary.last_error = Some(format!("0x{:04x}", record.axis.error));
@@ -329,6 +340,7 @@ impl ReceiverJudge {
     /// Decides from which cycle on the receiver is judged.
     fn note_sync(&mut self, row: &Row) {
         let record = &row.record;
+        // A receiver waits for its first frame for any time: that is no time to sync.
         if record.far.count.is_none() && !self.is_virtual() {
             return;
         }
@@ -344,6 +356,7 @@ impl ReceiverJudge {
         } else {
             record.node.cycle >= first_cycle + SETTLING
         };
+        // Evaluated from then on, also while it is out of sync: a loss of sync is part of the result.
         if begins && !self.evaluating {
             self.evaluating = true;
             self.summary.evaluated_from_s = Some(row.t_s);
@@ -364,6 +377,7 @@ impl ReceiverJudge {
             return;
         };
         self.fastest_master = self.fastest_master.max(velocity.abs());
+        // A cam or a saw has no ratio by which the slave's velocity could be compared.
         let Some(GearConfig { ratio, offset }) = self.gear else {
             return;
         };
@@ -371,6 +385,7 @@ impl ReceiverJudge {
             return;
         };
         let drive_error = (slave.drive_position - (ratio * position + offset)).abs();
+        // Present only if a gear leads to the drive: 0 would claim a perfect one.
         let worst = self.summary.drive_position_error_max.get_or_insert(0.0);
         *worst = worst.max(drive_error);
         // Over the stretch of the set position's difference, and both its ends must count; a
@@ -384,6 +399,7 @@ impl ReceiverJudge {
             Some(position),
         );
         if let (Some(set), Some(truly), true) = (row.set_velocity, truly, counts) {
+            // In units of the master, so that gears of any ratio compare.
             self.ripple.push(set / ratio - truly, is_settled);
         }
     }
@@ -401,6 +417,7 @@ impl ReceiverJudge {
             summary.last = LastSignals { node, far, axis };
             if let Some(heard) = self.view.nodes.get(last.place) {
                 // A cycle that never was is none that the network lost.
+                // A run that ends in a gap counts its last cycles as skipped before the receiver counts them as lost.
                 let skipped = skipped.of(self.view.receiver, *heard).min(far.lost);
                 summary.skipped_by_sender = skipped;
                 summary.last.far.lost -= skipped;
@@ -423,6 +440,7 @@ impl ReceiverJudge {
         if error.all.count > 0 {
             summary.corrected_time_error_rms_us = Some(error.all.deviation());
             summary.corrected_time_error_max_us = Some(error.all.largest_deviation());
+            // A time behind the true one has a negative error and a positive lag.
             summary.lag_us = Some(-error.all.mean);
         }
         summary.corrected_time_error_settled_rms_us = error.once_settled(Moments::deviation);
@@ -430,6 +448,7 @@ impl ReceiverJudge {
             error.once_settled(Moments::largest_deviation);
         let centre = error.once_settled(|settled| settled.mean);
         summary.corrected_time_error_lock_in_max_us =
+            // Against the settled mean: the mean with the lock-in in it would hide a part of the lock-in.
             error.locking_in(centre.unwrap_or(error.all.mean));
         self.lag.conclude(summary);
         let watch = &watches[self.view.receiver];
@@ -503,5 +522,6 @@ fn time_error_us(
     }
     let (position, velocity) = master?;
     let corrected = record.axis.corrected_position?;
+    // At rest any time gives the position, and the quotient is noise.
     (velocity.abs() > 1e-9).then(|| (corrected - position) / velocity * 1e6)
 }

@@ -9,6 +9,7 @@ use crate::row::Row;
 use crate::summary::ReceiverSummary;
 
 /// Slower than this share of its highest velocity a master has no useful time error.
+// Errors of the position that do not depend on the velocity count tenfold there, and without bound at rest.
 const SLOW: f64 = 0.1;
 
 /// The lag of one receiver, nothing removed.
@@ -39,6 +40,7 @@ impl MasterLag {
         }
         if let (Some(corrected), Some((position, _))) = (record.axis.corrected_position, row.truth)
         {
+            // At rest, too, where a time has no error that shows.
             self.far_position.push(corrected - position);
         }
         if let Some(error) = row.time_error_us {
@@ -48,6 +50,7 @@ impl MasterLag {
     }
 
     fn judge_uncertainty(&mut self, record: &ReceiverCycle, error: f64) {
+        // A stale delay still states its uncertainty, and is judged by it.
         if let (Some(DelayState::Measured | DelayState::Stale), Some(uncertainty)) =
             (record.far.delay_state, record.far.delay_uncertainty_us)
         {

@@ -16,6 +16,7 @@ impl Default for Moments {
             count: 0,
             mean: 0.0,
             squares: 0.0,
+            // Without values the extremes are infinite, and figures are taken only where something was counted.
             low: f64::INFINITY,
             high: f64::NEG_INFINITY,
         }
@@ -27,6 +28,8 @@ impl Moments {
         self.count += 1;
         let off = x - self.mean;
         self.mean += off / self.count as f64;
+        // The distance from the old mean times that from the new one (Welford 1962). A sum of squares less the square of the sum
+        // would cancel most digits of a small spread around a large mean, such as microseconds around a lag of seconds.
         self.squares += off * (x - self.mean);
         self.low = self.low.min(x);
         self.high = self.high.max(x);
@@ -37,6 +40,7 @@ impl Moments {
     }
 
     pub(super) fn root_mean_square(&self) -> f64 {
+        // E(x²) = variance + mean².
         (self.squares / self.count as f64 + self.mean * self.mean).sqrt()
     }
 
@@ -64,6 +68,7 @@ mod tests {
             moments.push(x);
         }
         assert_eq!(moments.mean, 3.0);
+        // Around the mean 3: (4 + 1 + 0 + 9) / 4. Around zero: (1 + 4 + 9 + 36) / 4.
         assert_eq!(moments.deviation(), 3.5_f64.sqrt());
         assert!((moments.root_mean_square() - 12.5_f64.sqrt()).abs() < 1e-15);
         assert_eq!(moments.largest_magnitude(), 6.0);

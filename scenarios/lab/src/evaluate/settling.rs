@@ -18,6 +18,7 @@ impl Settling {
     /// True if it is settled in the cycle at `at`.
     pub(super) fn is_settled(&mut self, in_sync: bool, at: Instant<Reference>) -> bool {
         if !in_sync {
+            // Each break locks in again, and its blends belong to the lock-in.
             self.in_sync_since = None;
             return false;
         }
@@ -84,6 +85,7 @@ mod tests {
         assert_eq!(figure.all.largest_magnitude(), 9.0);
         assert_eq!(figure.once_settled(Moments::largest_magnitude), Some(3.0));
         assert_eq!(figure.locking_in(0.0), Some(9.0));
+        // From -3 to 4. The -9 is only 6 away.
         assert_eq!(figure.locking_in(-3.0), Some(7.0));
     }
 }

@@ -11,6 +11,7 @@ use crate::scenario::Scenario;
 use crate::topology::Topology;
 
 /// Number of changes kept of a node's overruns: late receivers still use frames from before them.
+// A late sender that skips in every cycle at 1 ms fills it in a second.
 const KEPT: usize = 1_024;
 
 /// Skipped cycles of every node, and those that each receiver counts as lost.
@@ -81,6 +82,7 @@ impl SkippedCycles {
 
 impl Overruns {
     fn push(&mut self, run: u64, cycle: u64, overruns: u64) {
+        // Only changes are kept: most nodes never skip, and have one entry for each run.
         let is_known = |(of, _, known): &(u64, u64, u64)| (*of, *known) == (run, overruns);
         if self.changes.back().is_some_and(is_known) {
             return;
@@ -93,6 +95,7 @@ impl Overruns {
 
     /// Number of cycles that a run had skipped before this one; none if no longer known.
     fn before(&self, run: u64, cycle: u64) -> Option<u64> {
+        // The newest first: frames in use are seldom older than a few changes.
         let mut changes = self.changes.iter().rev();
         let known = changes.find(|(of, since, _)| *of == run && *since <= cycle);
         known.map(|(.., overruns)| *overruns)
@@ -118,6 +121,7 @@ impl FollowedRun {
         if self.run != run {
             self.run = run;
             let of_run = far.expected.saturating_sub(self.expected_before);
+            // The first cycle of the run that the receiver expected: cycles skipped before it were never expected, and never lost.
             let first = (count + 1).saturating_sub(of_run);
             self.by_newest = overruns.before(epoch, first);
         }
@@ -125,6 +129,7 @@ impl FollowedRun {
         if let (Some(before), Some(now)) = (self.by_newest, by_newest) {
             self.skipped += now.saturating_sub(before);
         }
+        // Rows of a process may come later than its frames: the last known number waits for them.
         self.by_newest = by_newest.or(self.by_newest);
         self.expected_before = far.expected;
     }
@@ -159,6 +164,7 @@ mod tests {
         for (cycle, skipped) in [(0, 0), (1, 0), (2, 0), (8, 5)] {
             overruns.push(2, cycle, skipped);
         }
+        // Expected from its third cycle on: 2 to 8, seven more than the seven of the run before.
         node.push(&heard(2, 8, 1, 7 + 7), &overruns);
         assert_eq!(node.skipped, 8);
     }

@@ -73,6 +73,7 @@ impl SlaveJudge {
         let master = self.master_in(record);
         self.coupling.push(at_ns, master, slave);
         let moment = SlaveCycle::new(slave, at_ns, master);
+        // The truth of a local master is its own set position, as no network lies between.
         self.cuts.push(moment, self.master.is_none(), truth);
         let summary = &mut self.summary;
         let following_error = slave.following_error.abs();
@@ -89,10 +90,12 @@ impl SlaveJudge {
 
     fn note_events(&mut self, before: Option<&SlaveSignals>, slave: &SlaveSignals) {
         let failed = slave.state == AxisStatus::ErrorStop;
+        // An error stop lasts for many cycles, and counts once.
         if failed && before.is_none_or(|before| before.state != AxisStatus::ErrorStop) {
             self.summary.errors += 1;
             self.last_error = Some(slave.error);
         }
+        // Refusals of later commands replace earlier ones, and stay after the next accepted one.
         if slave.refusal != 0 {
             self.last_refusal = Some(slave.refusal);
         }
@@ -116,6 +119,7 @@ impl SlaveJudge {
             return;
         };
         let summary = &mut self.summary;
+        // The trapezoidal rule is exact for a constant acceleration, and off by j·T³/12 with a jerk.
         let jump = (to - from - 0.5 * (start + end) * passed).abs();
         summary.position_jump_max = summary.position_jump_max.max(jump);
         summary.velocity_max = summary.velocity_max.max(end.abs());

@@ -58,6 +58,7 @@ impl ReceiverWatch {
 
     /// Takes the next cycle, whose ideal start is `t_s` after the start of the run, s.
     pub(super) fn push(&mut self, t_s: f64, signals: &SignalRow) {
+        // The node first: its cycle numbers say whether the others may compare with the cycle before.
         let cycle = self.node.push(t_s, &signals.node);
         for (watch, far) in self.far.iter_mut().zip(&signals.far) {
             watch.push(&cycle, far);
@@ -191,12 +192,14 @@ mod tests {
             ];
             broken_with(&events, World::Virtual, rows)
         };
+        // A reset and its order leave error stop for a motion within a cycle: allowed at rest, and never in motion.
         assert_eq!(broken(0.0), []);
         assert_eq!(broken(1.0), [Invariant::ErrorLatch]);
     }
 
     #[test]
     fn error_stop_comes_to_rest() {
+        // 300 u/s with 1000 u/s² take 45 u to rest, and a little for the jerk. The slave here has gone 60.
         let on = (0..200).map(|k| in_state(AxisStatus::ErrorStop, 0.3 * f64::from(k), 300.0));
         assert_eq!(broken(on), [Invariant::StoppingWay]);
     }
@@ -272,6 +275,7 @@ mod tests {
     #[test]
     fn every_message_is_accounted_for() {
         let far = FarNodeSignals {
+            // 10 in order + 1 + 5 + 4 + 5 + 3: stale messages are among the late ones. Due: 10 + 5 + 6 = 20 + 1.
             received: 28,
             in_order: 10,
             duplicates: 1,
@@ -366,6 +370,7 @@ mod tests {
             Some(CouplingPhase::InSync),
             Some(CouplingPhase::Synchronizing),
         );
+        // The default window: j·T³ + v · 1 µs = 0.0001 + 0.0005.
         assert_eq!(broken([at_distance(in_sync, 0.0005)]), []);
         assert_eq!(broken([at_distance(led, 30.6)]), []);
         assert_eq!(broken([at_distance(in_sync, -30.6)]), [Invariant::InSync]);
@@ -375,6 +380,7 @@ mod tests {
     fn one_that_runs_away_from_its_target_does_not_approach_it() {
         let on = (0..200).map(|cycle| {
             let t = f64::from(cycle) * 1e-3;
+            // All of its acceleration away from a target at -1 that stands: 2·a/j is 20 cycles, and 200 are more than enough.
             let (position, velocity) = (0.5 * 1_000.0 * t * t, 1_000.0 * t);
             let mut row = in_state(AxisStatus::DiscreteMotion, position, velocity);
             row.slaves[0].acceleration = Some(1_000.0);
@@ -387,6 +393,7 @@ mod tests {
 
     #[test]
     fn a_slave_that_stands_is_not_told_that_it_moves() {
+        // Three equal positions while 500 u/s are published.
         let told = [(); 3].map(|()| in_state(AxisStatus::SynchronizedMotion, 7.0, 500.0));
         assert_eq!(broken(told), [Invariant::ToldVelocity]);
         let told = [(); 6].map(|()| {
@@ -416,6 +423,7 @@ mod tests {
         let well = || in_state(AxisStatus::Standstill, 0.0, 0.0);
         assert_eq!(ended([stopped(), well()]), []);
         assert_eq!(ended([well(), stopped()]), [Invariant::EndsWell]);
+        // The default window of the guard: 0.1 s at 500 u/s.
         assert_eq!(ended([at_distance(None, 49.0)]), []);
         assert_eq!(ended([at_distance(None, 51.0)]), [Invariant::EndsWell]);
         let far = |error, synced, continuity| {
@@ -456,6 +464,7 @@ mod tests {
                     ..FarNodeSignals::default()
                 };
                 let mut row = row(SlaveSignals::default(), far);
+                // 500 u/s at cycles of 1 ms, and set values 2 ms ahead of it.
                 let position = 0.5 * cycle as f64;
                 row.axes[0] = FarAxisSignals {
                     state: Some(FilterState::Observer),
@@ -471,6 +480,7 @@ mod tests {
             broken(rows)
         };
         assert_eq!(found(1.0), []);
+        // A step of more than eight units, seventeen cycles' way, out of a motion that has none.
         assert_eq!(found(9.4), [Invariant::FarAxis]);
     }
 }

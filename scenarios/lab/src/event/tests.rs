@@ -31,6 +31,7 @@ fn an_event_is_written_as_it_is_read() {
 
 #[test]
 fn times_are_written_as_people_write_them() {
+    // Every millisecond of twenty seconds: a division is exact for some and not for others.
     for millis in 0..20_000 {
         let seconds = f64::from(ScenarioTime { millis });
         assert_eq!(ScenarioTime::try_from(seconds), Ok(ScenarioTime { millis }));

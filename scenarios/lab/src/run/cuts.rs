@@ -23,6 +23,7 @@ struct CutLine<'a> {
 /// Writes the file, if any slave cut.
 pub(super) fn write(path: &Path, summary: &Summary) -> anyhow::Result<()> {
     let lines: Vec<_> = lines(summary).collect();
+    // A file of a header alone would look like cuts that were lost.
     if lines.is_empty() {
         return Ok(());
     }

@@ -53,6 +53,7 @@ impl RunFiles {
             TraceFormat::Mcap => {
                 let path = out.join("trace.mcap");
                 let views = topology.views();
+                // Tables are declared at the beginning of a recording, so the views have to be known by now.
                 let recording = TraceRecording::create(&path, name, scenario, world, views)?;
                 TraceFile::Recording(Box::new(recording))
             }
@@ -74,6 +75,7 @@ impl RunFiles {
     /// Names the file that is incomplete.
     pub(super) fn finish(self) -> anyhow::Result<()> {
         match self.trace {
+            // Errors of all rows come out here, as a sink returns none.
             TraceFile::Csv(trace) => trace.finish(),
             TraceFile::Recording(trace) => trace.finish(),
         }?;
@@ -93,6 +95,7 @@ impl RowSink for RunFiles {
     }
 
     fn arrived(&mut self, receiver: usize, at: Instant<True>, tick: &Tick, arrival: &Arrival) {
+        // Without a file the receiver is a process, which writes its own.
         if let Some(arrivals) = self.arrivals.get_mut(receiver) {
             arrivals.write(at, tick, arrival);
         }

@@ -76,6 +76,7 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> anyhow::Result<RunResult> {
     let out = &options.out;
+    // Before any file is opened: another run's files would be cut to nothing.
     let folder = ResultsFolder::hold(out)?;
     let files = create_files(name, scenario, options, stage.world())?;
     let topology = Topology::of(scenario).map_err(|wrong| wrong.in_file("scenario"))?;
@@ -129,6 +130,7 @@ pub(crate) fn judged(name: &str, scenario: &Scenario, world: World, finished: Fi
     violations
         .retain(|one| summary.interrupted_at_s.is_none() || one.invariant != Invariant::EndsWell);
     let failed = invariants::judge(&scenario.exceptions, &violations, world);
+    // Violations stand behind the expectations of the scenario, and fail the run alike.
     summary.expectations.extend(failed);
     summary
 }
@@ -161,6 +163,7 @@ fn summarise(
 
 fn write_summary(path: &Path, summary: &Summary) -> anyhow::Result<()> {
     let mut text = serde_json::to_string_pretty(summary).context("cannot write the summary")?;
+    // A line of text ends with a newline, as other tools expect.
     text.push('\n');
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -13,6 +13,7 @@ const fn row_bytes(format: TraceFormat) -> f64 {
 }
 
 /// Size that is worth a warning.
+// An hour of one receiver at 1 ms as MCAP is 740 MB. Ten seconds of `beat` with its four receivers are 8 MB.
 const MUCH: f64 = 500e6;
 
 /// Warning about the trace before the run, if it becomes large.
@@ -52,6 +53,7 @@ mod tests {
         assert_eq!(said(&["duration-s=10"], TraceFormat::Csv), None);
         // Four receivers, cycles of a millisecond.
         let day = said(&["duration-s=86400"], TraceFormat::Mcap);
+        // 86 400 s · 1000/s · 4 · 205 bytes.
         let expected = "its trace will take about 70.8 GB; --no-trace leaves it out";
         assert_eq!(day.as_deref(), Some(expected));
     }

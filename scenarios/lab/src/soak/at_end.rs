@@ -24,6 +24,7 @@ pub(super) fn out_of_sync(
 
 /// Least tolerance of a block, in cycles of silence or of difference, for a quiet network of these schedules: with less it
 /// may never get in sync.
+// 20 cycles of 0.5 ms are 10 ms. Jitter of 200 µs in the mean is beyond them once in e⁵⁰ messages.
 const LEAST_TOLERANCE: f64 = 20.0;
 
 /// True if a receiver has to be in sync once the network is quiet: its blocks tolerate the remaining faults, and its master
@@ -41,8 +42,10 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
         let may_wait = master.is_some_and(has_limits);
         let is_published =
             master.is_none_or(|master| is_to_be_in_sync(scenario, master.name.as_str()));
+        // The observer follows the phase of the messages, and needs no beat.
         let has_beats = far.mode == FilterMode::Observer
             || receiver.is_some_and(|receiver| has_beats(scenario, receiver, far));
+        // A receiver is as good as its master: slaves that are not published cannot be followed.
         tolerates_the_network(far) && has_beats && is_published && !may_wait
     })
 }
@@ -52,6 +55,7 @@ fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
 const SHORTEST_CYCLE: f64 = 0.4e-3;
 const OF_JITTER: f64 = 5.0;
 /// Longest time between two beats with which it learns the drift before a schedule is over, s.
+// Three in the 32 s of the quiet phase, of which two give a drift.
 const BETWEEN_BEATS: f64 = 10.0;
 
 /// True if a block of TS5066 sees beats from which it can learn the drift.
@@ -70,12 +74,14 @@ fn has_beats(scenario: &Scenario, receiver: &ReceiverConfig, far: &FarConfig) ->
     let own = receiver.cycle_time_us.0.as_secs_f64();
     let drift = (drift - receiver.clock.drift_ppm.get()).abs() * 1e-6;
     let shortest = SHORTEST_CYCLE.max(OF_JITTER * mean_jitter(scenario));
+    // Two clocks that differ by the drift d are a cycle T apart after T/d. The slower node decides how far a beat is.
     cycle.min(own) >= shortest && cycle.max(own) <= BETWEEN_BEATS * drift
 }
 
 /// Mean jitter of the network of these schedules, s.
 fn mean_jitter(scenario: &Scenario) -> f64 {
     match &scenario.network.jitter {
+        // Schedules draw no other jitter of the network.
         Some(JitterConfig::ExponentialUs(mean)) => mean.get() * 1e-6,
         Some(_) | None => 0.0,
     }
@@ -101,16 +107,20 @@ const BEATS: u64 = 2;
 /// takes as long as the way is.
 fn is_back(receiver: &ReceiverSummary, duration: f64) -> bool {
     let (far, axis) = (&receiver.last.far, &receiver.last.axis);
+    // A way back is taken at half of the master's velocity at most, and may be as long as the master has gone.
     let is_on_its_way = far.synced && axis.continuity == ContinuityState::Rejoining;
     let heard_for = match far.last_relock_s {
         // Only new runs made it restart: it is received since then.
         Some(since) if u64::from(far.relocks) <= far.restarts => duration - since,
+        // With a single run, all messages that it expects came since it was first received.
         _ if far.restarts == 0 => {
             far.cycle_time_us.unwrap_or_default() * 1e-6 * far.expected as f64
         }
+        // With several runs nothing says when the present one was first received.
         _ => f64::INFINITY,
     };
     let has_just_begun = far.expected > 0 && heard_for < STARTING_UP;
+    // Clocks that differ little may not have had two beats since the last restart.
     let waits_for_beats =
         receiver.mode != "observer" && far.error == 0 && u64::from(far.beats) < BEATS;
     receiver.synced_at_end || is_on_its_way || has_just_begun || waits_for_beats

@@ -12,9 +12,10 @@ use extra_draws::ExtraDraws;
 use wide::Wide;
 
 /// End of the last fault, s.
+// Absences of up to 2.5 s that begin by 5 s are over by then.
 const QUIET_FROM: f64 = 8.0;
 
-/// Length of the quiet phase afterwards, s: TS5066 needs some beats, which come at least every 4 s, and an observer that
+/// Length of the quiet phase afterwards, s: TS5066 needs some beats, which mostly come within 4 s, and an observer that
 /// began to lock while frames came half a second late needs half a minute.
 const QUIET_FOR: f64 = 32.0;
 
@@ -26,6 +27,7 @@ const PLATES: &str = "cams = [{ table-id = 10, course = 'cyclic', point = [{ mas
      { master = 180, slave = 60, law = 'polynom5' }, { master = 360, slave = 0 }] }]\n";
 
 /// Parameters of the blocks of TS5066 that tolerate all faults of a schedule.
+// 500 cycles of 0.5 ms are 250 ms, and of 2 ms a second: longer silences restart the blocks, which do so by themselves.
 const TIME_SYNC: &str =
     "{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true }";
 
@@ -70,6 +72,7 @@ impl SoakSchedule {
             self.text,
             "title = 'Random schedule {seed}'\nduration-s = {DURATION_S}\nseed = {}\n\n[network]\nlatency-us = {}\n\
              jitter = {{ exponential-us = {} }}\n",
+            // Scenarios count seeds from 1.
             1 + seed,
             self.random.whole(50, 2_000),
             self.random.whole(1, 200),
@@ -108,12 +111,14 @@ impl SoakSchedule {
     }
 
     fn cycle_time(&mut self) -> u64 {
+        // Three in five have the usual millisecond.
         let drawn = *self.random.one_of(&[500, 1_000, 1_000, 1_000, 2_000]);
         self.wide.cycle_time(drawn)
     }
 
     fn sender(&mut self, sender: u64, cycle: u64) {
         let name = format!("line{sender}");
+        // At least 150 ppm from the receivers' ±100: a beat of TS5066 at least every 13 s at 2 ms, and mostly within 4.
         let drift = self.random.one_of(&[-1.0, 1.0]) * self.random.between(250.0, 800.0);
         let clock = self.clock(drift);
         let _ = write!(
@@ -161,6 +166,7 @@ impl SoakSchedule {
 
     /// A moment before `end`, not at the very start: s.
     fn moment(&mut self, end: f64) -> String {
+        // Half a second for the first messages: a fault before them meets no state.
         let drawn = self.random.between(0.5, end);
         format!("{:.3}", self.wide.moment(drawn, end))
     }
@@ -229,8 +235,10 @@ impl SoakSchedule {
             if !self.random.chance(0.3) {
                 continue;
             }
+            // An absence takes up to 2.5 s, and is over before the quiet phase.
             let drawn = self.random.between(1.0, QUIET_FROM - 3.0);
             let at = self.wide.moment(drawn, QUIET_FROM - 3.0);
+            // Half of them are within the silence that the blocks tolerate: others meet timeouts.
             let how_long = if self.random.chance(0.5) {
                 self.random.between(0.002, 0.2)
             } else {
@@ -260,6 +268,7 @@ impl SoakSchedule {
                 *cycle,
             ),
         };
+        // The observer is the default, and is drawn three times as often.
         let mode = *self.random.one_of(&[
             "observer", "observer", "observer", "sync", "time", "bypass", "pt1",
         ]);
@@ -339,11 +348,13 @@ impl SoakSchedule {
                 })
                 .collect();
             faults.push(format!(
+                // Room for steps back.
                 "latency-us = 20000, delay-steps = [{}]",
                 steps.join(", ")
             ));
         }
         if self.random.chance(0.4) {
+            // Up to 2 s, and so over before the quiet phase.
             let how_long = self.random.between(0.01, 2.0);
             let at = self.moment(QUIET_FROM - 2.0);
             faults.push(format!(
@@ -400,6 +411,7 @@ impl SoakSchedule {
             .map(|_| {
                 let (at, length) = (self.moment(QUIET_FROM - 1.0), self.random.between(0.0, 1.0));
                 let ahead = self.random.between(-300.0, 300.0);
+                // Within the 500 counts that the blocks tolerate, beyond them either way, and beyond any count that a node accepts.
                 let count = *self.random.one_of(&[-1_000.0, 7.0, 90.0, 1_000.0, 1e12]);
                 let what = match self.random.below(12) {
                     0 => "'noise'".to_owned(),
@@ -410,9 +422,11 @@ impl SoakSchedule {
                     5 => "'other-version'".to_owned(),
                     6 => "'other-axes'".to_owned(),
                     7 => "'not-finite'".to_owned(),
+                    // A cycle time that no sender of these schedules has.
                     8 => "{ cycle-time-us = 4000 }".to_owned(),
                     9 => format!("{{ count-ahead = {count} }}"),
                     10 => format!("{{ position-ahead = {ahead:.1} }}"),
+                    // 0x4655.
                     _ => "{ axis-error = 18005 }".to_owned(),
                 };
                 let (times, instead) = (self.random.whole(1, 3), self.random.chance(0.2));
@@ -433,6 +447,7 @@ impl SoakSchedule {
             let _ = writeln!(self.text, "gear = {{ ratio = {ratio} }}");
             return;
         }
+        // Masters go at up to 500: some slaves cannot keep up with the fastest.
         let velocity = f64::abs(ratio) * self.random.between(450.0, 1_500.0);
         let acceleration = self.random.between(2_000.0, 40_000.0);
         let jerk = self.random.between(30_000.0, 3e6);
@@ -469,6 +484,7 @@ impl SoakSchedule {
         for _ in 0..self.random.whole(0, 14) {
             let drawn = self.command();
             let command = self.wide.command(drawn);
+            // Commands come in the quiet phase, too: a slave may end in error stop, and is not judged for it.
             let at = self.moment(QUIET_FROM + QUIET_FOR);
             let _ = write!(
                 self.events,
@@ -483,6 +499,7 @@ impl SoakSchedule {
         let speed = self.random.between(-400.0, 400.0);
         let ratio = *self.random.one_of(&[1.0, -1.0, 0.5, 2.0]);
         match self.random.below(24) {
+            // Often, as all motions need it.
             0..=3 => "power = true".to_owned(),
             4 | 5 => "reset = {}".to_owned(),
             6 => format!("home = {{ position = {near:.2} }}"),
@@ -508,6 +525,7 @@ impl SoakSchedule {
 
     /// Commands about the node that a receiver follows. In the end it follows it as configured.
     fn orders_about(&mut self, receiver: &str, far: &str, mode: &str) {
+        // Before the quiet phase, at the end of which the configured mode has to be in sync.
         let last = QUIET_FROM - 0.1;
         let tell = |events: &mut String, at: f64, command: &str| {
             let _ = write!(
@@ -559,6 +577,7 @@ impl Draw for Random {
     }
 
     fn below(&mut self, count: u64) -> u64 {
+        // Below the count, as `uniform` is below 1. The bias of some 2⁻⁵³ does not matter here.
         (self.uniform() * count as f64) as u64
     }
 
@@ -572,6 +591,7 @@ impl Draw for Random {
     }
 
     fn decades(&mut self, low: f64, high: f64) -> f64 {
+        // Even in the logarithm: an even draw from 1 to 1e8 would be above 1e7 nine times in ten.
         low * (high / low).powf(self.uniform())
     }
 }

@@ -7,7 +7,6 @@ use serde::Serialize;
 /// The cuts of a slave, each against the mark that is closest to it.
 /// Errors are in the unit of the slave's master. They are null without marks, and where the master's true position is
 /// unknown.
-/// where the master truly was.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CutsSummary {
     /// Cuts done.

@@ -45,6 +45,7 @@ fn values<T: Signals + Serialize>(signals: &T) -> impl Iterator<Item = (&'static
     T::SIGNALS
         .iter()
         .filter(|signal| signal.is_summarized)
+        // In the order of the declarations, which a map of fields does not keep.
         .map(move |signal| (signal, fields.remove(signal.name).unwrap_or_default()))
 }
 

@@ -41,6 +41,7 @@ impl RouterSummary {
     pub(crate) fn of(traffic: &RouterTraffic, seconds: f64) -> Self {
         let rates = |load: Load| {
             let rate = |count: u64| {
+                // A run may be ended before its first second.
                 if seconds > 0.0 {
                     count as f64 / seconds
                 } else {
@@ -62,6 +63,7 @@ impl RouterSummary {
             };
             (to.clone(), link)
         });
+        // Collected before the sum is read, which the iterator adds up.
         let links = links.collect();
         let (to_routers_per_s, to_routers_bytes_per_s) = rates(to_routers);
         Self {

@@ -23,6 +23,7 @@ impl SweepAxis {
 
 /// The number in a value; none if it is no number, or not finite.
 pub(super) fn number(value: &str) -> Option<f64> {
+    // TOML allows underscores in numbers, and Rust does not.
     let number: Option<f64> = value.replace('_', "").parse().ok();
     number.filter(|number| number.is_finite())
 }
@@ -61,6 +62,7 @@ fn split_values(text: &str) -> Vec<String> {
         match c {
             '"' => quoted = !quoted,
             '[' | '{' if !quoted => depth += 1,
+            // A bracket too many is left to TOML, which names it.
             ']' | '}' if !quoted => depth = depth.saturating_sub(1),
             ',' if !quoted && depth == 0 => {
                 values.push(String::new());
@@ -84,6 +86,7 @@ pub const MOST_RUNS: usize = 10_000;
 /// Too many runs, a duplicate value or axis, or several seeds where they are an axis already.
 pub(super) fn points(axes: &[SweepAxis], seeds: usize) -> anyhow::Result<Vec<Vec<String>>> {
     let runs = axes.iter().try_fold(seeds, |runs, axis| {
+        // Before any point is made, and step by step: the product of long lists may not fit into a usize.
         let runs = runs.checked_mul(axis.values.len());
         runs.filter(|runs| *runs <= MOST_RUNS)
     });
@@ -98,6 +101,7 @@ pub(super) fn points(axes: &[SweepAxis], seeds: usize) -> anyhow::Result<Vec<Vec
                 "sweep: received the field {field} twice, expected each once"
             ));
         }
+        // A value that comes twice would be run once and counted twice, as both share a record.
         if let Some((_, twice)) =
             (values.iter().enumerate()).find(|(n, v)| values[..*n].contains(v))
         {

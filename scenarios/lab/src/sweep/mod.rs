@@ -93,6 +93,7 @@ impl SweepPoint {
     fn with_seed(&self, n: usize) -> anyhow::Result<Scenario> {
         let mut scenario = self.scenario.clone();
         let seed = scenario.seed.checked_add(n as u64);
+        // TOML has no larger integers, and the seed is part of a record's key.
         let seed = seed.filter(|seed| i64::try_from(*seed).is_ok());
         scenario.seed = seed.with_context(|| {
             let first = self.scenario.seed;
@@ -137,6 +138,7 @@ pub fn prepare(source: &Source, setup: &Setup) -> anyhow::Result<Prepared> {
 
 fn identity(source: &Source, axes: &[SweepAxis], setup: &Setup) -> anyhow::Result<SweepIdentity> {
     let mut table = parse_table(&source.file, &source.text)?;
+    // The grid is in the fields: other values of them are the same sweep, and use its runs.
     table.remove("sweep");
     Ok(SweepIdentity {
         scenario: source.name.clone(),
@@ -237,6 +239,7 @@ impl Prepared {
         on_progress: &(dyn Fn(&SweepProgress) -> bool + Sync),
     ) -> anyhow::Result<SweepResult> {
         let figures = SummaryFigure::all();
+        // Before hours of runs, not after them.
         plot::check_figure(options.figure.as_deref(), &figures)?;
         let folder = ResultsFolder::hold(&options.out)?;
         let store = Store::open(&folder, &self.identity, options.is_fresh)?;

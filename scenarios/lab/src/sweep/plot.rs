@@ -55,6 +55,7 @@ pub struct Panel {
 }
 
 /// Most curves or maps of a plot.
+// Three columns of maps in four rows.
 const MOST_PANELS: usize = 12;
 
 /// Checks that the figure exists.
@@ -118,6 +119,7 @@ impl<'a> Plots<'a> {
         wanted: Option<&str>,
     ) -> Self {
         let usual = [CUTTING, TIME_ERROR].into_iter();
+        // The first of the list is `plot.svg`: cuts are the purpose of a scenario that has some.
         let usual = usual.chain(COLUMNS.map(|(_, name)| name));
         let mut drawn: Vec<PlottedFigure<'_>> = Vec::new();
         for name in wanted.into_iter().chain(usual) {
@@ -141,6 +143,7 @@ impl<'a> Plots<'a> {
         for PlottedFigure { figure, series } in &mut self.drawn {
             let name = match (figure.is_of_slave, group.slave) {
                 (true, Some(slave)) => format!("{}.{slave}", group.receiver),
+                // Rows of further slaves repeat the receiver's figures.
                 (false, _) if group.is_first => group.receiver.to_owned(),
                 _ => continue,
             };
@@ -173,6 +176,7 @@ fn plot(
     series: Vec<(String, Vec<Option<Statistics>>)>,
 ) -> Option<Plot> {
     let varied = axes.iter().enumerate();
+    // A field with a single value has no direction to plot along.
     let mut varied = varied.filter(|(_, axis)| axis.values.len() > 1);
     let (first, second) = (varied.next()?, varied.next());
     let further: Vec<_> = varied.collect();
@@ -241,6 +245,7 @@ impl Along {
         let mut order: Vec<usize> = (0..axis.values.len()).collect();
         let numbers = axis.numbers();
         if let Some(numbers) = &numbers {
+            // By number, as a line through values in the order of the command line would run back.
             order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
         }
         Self {
@@ -275,7 +280,9 @@ impl Plot {
 /// True if a logarithmic scale suits the values: all above zero, over more than this factor.
 #[must_use]
 pub fn is_logarithmic(values: impl Iterator<Item = f64>) -> bool {
+    // A decade and a half: the least value would lie in the lowest thirtieth of a linear scale.
     const FACTOR: f64 = 30.0;
+    // Without values `high` stays 0, below any multiple of infinity.
     let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
         (low.min(value), high.max(value))
     });

@@ -166,6 +166,7 @@ mod tests {
             read.rows[row].value(figure)
         };
         let error = "slave.cut_length_error_max";
+        // 0.30000000000000004: seventeen digits, of which none may be lost.
         assert_eq!(value(2, error), Some(Value::Number(0.1 + 0.2)));
         assert_eq!(value(1, error), None);
         assert_eq!(value(2, "time_to_sync_s"), Some(Value::Number(1e-300)));

@@ -23,6 +23,7 @@ pub(super) fn write(
     options: &Options,
 ) -> anyhow::Result<SweepResult> {
     let (axes, name) = (sweep.axes.as_slice(), sweep.identity.scenario.as_str());
+    // Units are in the header, so all records are read once before the first row, and once more for it: not all fit into memory.
     let units = common_units(runs);
     let facts = [
         ("scenario", name.to_owned()),
@@ -32,6 +33,7 @@ pub(super) fn write(
     let mut shown = ShownFigures::new(axes, figures);
     let mut plots = Plots::new(axes, figures, options.figure.as_deref());
     let (mut points, mut over) = (Vec::new(), 0);
+    // Runs stand point after point, each with all of its seeds.
     let of_points = runs.chunks(sweep.seeds.get());
     for (n, (point, runs)) in sweep.points.iter().zip(of_points).enumerate() {
         let records = records_of(runs);
@@ -73,6 +75,7 @@ fn common_units(runs: &[SweepRun]) -> Units {
     for record in runs.iter().filter_map(|run| store::load(&run.place)) {
         for row in record.rows {
             let units = (row.units, row.slave.is_some());
+            // A sweep has a handful of different units: a list suffices.
             if !seen.contains(&units) {
                 seen.push(units);
             }

@@ -55,12 +55,14 @@ impl<'a> ShownFigures<'a> {
 
     /// Appends a receiver at a point: of several seeds the medians.
     pub(super) fn add(&mut self, point: &[String], group: &PointGroup<'_>) {
+        // Figures of a receiver are in the rows of each of its slaves.
         if !group.is_first {
             return;
         }
         let words = point.iter().map(String::as_str).chain([group.receiver]);
         let figures = self.figures.iter().map(|figure| {
             let known = Statistics::of(figure, &group.rows);
+            // Four digits keep the columns narrow: the full numbers are in the tables.
             known.map_or_else(|| "–".to_owned(), |known| significant(known.median, 4))
         });
         let row = words.map(str::to_owned).chain(figures);

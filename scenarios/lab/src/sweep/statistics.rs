@@ -26,6 +26,7 @@ impl Statistics {
         let mut values: Vec<f64> = values.filter_map(|value| number(&value)).collect();
         values.sort_by(f64::total_cmp);
         let (first, last) = (*values.first()?, *values.last()?);
+        // Values are sorted, so the farthest from zero is at one of the ends.
         let is_farther = last.abs() >= first.abs();
         Some(Self {
             known: values.len(),

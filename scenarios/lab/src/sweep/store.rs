@@ -80,6 +80,8 @@ impl Store {
         // A point is equal in another grid.
         scenario.grid.clear();
         let text = toml::to_string(&scenario).context("cannot write the scenario as TOML")?;
+        // Its algorithm may change with the compiler, but then the program is another one and has another folder.
+        // 64 bits: among 10 000 runs two share a key with a probability of 3e-12.
         let mut hasher = DefaultHasher::new();
         text.hash(&mut hasher);
         Ok(self.runs.join(format!("{:016x}.toml", hasher.finish())))
@@ -100,6 +102,7 @@ pub(super) fn keep(place: &Path, record: &RunRecord) -> anyhow::Result<()> {
     let text = toml::to_string(record).with_context(cannot)?;
     let unfinished = place.with_extension("new");
     fs::write(&unfinished, text).with_context(cannot)?;
+    // A rename replaces a file at once or not at all, so that a crash leaves no half a record under this name.
     fs::rename(&unfinished, place).with_context(cannot)
 }
 
@@ -147,6 +150,7 @@ fn read(path: &Path) -> anyhow::Result<Option<SweepIdentity>> {
 /// Hash of the running file: its behaviour may change without its version.
 fn program() -> io::Result<String> {
     let mut file = Os::own_program()?;
+    // A megabyte at a time: a hash needs no more of the program in memory.
     let (mut hasher, mut piece) = (DefaultHasher::new(), vec![0; 1 << 20]);
     loop {
         match file.read(&mut piece)? {
@@ -159,6 +163,7 @@ fn program() -> io::Result<String> {
 
 /// Removes the runs of other programs, and of this one, too, if `is_fresh`.
 fn remove_old(all: &Path, own: &Path, is_fresh: bool) -> anyhow::Result<()> {
+    // A folder may lack it, as its user may have deleted the runs.
     make(all)?;
     let cannot = || format!("cannot read {}", all.display());
     for entry in fs::read_dir(all).with_context(cannot)? {

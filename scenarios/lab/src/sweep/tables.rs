@@ -183,6 +183,7 @@ fn has_seed(axes: &[SweepAxis]) -> bool {
 
 /// A value of an axis: a number where all of them are.
 fn place(axis: &SweepAxis, value: &str) -> Value {
+    // A column has one type: among words a number is a word, too.
     let number = grid::number(value).filter(|_| axis.numbers().is_some());
     number.map_or_else(|| Value::Text(value.to_owned()), Value::Number)
 }
@@ -191,5 +192,6 @@ fn csv_file(path: &Path) -> anyhow::Result<csv::Writer<File>> {
     let cannot = || format!("cannot write {}", path.display());
     let file = File::create(path).with_context(cannot)?;
     let mut builder = csv::WriterBuilder::new();
+    // The header is a record of its own, as rows are lists without names.
     Ok(builder.has_headers(false).from_writer(file))
 }

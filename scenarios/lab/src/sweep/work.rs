@@ -94,6 +94,7 @@ pub(super) fn run_missing(
                 if let Err(error) = core.work(name, points, figures) {
                     let mut shared = lock(shared);
                     shared.goes_on = false;
+                    // The first error is the cause: later ones may follow from the end that it brings.
                     shared.error.get_or_insert(error);
                 }
             });
@@ -124,9 +125,11 @@ impl<'a> Core<'_, 'a> {
                 let values = point.values.join(", ");
                 format!("at the point {values} with seed {}", run.seed)
             })?;
+            // An interrupted run is none: the next sweep runs it from the beginning.
             let Some(record) = record else {
                 break;
             };
+            // Kept before it counts as done: progress never promises what a crash would take.
             store::keep(&run.place, &record)?;
             self.has_done(&record);
         }
@@ -157,6 +160,7 @@ impl<'a> Core<'_, 'a> {
 
     fn has_done(&self, record: &RunRecord) {
         let mut shared = lock(self.shared);
+        // Otherwise the run would count as done and as under way at the same time.
         shared.under_way[self.number] = 0.0;
         shared.so_far.done += 1;
         shared.so_far.failed += usize::from(!record.failures.is_empty());
@@ -185,5 +189,6 @@ impl Progress for Core<'_, '_> {
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A core that panics leaves counters that are still numbers, and the scope passes its panic on.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

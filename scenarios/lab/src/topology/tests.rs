@@ -57,6 +57,7 @@ fn a_way_that_passes_a_receiver_twice_is_no_circle() {
         receiver("b", &[("a", 1), ("a", 2)]),
         receiver("c", &[("b", 2)]),
     ];
+    // From c over b/2, a/2, b/1 and a/1 to the line: the nodes come twice, and no axis does.
     let topology = read(&nodes).unwrap();
     let last = topology.views().last().unwrap();
     assert_eq!((last.name.as_str(), last.root.node), ("c", 0));

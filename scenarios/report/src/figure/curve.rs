@@ -66,6 +66,7 @@ impl Curve {
             group: name.to_owned(),
             colour: colour.to_owned(),
             look: Look::Solid,
+            // Every value decides the range unless the caller knows of a lock-in.
             settled_from: f64::NEG_INFINITY,
             is_aside: false,
             data,
@@ -90,6 +91,7 @@ impl Curve {
     /// Returns the values that decide a range.
     pub(super) fn settled(&self) -> Vec<f64> {
         let mut values = self.data.values_from(self.settled_from);
+        // Whiskers are part of the picture: a range of the medians alone would cut them off.
         values.extend(self.spread.iter().flat_map(|(low, high)| [*low, *high]));
         values
     }

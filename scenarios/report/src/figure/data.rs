@@ -21,7 +21,9 @@ pub enum Data {
 impl Data {
     /// Returns a series shifted by an offset, thinned to the room: neighbouring stretches joined, and its first windows.
     pub(crate) fn of(series: &Series, room: Room, offset: f64) -> Self {
+        // Rounded up, as rounding down would leave more groups than there is room for.
         let per_group = series.stretches.len().div_ceil(room.stretches.max(1));
+        // Without stretches the quotient is 0, and chunks of no length panic.
         let groups = series.stretches.chunks(per_group.max(1));
         let shifted = |stretch: Stretch| Stretch {
             low: stretch.low + offset,
@@ -51,6 +53,7 @@ impl Data {
         match self {
             Self::Points(points) | Self::Course(points) => {
                 let finite = || points.iter().map(|point| point.0);
+                // Gaps at the ends have no place. Points are in order, so the first and the last are the ends.
                 let mut finite = finite().filter(|at| at.is_finite());
                 let first = finite.next();
                 first.into_iter().chain(finite.next_back()).collect()
@@ -89,6 +92,8 @@ pub(crate) struct Room {
 
 impl Room {
     /// Greatest number of stretches, and of cycles, in all curves together.
+    // At 2.4 characters a number (`step_of`): two numbers of each stretch are 0.3 MB, those of the cycles 0.6 MB.
+    // A report stays below 2 MB (docs/REPORTS.md), with the frame, the tables and the scenario.
     const MOST_STRETCHES: usize = 60_000;
     const MOST_CYCLES: usize = 260_000;
 
@@ -98,12 +103,14 @@ impl Room {
         let stretches = Self::MOST_STRETCHES / known.count().max(1);
         let most = all.clone().map(|series| series.windows.len()).max();
         let mut cycles = 0;
+        // A window counts with all series: kept of some only, they could not be compared in it.
         let fits = |window: &usize| {
             let lengths = all.clone().filter_map(|series| series.windows.get(*window));
             cycles += lengths.map(Vec::len).sum::<usize>();
             cycles <= Self::MOST_CYCLES
         };
         Self {
+            // No series of the lab has more than 4000. Fewer than 200 would be blocks of several pixels each.
             stretches: stretches.clamp(200, 4_000),
             windows: (0..most.unwrap_or(0)).take_while(fits).count(),
         }
@@ -144,6 +151,7 @@ mod tests {
         assert_eq!((alone.stretches, alone.windows), (4_000, 2));
         let many = vec![&series; 200];
         let shared = Room::shared_by(many.into_iter());
+        // 60 000 / 200, and 200 · 1000 cycles of the first window: the second would make 400 000.
         assert_eq!((shared.stretches, shared.windows), (300, 1));
     }
 }

@@ -67,6 +67,7 @@ impl Maps {
 }
 
 /// Viridis at five places: dark is little, bright is much, with any colour vision and in print.
+// The colours of matplotlib's table at 0, ¼, ½, ¾ and 1, with straight lines between them.
 const VIRIDIS: [[f64; 3]; 5] = [
     [68.0, 1.0, 84.0],
     [59.0, 82.0, 139.0],
@@ -77,6 +78,7 @@ const VIRIDIS: [[f64; 3]; 5] = [
 
 /// Returns the colour of a share.
 pub(crate) fn bright(share: f64) -> (u8, u8, u8) {
+    // Without the clamp a share past an end would panic: no colour is there.
     let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let (below, above) = (VIRIDIS[place as usize], VIRIDIS[place.ceil() as usize]);
     let part = |n: usize| (below[n] + place.fract() * (above[n] - below[n])).round() as u8;
@@ -85,6 +87,7 @@ pub(crate) fn bright(share: f64) -> (u8, u8, u8) {
 
 /// Returns the colour of a number that is written on the colour of a share.
 pub(crate) const fn ink(share: f64) -> (u8, u8, u8) {
+    // The colour in the middle has a relative luminance of 0.22: a contrast of 3.8 with white, and of 5.5 with black.
     if share < 0.5 {
         (0xff, 0xff, 0xff)
     } else {

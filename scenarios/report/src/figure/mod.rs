@@ -130,11 +130,13 @@ impl Figure {
     pub(crate) fn extent(&self) -> (f64, f64) {
         let scale = &self.across.scale;
         if let Scale::Words(words) = scale {
+            // Each word has a place of width 1 around its number.
             return (-0.5, words.len() as f64 - 0.5);
         }
         let ends = self.curves().flat_map(|curve| curve.data.ends());
         match extent(ends.map(|end| scale.place(end))) {
             Some((low, high)) if low < high => {
+                // 3 % at each end of a column's 193 points are more than 5: a dot at the edge, of radius 1.6, is whole.
                 let room = if self.across.is_padded { 0.03 } else { 0.0 };
                 let room = room * (high - low);
                 (low - room, high + room)
@@ -151,6 +153,7 @@ impl Figure {
             let places = panels.iter().flat_map(Panel::places);
             usual(places)
         };
+        // Panels are compared by height, so all their values decide one range.
         if self.is_on_one_scale {
             return vec![of(&self.panels); self.panels.len()];
         }
@@ -165,6 +168,7 @@ impl Figure {
 impl Panel {
     /// Returns the places of the values that decide the range.
     fn places(&self) -> Vec<f64> {
+        // Words have the range of their count: unused ones at the ends are part of the scale.
         if matches!(self.scale, Scale::Words(_)) {
             return Vec::new();
         }
@@ -196,6 +200,7 @@ mod tests {
         let one = figure(vec![(3.0, 5.0)]);
         assert_eq!(one.extent(), (2.0, 4.0));
         let (low, high) = one.ranges()[0].unwrap();
+        // Half a percent of 5 at either side.
         assert!(low < 5.0 && high > 5.0 && high - low < 0.1);
         let unknown = figure(vec![(0.0, f64::NAN), (1.0, f64::INFINITY)]);
         assert_eq!(

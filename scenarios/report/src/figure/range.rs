@@ -11,6 +11,7 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 
 /// Reports whether a value can be drawn: beyond this a range from one side to the other would not be a number.
 fn is_drawable(value: f64) -> bool {
+    // A range from -1e300 to 1e300 is finite with any margin: an f64 goes to 1.8e308.
     const LARGEST: f64 = 1e300;
     value.abs() < LARGEST
 }
@@ -21,9 +22,11 @@ pub fn around(values: impl Iterator<Item = f64>, share: f64) -> Option<(f64, f64
     let largest = low.abs().max(high.abs());
     let margin = match share * (high - low) {
         // Wide enough for the numbers beside it to differ.
+        // Below a billionth of the numbers, labels of six digits are all alike. Half a percent at either side is seen.
         margin if margin <= 1e-9 * largest => 5e-3 * largest,
         margin => margin,
     };
+    // Zeros have no size to take a share of, and a range of no height divides by zero.
     let margin = if margin > 0.0 { margin } else { 1.0 };
     Some((low - margin, high + margin))
 }
@@ -37,9 +40,12 @@ pub(super) fn usual(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     }
     values.sort_by(f64::total_cmp);
     let last = values.len() - 1;
+    // Up to 2 % at either end count as rare: one beat in hundreds of cycles, and a lock-in of a long run.
     let usual_low = values[last / 50];
     let usual_high = values[last - last / 50];
+    // A beat's spike is at 0 or at 2·v, one velocity from the usual v, and so within reach.
     let reach = 2.0 * usual_low.abs().max(usual_high.abs());
+    // Usual values of zero give no size that a rare one could be far from.
     let (low, high) = if reach > 0.0 {
         (
             values[0].max(usual_low - reach),
@@ -64,6 +70,7 @@ mod tests {
         values.push(1e9);
         let (low, high) = usual(values.into_iter()).unwrap();
         assert!(low < 0.0 && low > -200.0, "{low}");
+        // 500 + 2 · 500, and the margin.
         assert!(high > 1000.0 && high < 2000.0, "{high}");
         assert_eq!(usual([f64::NAN].into_iter()), None);
     }

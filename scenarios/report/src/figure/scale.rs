@@ -36,6 +36,7 @@ impl Scale {
             Self::Linear | Self::Words(_) => value,
             Self::Backwards => -value,
             Self::Logarithmic if value > 0.0 => value.log10(),
+            // Not finite, and thereby a gap: a count of zero has no place among decades.
             Self::Logarithmic => f64::NAN,
         }
     }
@@ -63,6 +64,7 @@ impl Scale {
             }
             Self::Logarithmic => decades((from, to), count),
             Self::Words(words) => {
+                // Every n-th word, as overlapping ones could not be read.
                 let step = (words.len() as f64 / count.max(1.0)).ceil().max(1.0);
                 let words = words.iter().enumerate().step_by(step as usize);
                 let words = words.map(|(n, word)| (n as f64, word.clone()));
@@ -93,8 +95,10 @@ impl Scale {
 /// Returns multiples of 1, 2 or 5 times a power of ten, at most about `count` of them: steps that people read without
 /// computing. None where the range is none.
 fn ticks((from, to): (f64, f64), count: f64) -> Vec<f64> {
+    // A panel narrower than a label has room for less than one.
     let raw = (to - from) / count.max(1.0);
     // A range that is finer than its own numbers has nothing to label.
+    // Neighbouring f64 are 2e-16 of their size apart: a step of 1e-13 is hundreds of them.
     let finest = 1e-13 * from.abs().max(to.abs());
     if !(raw.is_finite() && raw > finest) {
         return Vec::new();
@@ -104,6 +108,8 @@ fn ticks((from, to): (f64, f64), count: f64) -> Vec<f64> {
     // A sum of floating-point numbers may be above a step by its last bit.
     let reaches = |step: &f64| *step >= raw * (1.0 - 1e-9);
     let step = steps.into_iter().find(reaches).unwrap_or(raw);
+    // At most 1e13 by the check above, which an i64 holds.
+    // Multiples of the step, not sums of it: these add up their rounding errors.
     let (first, last) = ((from / step).ceil() as i64, (to / step).floor() as i64);
     (first..=last).map(|n| n as f64 * step).collect()
 }
@@ -114,25 +120,30 @@ fn decades((from, to): (f64, f64), count: f64) -> Vec<(f64, String)> {
     if !(from.is_finite() && to.is_finite() && from < to) {
         return Vec::new();
     }
+    // Within a decade there may be no power of ten at all.
     if to - from < 1.0 {
         let marks = ticks((10_f64.powf(from), 10_f64.powf(to)), count).into_iter();
         return marks
             .map(|value| (value.log10(), short(value, 6)))
             .collect();
     }
+    // Three labels a decade, where they fit.
     let factors: &[f64] = if 3.0 * (to - from) <= count {
         &[1.0, 2.0, 5.0]
     } else {
         &[1.0]
     };
     let every = ((to - from) / count.max(1.0)).ceil().max(1.0) as i32;
+    // Whole decades around the range: doubles and fivefolds of the one below its beginning may be within.
     let (first, last) = (from.floor() as i32, to.ceil() as i32);
+    // Multiples of the distance, with negative decades, too: labels keep their values while a plot is moved.
     let marks = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
     let marks = marks.flat_map(|decade| {
         let of = |factor: &f64| factor * 10_f64.powi(decade);
         factors.iter().map(of).collect::<Vec<_>>()
     });
     let marks = marks.map(|value| (value.log10(), short(value, 3)));
+    // The logarithm of a power of ten may miss the end of the range by its last bit.
     let is_seen = |(place, _): &(f64, String)| (from - 1e-9..=to + 1e-9).contains(place);
     marks.filter(is_seen).collect()
 }
@@ -170,6 +181,7 @@ mod tests {
             (0.0, f64::INFINITY),
             (f64::MIN, f64::MAX),
             (2.0, 1.0),
+            // Neighbouring f64: the range has two numbers.
             (1e17, 1e17 + 16.0),
         ] {
             assert!(ticks(range, 10.0).is_empty(), "{range:?}");

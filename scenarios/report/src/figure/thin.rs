@@ -1,6 +1,7 @@
 //! Thinning of points without a visible difference.
 
 /// Points per column that are kept.
+// The first, the lowest, the highest and the last one.
 const KEPT: usize = 4;
 
 /// Thins points, in the order of their places, to a number of columns: of each column the first, the lowest, the highest and
@@ -10,6 +11,7 @@ const KEPT: usize = 4;
 #[must_use]
 pub fn thinned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     let columns = columns.max(1);
+    // Fewer than could be kept: thinning could only lose some.
     if points.len() <= KEPT * columns {
         return points.to_vec();
     }
@@ -19,9 +21,11 @@ pub fn thinned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     };
     let (from, length) = (first.0, last.0 - first.0);
     let column = |point: &(f64, f64)| -> Option<usize> {
+        // Points of a single place have no length: 0/0 is not a number, which becomes column 0.
         let share = (point.0 - from) / length;
         is_finite(point).then_some((share * columns as f64) as usize)
     };
+    // Points that are not finite have no column, so that a gap is a run of its own.
     let runs = points.chunk_by(|a, b| column(a) == column(b));
     runs.flat_map(outline).collect()
 }
@@ -38,10 +42,12 @@ fn outline(run: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let (Some((lowest, _)), Some((highest, point))) = (lowest, highest) else {
         return Vec::new();
     };
+    // Runs are finite as a whole or not at all.
     if !is_finite(point) {
         return vec![run[0]];
     }
     let mut kept = vec![0, lowest, highest, run.len() - 1];
+    // An extreme may be the first or the last point, and either extreme may come first.
     kept.sort_unstable();
     kept.dedup();
     kept.into_iter().map(|n| run[n]).collect()
@@ -60,6 +66,7 @@ mod tests {
         };
         let points: Vec<_> = (0..100_000).map(|n| (n as f64, value(n))).collect();
         let thin = thinned(&points, 200);
+        // The last point lies at the end of the last column, and has one of its own.
         assert!(thin.len() <= 4 * 201, "{}", thin.len());
         for spike in [(7_777.0, 5.0), (7_778.0, -5.0)] {
             assert_eq!(thin.iter().filter(|point| **point == spike).count(), 1);

@@ -136,6 +136,7 @@ impl Charts {
 
     fn level(&self, line: &LevelLine, quantity: usize) -> Curve {
         let along = &self.course.along;
+        // Without a course a level has no ends, and points that are not numbers are not drawn.
         let [from, to] = [along.first(), along.last()].map(|end| end.copied().unwrap_or(f64::NAN));
         Curve {
             look: if line.binds {
@@ -154,7 +155,9 @@ impl Charts {
         const SHARE: f64 = 0.3;
         let (low, high) = self.course.extent(quantity);
         let height = high - low;
+        // A constant cannot be flattened.
         let is_flat = !(height > 0.0 && height.is_finite());
+        // Limits come in pairs: with a level at distance d on either side, h of the height h + 2·d is the curve's.
         is_flat || (low - level).max(level - high) <= height / 2.0 * (1.0 / SHARE - 1.0)
     }
 
@@ -182,6 +185,7 @@ mod tests {
                 acceleration: 0.0,
                 jerk: 0.0,
             };
+            // Only the position matters here: each quantity has a chart of its own.
             course.push(n as f64, motion);
         }
         Charts {

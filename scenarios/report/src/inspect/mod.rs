@@ -22,10 +22,12 @@ pub use text::{QUANTITIES, name, shown};
 pub fn print(run: impl FnOnce(&mut dyn Write) -> anyhow::Result<bool>) -> anyhow::Result<bool> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let done = run(&mut out).and_then(|good| {
+        // A buffer that is dropped flushes too, but swallows the error of a full disk.
         out.flush()?;
         Ok(good)
     });
     match done {
+        // Rust ignores SIGPIPE, so a reader that has left is an error of writing.
         Err(error) if is_broken_pipe(&error) => Ok(true),
         done => done,
     }
@@ -77,6 +79,7 @@ fn is_something_else(path: &Path) -> bool {
     // A path that cannot be read, such as a folder, cannot be written either; that error says more.
     match file.read(&mut begin) {
         Ok(0) | Err(_) => false,
+        // A short file is compared as far as it goes.
         Ok(read) => !begin[..read].eq_ignore_ascii_case(&PAGE[..read]),
     }
 }

@@ -7,9 +7,11 @@ pub const QUANTITIES: [&str; 4] = ["position", "velocity", "acceleration", "jerk
 
 /// Formats a number in at most ten digits, for people.
 pub fn shown(value: f64) -> String {
+    // Digits beyond the tenth are the rounding of calculations: 0.1 + 0.2 is 0.3.
     let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
     if rounded == 0.0 {
         "0".to_owned()
+    // Ten digits need no exponent in this range.
     } else if (1e-5..1e10).contains(&rounded.abs()) {
         rounded.to_string()
     } else {

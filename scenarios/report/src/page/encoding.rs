@@ -60,6 +60,7 @@ fn curve(curve: &Curve, across: &Scale, up: &Scale) -> Value {
             stretches: all,
             windows,
         } => {
+            // A value may be missing in all cycles of a window.
             let windows = windows.iter().filter(|window| !window.is_empty());
             json!({
                 "stretches": stretches(all),
@@ -89,6 +90,7 @@ fn number(value: f64) -> Value {
         return Value::Null;
     }
     let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    // Larger whole numbers are shorter with an exponent.
     if rounded.fract() == 0.0 && rounded.abs() < 1e9 {
         // Shorter than with the decimal point.
         Value::from(rounded as i64)
@@ -99,6 +101,7 @@ fn number(value: f64) -> Value {
 
 /// Encodes the numbers of a course as text; with a gap in it, as a list.
 fn course(values: Vec<f64>) -> Value {
+    // Differences of whole numbers have no code for a gap.
     if values.iter().any(|value| !value.is_finite()) {
         return values.into_iter().map(number).collect();
     }
@@ -110,6 +113,7 @@ fn stretches(stretches: &[Stretch]) -> Value {
     let lows: Vec<_> = stretches.iter().map(|stretch| stretch.low).collect();
     let heights = stretches.iter().map(|stretch| stretch.high - stretch.low);
     let heights: Vec<_> = heights.collect();
+    // The step is a part of the range of all values, which is that of the ends.
     let ends = stretches.iter().flat_map(|s| [s.low, s.high]);
     // Both in the same steps, so that no height is less than nothing.
     let step = step_of(ends, &[&lows, &heights]);

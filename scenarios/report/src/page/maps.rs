@@ -6,6 +6,7 @@ use crate::figure::{Maps, bright};
 use crate::plotting::short;
 
 /// Number of colours.
+// A cell takes a number of up to three digits in place of a colour of nine characters with its quotes.
 const COLOURS: usize = 256;
 
 /// Encodes maps for the page's script: cells as values, and as the numbers of their colours.

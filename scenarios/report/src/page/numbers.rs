@@ -7,6 +7,7 @@
 use serde_json::{Value, json};
 
 /// Greatest deviation of regular times, s: these are encoded as the first, the distance and the count. Step of others.
+// A hundredth of the shortest cycle, 100 µs (docs/LIMITS.md).
 const TIME_STEP: f64 = 1e-6;
 
 pub(super) fn times(times: Vec<f64>) -> Value {
@@ -14,9 +15,11 @@ pub(super) fn times(times: Vec<f64>) -> Value {
         return json!([0, 0, 0]);
     };
     let distance = (last - first) / (times.len() - 1).max(1) as f64;
+    // Multiples of the mean distance: sums of a rounded one would drift away over a long run.
     let expected = |n: usize| first + n as f64 * distance;
     let mut all = times.iter().enumerate();
     if all.all(|(n, t)| (t - expected(n)).abs() <= TIME_STEP) {
+        // Picoseconds: 0.001 takes five characters, 0.0010000000000000002 twenty-one.
         let exact = |t: f64| (t * 1e12).round() / 1e12;
         return json!([exact(*first), exact(distance), times.len()]);
     }
@@ -25,7 +28,9 @@ pub(super) fn times(times: Vec<f64>) -> Value {
 
 /// Returns the step of values: of their range at best a millionth, at worst a four-thousandth, as fine as few characters allow.
 pub(super) fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64 {
+    // The coarsest, a four-thousandth, is less than a tenth of a pixel of a panel 320 high.
     const FINENESS: [f64; 4] = [1e-6, 1e-5, 6e-5, 2.5e-4];
+    // Two characters hold ten bits, differences up to 511 with their sign. Three hold 16 383.
     const CHARACTERS: f64 = 2.4;
     let step = steps_of(values);
     let count: usize = told.iter().map(|values| values.len()).sum();
@@ -40,6 +45,7 @@ pub(super) fn step_of(values: impl Iterator<Item = f64>, told: &[&[f64]]) -> f64
 
 /// Returns a step that is at most this part of the range of a course: finer than the six digits in which values are shown.
 pub(super) fn fine_step_of(values: impl Iterator<Item = f64>) -> f64 {
+    // Six digits differ by 1e-6 of the largest number at least.
     const FINENESS: f64 = 1e-7;
     steps_of(values)(FINENESS)
 }
@@ -53,6 +59,7 @@ fn steps_of(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
     // A number of the browser has no more digits.
     let least = 1e-13 * largest;
     move |fineness: f64| {
+        // Without values, or with zeros only, any step will do.
         if low > high || largest == 0.0 {
             return 1.0;
         }
@@ -74,6 +81,7 @@ pub(super) fn text(values: &[f64], step: f64) -> String {
         .map(|value| (value / step).round() as i64)
         .collect();
     let once = differences(&whole);
+    // A slope has equal differences, and zeros behind these. Noise grows with each order.
     let twice = differences(&once);
     let (once, twice) = (told('1', &once), told('2', &twice));
     if twice.len() < once.len() {
@@ -96,8 +104,10 @@ fn told(order: char, values: &[i64]) -> String {
     let mut text = String::with_capacity(2 * values.len());
     text.push(order);
     for value in values {
+        // Zigzag: 0, -1, 1, -2 become 0, 1, 2, 3, so that small numbers of either sign are short.
         let mut rest = ((value << 1) ^ (value >> 63)) as u64;
         loop {
+            // Five bits and one that says whether more follow, as in LEB128 with its seven.
             let more = rest >= 32;
             let digit = (rest % 32) as usize + if more { 32 } else { 0 };
             text.push(char::from(DIGITS[digit]));

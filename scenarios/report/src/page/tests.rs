@@ -46,6 +46,7 @@ fn no_name_becomes_markup_and_the_page_loads_nothing() {
     let body = figure_element(&figure()) + &maps_element(&maps());
     let page = document(NASTY, &body);
     assert!(!page.contains("<script>alert"), "unescaped text");
+    // Two of JSON, of the figure and of the maps.
     assert_eq!(page.matches("</script>").count(), 2 + SCRIPTS.len());
     for reference in ["http:", "https:", "src=", "href=", "@import", "url("] {
         assert!(!page.contains(reference), "{reference}");
@@ -62,6 +63,7 @@ fn a_course_of_many_places_is_short_and_comes_back_to_six_digits() {
     figure.panels[0].curves = vec![curve];
     let json = encoding::figure(&figure);
     assert!(
+        // Places are regular, and take one character each as second differences. Three are left for each value.
         json.to_string().len() < 3_000 * 4,
         "{}",
         json.to_string().len()
@@ -72,6 +74,7 @@ fn a_course_of_many_places_is_short_and_comes_back_to_six_digits() {
         untold(data[of]["value"].as_str().unwrap(), step)
     };
     for (point, (x, y)) in points.iter().zip(numbers("x").iter().zip(numbers("y"))) {
+        // Steps of 1e-5 for ranges of 360 and 100: a ten-millionth, down to a power of ten.
         assert!((point.0 - x).abs() < 1e-4 && (point.1 - y).abs() < 1e-5);
     }
     let Data::Course(course) = &mut figure.panels[0].curves[0].data else {

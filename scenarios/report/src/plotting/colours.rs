@@ -28,9 +28,12 @@ pub fn rgb(colour: &str) -> (u8, u8, u8) {
 
 /// Returns hues by the golden angle, which never come back, in three lightnesses.
 fn further(n: usize) -> String {
+    // 360° / φ²: each hue falls into the largest gap that those before have left.
     const GOLDEN_ANGLE: f64 = 137.507_764;
     let hue = (100.0 + GOLDEN_ANGLE * n as f64) % 360.0;
+    // Neighbours in the order differ in lightness, too: many hues alone are soon alike.
     let lightness = [0.46, 0.6, 0.36][n % 3];
+    // HSL to RGB as CSS Color 4 has it, with a saturation of 0.6: l - s·min(l, 1-l)·max(-1, min(k-3, 9-k, 1)).
     let swing = 0.6 * f64::min(lightness, 1.0 - lightness);
     let part = |shift: f64| {
         let place = (shift + hue / 30.0) % 12.0;

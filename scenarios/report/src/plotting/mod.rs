@@ -12,6 +12,7 @@ pub fn short(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1))
         .parse()
         .unwrap_or(value);
+    // Six digits stand without an exponent below a million. A number from 1e-4 on has three zeros behind its point at most.
     if rounded != 0.0 && !(1e-4..1e6).contains(&rounded.abs()) {
         return format!("{rounded:e}");
     }

@@ -14,6 +14,7 @@ const OPACITY_OF_A_SPREAD: f64 = 0.2;
 /// Columns per typographic point: finer than a printer needs.
 const COLUMNS: f64 = 2.0;
 /// Least room for each dot, in typographic points.
+// A dot is 3.2 points wide: with less than this for each they would run into a thick line.
 const ROOM_OF_A_DOT: f64 = 4.0;
 
 pub(super) fn draw(drawing: &mut Drawing<'_>, curve: &Curve, frame: &PanelFrame) {
@@ -25,6 +26,7 @@ pub(super) fn draw(drawing: &mut Drawing<'_>, curve: &Curve, frame: &PanelFrame)
         }
         Data::Levels { stretches, .. } => {
             let columns = COLUMNS * drawing.width();
+            // More stretches than columns only make the file larger.
             let each = (stretches.len() as f64 / columns).ceil().max(1.0) as usize;
             let joined: Vec<_> = stretches.chunks(each).filter_map(joined).collect();
             band(drawing, &joined, colour, frame);
@@ -45,6 +47,7 @@ fn draw_points(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame
     let lines: Vec<Vec<Point>> = match curve.look {
         Look::Marks => Vec::new(),
         look => {
+            // Thinned before gaps split it: a gap stays a point that is not finite.
             let thin = thinned(points, columns as usize);
             let runs = thin.split(|point| !is_known(point));
             let runs = runs.map(|run| {
@@ -73,6 +76,7 @@ fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Pa
     let colour = rgb(&curve.colour);
     let ends = points
         .iter()
+        // A curve without a spread has none here, as the shorter of both ends it.
         .zip(&curve.spread)
         .map(|((x, _), (low, high))| {
             let [low, high] = [low, high].map(|end| drawing.at(frame, (*x, *end)));
@@ -82,7 +86,9 @@ fn spread(drawing: &mut Drawing<'_>, curve: &Curve, points: &[Point], frame: &Pa
     for run in ends.split(Option::is_none) {
         let run: Vec<_> = run.iter().flatten().copied().collect();
         let highs = run.iter().map(|(_, high)| *high);
+        // Along the high ends and back along the low ones: a polygon that does not cross itself.
         let outline = highs.chain(run.iter().rev().map(|(low, _)| *low));
+        // A single point has no area, and only a whisker.
         if run.len() > 1 {
             drawing.shapes.push(Shape::Area {
                 points: outline.collect(),
@@ -104,6 +110,7 @@ fn band(drawing: &mut Drawing<'_>, stretches: &[Stretch], colour: Colour, frame:
     };
     let (low, high) = (ends(|s| s.low), ends(|s| s.high));
     let mut pairs = low.iter().zip(&high);
+    // Places grow downwards. A band thinner than its own lines is a line.
     if !pairs.any(|(low, high)| low.1 - high.1 > 0.2) {
         drawing.line(high, colour, 0.7, &[]);
         return;

@@ -37,6 +37,7 @@ impl Drawing<'_> {
         width: f64,
         dashes: &'static [f64],
     ) {
+        // A path of a single point draws nothing.
         if points.len() < 2 {
             return;
         }
@@ -70,6 +71,7 @@ impl PanelFrame<'_> {
 }
 
 fn share(place: f64, (low, high): (f64, f64)) -> f64 {
+    // Clamped, as a picture has no clipping: a spike would be drawn across the other panels.
     ((place - low) / (high - low)).clamp(0.0, 1.0)
 }
 

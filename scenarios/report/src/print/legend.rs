@@ -30,9 +30,11 @@ pub(super) fn legend(
         }
         named.push(&curve.group);
         let width = width_of_entry(&curve.group);
+        // The gap behind the last name of a line needs no room. A name longer than a line has one of its own.
         if x + width > right + GAP && x > left {
             (x, y) = (left, y + LINE);
         }
+        // Capitals of Helvetica are 0.72 of the size high: half of that is the middle of a line of text.
         let at = (x, y - 0.35 * SIZE);
         shapes.push(sample(at, curve.look, rgb(&curve.colour)));
         let name = (x + SAMPLE + 4.0, y);

@@ -23,6 +23,7 @@ const STEPS: usize = 32;
 pub(super) fn picture(maps: &Maps) -> Picture {
     let (columns, rows) = maps.grid();
     let labels = maps.up.1.iter().map(|word| width_of(word, SIZE));
+    // Words upwards may be longer than the usual numbers. The rest is for the quantity beside them.
     let left = labels.fold(LEFT, |left, width| left.max(width + 16.0));
     let each = (left + CELLS.0 + RIGHT, ABOVE + CELLS.1 + BELOW);
     let mut shapes = vec![Shape::text((left, 12.0), &maps.title, Anchor::Start)];
@@ -34,6 +35,7 @@ pub(super) fn picture(maps: &Maps) -> Picture {
     }
     Picture {
         title: maps.title.clone(),
+        // A title may be wider than a single map.
         width: (columns as f64 * each.0).max(left + width_of(&maps.title, SIZE) + RIGHT),
         height: HEAD + rows as f64 * each.1,
         shapes,
@@ -70,6 +72,7 @@ fn drawn(
 ) -> Vec<Shape> {
     let (columns, rows) = (maps.across.1.len(), maps.up.1.len());
     let each = (
+        // Maps of nothing have no cells, but are drawn.
         CELLS.0 / columns.max(1) as f64,
         CELLS.1 / rows.max(1) as f64,
     );
@@ -77,6 +80,7 @@ fn drawn(
     let mut shapes = vec![Shape::text((left, top - 5.0), &map.title, Anchor::Start)];
     let numbers = map.cells.iter().flatten();
     let longest = numbers.map(|value| width_of(&significant(*value, 3), SIZE));
+    // All numbers of a map or none: single ones that fit would look like a selection.
     let has_numbers = each.1 >= LINE && longest.fold(0.0, f64::max) < each.0;
     for (n, (cell, share)) in map.cells.iter().zip(shares).enumerate() {
         let (Some(value), Some(share)) = (cell, share) else {
@@ -85,6 +89,7 @@ fn drawn(
         let (column, row) = (n % columns.max(1), n / columns.max(1));
         let corner = (
             left + column as f64 * each.0,
+            // Rows go upwards, places downwards, and a rectangle hangs from its upper corner.
             bottom - (row + 1) as f64 * each.1,
         );
         shapes.push(filled(rectangle(corner, each), *share));
@@ -115,6 +120,7 @@ fn labels(maps: &Maps, (left, bottom): (f64, f64), each: (f64, f64), room: f64) 
         let range = (-0.5, words.len() as f64 - 0.5);
         Scale::Words(words.to_vec()).ticks(range, count)
     };
+    // As many words as the longest has room for.
     for (n, word) in ticks(&maps.across.1, CELLS.0 / longest.fold(1.0, f64::max)) {
         let at = (left + (n + 0.5) * each.0, bottom + 9.0);
         shapes.push(Shape::text(at, &word, Anchor::Middle));

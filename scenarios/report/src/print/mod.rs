@@ -21,6 +21,7 @@ use crate::figure::{Figure, Maps};
 pub const COLUMN_MM: f64 = 85.0;
 
 /// Pixels per point of a picture for a screen.
+// Seven points of text become fourteen pixels, about what a browser has.
 const PIXELS: f64 = 2.0;
 
 /// Writes each figure that is not empty as `NAME.svg` and `NAME.pdf`, `width_mm` wide.
@@ -30,6 +31,7 @@ const PIXELS: f64 = 2.0;
 pub(crate) fn write(folder: &Path, figures: &[Figure], width_mm: f64) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    // A page says why a figure is empty. A file with axes alone would only be taken for a result.
     for figure in figures.iter().filter(|figure| !figure.is_empty()) {
         let [svg, pdf] = files_of(figure, width_mm);
         for (ending, bytes) in [("svg", svg), ("pdf", pdf)] {

@@ -16,7 +16,9 @@ const ABOVE_NONE: f64 = 6.0;
 const BELOW: f64 = 11.0;
 const LINE: f64 = 10.0;
 /// Distance between two labels, from left to right and upwards.
+// Twelve characters of 3.6 points: the longest number in six digits is like -1.23457e-10.
 const LABEL: f64 = 45.0;
+// Twice the size of letters.
 const LABEL_UP: f64 = 16.0;
 
 const RULE: Colour = (0xdd, 0xdd, 0xdd);
@@ -42,6 +44,7 @@ impl Paper {
     /// Returns a window, wide enough for each of the names.
     pub(super) fn screen(figure: &Figure) -> Self {
         const WIDTH: f64 = 430.0;
+        // A name cannot be broken, and would be cut by the edge.
         let names = figure.curves().map(|curve| width_of_entry(&curve.group));
         Self {
             width: names.map(|width| LEFT + width).fold(WIDTH, f64::max),
@@ -62,6 +65,7 @@ pub(super) fn picture(figure: &Figure, paper: &Paper) -> Picture {
     };
     let mut top = 2.0;
     let count = figure.panels.len();
+    // A panel alone may be higher, as there is no other to share a page with.
     let height = if count == 1 {
         paper.only_panel
     } else {
@@ -105,12 +109,14 @@ fn draw_panel(
         scale: &panel.scale,
         y: match words {
             0 => range.unwrap_or((0.0, 1.0)),
+            // Each word has a place of height 1 around its number.
             words => (-0.5, words as f64 - 0.5),
         },
     };
     if !panel.title.is_empty() {
         drawing.text((drawing.left, frame.top - 3.0), &panel.title, Anchor::Start);
     }
+    // Shapes cover those before them: rules lie below the curves, the outline above curves that are at its edge.
     grid(drawing, panel, &frame, is_last);
     for mark in &panel.marks {
         let at = drawing.x_of(drawing.across.place(*mark));
@@ -132,6 +138,7 @@ fn grid(drawing: &mut Drawing<'_>, panel: &Panel, frame: &PanelFrame<'_>, is_las
     for (mark, words) in drawing.across.ticks(drawing.x, drawing.width() / each) {
         let at = drawing.x_of(mark);
         drawing.line(vec![(at, frame.top), (at, frame.bottom)], RULE, 0.4, &[]);
+        // Panels have one axis in common, with its numbers below the last one.
         if is_last {
             drawing.text((at, frame.bottom + 8.0), &words, Anchor::Middle);
         }

@@ -21,6 +21,7 @@ pub(super) fn drawn(picture: &Picture) -> Vec<u8> {
     pdf.document_info(INFO).title(TextStr(&picture.title));
     pdf.pages(PAGES).kids([PAGE]).count(1);
     let mut page = pdf.page(PAGE);
+    // The writer takes numbers of single precision: within 2e-5 points on a page of 240.
     let (width, height) = (picture.width as f32, picture.height as f32);
     page.parent(PAGES)
         .media_box(Rect::new(0.0, 0.0, width, height));
@@ -72,6 +73,7 @@ fn draw(content: &mut Content, shape: &Shape, place: impl Fn(Point) -> (f32, f32
             let [red, green, blue] = shares(*colour);
             content.set_stroke_rgb(red, green, blue);
             content.set_line_width(*width as f32);
+            // Set for solid lines, too: the pattern of the line before stays otherwise.
             content.set_dash_pattern(dashes.iter().map(|length| *length as f32), 0.0);
             trace(content, points, place);
             content.stroke();
@@ -82,6 +84,7 @@ fn draw(content: &mut Content, shape: &Shape, place: impl Fn(Point) -> (f32, f32
             opacity,
         } => {
             let [red, green, blue] = shares(*colour);
+            // Opacity stays set until the state is restored, and dots behind a band would be translucent.
             content.save_state();
             if *opacity < 1.0 {
                 content.set_parameters(BANDS_NAME);
@@ -108,7 +111,9 @@ fn draw(content: &mut Content, shape: &Shape, place: impl Fn(Point) -> (f32, f32
         } => {
             let [red, green, blue] = shares(*colour);
             content.set_fill_rgb(red, green, blue);
+            // PDF has no anchors: a text is moved back by its own measured length.
             let text = in_win_ansi(text);
+            // The exact widths of the font: the estimate of the layout would misplace text that ends at its place.
             let length = length_of(&text) * size;
             let back = length
                 * match anchor {
@@ -117,6 +122,7 @@ fn draw(content: &mut Content, shape: &Shape, place: impl Fn(Point) -> (f32, f32
                     Anchor::End => 1.0,
                 };
             let (along, matrix) = match is_upward {
+                // A turn by 90° counterclockwise. Back is downwards for a text that reads upwards.
                 true => ((at.0, at.1 + back), [0.0, 1.0, -1.0, 0.0]),
                 false => ((at.0 - back, at.1), [1.0, 0.0, 0.0, 1.0]),
             };
@@ -163,9 +169,11 @@ fn shares((red, green, blue): Colour) -> [f32; 3] {
 /// Returns the characters that the font has, by their codes of Windows; others become question marks.
 fn in_win_ansi(text: &str) -> Vec<u8> {
     let code = |c: char| match c {
+        // Windows-1252 differs from Latin-1 between 0x80 and 0x9f only.
         '–' => 0x96,
         '…' => 0x85,
         '€' => 0x80,
+        // The Greek letter looks like the micro sign, which has this code.
         'μ' => 0xb5,
         ' '..='~' | '\u{a0}'..='ÿ' => u8::try_from(u32::from(c)).unwrap_or(b'?'),
         _ => b'?',
@@ -176,6 +184,7 @@ fn in_win_ansi(text: &str) -> Vec<u8> {
 /// Returns the length of a text in Helvetica, of its size.
 fn length_of(text: &[u8]) -> f64 {
     /// Widths from the space to the tilde, thousandths of the size.
+    // From Adobe's metrics of the 14 standard fonts.
     const WIDTHS: [u16; 95] = [
         278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556,
         556, 556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722,
@@ -186,6 +195,7 @@ fn length_of(text: &[u8]) -> f64 {
     ];
     let width = |code: &u8| {
         let known = WIDTHS.get(usize::from(*code).wrapping_sub(32));
+        // Digits and most letters are this wide.
         f64::from(known.copied().unwrap_or(556)) / 1_000.0
     };
     text.iter().map(width).sum()

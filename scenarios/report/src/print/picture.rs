@@ -90,5 +90,6 @@ impl Shape {
 
 /// Estimates the width of a text. Letters of the usual sans-serif fonts are half as wide as high.
 pub(super) fn width_of(text: &str, size: f64) -> f64 {
+    // Digits of Helvetica are 0.556 wide, lower-case letters 0.49 in the mean.
     0.52 * size * text.chars().count() as f64
 }

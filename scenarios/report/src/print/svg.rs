@@ -16,6 +16,7 @@ pub(super) enum SvgUnit {
 
 pub(super) fn drawn(picture: &Picture, measure: SvgUnit) -> String {
     let Picture { width, height, .. } = picture;
+    // The size is in the unit of the reader, all places in points: the view box scales one to the other.
     let [wide, high] = [width, height].map(|length| match measure {
         SvgUnit::Millimetres => format!("{:.2}mm", length / MM),
         SvgUnit::Pixels(each) => format!("{:.0}", length * each),
@@ -96,6 +97,7 @@ fn element(shape: &Shape) -> String {
 }
 
 fn places(points: &[Point]) -> String {
+    // Two numbers with two decimals, a comma and a space take 12 to 14 characters.
     let mut text = String::with_capacity(12 * points.len());
     for (x, y) in points {
         let _ = write!(text, "{x:.2},{y:.2} ");

@@ -74,6 +74,7 @@ fn a_spike_of_a_single_cycle_is_drawn_and_few_points_are_written() {
     let value = |n: i32| if n == 777_777 { 1e3 } else { 1.0 };
     let points = (0..1_000_000).map(|n| (f64::from(n), value(n)));
     let text = picture_of(points.collect(), Look::Solid);
+    // 764 columns of at most four points, each of some thirteen characters, are 40 kB.
     assert!(text.len() < 100_000, "{} bytes", text.len());
     let heights = |line: &str| -> Vec<f64> {
         let (_, points) = line.split_once("points=\"").unwrap();
@@ -98,6 +99,7 @@ fn what_is_unknown_single_or_constant_is_drawn_without_numbers_that_are_none() {
         (vec![(3.0, 5.0)], Look::Dots, 1),
         // One is in the legend.
         (vec![(3.0, 5.0), (4.0, 5.0)], Look::Marks, 3),
+        // Beyond any range that is a number: both are drawn at an edge.
         (vec![(-1e308, 5.0), (1e308, f64::MAX)], Look::Dots, 2),
     ] {
         let text = picture_of(points.clone(), look);
@@ -127,6 +129,7 @@ fn dots_and_a_spread_are_in_both_files() {
     let pdf = String::from_utf8_lossy(&pdf);
     assert_eq!(
         pdf.lines().filter(|line| line.ends_with(" c")).count(),
+        // A dot is a circle of four curves.
         3 * 4
     );
     assert!(pdf.contains("/B gs"));
@@ -148,6 +151,7 @@ fn maps_have_a_cell_for_each_value_and_their_numbers_where_they_fit() {
         ..Maps::default()
     };
     let cells = |text: &str| text.matches("<polygon").count();
+    // The first cell of each map is unknown, so a map of two has one.
     let bar = cells(&svg_of_maps(&maps(2, 1))) - 1;
     let text = svg_of_maps(&maps(4, 3));
     assert_eq!(cells(&text) - bar, 11, "the first is not known");

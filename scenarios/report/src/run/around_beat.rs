@@ -56,6 +56,7 @@ pub(super) fn figure(receivers: &[ColouredCurves<'_>]) -> Figure {
 fn compared<'a, 'b>(receivers: &'b [ColouredCurves<'a>]) -> Vec<&'b ColouredCurves<'a>> {
     let with_beat = || (receivers.iter()).filter(|shown| !shown.curves.around_beat.is_empty());
     let of_mode = |mode| with_beat().find(|shown| shown.curves.mode == mode);
+    // By how much they cure: the comparison is with the best there is.
     let mut best = ["observer", "sync", "time", "pt1"].into_iter();
     let bare = of_mode("bypass");
     bare.into_iter().chain(best.find_map(of_mode)).collect()
@@ -156,6 +157,7 @@ fn time_of_beat(rows: &[Row]) -> Option<f64> {
     let detected = rows
         .windows(2)
         .position(|pair| pair[1].record.far.beats > pair[0].record.far.beats)
+        // The pair's second row is the one that detected it, and counts still.
         .map_or(rows.len(), |n| n + 2);
     let counts: Vec<_> = rows[..detected]
         .iter()
@@ -174,12 +176,14 @@ fn beat_in(counts: &[(f64, u64, u64)]) -> Option<f64> {
     let per_cycle = if per_cycle >= 1.0 {
         per_cycle.round()
     } else {
+        // Cycle times are 100 µs to 100 ms (docs/LIMITS.md), so no count is slower than that.
         1.0 / (1.0 / per_cycle.max(1e-3)).round()
     };
     let lead: Vec<f64> = counts
         .iter()
         .map(|(_, cycle, count)| {
             let cycles = cycle.saturating_sub(first_cycle) as f64;
+            // Without the slope only the phase is left: level before the beat, and level one count beside it after.
             count.saturating_sub(first) as f64 - per_cycle * cycles
         })
         .collect();
@@ -196,12 +200,14 @@ fn step_in(values: &[f64]) -> Option<usize> {
     for (n, value) in values
         .iter()
         .enumerate()
+        // Both parts need a value.
         .take(values.len().saturating_sub(1))
     {
         before += value;
         let left = (n + 1) as f64;
         let right = count - left;
         // The spread within both parts is least where the part between them is largest.
+        // Sums of squares of all values are the same for each split, and need not be summed.
         let between = before * before / left + (total - before) * (total - before) / right;
         if best.is_none_or(|(most, _)| between > most) {
             best = Some((between, n + 1));

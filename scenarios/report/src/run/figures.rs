@@ -13,6 +13,7 @@ use crate::plotting::NEUTRAL;
 /// Returns all figures of a run, those without any curve among them.
 pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {
     let shown = coloured(curves);
+    // A single slave is the drive of the velocity panel.
     let several = curves.iter().any(|curves| curves.slaves.len() > 1);
     let positions = curves.iter().flat_map(|curves| &curves.slaves);
     let positions = positions.map(|slave| &slave.position);
@@ -29,6 +30,7 @@ pub(super) fn all(summary: &Summary, curves: &[Curves]) -> Vec<Figure> {
     let run = RunFigures {
         summary,
         receivers: &shown,
+        // Only series that are drawn take room.
         room: Room::shared_by(series.chain(positions)),
     };
     let cuts = slaves::cuts(summary, &shown);
@@ -114,6 +116,7 @@ impl RunFigures<'_> {
         // The mean error is minus the lag.
         let lag = |receiver: &ColouredCurves<'_>| {
             let lag = self.figures(receiver).and_then(|figures| figures.lag_us);
+            // A receiver that was never evaluated has no lag, but its curve.
             lag.unwrap_or_else(|| -middle(&receiver.curves.time_error_us))
         };
         Figure {
@@ -137,6 +140,7 @@ impl RunFigures<'_> {
                 ..Curve::level(&name, ppm, 0.0, self.summary.duration_s)
             })
         });
+        // True values alone would be a figure of nothing that was estimated.
         if !figure.is_empty() {
             figure.panels[0].curves.extend(true_drifts);
         }
@@ -160,7 +164,9 @@ impl RunFigures<'_> {
                 let states = &receiver.curves.states;
                 let last = states.last()?;
                 // Side by side, so that none hides another.
+                // All receivers within half a level, so that they stay apart from those of the next one.
                 let shift = 0.5 * ((n as f64 + 0.5) / count - 0.5);
+                // Only changes are kept: the last state lasts to the end.
                 let end = (self.summary.duration_s.max(last.0), last.1);
                 let points = states.iter().chain([&end]);
                 let points = points.map(|(t, state)| (*t, level(*state) - shift));
@@ -240,5 +246,6 @@ fn level(state: Option<FilterState>) -> f64 {
 fn middle(series: &Series) -> f64 {
     let count = series.stretches.len().max(1) as f64;
     let sum: f64 = series.stretches.iter().map(|s| s.low + s.high).sum();
+    // Each stretch has as many cycles as any other but the last, so the mean of their middles is near enough for an offset.
     sum / (2.0 * count)
 }

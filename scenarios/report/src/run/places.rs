@@ -18,6 +18,7 @@ pub(super) fn of(curves: &[Curves]) -> Vec<EventInterval> {
     for window in windows {
         let words = window.what.words();
         match places.last_mut() {
+            // Sorted by their beginnings, a window can only meet the last place.
             Some(last) if window.from_s <= last.to_s => {
                 last.to_s = last.to_s.max(window.to_s);
                 if !last.words.split(", ").any(|known| known == words) {
@@ -25,6 +26,7 @@ pub(super) fn of(curves: &[Curves]) -> Vec<EventInterval> {
                 }
             }
             _ => places.push(EventInterval {
+                // A window around the first message begins before the run.
                 from_s: window.from_s.max(0.0),
                 to_s: window.to_s,
                 words: words.to_owned(),

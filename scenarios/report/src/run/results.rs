@@ -12,6 +12,7 @@ use crate::table;
 pub(super) fn results(summary: &Summary) -> String {
     let receivers = table::in_order(summary);
     let mut figures = table::rows(&receivers);
+    // A page has room for the phases in a table of their own. On a terminal they are rows of the only one.
     figures.retain(|(label, _)| !table::is_of_a_phase(label));
     let phases = table::phases(&receivers);
     let mut text = format!(

@@ -12,6 +12,7 @@ pub(super) struct ColouredCurves<'a> {
 }
 
 /// Modes that have a colour of their own.
+// The ranks of `table::rank`, which are the numbers of the colours.
 const MODES: usize = 4;
 /// Chosen colours: those after the modes' own are free for all.
 const CHOSEN: usize = 7;
@@ -35,6 +36,7 @@ impl ColouredCurves<'_> {
 /// every report.
 pub(super) fn coloured(curves: &[Curves]) -> Vec<ColouredCurves<'_>> {
     let mut curves: Vec<_> = curves.iter().collect();
+    // By name within a mode, so that equal runs give equal colours.
     curves.sort_by_key(|curves| (table::rank(curves.mode), curves.name.clone()));
     let mut taken = [false; MODES];
     let own: Vec<Option<usize>> = curves

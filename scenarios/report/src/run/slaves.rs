@@ -10,6 +10,7 @@ use coaxle_lab::units;
 pub(super) fn cuts(summary: &Summary, receivers: &[ColouredCurves<'_>]) -> Figure {
     let cuts = summary.receivers.values();
     let cuts = cuts.flat_map(|receiver| receiver.slaves.values().map(|slave| &slave.cuts));
+    // A slave without cuts has no errors, and its unit must not take the micrometres from the others.
     let cutting = cuts.filter(|cuts| cuts.cuts > 0);
     let fine = units::fine(&units::common(cutting.map(|cuts| &cuts.cut_unit)));
     let panels = ERRORS.map(|(quantity, error)| {

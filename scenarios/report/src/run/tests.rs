@@ -167,6 +167,7 @@ fn cuts_and_several_slaves_are_drawn_where_there_are_any() {
     let figures = figures_of(&page_of(&summary, &curves));
     let cuts = figures["cuts-figure"]["panels"].as_array().unwrap();
     assert_eq!(cuts.len(), 2, "lengths and positions");
+    // -0.4 mm in micrometres.
     assert_eq!(cuts[0]["curves"][0]["data"]["y"], serde_json::json!([-400]));
     assert_eq!(
         (cuts[0]["quantity"].as_str(), cuts[0]["unit"].as_str()),
@@ -241,6 +242,7 @@ fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
     for span in [200.0, 20.0, 1.0, 0.05, 0.001] {
         let (low, high) = extremes(data, at - span / 2.0, at + span / 2.0);
         assert!(
+            // The range of 537 has steps of 0.1 at worst, a four-thousandth down to a power of ten. Low and height are rounded each.
             (low + 37.0).abs() < 0.2 && (high - 500.0).abs() < 0.2,
             "{span}: {low} {high}"
         );
@@ -248,6 +250,7 @@ fn a_spike_of_a_single_cycle_is_seen_at_every_zoom() {
     let cycles = &data["windows"][0];
     let step = cycles["step"].as_f64().unwrap();
     let values = untold(cycles["value"].as_str().unwrap(), step);
+    // From 123 to 124 s, both ends included.
     assert_eq!(values.len(), 1_001);
     assert_eq!(values.iter().filter(|value| **value < 499.0).count(), 1);
     assert!((values[456] + 37.0).abs() < 0.01, "{}", values[456]);
@@ -280,6 +283,7 @@ fn report_of(name: &str, duration_s: &str) -> String {
 #[test]
 fn reports_are_small_and_compare_a_beat_without_correction_with_a_cured_one() {
     let page = report_of("observer", "30");
+    // Bounds of docs/REPORTS.md: 2 MB with many axes, and less with few.
     assert!(page.len() < 1_500_000, "{} bytes", page.len());
     let figures = figures_of(&page);
     let panels = figures["beat-figure"]["panels"].as_array().unwrap();

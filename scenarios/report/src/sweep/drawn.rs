@@ -29,6 +29,7 @@ fn curves(n: usize, plot: &Plot) -> Figure {
     let places = plot.across.places();
     let curves = plot.panels.iter().enumerate();
     let curves = curves.map(|(n, panel)| curve(&colour(n), &places, panel));
+    // The margin is a share of the places, so that it looks alike on a logarithmic scale.
     let range = around(ends().map(|end| scale.place(end)), 0.08);
     let panel = Panel {
         height: 420,
@@ -62,6 +63,7 @@ fn across(along: &Along) -> Across {
 fn curve(colour: &str, places: &[f64], panel: &Plotted) -> Curve {
     let of = |value: fn(&Statistics) -> f64| {
         let cells = panel.cells.iter();
+        // Not a number is a gap. Without the place the others would move up.
         cells.map(move |cell| cell.as_ref().map_or(f64::NAN, value))
     };
     let medians = places.iter().copied().zip(of(|cell| cell.median));

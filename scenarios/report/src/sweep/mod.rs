@@ -81,6 +81,7 @@ fn write_plot(path: &Path, name: &str, plot: Option<&SweepDrawing>) -> anyhow::R
             })
         }
         None => {
+            // The plot of an earlier grid in this folder would be taken for that of the present one.
             return match fs::remove_file(path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).with_context(cannot)

@@ -66,6 +66,7 @@ fn introduction(sweep: &Prepared, outcome: &SweepOutcome) -> String {
 }
 
 /// Greatest number of lines of unmet expectations, and of rows of the table.
+// A sweep has up to 10 000 points, with a row for each receiver: a browser takes long for such a table.
 const MOST_LINES: usize = 500;
 
 fn not_met(outcome: &SweepOutcome) -> String {
@@ -74,6 +75,7 @@ fn not_met(outcome: &SweepOutcome) -> String {
     let failed = lines().count();
     let mut text = format!(
         "<h2>Expectations</h2>\n<p>{} of {judged} met.</p>\n",
+        // Lines of failures are no more than what was judged, unless a record was edited.
         judged.saturating_sub(failed)
     );
     if failed == 0 {

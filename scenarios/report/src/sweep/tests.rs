@@ -56,6 +56,7 @@ fn every_point_seed_and_receiver_has_a_row_in_full() {
         ..setup(&[DRIFT, LOSS])
     };
     let outcome = run(&setup, scratch.path());
+    // Two drifts, two losses and three seeds.
     assert_eq!((outcome.runs, outcome.points.len()), ((12, 12), 4));
     assert_eq!(outcome.table.lines().count(), 2 + 4);
     let points = rows(&scratch.path().join("points.csv"));
@@ -69,12 +70,14 @@ fn every_point_seed_and_receiver_has_a_row_in_full() {
         })
         .collect();
     assert_eq!(places.len(), 12);
+    // The last axis runs fastest, and seeds within a point: the fifth row is the second seed of the second point.
     assert_eq!(places[4], ["400.0", "0.1", "2"]);
     let ripples: Vec<f64> = (points.iter())
         .map(|row| row["velocity_ripple_max [mm/s]"].parse().unwrap())
         .collect();
     let full = points
         .iter()
+        // Full precision has 15 to 17 digits. Some numbers end earlier by chance.
         .filter(|row| row["velocity_ripple_max [mm/s]"].len() > 12);
     assert!(full.count() > 6, "{ripples:?}");
     let summary = rows(&scratch.path().join("summary.csv"));

@@ -13,6 +13,7 @@ use super::{CORRECTIONS, NOTHING, optional, roughly};
 /// without correction to compare with.
 pub(super) fn conclusion(summary: &Summary) -> Option<String> {
     let of_mode = |mode| summary.receivers.values().filter(move |r| r.mode == mode);
+    // Lengths, not positions: a lag shifts all cuts alike, and the pieces stay right.
     let bare = worst_length(of_mode("bypass"))?;
     let cutting = summary.receivers.values().flat_map(cuts_of);
     let Fine { factor, unit } = units::fine(&units::common(cutting.map(|cuts| &cuts.cut_unit)));
@@ -66,6 +67,7 @@ pub(super) fn rows<'a>(receivers: &[(&str, &'a ReceiverSummary)]) -> Vec<(String
             let label = label.replace("{unit}", &unit);
             let label = match slaves.len() {
                 1 => label,
+                // A single one needs no name.
                 _ => format!("{slave}: {label}"),
             };
             let value = |receiver| {

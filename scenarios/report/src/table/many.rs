@@ -19,6 +19,7 @@ pub(super) fn ranges(receivers: &[(&str, &ReceiverSummary)]) -> Table {
         let (Some(least), Some(most)) = (numbers.first(), numbers.last()) else {
             continue;
         };
+        // The upper one of two middle values, which a receiver has.
         let middle = numbers[numbers.len() / 2];
         let cells = [*least, middle, *most].map(|number| right(&significant(number, 3)));
         let label = std::iter::once(comfy_table::Cell::new(label));

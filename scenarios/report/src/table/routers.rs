@@ -39,6 +39,7 @@ pub fn routers(summary: &Summary) -> String {
         ]);
         for (to, link) in &router.links {
             let mut row = vec![Cell::new(format!("  to {to}"))];
+            // Links go to routers: the columns of what comes in and of nodes stay empty.
             row.resize(5, Cell::new(""));
             row.extend([rate(link.messages_per_s), rate(1e-3 * link.bytes_per_s)]);
             table.add_row(row);

@@ -57,6 +57,7 @@ fn gather(folder: &str, to: &Path) -> Vec<String> {
             names.push(name);
         }
     }
+    // A folder is read in any order, and failures are to be listed alike on every machine.
     names.sort();
     names
 }
@@ -87,10 +88,12 @@ fn write_replays(folder: &Path) {
     // 500 mm/s with 0.5 % of ripple at 5 Hz.
     let turns = std::f64::consts::TAU * 5.0;
     let ripple = |t: f64| {
+        // The integral of the velocity 500 + 2.5·sin(ω·t), from 0: a row's velocity has to be the slope of its positions.
         let way = 500.0 * t + 2.5 / turns * (1.0 - (turns * t).cos());
         [way, 500.0 + 2.5 * (turns * t).sin()]
     };
     let jump = |t: f64| {
+        // Ten seconds of travel ahead at once, and later more than fifteen back.
         let by = if t >= 6.0 { 5_000.0 } else { 0.0 } - if t >= 9.0 { 7_777.0 } else { 0.0 };
         [500.0 * t + by, 500.0]
     };
@@ -104,6 +107,7 @@ fn write_replay(path: &Path, seconds: u32, at: impl Fn(f64) -> [f64; 2]) {
     for millis in 0..=seconds * 1_000 {
         let t = f64::from(millis) / 1_000.0;
         let [position, velocity] = at(t);
+        // Nine decimals of millimetres: differences over a millisecond are exact to a millionth of 1 mm/s.
         writeln!(text, "{t:.4},{position:.9},{velocity:.9}").expect("a string takes it");
     }
     fs::write(path, text).expect("the scratch folder");

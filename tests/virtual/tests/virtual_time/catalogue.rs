@@ -18,6 +18,7 @@ fn every_scenario_meets_its_expectations() {
     let mut failures = Vec::new();
     for summary in RUNS.iter() {
         let name = &summary.scenario;
+        // A scenario without expectations would pass whatever its run does.
         assert!(!summary.expectations.is_empty(), "{name} expects nothing");
         failures.extend(summary.failed().map(|verdict| format!("{name}: {verdict}")));
     }
@@ -50,6 +51,7 @@ fn a_clean_run_raises_nothing() {
         let is_meant = RAISES.iter().any(|(name, _)| name == scenario);
         match (raised.is_empty(), is_meant) {
             (false, false) => wrong.push(format!("{scenario}: {}", raised.join(", "))),
+            // Otherwise an exception would hide a later fault of a scenario that no longer needs it.
             (true, true) => wrong.push(format!("{scenario} raises nothing: it is no exception")),
             _ => {}
         }
@@ -60,6 +62,7 @@ fn a_clean_run_raises_nothing() {
 /// Faults that a receiver reported, once it was up.
 fn raised(name: &str, receiver: &ReceiverSummary) -> Vec<String> {
     let far = &receiver.last.far;
+    // Shifts and relocks of the first lock-in belong to it, and are no events of the run.
     let up = receiver.evaluated_from_s.unwrap_or(f64::INFINITY);
     let after_start = |times: &[f64]| times.iter().filter(|at| **at > up).count() as u64;
     let of_slaves = receiver.slaves.values().map(|slave| slave.errors).sum();
@@ -69,6 +72,7 @@ fn raised(name: &str, receiver: &ReceiverSummary) -> Vec<String> {
         ("errors of slaves", of_slaves),
         ("shifts", after_start(&receiver.shift_times_s)),
         ("relocks", after_start(&receiver.relock_times_s)),
+        // Totals of the whole run: no start-up excuses any of these.
         ("restarts", far.restarts),
         ("take-overs", far.take_overs),
         ("foreign frames", far.foreign_frames),
@@ -228,6 +232,7 @@ fn digits(figure: Option<f64>) -> String {
         Some(figure) => {
             let rounded: f64 = format!("{figure:.2e}").parse().expect("a number");
             match figure.abs() {
+                // Longer numbers would widen the column of every scenario.
                 1e-3..1e6 => rounded.to_string(),
                 _ => format!("{rounded:e}"),
             }

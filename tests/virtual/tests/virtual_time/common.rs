@@ -46,6 +46,7 @@ fn options(overrides: &[&str], seed: Option<u64>, out: &Path) -> Options {
         overrides: overrides.iter().map(|&set| set.to_owned()).collect(),
         receivers: Vec::new(),
         out: out.to_owned(),
+        // Tests that read the files choose a seed, and only these need a trace.
         trace: seed.map(|_| TraceFormat::Csv),
     }
 }

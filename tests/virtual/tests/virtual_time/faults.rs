@@ -69,6 +69,7 @@ fn run_all(seeds: RangeInclusive<u64>) {
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
+                // Relaxed suffices: the counter alone hands out the runs, and the end of the scope orders the rest.
                 while let Some((name, seed)) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let run = crate::common::run(name, &[&format!("seed={seed}")]);
                     let failed = run
@@ -80,6 +81,7 @@ fn run_all(seeds: RangeInclusive<u64>) {
         }
     });
     let mut failures = failures.into_inner().expect("no panic");
+    // Threads end in any order.
     failures.sort();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -142,6 +144,7 @@ fn table(runs: &[Summary]) -> String {
         let described = description_of(source);
         let (injected, expected) = described
             .split_once("Expected: ")
+            // The column of the table is the part of the description behind this word.
             .unwrap_or_else(|| panic!("{name} says what is expected"));
         let injected = match injected.trim() {
             "" => String::new(),
@@ -170,6 +173,7 @@ fn seen(verdict: &Verdict) -> String {
         (None, Some(number)) if number.fract() != 0.0 => format!("{number:.2}"),
         (None, _) => received.to_string(),
     };
+    // An exact expectation repeats the value, and that of a text repeats it in quotes.
     if shown == *expected || received.is_string() {
         format!("`{place}` {shown}")
     } else {

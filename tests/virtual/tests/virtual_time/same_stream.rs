@@ -26,6 +26,7 @@ struct Rows {
 impl RowSink for Rows {
     fn row(&mut self, view: usize, row: &Row) {
         let record = &row.record;
+        // Debug writes the shortest digits that give a number back, so equal texts are equal bits.
         let far = hash(format_args!("{:?} {:?}", record.far, record.axis));
         self.far.entry(view).or_default().push(far);
         let all = hash(format_args!("{row:?}"));
@@ -65,6 +66,7 @@ fn rows_of(text: String) -> Rows {
 fn assert_same(seed: u64, one: &BTreeMap<usize, Vec<u64>>, other: &BTreeMap<usize, Vec<u64>>) {
     assert_eq!(one.len(), other.len(), "seed {seed}");
     for (view, rows) in one {
+        // 40 s at the slowest cycle, 2 ms, are 20 000 rows, less the times in which a receiver is away.
         assert!(rows.len() > 10_000, "seed {seed}: {} rows", rows.len());
         assert_eq!(rows.len(), other[view].len(), "seed {seed}, axis {view}");
         let differs = rows
@@ -101,6 +103,7 @@ fn what_becomes_of_slaves_changes_nothing_of_their_masters() {
         assert_same(seed, &with.far, &without.far);
         changed += u64::from(with.all != without.all);
     }
+    // Otherwise slaves that never moved would prove nothing.
     assert_eq!(changed, SEEDS.end - SEEDS.start, "there were slaves");
 }
 
@@ -109,6 +112,7 @@ fn of_senders_alone(mut schedule: Table) -> Table {
     let mut gone = Vec::new();
     list(&mut schedule, "receiver").retain(|receiver| {
         let follows = receiver["master"]["node"].as_str().expect("a name");
+        // A master that is a slave itself moves otherwise once its limits and commands are removed.
         let stays = !follows.starts_with("follower");
         if !stays {
             gone.push(receiver["name"].clone());

@@ -9,6 +9,7 @@ const SEEDS: std::ops::Range<u64> = 7_000..7_040;
 
 /// A pair of numbers between 0 and 1 of its own for each seed.
 fn shares(seed: u64) -> (f64, f64) {
+    // 2⁶⁴/φ, as in Fibonacci hashing: the upper bits of successive multiples spread evenly.
     let mixed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let share = |bits: u64| (bits & 0xFFFF) as f64 / 65_536.0;
     (share(mixed >> 48), share(mixed >> 24))
@@ -56,9 +57,11 @@ fn equal_ways_leave_five_microseconds_of_travel_and_the_uncertainty_covers_any_w
             covered += u64::from(receiver.delay_covered_share == Some(1.0));
         }
         let worst = judged[0].lag_error_max_us.expect("judged");
+        // 2.5 µm at 500 mm/s.
         assert!(worst <= 5.0, "{seed}: {worst} µs of travel");
     }
     let runs = 2 * (SEEDS.end - SEEDS.start);
+    // A run counts only if every cycle of it is covered, so that a single excursion costs the whole run.
     assert!(covered * 100 >= runs * 95, "{covered} of {runs}");
 }
 
@@ -73,6 +76,7 @@ fn a_longer_path_moves_nothing_and_a_restarted_sender_is_asked_anew() {
     assert_eq!(measured.last.far.restarts, 1);
     assert!(measured.last.far.shifts >= 1);
     let delay = measured.last.far.delay_us.expect("measured again");
+    // 1000 + 400 µs: latency and step, asked again by the run after the restart.
     assert!((delay - 1_400.0).abs() < 5.0, "{delay}");
     // Before a jump is noticed the line is pulled a little.
     let worst = measured.lag_error_max_us.expect("judged");

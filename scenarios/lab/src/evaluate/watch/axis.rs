@@ -60,6 +60,7 @@ impl AxisWatch {
         let node = self.nodes[followed_of(&self.nodes, signals)];
         let far = &signals.far[node];
         let shown = [axis.corrected_position, axis.corrected_velocity];
+        // Before anything is compared: NaN is neither above a bound nor below it, and would pass all others.
         for value in shown
             .into_iter()
             .flatten()
@@ -75,6 +76,7 @@ impl AxisWatch {
         if let (Some(before), Some(used)) = (before, used)
             && before.run == used.run
             && cycle.since.is_some()
+            // Equal counts are a cycle without a new frame.
             && used.count < before.count
         {
             (self.found).add(
@@ -98,6 +100,7 @@ impl AxisWatch {
             self.check.restart();
         }
         let time = Instant::from_nanos(time);
+        // Skipped cycles count: far time passes during them, too.
         let fault = self.check.push(run, time, cycle.since.unwrap_or(1));
         let (invariant, value, limit) = match fault {
             None => return,
@@ -121,6 +124,7 @@ impl AxisWatch {
         let Some((owner, before)) = before.filter(|_| cycle.since.is_some()) else {
             return;
         };
+        // A take-over may go to and fro between two rows of a process, so any larger number will do.
         if owner != node && take_overs <= before {
             let next = before + 1;
             (self.found).add(cycle, Invariant::Owner, take_overs as f64, next as f64);

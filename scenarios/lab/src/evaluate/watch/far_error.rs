@@ -10,12 +10,14 @@ use crate::topology::{ReceiverAxis, View};
 
 /// Time after a clock's jump in which it cannot be known: older exchanges count for ten seconds, and then the
 /// delay is slewed, s.
+// `LONGEST_AGE` of an exchange, 10 s, and two seconds for the slew.
 const AFTER_A_JUMP: f64 = 12.0;
 /// The cycle of the jump may have begun a little earlier, s.
 const BEFORE_IT: f64 = 0.1;
 
 /// Tolerance of the constant error of a time without a measured delay, µs, beside the resolution of arrivals: far more than
 /// any jitter causes, and far less than a wrong pace adds up to.
+// A pace that is wrong by 1000 ppm, a tenth of a percent, gets there in two seconds.
 const STEADY: f64 = 2_000.0;
 /// Settling time, s.
 const SETTLES: f64 = 2.0;
@@ -71,6 +73,7 @@ impl FarErrorWatch {
         let Some((error, bound)) = self.judged(row) else {
             return;
         };
+        // The comparison first: most cycles pass it, and the list of jumps is not searched.
         if error.abs() <= bound || self.has_jumped(row.t_s) {
             return;
         }
@@ -87,6 +90,7 @@ impl FarErrorWatch {
         let error = row.time_error_us;
         match stated(row) {
             Some(bound) => {
+                // Once the delay is measured the constant error is gone. After a loss of it another one begins.
                 self.settled = None;
                 Some((error?, bound))
             }
@@ -102,6 +106,7 @@ impl FarErrorWatch {
             self.settled = None;
             return None;
         };
+        // The rest of the slew is a known error, such as that of a delay which an order has changed.
         let error = error + far.slew_remaining_us.unwrap_or_default();
         let events = [
             far.shifts.into(),
@@ -110,6 +115,7 @@ impl FarErrorWatch {
             far.parameter_changes.into(),
             far.epoch.unwrap_or_default(),
         ];
+        // Each of these events may give the line another constant, without any fault.
         let kept = self.settled.filter(|settled| settled.events == events);
         let settled = self.settled.insert(kept.unwrap_or(SettledError {
             since: row.t_s,
@@ -119,6 +125,7 @@ impl FarErrorWatch {
         if row.t_s - settled.since < SETTLES {
             return None;
         }
+        // The first error after settling is the reference: the delay that is not measured is in it.
         Some(error - *settled.error.get_or_insert(error))
     }
 

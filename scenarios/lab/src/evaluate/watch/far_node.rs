@@ -41,6 +41,7 @@ impl FarNodeWatch {
     }
 
     fn watch_run(&mut self, cycle: &WatchedCycle, far: &FarNodeSignals) {
+        // A receiver that was restarted counts restarts from 0 again.
         if cycle.since.is_none() {
             self.run = None;
         }
@@ -52,6 +53,7 @@ impl FarNodeWatch {
             restarts: far.restarts,
         };
         match self.run {
+            // Restarts may be counted before the first frame of the next run is used, so only another epoch is compared.
             Some(before) if before.epoch == epoch => return,
             Some(before) if before.restarts >= run.restarts => {
                 let next = before.restarts + 1;
@@ -65,6 +67,7 @@ impl FarNodeWatch {
 
 /// Pairs of equal sums: of the messages that came, and of those that should have.
 fn accounts(far: &FarNodeSignals) -> [[u128; 2]; 2] {
+    // Wide enough for any counters: a sum that wraps would hide what is missing.
     let sum = |all: &[u64]| all.iter().map(|one| u128::from(*one)).sum();
     let came = [
         far.in_order,
@@ -74,6 +77,7 @@ fn accounts(far: &FarNodeSignals) -> [[u128; 2]; 2] {
         far.overflow,
         far.foreign_frames,
     ];
+    // Duplicates and foreign frames were never expected. An outdated message was expected no more, but came.
     let due = [far.in_order, far.late, far.lost];
     let known = [far.expected, far.outdated];
     [[sum(&came), far.received.into()], [sum(&due), sum(&known)]]

@@ -11,6 +11,7 @@ use crate::row::Row;
 use crate::topology::{ReceiverAxis, View};
 
 /// Duration of blending after a change of mode, in which the mode does not define the position, s.
+// More than three times the default of 0.06 s (`blending-time-s`).
 const BLENDED: f64 = 0.2;
 /// Cycles by which the master's acceleration may appear late: it is taken from differences of its velocity.
 const LATE: f64 = 3.0;
@@ -66,15 +67,19 @@ impl FarPositionWatch {
             return;
         };
         let since = *self.since.get_or_insert(row.t_s);
+        // Set values of the observer are blended in each time that it begins to lead.
         if row.t_s - since < BLENDED {
             return;
         }
         let age = axis.correction_us.unwrap_or_default().abs() * 1e-6;
         let late = bound * 1e-6;
         let [hardest, changed, jumped] = self.since(row.t_s - age - late);
+        // A time that is off by `late` shows the master at another instant: v·t, with the greatest velocity within that time.
         let by_time = (velocity.abs() + hardest * late) * late;
         // A change within a cycle is averaged over it.
         let over = age.max(self.cycle_time);
+        // Extrapolation with the acceleration of the newest frame: a change by Δa since then moves the master by ½·Δa·t².
+        // A jump of the master is unknown until its frame comes.
         let limit = by_time + 0.5 * changed * over * over + jumped;
         let value = (corrected - position).abs();
         if value > limit + ROUNDING * position.abs() {
@@ -91,7 +96,9 @@ impl FarPositionWatch {
     fn learn(&mut self, row: &Row, [position, velocity]: [f64; 2]) {
         let before = self.before.replace([position, velocity, row.t_s]);
         let [acceleration, beside] = before.map_or([0.0; 2], |[from, slower, t_s]| {
+            // Rows after a clock's jump may be closer than a cycle, and a difference over no time is none.
             let passed = (row.t_s - t_s).max(self.cycle_time);
+            // The rest of the way beside the trapezoidal rule is a jump.
             let way = 0.5 * (slower + velocity) * passed;
             [(velocity - slower) / passed, (position - from - way).abs()]
         });
@@ -112,6 +119,7 @@ impl FarPositionWatch {
         let (low, high, jumped) = lately.fold(none, |(low, high, jumped), [value, beside, _]| {
             (low.min(*value), high.max(*value), jumped + beside)
         });
+        // `low` is at most 0 and `high` at least 0, as the fold begins there.
         [high.max(-low), high - low, jumped]
     }
 

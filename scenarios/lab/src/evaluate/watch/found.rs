@@ -39,10 +39,12 @@ impl Found {
         match self.0.iter_mut().find(|known| known.invariant == invariant) {
             Some(known) => {
                 known.cycles += 1;
+                // By the distance from the limit, as some values are wrong when small: a count that goes back, a time that stands.
                 if (value - limit).abs() > (known.worst.value - known.limit).abs() {
                     known.worst = this;
                 }
             }
+            // A list: there are two dozen invariants, and nearly always none is violated.
             None => self.0.push(OfInvariant {
                 invariant,
                 first: this,

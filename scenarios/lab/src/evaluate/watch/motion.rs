@@ -25,10 +25,12 @@ pub(super) struct MotionWatch {
 impl MotionWatch {
     pub(super) fn new(far: &FarConfig, axis: &FarAxisConfig, cycle_time: f64) -> Self {
         let limits = axis.limits.map(|limits| limits.get().velocity());
+        // An encoder master takes increments at up to 1½ times its highest speed, and refuses more.
         let of_encoder = axis.encoder.map(|encoder| 1.5 * encoder.max_speed);
         let bounds = FarMotionBounds {
             cycle_time,
             blending_time: far.sync.extrapolate.blending_time.0,
+            // The factor counts receiver cycles.
             filter_time: far.sync.extrapolate.t1_factor_pos * cycle_time,
             pace_of_blocks: pace_of_blocks(far),
             own_velocity: limits.into_iter().chain(of_encoder).reduce(f64::max),
@@ -50,6 +52,7 @@ impl MotionWatch {
         axis: &FarAxisSignals,
         found: &mut Found,
     ) {
+        // Another run of the receiver begins at any position.
         if cycle.since.is_none() {
             self.check.restart();
             self.was_synced = false;
@@ -83,6 +86,7 @@ impl MotionWatch {
         axis: &FarAxisSignals,
     ) -> Option<Received> {
         let cycle_time = far.cycle_time_us? * 1e-6;
+        // The master's own time: arrival times jitter, and would make accelerations of a steady master.
         let newest = far.count? as f64 * cycle_time;
         let at = match self.frame {
             // The newest frame lacks the axis.
@@ -101,10 +105,12 @@ impl MotionWatch {
 
     /// Ends the run, and checks its final state.
     pub(super) fn end(&self, cycle: &WatchedCycle, axis: &FarAxisSignals, found: &mut Found) {
+        // A braked axis has no master any more, in sync or not.
         let is_lost = axis.continuity == ContinuityState::Braking
             || (self.synchronises
                 && self.was_synced
                 && !axis.synced
+                // An axis on its way back is not lost: the way takes as long as it is.
                 && axis.continuity == ContinuityState::Following);
         if axis.error != 0 || is_lost {
             found.add(cycle, Invariant::EndsWell, axis.error.into(), 0.0);
@@ -117,6 +123,7 @@ impl MotionWatch {
 fn pace_of_blocks(far: &FarConfig) -> f64 {
     let parameters = &far.sync.time_sync;
     let blending = parameters.time_mode_blending_cycles;
+    // The faster of the two blends, and none of 0 cycles to divide by.
     let blending = blending.min(parameters.new_drift_bending_cycles).max(1);
     let beats = match parameters.max_cycle_index_difference {
         0.0 => MOST_BEATS,

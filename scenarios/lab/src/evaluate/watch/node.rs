@@ -29,14 +29,17 @@ impl NodeWatch {
     pub(super) fn push(&mut self, t_s: f64, node: &NodeSignals) -> WatchedCycle {
         let number = node.cycle;
         let last = self.last.replace(*node);
+        // Cycles of another run begin at 0 again.
         let last = last.filter(|last| last.run == node.run);
         let since = last.and_then(|last| {
             let passed = number.checked_sub(last.cycle)?;
+            // A repeated or an earlier cycle has none before it, so that the other watches restart instead of dividing by 0.
             u32::try_from(passed).ok().filter(|passed| *passed > 0)
         });
         let cycle = WatchedCycle { number, t_s, since };
         if let Some(last) = last {
             let next = executed(&last) + 1;
+            // Skipped cycles raise both numbers alike, so that executed ones are without gaps.
             let is_next = match self.shows_all {
                 true => executed(node) == next,
                 false => executed(node) >= next,
@@ -56,5 +59,6 @@ impl NodeWatch {
 
 /// Number of cycles executed before this one.
 const fn executed(node: &NodeSignals) -> i128 {
+    // Signed, as a wrong counter may exceed the cycle number: the violation is to be reported, not a panic.
     node.cycle as i128 - node.overruns as i128
 }

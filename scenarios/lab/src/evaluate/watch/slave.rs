@@ -18,6 +18,7 @@ use crate::event::{Event, EventKind};
 use crate::invariants::Invariant;
 
 /// An order is executed within this time, or not at all, s.
+// In virtual time an order is executed in the next cycle. A process gets it through the network first.
 const ORDER_UNDER_WAY: f64 = 1.0;
 
 /// Watches a slave.
@@ -90,6 +91,7 @@ impl SlaveWatch {
 
     pub(super) fn push(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals) {
         let shown = [slave.position, slave.velocity, slave.acceleration];
+        // The drive is a simulation of its own: it may diverge on finite set values.
         let shown = shown.into_iter().flatten().chain([slave.drive_position]);
         for value in shown.filter(|value| !value.is_finite()) {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
@@ -97,6 +99,7 @@ impl SlaveWatch {
         let before = std::mem::replace(&mut self.before, SlaveBefore::from(slave));
         let had = cycle.since.and(before.position).is_some();
         let has = [slave.position, slave.velocity, slave.acceleration].map(|value| value.is_some());
+        // All three or none, and all once there was a position.
         if has != [had || has[0]; 3] {
             self.found
                 .add(cycle, Invariant::SetValues, f64::NAN, f64::NAN);
@@ -109,6 +112,7 @@ impl SlaveWatch {
         self.watch_rest(cycle, &before, slave);
         let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
         let is_set_anew = slave.set_anew != before.set_anew || slave.state == AxisStatus::Disabled;
+        // A position that is set, or a stop within a cycle, is a step that differences would take for a motion.
         let begins_anew = is_set_anew || stops_now || cycle.since.is_none();
         self.watch_positions(cycle, slave, begins_anew);
         self.watch_told(cycle, slave, begins_anew);
@@ -122,6 +126,7 @@ impl SlaveWatch {
             check.restart();
         }
         if self.stops_quickly && is_quick_stop(slave) {
+            // A quick stop takes its full deceleration at once, on purpose.
             check.free_jerk();
         }
         let found = &mut self.found;
@@ -170,6 +175,7 @@ impl SlaveWatch {
     fn watch_rest(&mut self, cycle: &WatchedCycle, before: &SlaveBefore, slave: &SlaveSignals) {
         let is_set_anew = cycle.since == Some(1) && slave.set_anew != before.set_anew;
         let moved = [before.velocity, before.acceleration].map(|value| value.unwrap_or_default());
+        // Exactly zero: an axis at rest has no rest of a velocity, as profiles end at zero.
         if is_set_anew && moved != [0.0; 2] {
             let velocity = moved[0].abs();
             (self.found).add(cycle, Invariant::SetAnew, velocity, 0.0);
@@ -185,6 +191,7 @@ impl SlaveWatch {
         let is_next = cycle.since.is_some();
         // In cycles that were skipped it may have been reset and moved.
         let was_stopped = cycle.since == Some(1) && before.state == AxisStatus::ErrorStop;
+        // A velocity that is not known counts as a motion.
         let was_moving = before.velocity != Some(0.0);
         let is_left = was_stopped && !follows_error_stop(slave.state);
         // An order that comes with the reset moves it in the same cycle.
@@ -195,6 +202,7 @@ impl SlaveWatch {
         let Some(stop) = &mut self.stop else {
             return;
         };
+        // Each error stop is measured from its own beginning.
         if slave.state != AxisStatus::ErrorStop || slave.set_anew != before.set_anew || !is_next {
             stop.restart();
         }
@@ -207,6 +215,7 @@ impl SlaveWatch {
             acceleration: slave.acceleration.unwrap_or_default(),
         };
         if let Some(DistanceExceeded { way, most }) =
+            // With the distances: an axis that catches up goes on until its target has stopped.
             stop.push(&set, [before.distance, slave.distance])
         {
             self.found.add(cycle, Invariant::StoppingWay, way, most);
@@ -240,6 +249,7 @@ fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
         jerk,
         ..
     } = *parameters;
+    // As the slave itself takes a missing deceleration.
     let deceleration = deceleration.unwrap_or(acceleration);
     Limits::new(velocity, acceleration, deceleration, jerk).ok()
 }
@@ -270,6 +280,7 @@ fn is_instant_stop(before: &SlaveBefore, now: &SlaveSignals) -> bool {
             now.state,
             AxisStatus::Standstill | AxisStatus::DiscreteMotion
         )
+        // Another way from synchronised motion to discrete motion keeps its velocity.
         && now.velocity == Some(0.0)
 }
 
@@ -280,6 +291,7 @@ fn commands_to<'a>(
     events: &'a [Event],
 ) -> impl Iterator<Item = &'a Command> {
     let of_program = slave.steps.iter().filter_map(StepConfig::slave_command);
+    // An event may command what no program has.
     let of_events = (events.iter()).filter_map(move |event| command_of(event, slave, receiver));
     of_program.chain(of_events)
 }

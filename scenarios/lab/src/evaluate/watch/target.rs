@@ -35,12 +35,14 @@ impl TargetWatch {
         limits: &Limits,
         cycle_time: CycleTime,
     ) -> Option<Self> {
+        // With `velo-sync` a slave keeps the velocity of its master, and any distance.
         let is_to_be_there = parameters.distance.policy != DistancePolicy::VeloSync;
         let window = parameters.distance.window;
         let window = window.unwrap_or(GUARD_WINDOW * limits.velocity());
         let in_sync = parameters.in_sync_window(cycle_time).ok()?;
         Some(Self {
             in_sync: is_to_be_there.then_some(in_sync),
+            // A window of 0 switches the monitoring off.
             at_end: (is_to_be_there && window > 0.0).then_some(window),
             approach: ApproachCheck::new(limits, cycle_time.as_secs_f64()),
             set_anew: 0,
@@ -55,11 +57,13 @@ impl TargetWatch {
         let distance = slave.distance.abs();
         if let Some(window) = self.in_sync
             && slave.phase.is_some_and(CouplingPhase::is_in_sync)
+            // The distance is a difference of positions, and has their rounding errors.
             && distance > window + ROUNDING * position.abs()
         {
             found.add(cycle, Invariant::InSync, distance, window);
         }
         let is_set_anew = std::mem::replace(&mut self.set_anew, slave.set_anew) != slave.set_anew;
+        // Otherwise something stops it from approaching: an error stop, a skipped cycle, a position that was set.
         let is_on_its_way = slave.guard == GuardState::CatchingUp
             && slave.state != AxisStatus::ErrorStop
             && cycle.since == Some(1)
@@ -76,6 +80,7 @@ impl TargetWatch {
         if slave.state == AxisStatus::ErrorStop {
             found.add(cycle, Invariant::EndsWell, slave.error.into(), 0.0);
         }
+        // A slave on a command of its own has no position by its coupling to be at.
         let is_coupled = slave.state == AxisStatus::SynchronizedMotion;
         if let Some(window) = self.at_end.filter(|_| is_coupled)
             && slave.distance.abs() > window

@@ -79,6 +79,7 @@ fn a_time_is_wrong_by_its_uncertainty_and_what_is_to_be_made_up_and_no_more() {
         row.record.far.slew_remaining_us = Some(slew);
         is_error_found([row])
     };
+    // The uncertainty of 100 µs, and with it the 50 µs that are still to be slewed.
     assert!(!is_found(-99.0, 0.0) && is_found(-101.0, 0.0));
     assert!(!is_found(149.0, -50.0) && is_found(151.0, -50.0));
 }
@@ -99,12 +100,14 @@ fn a_time_without_a_measured_delay_stays_where_it_was_but_for_what_is_to_be_made
             row
         }))
     };
+    // 2 ms either side of the 700 µs that it settled at.
     assert!(!is_found(1_990.0, 0.0) && is_found(2_010.0, 0.0));
     // An order has changed the path delay by 9 ms, which is slewed; and it is not.
     assert!(!is_found(9_000.0, -9_000.0) && is_found(9_000.0, 0.0));
     // A clock that goes wrong by 1000 ppm.
     let wrong = (0..8_000).map(|cycle| {
         let mut row = row(cycle);
+        // 1 µs a cycle of 1 ms.
         row.time_error_us = Some(f64::from(cycle));
         row
     });
@@ -166,6 +169,7 @@ fn what_set_values_under_way_do_not_know_of_a_motion_is_half_of_its_change_times
     // One that does not know of it for three times as long as it says.
     assert!(is_position_found(ramp, 5e-3, 100.0, |t| unknown(t, 15e-3)));
     // As far off once the motion is steady.
+    // The bound of the ramp, ½ · 5 000 · (5 ms)², without a change to allow it.
     assert!(is_position_found(steady, 5e-3, 100.0, |_| 0.0625));
 }
 

@@ -13,6 +13,7 @@ pub(super) struct ExtraDraws {
 impl ExtraDraws {
     pub(super) fn new(seed: u64) -> Self {
         Self {
+            // Draws from the common stream would shift all later ones, and turn the known regressions into other schedules.
             random: Random::new(seed_of(seed, "apart")),
         }
     }
@@ -33,6 +34,7 @@ impl ExtraDraws {
     pub(super) fn step_back(&mut self) -> Option<String> {
         self.random.chance(0.15).then(|| {
             let at = self.random.between(0.5, QUIET_FROM);
+            // Up to 300 ms: within the silence that the blocks tolerate at 1 ms, and beyond it at 0.5 ms.
             let by = self.random.between(-300_000.0, -1.0);
             format!("{{ at-s = {at:.3}, phase-us = {by:.1} }}")
         })
@@ -50,6 +52,7 @@ impl ExtraDraws {
 
     fn term(&mut self, most: f64, slow_s: f64) -> String {
         let amount = self.random.between(-most, most);
+        // Slow: at most 10 ppm or 100 µs over half a minute or more.
         let period = self.random.between(slow_s, 4.0 * slow_s);
         let (share, at) = (self.random.uniform(), self.random.between(0.0, 30.0));
         match self.random.below(8) {
@@ -66,6 +69,7 @@ impl ExtraDraws {
                 "{{ uniform = {{ from = {:.2}, to = {amount:.2} }} }}",
                 -amount
             ),
+            // Tails of noise reach far beyond its mean.
             6 => format!("{{ exponential = {:.2} }}", amount.abs() / 10.0),
             _ => format!("{{ normal = {:.2} }}", amount.abs() / 10.0),
         }

@@ -31,7 +31,9 @@ impl Wide {
     fn new(seed: u64, is_on: bool) -> Self {
         let mut random = Random::new(seed_of(seed, "wide"));
         let at = random.between(1.0, QUIET_FROM - 1.0);
+        // Drawn whether it is on or not: both kinds share the constructor, and the stream is their own.
         let together = random.chance(0.5).then_some(at);
+        // A single length for all masters: a receiver is configured with that of the axis that it follows.
         let modulo = random.chance(0.3).then_some(360);
         Self {
             random,
@@ -57,6 +59,7 @@ impl Wide {
         }
         let [times, part] = [(); 2].map(|()| *self.random.one_of(&[1, 2, 4]));
         let cycle = sender * times / part;
+        // The integer division may leave a rest.
         let fits = cycle.is_multiple_of(sender) || sender.is_multiple_of(cycle);
         match (250..=10_000).contains(&cycle) && fits {
             true => cycle,
@@ -67,6 +70,7 @@ impl Wide {
     /// Time of an event, s, in place of the one drawn.
     pub(super) fn moment(&mut self, drawn: f64, end: f64) -> f64 {
         match self.together {
+            // Some stay apart, so that there are events before and after those in one cycle.
             Some(at) if at < end && self.random.chance(0.6) => at,
             _ => drawn,
         }
@@ -94,6 +98,7 @@ impl Wide {
         }
         let acceleration = self.random.decades(200.0, 50_000.0);
         let jerk = acceleration * self.random.decades(5.0, 500.0);
+        // With 5 % of ripple at most 473, below the limit of 500.
         let speed = self.random.one_of(&[-1.0, 1.0]) * self.random.between(20.0, 450.0);
         let mut text = String::new();
         if let Some(modulo) = self.modulo {
@@ -104,6 +109,7 @@ impl Wide {
                 let [ripple, hertz] =
                     [(0.001, 0.05), (0.5, 20.0)].map(|(from, to)| self.random.decades(from, to));
                 let [fast, slow] = [1.0 + ripple, 1.0 - ripple].map(|share| speed * share);
+                // Half a period each.
                 two_velocities([fast, slow], [0.5 / hertz; 2])
             }
             1 => {
@@ -148,6 +154,7 @@ impl Wide {
             return None;
         }
         let [age, index] =
+            // Down to three cycles of silence and less than half an index, with which a block may never get in sync.
             [(3.0, 500.0), (0.4, 500.0)].map(|(from, to)| self.random.decades(from, to));
         let slope = self.random.between(0.3, 0.95);
         let cycles = self.random.decades(5.0, 200.0).round();
@@ -165,6 +172,7 @@ impl Wide {
         let mut at = self.random.between(0.5, 2.0);
         let mut stops = Vec::new();
         while at < QUIET_FROM - 1.0 {
+            // The last one ends with the faulty phase.
             let length = self.random.decades(0.02, 2.0).min(QUIET_FROM - at);
             stops.push((at, length));
             at += length + self.random.decades(0.02, 2.0);
@@ -181,9 +189,11 @@ impl Wide {
     }
 
     fn limits(&mut self, ratio: f64) -> String {
+        // From below the speed of most masters to far above that of all.
         let velocity = ratio * self.random.decades(100.0, 20_000.0);
         let acceleration = ratio * self.random.decades(100.0, 1e7);
         // A config admits no larger jerk.
+        // The acceleration is reached within a second, or within 10 ns.
         let jerk = (acceleration * self.random.decades(1.0, 1e8)).min(1e15);
         format!("velocity = {velocity:.3}, acceleration = {acceleration:.3}, jerk = {jerk:.3}")
     }
