@@ -21,7 +21,7 @@ impl Curve {
     #[must_use]
     pub fn with_capacity(segments: usize) -> Self {
         Self {
-            // One bound more than segments: the end of the last one.
+            // A bound more than segments: the end of the last one.
             masters: Vec::with_capacity(segments + 1),
             segments: Vec::with_capacity(segments),
             density: 0.0,

@@ -34,7 +34,7 @@ pub fn to_position(start: &Kinematics, target: f64, limits: &Limits) -> Profile 
         ..*start
     };
     let distance = target - start.position;
-    // Where the axis comes to rest earliest decides whether it has to go on or to come back.
+    // The earliest place of rest decides whether the axis has to go on or to come back.
     let stop_at_once = stopping_after(&here, 0.0, limits);
     let undershoot = distance - stop_at_once.end().position;
 

@@ -284,7 +284,7 @@ proptest! {
     fn a_longer_way_takes_longer(limits in limits(), distance in decades(-6, 5)) {
         let rest = Kinematics::at_rest(0.0);
         let short = to_position(&rest, distance, &limits).duration();
-        // One percent farther is 0.3 % longer even where the time grows by the cube root.
+        // A percent farther is 0.3 % longer even where the time grows by the cube root.
         let long = to_position(&rest, distance * 1.01, &limits).duration();
         assert!(short < long);
     }

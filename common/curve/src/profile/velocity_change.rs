@@ -57,7 +57,7 @@ impl VelocityChange {
                 target,
             }
         } else {
-            // One set of formulas for both directions, so that mirrored motions agree to the last bit.
+            // Common formulas for both directions, so that mirrored motions agree to the last bit.
             let mut ramps = push_up(&start.mirrored(), -coasting, -target, jerk, down);
             for ramp in &mut ramps {
                 ramp.jerk = -ramp.jerk;
