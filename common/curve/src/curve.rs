@@ -21,6 +21,7 @@ impl Curve {
     #[must_use]
     pub fn with_capacity(segments: usize) -> Self {
         Self {
+            // A bound more than segments: the end of the last one.
             masters: Vec::with_capacity(segments + 1),
             segments: Vec::with_capacity(segments),
             density: 0.0,
@@ -45,6 +46,7 @@ impl Curve {
 
     /// Declares that all segments are about of the same length.
     pub fn settle_equidistant(&mut self) {
+        // A guess by division takes constant time, a search among n points log₂ n steps.
         self.density = self.segments.len() as f64 / (self.end() - self.start());
     }
 
@@ -97,12 +99,14 @@ impl Curve {
     fn find(&self, master: f64) -> usize {
         if self.density > 0.0 {
             // The lengths of the segments are only about equal, so it may be the next one.
+            // A master before the start gives a negative number, which the conversion makes 0.
             let guess = ((master - self.start()) * self.density) as usize;
             if let Some(segment) = self.near(guess, master) {
                 return segment;
             }
         }
         let inner_bounds = &self.masters[1..self.segments.len()];
+        // Inner bounds only, so that places outside belong to the first and the last segment.
         inner_bounds.partition_point(|&bound| bound <= master)
     }
 
@@ -111,6 +115,8 @@ impl Curve {
     fn near(&self, hint: usize, master: f64) -> Option<usize> {
         let last = self.segments.len() - 1;
         let hint = hint.min(last);
+        // The present segment first, then the next one: a
+        // master usually runs forwards, from one to the other.
         [hint, (hint + 1).min(last), hint.saturating_sub(1)]
             .into_iter()
             .find(|&segment| self.belongs_to(segment, master))
@@ -119,6 +125,7 @@ impl Curve {
     #[inline]
     fn belongs_to(&self, segment: usize, master: f64) -> bool {
         let last = self.segments.len() - 1;
+        // Open at both ends: rounding may put a wrapped master just outside.
         (self.masters[segment] <= master || segment == 0)
             && (master < self.masters[segment + 1] || segment == last)
     }

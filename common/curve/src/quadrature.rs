@@ -17,6 +17,8 @@ const MOST_HALVINGS: u32 = 52;
 /// bend of a law, or a change of sign under a magnitude) the interval around it is bisected until it no
 /// longer counts.
 pub fn integral(start: f64, end: f64, f: impl Fn(f64) -> f64) -> f64 {
+    // Without negative values the total can only grow, so a
+    // tolerance relative to it does not get lost by cancellation.
     let whole = gauss(start, end, &f);
     refined(start, end, whole, whole, MOST_HALVINGS, &f)
 }
@@ -37,6 +39,7 @@ fn refined(
     let middle = start + (end - start) / 2.0;
     let (left, right) = (gauss(start, middle, f), gauss(middle, end, f));
     let better = left + right;
+    // Relative to the whole, not to this interval: around a bend the parts soon count for nothing.
     let settled = (better - estimate).abs() <= 4.0 * f64::EPSILON * total.max(better);
     // An overflow is not resolved by ever finer intervals either.
     if settled || !better.is_finite() || halvings == 0 {
@@ -47,9 +50,11 @@ fn refined(
 }
 
 fn gauss(start: f64, end: f64, f: &impl Fn(f64) -> f64) -> f64 {
+    // Half of the difference, since the sum of both ends could overflow.
     let (middle, half) = (start + (end - start) / 2.0, (end - start) / 2.0);
     let pairs = GAUSS
         .iter()
+        // Nodes lie symmetrically, so half of them suffices for the table.
         .map(|&(node, weight)| weight * (f(middle - half * node) + f(middle + half * node)));
     half * pairs.sum::<f64>()
 }
@@ -66,6 +71,7 @@ mod tests {
 
     fn assert_close(received: f64, expected: f64) {
         assert!(
+            // 45 ε, for the rounding of ten products and of the power itself.
             (received - expected).abs() <= 1e-14 * expected.abs(),
             "received {received}, expected {expected}"
         );
@@ -73,6 +79,7 @@ mod tests {
 
     #[test]
     fn powers_are_exact() {
+        // Ten nodes integrate degree 2·10 − 1 exactly.
         for degree in 0..20 {
             let power = |x| libm::pow(x, f64::from(degree));
             let n = f64::from(degree) + 1.0;
@@ -86,6 +93,7 @@ mod tests {
 
     #[test]
     fn bends_are_found() {
+        // 1/3 is no binary fraction, so no bisection meets the bend exactly.
         // |x - 1/3| from 0 to 1: two triangles.
         assert_close(
             integral(0.0, 1.0, |x| (x - 1.0 / 3.0).abs()),

@@ -7,8 +7,8 @@ use crate::profile::{Kinematics, Limits};
 /// differences of the positions still keep the limit.
 const LANDING: f64 = 0.25;
 
-/// Part of that deviation that is left in the next cycle of a target that moves by jerks: it fades
-/// without oscillation.
+/// Part of that deviation that is left in the next cycle, with the opposite sign. All of it would
+/// alternate for ever.
 const FADING: f64 = 0.75;
 
 /// Leads a slave to a velocity that may change in every cycle, within velocity, acceleration,
@@ -68,20 +68,28 @@ impl Ramp {
     pub fn step(&mut self, target: f64, stated_acceleration: f64, dt: f64) {
         let fastest = self.limits.velocity();
         let reachable = target.max(-fastest).min(fastest);
+        // Velocities of the target say what it does. Its stated
+        // acceleration may belong to another moment, or be 0.
         let seen = (reachable - self.target) / dt;
         let (before, was_there) = (self.slave, self.is_there());
+        // Constant jerk in a cycle changes the velocity by (a + a')/2·T.
+        // Solved for the a' that ends at the target.
         let landing = 2.0 * (reachable - before.velocity) / dt - before.acceleration;
         if self.can_follow(seen) && self.can_land(landing, seen, dt) {
             self.step_to(landing, dt);
+            // Exactly, so that arrival can be found by comparison; the step above has rounded.
             self.slave.velocity = reachable;
             if was_there {
+                // A deviation e from `seen` lands at −e: without fading it would change its sign for ever.
                 self.slave.acceleration = seen + FADING * (landing - seen);
             }
         } else {
             let at = self.acceleration_of(reachable, stated_acceleration, dt);
             self.step_to(self.towards(reachable, at, dt), dt);
+            // By `bounds` only rounding is beyond the limit here, or a start that already was.
             self.slave.velocity = self.slave.velocity.max(-fastest).min(fastest);
         }
+        // The target as it is, not the reachable one: a slave at its own limit has not arrived.
         self.target = target;
     }
 
@@ -90,6 +98,7 @@ impl Ramp {
         let before = self.slave;
         let change = acceleration - before.acceleration;
         self.slave = Kinematics {
+            // p + vT + a·T²/2 + j·T³/6 with j·T = change, and likewise the velocity.
             position: before.position
                 + dt * (before.velocity + dt * (before.acceleration / 2.0 + change / 6.0)),
             velocity: before.velocity + dt * (before.acceleration + change / 2.0),
@@ -108,6 +117,7 @@ impl Ramp {
     fn can_land(&self, landing: f64, at: f64, dt: f64) -> bool {
         let per_cycle = self.binding(dt).jerk() * dt;
         let (lowest, highest) = self.bounds(dt);
+        // Above the rounding of accelerations up to 4e6 jT, and far below what positions in u can show.
         let rounding = 1e-9 * per_cycle;
         (landing - self.slave.acceleration).abs() <= per_cycle + rounding
             && (landing - at).abs() <= LANDING * per_cycle + rounding
@@ -120,8 +130,11 @@ impl Ramp {
         let per_cycle = self.binding(dt).jerk() * dt;
         let unit = per_cycle * dt;
         let b = (self.slave.acceleration - at) / per_cycle;
+        // The target one cycle ago: the slave's velocity is that of the last cycle, too.
         let w = (self.slave.velocity - (reachable - at * dt)) / unit + b / 2.0;
         let (lowest, highest) = self.bounds(dt);
+        // The bounds first, the jerk last: a start outside the
+        // bounds is led back at the jerk limit, not by a jump.
         let wanted = (-optimal(w))
             .max(lowest - at / per_cycle)
             .min(highest - at / per_cycle)
@@ -136,11 +149,13 @@ impl Ramp {
         [seen, stated]
             .into_iter()
             .find(|acceleration| self.can_follow(*acceleration))
+            // Both beyond the limits mean a jump of the target, whose acceleration afterwards is unknown.
             .unwrap_or(0.0)
     }
 
     /// True if a target with this acceleration can be followed.
     fn can_follow(&self, acceleration: f64) -> bool {
+        // The smaller one, since the direction of a target can change while it is followed.
         let most = self.limits.acceleration().min(self.limits.deceleration());
         acceleration.abs() <= most
     }
@@ -158,7 +173,11 @@ impl Ramp {
         let (v, b) = (velocity / unit, acceleration / per_cycle);
         let faster = limits.acceleration() / per_cycle;
         // A deceleration has to be an acceleration limit by the time the direction changes.
+        // A cycle takes (|b| + |b'|)/2 ≤ |b| + ½ of the speed,
+        // in units of jT²: |b| + 1 is on the safe side.
         let left = (v.abs() - b.abs() - 1.0).max(0.0);
+        // Leading b to zero takes b + gained(b) of speed. The
+        // difference of both sides has to fit into what is left.
         let in_time = optimal(left + faster + gained(faster));
         let slower = (limits.deceleration() / per_cycle).min(in_time);
         // From any of these the acceleration can be led to zero before the velocity exceeds its limit,
@@ -171,6 +190,7 @@ impl Ramp {
         } else if velocity < 0.0 {
             (faster, slower)
         } else {
+            // At rest every push speeds up.
             (faster, faster)
         };
         (-downwards.min(down), upwards.min(up))
@@ -179,6 +199,7 @@ impl Ramp {
 
 /// Returns the velocity still gained, in units of jT², while an acceleration b is led to zero.
 fn gained(b: f64) -> f64 {
+    // After k cycles b − k is left: the sum of b − k for k = 1..n.
     let n = libm::floor(b.abs());
     (n * b.abs() - 0.5 * n * (n + 1.0)).copysign(b)
 }
@@ -187,6 +208,7 @@ fn gained(b: f64) -> f64 {
 /// [`gained`]`(b)`, solved for b.
 fn optimal(c: f64) -> f64 {
     let size = c.abs();
+    // With n whole cycles after the first, c = (n + 1)b − n(n + 1)/2. The greatest n has n(n + 1)/2 ≤ c.
     let n = libm::floor((libm::sqrt(1.0 + 8.0 * size) - 1.0) / 2.0);
     (size / (n + 1.0) + n / 2.0).copysign(c)
 }
@@ -221,6 +243,7 @@ mod tests {
             cycles += 1;
             assert!(cycles < 1_000);
         }
+        // A cycle more or less: the ramp decides in whole cycles.
         assert!((149..=151).contains(&cycles), "{cycles}");
         ramp.step(500.0, 0.0, DT);
         assert_eq!((ramp.slave().velocity, ramp.is_there()), (500.0, true));
@@ -253,6 +276,8 @@ mod tests {
 
     #[test]
     fn a_target_that_stops_to_accelerate_does_not_lead_beyond_the_velocity() {
+        // Leading an acceleration to zero takes a²/2j: beyond
+        // 1225 u/s² more than the 50 u/s above the target.
         let mut ramp = Ramp::new(&moving(0.0, 0.0), -857.0, limits(7.4e3, 4.1e3, 1.5e4));
         let (mut target, pull) = (-857.0, -310.0);
         for _ in 0..6_000 {
@@ -284,6 +309,8 @@ mod tests {
             let limits = Limits::new(v, a, a, j).unwrap();
             let target = v.min(1e6) * decades(share);
             let mut ramp = Ramp::new(&moving(0.0, 0.0), target, limits);
+            // v/a + a/j where the acceleration is reached, 2·√(v/j)
+            // where not, and a few cycles that are not whole.
             let due = (target / a + 2.0 * libm::sqrt(target / j) + a.min(j) / j) / dt + 4.0;
             let mut before = 0.0;
             for cycle in 0..1_000 {
@@ -320,6 +347,7 @@ mod tests {
             let start = limits.without_overspeed(&moving(velocity, pushed * acceleration.min(deceleration)));
             let mut ramp = Ramp::new(&start, target, limits);
             let most = acceleration.min(deceleration);
+            // A target with a tenth of the slave's acceleration, so that the slave can catch up with it.
             let (mut target, pull) = (target, drift * 0.1 * most);
             for cycle in 0..6_000 {
                 if let Some((at, to)) = change && cycle == at {
@@ -333,6 +361,7 @@ mod tests {
                 let (before, was) = (ramp.slave().velocity, ramp.slave().acceleration);
                 ramp.step(target, pull, DT);
                 let now = (ramp.slave().velocity - before) / DT;
+                // In the cycle of the reversal both limits have their part.
                 let allowed = if before * ramp.slave().velocity < 0.0 {
                     acceleration.max(deceleration)
                 } else if ramp.slave().velocity.abs() > before.abs() {

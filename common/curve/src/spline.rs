@@ -108,6 +108,8 @@ impl SplineSolver {
             let (before, after) = (secant(&self.knots[i - 1..]), secant(&self.knots[i..]));
             self.rows.push(inner_row(before, after));
         }
+        // Seen from the end the spline runs backwards: slopes
+        // keep their equations, with the neighbour before.
         let mirrored = start_row(end, second);
         self.rows.push(SplineRow {
             below: mirrored.above,
@@ -129,6 +131,8 @@ impl SplineSolver {
         }
         solve_bordered(&mut self.rows);
         self.slopes.extend(self.rows.iter().map(|row| row.right));
+        // The last knot is the first one again, so its slope is
+        // copied instead of solved: bits agree at the joint.
         self.slopes.push(self.rows[0].right);
     }
 }
@@ -152,6 +156,8 @@ fn secant(knots: &[SplineKnot]) -> Secant {
 /// to each other, so that no product of two can overflow.
 fn inner_row(before: Secant, after: Secant) -> SplineRow {
     let both = before.width + after.width;
+    // Divided by both widths, the off-diagonal entries add
+    // up to 1, half of the diagonal: no pivoting is needed.
     let (below, above) = (after.width / both, before.width / both);
     SplineRow {
         below,
@@ -164,6 +170,7 @@ fn inner_row(before: Secant, after: Secant) -> SplineRow {
 
 fn start_row(end: SplineEnd, secant: Secant) -> SplineRow {
     let (diagonal, above, right) = match end {
+        // From s'' = 0 at the start of a cubic: 2·m₀ + m₁ = 3·secant.
         SplineEnd::Natural => (2.0, 1.0, 3.0 * secant.slope),
         SplineEnd::Slope(slope) => (1.0, 0.0, slope),
         SplineEnd::Secant => (1.0, 0.0, secant.slope),
@@ -180,6 +187,7 @@ fn start_row(end: SplineEnd, secant: Secant) -> SplineRow {
 fn eliminate(rows: &mut [SplineRow]) {
     let mut previous = SplineRow::default();
     for row in rows.iter_mut() {
+        // At least 1 by the dominant diagonal, so the division is safe.
         let pivot = row.diagonal - row.below * previous.above;
         row.right = (row.right - row.below * previous.right) / pivot;
         row.border = (row.border - row.below * previous.border) / pivot;
@@ -198,6 +206,7 @@ fn eliminate(rows: &mut [SplineRow]) {
 /// first unknown by its `above`. The corners are w·vᵀ with w = (γ, 0…, above), v = (1, 0…, below/γ).
 fn solve_bordered(rows: &mut [SplineRow]) {
     let last = rows.len() - 1;
+    // The usual choice: it doubles the first diagonal entry instead of cancelling it.
     let gamma = -rows[0].diagonal;
     let corner = rows[0].below / gamma;
     let above = rows[last].above;
@@ -208,6 +217,7 @@ fn solve_bordered(rows: &mut [SplineRow]) {
     rows[last].diagonal -= above * corner;
     rows[last].border = above;
     eliminate(rows);
+    // Sherman and Morrison: x = y − z·(v·y)/(1 + v·z), with y by `right` and z by `border`.
     let share = (rows[0].right + corner * rows[last].right)
         / (1.0 + rows[0].border + corner * rows[last].border);
     for row in rows {
@@ -298,6 +308,7 @@ fn cubic(from: SplineKnot, to: SplineKnot, leaving: f64, arriving: f64) -> [f64;
         from.slave,
         leaving,
         (3.0 * slope - 2.0 * leaving - arriving) / width,
+        // Divided twice: the square of a small width could underflow to 0.
         (leaving + arriving - 2.0 * slope) / width / width,
     ]
 }

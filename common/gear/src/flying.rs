@@ -130,6 +130,7 @@ impl FlyingGear {
         master: &Kinematics,
         slave_position: f64,
     ) -> Result<Self, FlyingGearError> {
+        // First of all: the direction comes from signs, and NaN has none.
         check_finite(parameters)?;
         let gear = Self::new(parameters, slave_position);
         gear.check_release(parameters)?;
@@ -139,6 +140,7 @@ impl FlyingGear {
 
     fn new(parameters: &FlyingGearParameters, slave_start: f64) -> Self {
         let slave_sync = parameters.slave_sync_position;
+        // Any distance gives a direction, however small. Zero is a case of its own: `signum` of 0.0 is 1.
         let slave_direction = if slave_sync == slave_start {
             if parameters.default_slave_negative {
                 -1.0
@@ -148,6 +150,8 @@ impl FlyingGear {
         } else {
             (slave_sync - slave_start).signum()
         };
+        // Progress counts in the working direction of each axis, so the slope is
+        // positive and one set of formulas serves all four combinations of directions.
         let slope = parameters.ratio.abs();
         let progress = |position: f64| (position - slave_sync) * slave_direction;
         let desync = progress(parameters.slave_desync_position);
@@ -159,7 +163,10 @@ impl FlyingGear {
             slave_direction,
             engaging: GearWindow::between(0.0, progress(slave_start), slope),
             releasing: GearWindow::between(desync, stop, slope),
+            // Progress grows in the working direction, so a smaller stop is on the way back.
             returns: stop < desync,
+            // Only the very position: from any other one the
+            // next stroke would begin with a jump to the start.
             stops_at_start: parameters.slave_stop_position == slave_start,
             phase: FlyingGearPhase::Waiting,
             armed: false,
@@ -172,6 +179,7 @@ impl FlyingGear {
             slave_stop_position,
             ..
         } = *parameters;
+        // A release over no distance would be a step of the velocity, on the way out or back.
         if slave_stop_position == slave_desync_position {
             return Err(FlyingGearError::WrongParameter {
                 parameter: "slave-stop-position",
@@ -179,6 +187,7 @@ impl FlyingGear {
                 expected: "a way from the desync position to it",
             });
         }
+        // Released on the way out from before the sync position, the slave would never be coupled.
         if !self.returns && self.releasing.coupled_master < 0.0 {
             return Err(FlyingGearError::WrongParameter {
                 parameter: "slave-desync-position",
@@ -259,9 +268,13 @@ impl FlyingGear {
     }
 
     fn next_phase(&mut self, progress: f64) -> FlyingGearPhase {
+        // A new stroke needs both at their start: the slave
+        // by its stop position, the master by its way back.
         let rests_again = self.stops_at_start && progress <= self.engaging.free_master();
         match self.phase {
             FlyingGearPhase::Released if !rests_again => FlyingGearPhase::Released,
+            // A coupled slave is released first. On the way back, the window of the
+            // release may be that of engaging, as in samples 1 and 2 of the manual.
             FlyingGearPhase::Engaged | FlyingGearPhase::Releasing => self.release(progress),
             _ => {
                 self.armed = false;
@@ -271,9 +284,11 @@ impl FlyingGear {
     }
 
     fn engage(&mut self, progress: f64) -> FlyingGearPhase {
+        // A window of no length has both ends at 0, where the master still has to pass.
         if progress >= 0.0 && progress > self.engaging.free_master() {
             self.release(progress)
         } else if progress > self.engaging.free_master() {
+            // Below 0 only, so `release` calling back does not lead here again.
             FlyingGearPhase::Engaging
         } else {
             FlyingGearPhase::Waiting
@@ -283,12 +298,15 @@ impl FlyingGear {
     fn release(&mut self, progress: f64) -> FlyingGearPhase {
         let begin = self.releasing.coupled_master;
         let way = if self.returns {
+            // A release on the way back begins only after the master has been beyond its begin. Otherwise
+            // a slave just engaged, which is still before that place, would be released at once.
             self.armed |= progress > begin;
             begin - progress
         } else {
             self.armed = true;
             progress - begin
         };
+        // The end of the window is checked before its begin: a fast master passes both within a cycle.
         if self.armed && way >= self.releasing.master_length {
             FlyingGearPhase::Released
         } else if self.armed && way >= 0.0 {
@@ -305,6 +323,8 @@ impl FlyingGear {
     fn slave_of(&self, course: &WindowCourse, master: &Kinematics) -> Kinematics {
         let v = master.velocity;
         let direction = self.slave_direction;
+        // With s = f(m): v = f'·V and a = f''·V² + f'·A. In f''
+        // the master's direction is squared, hence missing.
         let slope = direction * self.master_direction * course.slope;
         Kinematics {
             position: self.slave_sync + direction * course.progress,
@@ -323,6 +343,7 @@ fn check_finite(parameters: &FlyingGearParameters) -> Result<(), FlyingGearError
         slave_stop_position,
         default_slave_negative: _,
     } = *parameters;
+    // 0x421B is the NC's code for a coupling factor of 0; a NaN couples as little.
     if !(ratio.is_finite() && ratio != 0.0) {
         return Err(FlyingGearError::Ratio { received: ratio });
     }

@@ -11,6 +11,7 @@ use super::linear::{LinearGear, RatioZero};
 use super::ramp_limits::ramp_limits;
 
 /// Part of the slave's limits per cycle that counts as none: the guard of the axis accepts it.
+// A step of the velocity by 5 % of j·T² is a jerk of 5 % of the limit in the differences of the positions.
 const NEGLIGIBLE_PART: f64 = 0.05;
 
 /// `MC_GearIn`: couples the slave by a constant ratio.
@@ -105,6 +106,8 @@ impl Engage for Gear {
         let ratio = command.ratio;
         let offset = slave.position - ratio * master.position;
         let gear = LinearGear::new(ratio, offset).map_err(NotPlanned::Own)?;
+        // A master that is too fast is refused at once: the ramp ends at the
+        // slave's highest velocity, so it would never reach that of the gear.
         let coupled = ratio * master.velocity;
         inputs.guard.check_speed(coupled)?;
         let ramp = ramp_limits(&command.dynamics, inputs)?;
@@ -129,7 +132,9 @@ impl Engage for Gear {
 /// of its acceleration where the jerk is not the limit.
 fn moves_like(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
     let cycle = inputs.cycle.0;
+    // A jerk that means "none" would call any difference of velocities small; the binding one does not.
     let jerk = NEGLIGIBLE_PART * inputs.guard.limits().binding_in_cycles(cycle).jerk();
+    // A jerk j changes the acceleration by j·T within a cycle, and the velocity by j·T².
     (gear.velocity - slave.velocity).abs() <= jerk * cycle * cycle
         && (gear.acceleration - slave.acceleration).abs() <= jerk * cycle
 }
@@ -143,8 +148,12 @@ impl Coupling for Gear {
             GearState::Idle => Step::Failed,
             GearState::Rigid(gear) => Step::Set(gear.slave_of(master)),
             GearState::Ramping(ramping) => {
+                // Elapsed time, not the cycle time: after cycles
+                // without a scan the ramp takes one longer step.
                 let set = ramping.update(master, scan.elapsed.0);
                 if ramping.ramp.is_there() {
+                    // The set values of this cycle stay the ramp's. The gear leads
+                    // through them, so the next cycle continues without a jump.
                     self.state = GearState::Rigid(ramping.gear());
                 }
                 Step::Set(set)
@@ -167,6 +176,7 @@ impl Coupling for Gear {
     fn gain(&self) -> Option<f64> {
         match self.state {
             GearState::Idle => None,
+            // Velocities are in that ratio at the end of the ramp, so it is the gain of the motion to come.
             GearState::Ramping(ramping) => Some(ramping.ratio),
             GearState::Rigid(gear) => Some(gear.ratio()),
         }
@@ -186,6 +196,7 @@ impl Ramping {
         let ratio = self.ratio;
         self.ramp
             .step(ratio * master.velocity, ratio * master.acceleration, dt);
+        // Kept until the ramp ends: the gear needs positions of slave and master of one and the same cycle.
         self.master = *master;
         *self.ramp.slave()
     }

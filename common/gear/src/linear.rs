@@ -35,6 +35,7 @@ impl LinearGear {
     /// # Errors
     /// [`RatioZero`] unless the ratio is finite and not 0, and the offset finite.
     pub fn new(ratio: f64, offset: f64) -> Result<Self, RatioZero> {
+        // NaN passes `!= 0.0`, so finiteness is a condition of its own.
         if ratio.is_finite() && ratio != 0.0 && offset.is_finite() {
             Ok(Self { ratio, offset })
         } else {
@@ -43,6 +44,7 @@ impl LinearGear {
     }
 
     /// Makes the gear of a ratio, unchecked, through a position of the slave and one of the master.
+    // A ramp has accepted the ratio before, so there is nothing left to refuse within a cycle.
     pub(super) const fn through(ratio: f64, slave: f64, master: f64) -> Self {
         Self {
             ratio,
@@ -66,6 +68,8 @@ impl LinearGear {
     #[must_use]
     pub fn slave_of(&self, master: &Kinematics) -> Kinematics {
         Kinematics {
+            // From the master's position, not from its distance
+            // per cycle: rounding does not add up over days.
             position: self.ratio * master.position + self.offset,
             velocity: self.ratio * master.velocity,
             acceleration: self.ratio * master.acceleration,
@@ -85,6 +89,8 @@ mod tests {
             velocity: 3.0,
             acceleration: 2.0,
         };
+        // Small binary fractions: −2.5·4 + 10 and the other
+        // figures are exact, so they are compared by equality.
         let slave = gear.slave_of(&master);
         assert_eq!(slave.position, 0.0);
         assert_eq!(slave.velocity, -7.5);

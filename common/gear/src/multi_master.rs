@@ -123,6 +123,7 @@ impl Ratios {
     }
 
     fn check(&self) -> Result<(), WrongRatios> {
+        // Zero is valid here, unlike in `GearIn`: it leaves a master out.
         match self.all.iter().position(|ratio| !ratio.is_finite()) {
             None => Ok(()),
             Some(place) => Err(WrongRatios::NotFinite {
@@ -144,6 +145,8 @@ impl Ratios {
         let mut displacement = 0.0;
         for ((number, ratio), before) in self.all.iter().enumerate().zip(before) {
             if *ratio != 0.0 {
+                // Distances since the last cycle: a ratio applies to the motion from now on only.
+                // With positions, a change of the ratio by Δ would be a jump by Δ·position.
                 displacement += ratio * (masters.get(number)?.position - before);
             }
         }
@@ -155,6 +158,7 @@ impl Ratios {
         let mut sum = Kinematics::default();
         for (number, ratio) in self.all.iter().enumerate() {
             if *ratio != 0.0 {
+                // Only masters with a ratio are needed, so one that is left out may be missing or in error.
                 let master = masters.get(number)?;
                 sum.position += ratio * master.position;
                 sum.velocity += ratio * master.velocity;
@@ -252,11 +256,14 @@ impl Engage for MultiMasterGear {
     ) -> Result<Planned<MultiMasterChange>, NotPlanned<WrongRatios>> {
         let ratios = command.ratios;
         ratios.check().map_err(NotPlanned::Own)?;
+        // The sum is checked, not each master: two fast ones of opposite ratios make a slow slave.
         let masters = ratios.sum(&inputs.masters).ok_or(NotPlanned::NoMaster)?;
         inputs.guard.check_speed(masters.velocity)?;
         let limits = ramp_limits(&command.dynamics, inputs)?;
         let approach = match command.sync_mode {
             MultiMasterSync::PosSync1 => Approach::Velocity(ToVelocity {
+                // Slave and masters are of the same cycle. Otherwise
+                // the ramp would see a jump of its target.
                 ramp: Ramp::new(&inputs.slave, masters.velocity, limits),
                 offset: None,
             }),
@@ -287,6 +294,8 @@ impl Engage for MultiMasterGear {
             None => approach,
             Some(engaged) => engaged
                 .approach
+                // An engaged gear continues from its own state: a new one would
+                // forget its offset, or the distance that it has to make up.
                 .with(approach, limits, ratios == engaged.ratios),
         };
         self.engaged = Some(Engaged { ratios, approach });
@@ -300,14 +309,20 @@ impl Approach {
             (Self::Velocity(approach), Self::Velocity(_)) => {
                 let mut ramp = approach.ramp;
                 ramp.limit(limits);
+                // Other ratios have another sum: with the old offset the slave would jump to its new place.
                 let offset = approach.offset.filter(|_| same_ratios);
                 Self::Velocity(ToVelocity { ramp, offset })
             }
             (Self::Position(mut approach), Self::Position(_)) => {
+                // The target stays as it is: a distance left by earlier ratios is still to be made up.
                 approach.guard.set_limits(&limits);
+                // Changed ratios leave a distance behind, so sync is to be reached once
+                // more; a command that changes only the dynamics does not interrupt it.
                 approach.in_sync &= same_ratios;
                 Self::Position(approach)
             }
+            // Between the modes nothing can be carried over: one has a
+            // constant offset, the other a target that counts distances.
             _ => next,
         }
     }
@@ -338,12 +353,16 @@ impl ToVelocity {
                 position: masters.position + offset,
                 ..masters
             };
+            // In sync the ramp copies the motion, so that a later
+            // change of the ratios starts from the present motion.
             self.ramp.follow(&led, dt);
             return led;
         }
         self.ramp.step(masters.velocity, masters.acceleration, dt);
         let slave = *self.ramp.slave();
+        // An exact comparison of velocities: the last step of a ramp copies the target's.
         if self.ramp.is_there() {
+            // From here positions lead. Leading by velocity would add the masters' rounding up to a drift.
             self.offset = Some(slave.position - masters.position);
         }
         slave
@@ -353,6 +372,7 @@ impl ToVelocity {
 impl ToPosition {
     fn new(inputs: &PlanInputs, limits: Limits) -> Result<Self, GuardRefusal> {
         let slave = &inputs.slave;
+        // No position limits: the guard of the axis, which comes after every coupling, has those.
         let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
         let guard = SetValueGuard::new(&limits, min, max, inputs.cycle, slave)?;
         let mut approach = Self {
@@ -362,20 +382,25 @@ impl ToPosition {
             window: CouplingPhase::in_sync_window(&limits, inputs.cycle),
             in_sync: false,
         };
+        // Without positions to count from, the first distance would be the whole position of the master.
         approach.remember(&inputs.masters);
         Ok(approach)
     }
 
     fn update(&mut self, ratios: &Ratios, sum: &Kinematics, scan: &Scan) -> Option<Kinematics> {
+        // Before the masters are remembered, which makes their distance zero.
         self.target += ratios.displacement(&scan.masters, &self.masters)?;
         self.remember(&scan.masters);
         let target = Kinematics {
             position: self.target,
             ..*sum
         };
+        // The guard works in whole cycles, so a late scan counts as several of them.
         let cycles = self.guard.cycles_in(scan.elapsed);
         let guarded = self.guard.update(&target, cycles);
         let is_near = guarded.distance.abs() <= self.window;
+        // Sync begins where the slave lands on its target, and ends outside the window. Without
+        // this hysteresis a target right at its limits would change it with every rounding.
         self.in_sync = guarded.state == GuardState::Tracking || self.in_sync && is_near;
         Some(guarded.set)
     }

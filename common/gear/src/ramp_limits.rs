@@ -14,6 +14,8 @@ pub(super) fn ramp_limits(
     inputs: &PlanInputs,
 ) -> Result<Limits, GuardRefusal> {
     let asked = inputs.guard.limits_of(None, dynamics)?;
+    // With v + a²/2j ≤ v_max the acceleration can be led to zero in time. Beyond it, a ramp
+    // at the jerk asked for could keep the velocity only by a jump of the acceleration.
     let keeps_velocity = asked.without_overspeed(&inputs.slave) == inputs.slave;
     Ok(if keeps_velocity {
         asked

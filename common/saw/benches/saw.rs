@@ -46,6 +46,7 @@ fn to_position(mask: SyncMask) -> GearInPos {
         strategy: None,
         sync_mode: SyncMode::position_based(mask),
         limits: SyncLimits {
+            // Above the 506 u/s at which the quintic peaks, so that it passes its checks.
             velocity: Some(550.0),
             min_position: Some(-1e4),
             max_position: Some(1e4),
@@ -126,6 +127,7 @@ fn running(c: &mut Criterion) {
         let command = SawCommand::GearInPos(to_position(SyncMask::empty()));
         SawCoupling::start(command, &start, SawTolerances::default()).expect("couples")
     };
+    // At 0 the master is within the synchronisation phase, at 2000 beyond it.
     let master = |position: f64| Kinematics {
         position,
         velocity: 500.0,

@@ -22,10 +22,13 @@ use super::task::SyncTask;
 /// when it begins, so that the ripple of a master does not make the last moment too late.
 const LATEST_SHARE: f64 = 0.99;
 /// Least part of them to which a synchronisation is stretched.
+// Ramps last longer by the square or the cube root of 1/share: 1000 times at least.
 const MIN_SHARE: f64 = 1e-9;
 /// Relative margin of the share over the least one, so that a path keeps off a limit of position.
+// Far above the rounding of a check (1e-12), far below a reserve of 1 %.
 const SHARE_MARGIN: f64 = 1e-6;
 /// Relative length below which a phase is none.
+// Shorter ones are left over by rounding. Over such a length derivatives would be divisions by noise.
 const MIN_PHASE: f64 = 1e-12;
 
 impl GearInPos {
@@ -56,6 +59,8 @@ impl GearInPos {
     fn limited_task(&self, moment: &CouplingMoment) -> Result<SyncTask, SawRefusal> {
         let task = SyncTask::new(&self.ratio, &self.sync_mode, &self.limits, moment)?;
         match self.limits.velocity {
+            // Without a strategy the limit is a matter of the sync mode. A
+            // strategy keeps it on the line as well, since the slave stays there.
             Some(limit) => task.check_sync_velocity(limit).map(|()| task),
             None => Ok(task),
         }
@@ -64,6 +69,7 @@ impl GearInPos {
     fn plan_early(&self, task: &SyncTask) -> Result<SawPlan, SawRefusal> {
         check_positions(self)?;
         let line = Kinematics {
+            // The line where it is now. Its synchronisation position may lie ahead or behind.
             position: self.slave_sync_position
                 + task.ratio * (task.master_position - self.master_sync_position),
             velocity: task.sync_velocity(),
@@ -79,6 +85,7 @@ impl GearInPos {
             .fastest((&start, &line), 1.0, check)
             .ok_or(nothing_left(task))??;
         let duration = profile.duration().0;
+        // A path of no time has no pieces to divide by.
         if duration == 0.0 {
             return Ok(SawPlan::synchronous(task));
         }
@@ -98,15 +105,20 @@ impl GearInPos {
     pub(super) fn latest(&self, moment: &CouplingMoment) -> Result<CouplingMoment, SawRefusal> {
         let available = self.time_left(moment)?;
         let at = |wait: f64| advanced(moment, wait);
+        // Time needed after the wait, less the time left.
         let late_by = |wait: f64| match self.arrival(&at(wait)) {
             Ok(Some(takes)) => wait + takes - available,
+            // A slave that could not stop within its software limits has waited too long as well.
             _ => f64::INFINITY,
         };
         let now = late_by(0.0);
+        // Too late already for the share in reserve: the plan decides with all of the dynamics.
         if now >= 0.0 {
             return Ok(*moment);
         }
+        // With no time left every path is late, so the change of sign lies between.
         let latest = bracket((0.0, now), (available, late_by(available)), late_by);
+        // The lower end is in time, the upper one no longer.
         Ok(at(latest.below))
     }
 
@@ -121,6 +133,7 @@ impl GearInPos {
     ) -> Result<bool, SawRefusal> {
         let next = advanced(moment, elapsed.0);
         let available = self.time_left(moment)? - elapsed.0;
+        // After the next cycle the master would be past its position, so this cycle is the last.
         let takes = if available > 0.0 {
             self.arrival(&next)?
         } else {
@@ -161,6 +174,7 @@ fn advanced(moment: &CouplingMoment, wait: f64) -> CouplingMoment {
         ..moment.master
     };
     CouplingMoment {
+        // Without a wait, the plan considers the acceleration that the master has now.
         master: if wait == 0.0 {
             moment.master
         } else {
@@ -230,6 +244,8 @@ impl<'a> SyncPathPlanner<'a> {
 
     fn can_stop(&self, moment: &CouplingMoment) -> bool {
         let CouplingMoment { slave, axis, .. } = moment;
+        // The slave moves on while it waits, and has to stay
+        // able to stop if the synchronisation is refused later.
         let stop = self.chase.stop(slave, LATEST_SHARE);
         let (low, high) = (stop.min(slave.position), stop.max(slave.position));
         axis.min_position.is_none_or(|min| low >= min)
@@ -242,9 +258,11 @@ impl<'a> SyncPathPlanner<'a> {
         let start = Kinematics {
             position: span.task.slave_position,
             velocity: span.task.slave_velocity,
+            // The slave's acceleration less the part that comes from the master's own.
             acceleration: span.curvature * velocity * velocity,
         };
         let line = Kinematics {
+            // Backwards from the synchronisation positions to the present place of the master.
             position: span.sync.1 - span.task.ratio * span.master,
             velocity: span.task.sync_velocity(),
             acceleration: 0.0,
@@ -267,6 +285,7 @@ impl<'a> SyncPathPlanner<'a> {
 
     /// Plans the path with the least part of acceleration, deceleration and jerk that arrives in time.
     fn stretched(&self) -> Result<SlavePath, SawRefusal> {
+        // Unchecked first: a check costs the extremes of a path in every step of the search.
         let path = self.path_over_master(&self.gentlest(|share| self.fastest(share))?);
         match self.check(&path) {
             Ok(()) => Ok(path),
@@ -280,6 +299,7 @@ impl<'a> SyncPathPlanner<'a> {
 
     fn gentlest(&self, fastest: impl Fn(f64) -> Option<Profile>) -> Result<Profile, SawRefusal> {
         let available = self.available();
+        // With everything allowed: a path that is late now is late with any share.
         let fast = fastest(1.0).ok_or(nothing_left(self.span.task))?;
         let needed = fast.duration().0;
         if needed > available {
@@ -293,14 +313,18 @@ impl<'a> SyncPathPlanner<'a> {
             Some(profile) if speed(&profile) <= most => profile.duration().0 - available,
             _ => f64::INFINITY,
         };
+        // The share as e^−gentle, so that the search divides decades evenly.
         let gentlest = -libm::log(MIN_SHARE);
         let at_least = late_by(gentlest);
         let gentle = if at_least <= 0.0 {
             gentlest
         } else {
             let from = (0.0, needed - available);
+            // The lower end arrives in time.
             let found = bracket(from, (gentlest, at_least), late_by).below;
             // If a check ends the search, keep a small margin to its limit.
+            // Early, although the slowest was looked for: the next
+            // gentler path does not exist, or breaks a check.
             if late_by(found) < -MIN_PHASE * available {
                 (found - SHARE_MARGIN).max(0.0)
             } else {
@@ -316,6 +340,8 @@ impl<'a> SyncPathPlanner<'a> {
         let span = &self.span;
         let (start, end) = (span.task.master_position, span.sync.0);
         let (duration, available) = (profile.duration().0, self.available());
+        // A path that takes all the time ends where the master is
+        // synchronous, to the last bit: no piece of 1e-13 is left over.
         let is_exact = available - duration <= MIN_PHASE * available;
         let whole = if is_exact { duration } else { available };
         let place = |time: f64| {

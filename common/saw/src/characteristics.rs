@@ -201,6 +201,7 @@ impl SawPlan {
     ) -> FlyingSawCharacteristics {
         let demands = path.demands(velocity);
         let (first, last) = (path.first(), path.last());
+        // Derivatives over the path times its velocity: 1 for a path over time.
         let velocity_at = |extreme: Extreme| path.at(extreme.master).velocity * velocity;
         let acceleration = demands.course.acceleration;
         let moment = path
@@ -212,9 +213,11 @@ impl SawPlan {
         let squares = path
             .pieces()
             .map(|piece| piece.squared_acceleration(velocity));
+        // Infinite for a standing master, so that both means below are 0.
         let duration = self.duration().0;
 
         let place = |at: f64| {
+            // Extremes have the time as their place then. The structure has the master's position.
             if self.time_profile().is_some() {
                 self.master_start() + self.master_velocity() * at
             } else {
@@ -234,6 +237,7 @@ impl SawPlan {
                     position: line.slave,
                     velocity: line.ratio * self.master_velocity(),
                     acceleration: 0.0,
+                    // On the side of the phase; on the line behind it the jerk is 0.
                     jerk: over_time(&last.at(last.end()), velocity).jerk,
                 },
             },
@@ -288,6 +292,7 @@ impl SawPlan {
         let begins = path.pieces().map(|piece| (piece.begin, piece));
         let end = (path.last().end(), path.last());
         let mut knots: Vec<(f64, &PathPiece)> = begins.chain([end]).collect();
+        // A table ascends, whichever way the master runs.
         let backward = path.last().length < 0.0;
         if backward {
             knots.reverse();
@@ -323,6 +328,7 @@ fn point(index: u32, law: MotionLaw, master: f64, motion: &Motion) -> MotionPoin
         index,
         function: law,
         point_type: PointType::Motion,
+        // Each point leads to the next one; no point is skipped.
         relative_next: 1,
         master,
         slave: motion.position,
@@ -346,6 +352,7 @@ fn over_time(motion: &Motion, velocity: f64) -> Motion {
     Motion {
         position: motion.position,
         velocity: motion.velocity * velocity,
+        // Without s'·a_master, since the values assume a master that keeps its velocity.
         acceleration: motion.acceleration * velocity * velocity,
         jerk: motion.jerk * velocity * velocity * velocity,
     }

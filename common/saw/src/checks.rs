@@ -8,6 +8,7 @@ use super::demands::SlaveDemands;
 use super::refusal::{Check, Violation};
 
 /// Tolerance of a limit for rounding, relative to the magnitudes involved.
+// 4500 ε, for the sums of a few dozen products in a profile at its limits.
 const ROUNDING: f64 = 1e-12;
 
 /// Checks to make, and their limits.
@@ -43,6 +44,7 @@ impl Checklist {
     pub(super) fn dynamics_only(&self) -> Self {
         let details = self.mask & SyncMask::DETAILED_ERROR_CODES;
         Self {
+            // A refusal keeps the kind of code that the command asks for.
             mask: details | SyncMask::MAX_ACC | SyncMask::MAX_DEC | SyncMask::MAX_JERK,
             ..*self
         }
@@ -65,6 +67,7 @@ impl Checklist {
     /// # Errors
     /// The first violation, in the order of the manual.
     pub(super) fn pass(&self, demands: &SlaveDemands, ends: &SyncEnds) -> Result<(), Violation> {
+        // In the order of the codes in TF5055 8.1: the first violation has the lowest.
         self.positions(demands, ends)?;
         self.speed(demands)?;
         self.velocity_shoots(demands, ends)?;
@@ -86,6 +89,7 @@ impl Checklist {
         let position = &demands.course.position;
         let (low, high) = (position.minimum, position.maximum);
         let (start, sync) = (ends.start.0, ends.sync.0);
+        // Relative to the positions, whose rounding it is. A limit of 0 has no size of its own.
         let slack = ROUNDING * position.magnitude();
 
         let (min, max) = self.software;
@@ -97,6 +101,7 @@ impl Checklist {
         let (checked, check) = (SyncMask::OPTIONAL_MAX_POS, Check::OptionalMaxPos);
         self.at_most(checked, check, high, max, slack)?;
 
+        // Names go by the direction of the slave; the bounds are the same either way.
         let (under, over) = if sync < start {
             (Check::UndershootPosBackward, Check::OvershootPosBackward)
         } else {
@@ -152,6 +157,7 @@ impl Checklist {
         let velocity = &demands.course.velocity;
         let (start, sync) = (ends.start.1, ends.sync.1);
         let slack = ROUNDING * velocity.magnitude();
+        // A slave that starts or ends above zero has to pass it.
         if start <= 0.0 && sync <= 0.0 {
             let check = self.towards(
                 Check::OvershootVeloZeroForward,
@@ -174,6 +180,7 @@ impl Checklist {
     /// Checks acceleration, deceleration and jerk.
     pub(super) fn dynamics(&self, demands: &SlaveDemands) -> Result<(), Violation> {
         let (limit, slack) = (self.acceleration, ROUNDING * self.acceleration);
+        // Magnitudes by the direction of motion, since a negative acceleration may speed a slave up.
         let faster = demands.speeding_up;
         self.at_most(SyncMask::MAX_ACC, Check::MaxAcc, faster, limit, slack)?;
         let (limit, slack) = (self.deceleration, ROUNDING * self.deceleration);
@@ -198,6 +205,7 @@ impl Checklist {
         limit: f64,
         slack: f64,
     ) -> Result<(), Violation> {
+        // NaN fails the comparison, and with it the check.
         let kept = !self.mask.contains(checked) || extreme.value <= limit + slack;
         self.kept(kept, check, extreme, limit)
     }

@@ -48,8 +48,11 @@ impl SlaveLimits {
     /// quantity at the coupling moment.
     pub(super) fn in_force(&self, given: Option<f64>, own: f64, now: f64) -> f64 {
         match (given, self.guard) {
+            // A guarded axis keeps its own limit in any case:
+            // a plan above it would be held back on the way.
             (Some(given), Some(_)) if given > own => own,
             (Some(given), _) => given,
+            // A slave that already moves in the reserve would otherwise be refused for its present motion.
             (None, Some(guard)) => (own * (1.0 - guard.reserve)).max(now.abs().min(own)),
             (None, None) => own,
         }
@@ -57,6 +60,8 @@ impl SlaveLimits {
 
     /// Returns the limit of the jerk, without a reserve for the ripple of the master.
     pub(super) fn jerk_in_force(&self, given: Option<f64>) -> f64 {
+        // No reserve: a ripple of 1 % of the velocity has its
+        // own jerk, which grows with its frequency squared.
         let own = self.dynamics.jerk();
         match (given, self.guard) {
             (Some(given), Some(_)) => given.min(own),
@@ -79,6 +84,7 @@ impl EncoderNoise {
     /// Returns the smallest acceleration that counts, u/s².
     #[must_use]
     pub fn acceleration_threshold(&self) -> f64 {
+        // A single position that is off by an increment has a second difference of two.
         2.0 * self.scaling.abs() / (self.cycle.0 * self.cycle.0)
     }
 }
@@ -98,6 +104,7 @@ impl CouplingMoment {
         let Some(received) = master_velocity else {
             return Ok(*self);
         };
+        // Written so that NaN is refused, too.
         if !(received > 0.0 && received.is_finite()) {
             let field = "master-velocity";
             return Err(SawRefusal::Limit { field, received });
@@ -106,6 +113,7 @@ impl CouplingMoment {
         if !(stands(&self.master) && stands(&self.slave)) || direction == 0.0 {
             return Ok(*self);
         }
+        // Only its magnitude is configured. The direction follows from the positions of the command.
         let velocity = received.copysign(direction);
         Ok(Self {
             master: Kinematics {
@@ -120,6 +128,8 @@ impl CouplingMoment {
     pub(super) fn master_acceleration(&self) -> f64 {
         let acceleration = self.master.acceleration;
         match self.encoder {
+            // Otherwise the profiles that need a master without
+            // acceleration would never be used behind an encoder.
             Some(encoder) if acceleration.abs() < encoder.acceleration_threshold() => 0.0,
             _ => acceleration,
         }

@@ -16,6 +16,7 @@ const NEXT_TRY: f64 = 1.1;
 /// Number of tries: the last is ten thousand times as long as the first.
 const TRIES: usize = 97;
 /// Halvings between the last try that failed and the first that passed.
+// A tenth of the duration, halved 40 times, is 1e-13 of it: the ROUNDING below.
 const HALVINGS: usize = 40;
 /// Smaller relative differences are rounding of a root; a ramp that reaches its limits is made longer by
 /// this.
@@ -31,6 +32,7 @@ pub(super) fn shortest(task: &SyncTask) -> Result<PathPiece, SawRefusal> {
         limits.dynamics(&demands).is_ok()
     };
     let found = change.at_its_limits(&limits, passes);
+    // Through standstill the two limits swap on the way, so no closed form covers it.
     let found = found.or_else(|| change.search(&limits, passes));
     found.map(lasting).ok_or(SawRefusal::NoRamp {
         slave_acceleration: change.acceleration,
@@ -77,6 +79,7 @@ impl VelocityRise {
         let (rise, start) = (self.rise().abs(), self.acceleration.abs());
         // The root of the quadratic, in the form without cancellation.
         let by_jerk = 2.0 * rise / (start + libm::sqrt(start * start + 2.0 * jerk * rise));
+        // 0/0 without a rise and without an acceleration: no bound.
         let by_jerk = if by_jerk.is_finite() { by_jerk } else { 0.0 };
         (rise / steepest).max(start / jerk).max(by_jerk)
     }
@@ -84,6 +87,7 @@ impl VelocityRise {
     /// Returns the shortest of the durations at which a limit is reached; none if the velocity changes
     /// its sign on the way.
     fn at_its_limits(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
+        // Speeding up and slowing down would have to be distinguished along the ramp.
         if self.velocity.0 * self.velocity.1 < 0.0 {
             return None;
         }
@@ -94,6 +98,8 @@ impl VelocityRise {
         self.reach_acceleration(limits.deceleration, &mut durations);
         let mut durations = durations.in_order().iter();
         durations
+            // The closed form first: it sorts out most of them
+            // before the extremes of a path are calculated.
             .find(|&&duration| self.keeps(limits, duration) && passes(duration))
             .copied()
     }
@@ -102,6 +108,7 @@ impl VelocityRise {
     fn reach_jerk(&self, jerk: f64, durations: &mut Durations) {
         for share in [4.0, 2.0] {
             for side in [jerk, -jerk] {
+                // j·T² + 4·a0·T − 6·Δv = 0, and the same with 2 for the end.
                 durations.solve(side, share * self.acceleration, -6.0 * self.rise());
             }
         }
@@ -113,6 +120,7 @@ impl VelocityRise {
         let (a, rise) = (self.acceleration, self.rise());
         for side in [limit, -limit] {
             durations.solve(
+                // (3Δv − aT)² = 3T·side·(2Δv − aT), sorted by powers of T.
                 a * (a + 3.0 * side),
                 -6.0 * rise * (a + side),
                 9.0 * rise * rise,
@@ -132,12 +140,14 @@ impl VelocityRise {
         if jerk > limits.jerk * duration * duration * slack {
             return false;
         }
+        // Both velocities have one sign here, or are 0.
         let direction = (self.velocity.0 + self.velocity.1).signum();
         let is_kept = |acceleration: f64| {
             let along = acceleration * direction;
             along <= limits.acceleration * slack && -along <= limits.deceleration * slack
         };
         let slope = 6.0 * rise - 3.0 * bend;
+        // With k = 2Δv/T − a0 the peak lies at x = ½ − a0/6k: within the ramp if |a0| < 3|k|.
         let is_between = bend.abs() < slope.abs();
         let peak = (3.0 * rise - bend) * (3.0 * rise - bend) / (slope * duration);
         is_kept(a) && (!is_between || is_kept(peak))
@@ -147,6 +157,8 @@ impl VelocityRise {
     /// before.
     fn search(&self, limits: &Checklist, passes: impl Fn(f64) -> bool) -> Option<f64> {
         let first = self.least(limits);
+        // Upwards, not by bisection from afar: the longer a ramp with a start
+        // acceleration, the farther it goes beyond its velocities, and it may reverse.
         let mut tries = core::iter::successors(Some(first), |duration| Some(duration * NEXT_TRY));
         let mut passed = tries.by_ref().take(TRIES).find(|&try_| passes(try_))?;
         let mut failed = passed / NEXT_TRY;
@@ -174,6 +186,7 @@ impl Durations {
     const MOST: usize = 17;
 
     fn add(&mut self, duration: f64) {
+        // Roots below zero or at infinity are no durations, and NaN is none either.
         if duration > 0.0 && duration.is_finite() && self.count < Self::MOST {
             self.all[self.count] = duration;
             self.count += 1;
@@ -183,11 +196,13 @@ impl Durations {
     /// Adds the solutions of a·T² + b·T + c = 0 above zero, plus a small margin.
     fn solve(&mut self, a: f64, b: f64, c: f64) {
         let square = b * b - 4.0 * a * c;
+        // The limit is not reached at any duration.
         if square < 0.0 {
             return;
         }
         // The larger one of the two sums: no cancellation.
         let q = -0.5 * (b + libm::sqrt(square).copysign(b));
+        // For a = 0, the linear equation, the first is infinite and the second is its solution.
         for root in [q / a, c / q] {
             self.add(root * (1.0 + ROUNDING));
         }

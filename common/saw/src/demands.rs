@@ -10,6 +10,7 @@ impl PathPiece {
     /// Computes the demands on the slave while the master runs at `master_velocity`.
     pub(super) fn demands(&self, master_velocity: f64) -> SlaveDemands {
         let rate = master_velocity / self.length;
+        // Closed forms first: the extremes of a quintic take up to four searches for roots.
         if self.is_line() {
             return self.demands_of_line(rate);
         }
@@ -40,6 +41,7 @@ impl PathPiece {
         };
 
         let square = rate * rate;
+        // Derivatives over x become those over time by powers of dx/dt.
         let mut effort = Effort::none(self.begin);
         effort.add(&position_extremes, &acceleration_extremes, |x| {
             DemandSample {
@@ -67,6 +69,7 @@ impl PathPiece {
     /// reversal; none for any other course.
     fn rise_of_ramp(&self) -> Option<f64> {
         let [_, from, bend, rise, fourth, fifth] = self.displacement.0;
+        // Exact comparisons, since a ramp is built by these very operations.
         let is_ramp = bend == 0.0 && fourth == -rise / 2.0 && fifth == 0.0;
         (is_ramp && from * (from + rise) >= 0.0).then_some(rise)
     }
@@ -79,10 +82,12 @@ impl PathPiece {
         let middle = DemandSample {
             master: self.master_at(0.5),
             velocity: (from + to) / 2.0 * rate,
+            // The peak of 6x(1 − x), half way.
             acceleration: 1.5 * rise * square,
         };
         let mut effort = Effort::none(self.begin);
         effort.add_at(&middle, middle.velocity.signum());
+        // The derivative of 6x(1 − x) runs from 6 to −6.
         let jerk = 6.0 * rise * square * rate;
         SlaveDemands {
             course: Extremes {
@@ -211,6 +216,7 @@ impl Effort {
             if to <= from {
                 continue;
             }
+            // In the middle, away from both standstills: there, rounding decides the sign.
             let direction = at(from + (to - from) / 2.0).velocity.signum();
             self.add_at(&at(from), direction);
             for &turn in turns.iter().filter(|&&turn| turn > from && turn < to) {
@@ -223,6 +229,7 @@ impl Effort {
 
     fn add_at(&mut self, sample: &DemandSample, direction: f64) {
         let along = sample.acceleration * direction;
+        // A magnitude: limits of acceleration and deceleration have no sign.
         let extreme = Extreme {
             master: sample.master,
             value: along.abs(),
@@ -236,6 +243,7 @@ impl Effort {
 }
 
 fn larger(first: Extreme, second: Extreme) -> Extreme {
+    // The first place of equal values stays, as the characteristic values report it.
     if second.value > first.value {
         second
     } else {

@@ -13,10 +13,13 @@ pub fn diagonal_ratio(angle_degrees: f64, gear_ratio: f64) -> Result<Ratio, Diag
     let turns = angle_degrees / 180.0;
     let from_right_angle = (turns - 0.5) - libm::round(turns - 0.5);
     let sine = libm::sin(from_right_angle * core::f64::consts::PI).abs();
+    // Exactly zero: near a right angle the ratio is large, and the limit of the velocity refuses it.
     if !angle_degrees.is_finite() || sine == 0.0 {
         return Err(DiagonalAngle { angle_degrees });
     }
     let along = libm::cos(angle_degrees.to_radians());
+    // |cos φ| = |sin(φ − 90°)|. Beyond 90° the slave runs
+    // against its master, so the sign is that of the cosine.
     Ok(Ratio::of(gear_ratio / sine.copysign(along)))
 }
 
@@ -45,6 +48,7 @@ mod tests {
         for angle in [-80.0, -30.0, 0.0, 45.0, 60.0, 89.9, 120.0] {
             let ratio = diagonal_ratio(angle, 1.5).unwrap().numerator;
             let along = ratio * libm::cos(f64::to_radians(angle));
+            // At 89.9° the ratio is 859, and its rounding with it.
             assert!((along - 1.5).abs() < 1e-12, "{angle}: {ratio}");
         }
         assert!((diagonal_ratio(60.0, 1.0).unwrap().numerator - 2.0).abs() < 1e-15);

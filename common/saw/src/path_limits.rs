@@ -5,6 +5,7 @@ use coaxle_curve::profile::{Band, Kinematics, Limits, Profile, ProfileExtremes, 
 use super::SyncMask;
 
 /// Margin of every limit for rounding, relative.
+// A thousand times the tolerance of the checks, so that a path at its limits passes them.
 const ROUNDING: f64 = 1e-9;
 
 /// Limits of the slave on its path to the line.
@@ -36,6 +37,7 @@ impl PathLimits {
     ) -> Option<Result<Profile, E>> {
         let velocity_range = self.velocity_range(start.velocity, line.velocity);
         let (up, down) = (self.limits.acceleration(), self.limits.deceleration());
+        // A path through standstill speeds up and slows down in one direction of push.
         let either = up.min(down);
         let turning = self.profile_onto((start, line), velocity_range, (either, either), share);
         let turning = turning.map(|profile| check(&profile).map(|()| profile));
@@ -44,6 +46,8 @@ impl PathLimits {
             return turning;
         }
         let onward = self
+            // With limits by direction, or where the fastest path
+            // breaks a check: a line from behind may be waited for.
             .onward((start, line), velocity_range, (up, down), share)
             .map(|profile| check(&profile).map(|()| profile));
         faster(turning, onward)
@@ -59,6 +63,7 @@ impl PathLimits {
         share: f64,
     ) -> Option<Profile> {
         let (ahead, is_up) = (start.velocity * line.velocity, line.velocity >= 0.0);
+        // Zero included: the slave may stand until the line arrives.
         let velocity_range = if is_up {
             (lowest.max(0.0), highest)
         } else {
@@ -66,6 +71,7 @@ impl PathLimits {
         };
         let either = faster.min(slower);
         let pushes = match (ahead >= 0.0, is_up) {
+            // A slave that has to turn: both limits apply to the same push.
             (false, _) => (either, either),
             (true, true) => (faster, slower),
             (true, false) => (slower, faster),
@@ -78,6 +84,7 @@ impl PathLimits {
         } else {
             extremes.fastest > slack
         };
+        // For a path that turns all the same, limits by direction would be wrong.
         (!turns || faster == slower || ahead < 0.0).then_some(profile)
     }
 
@@ -88,12 +95,14 @@ impl PathLimits {
         pushes: (f64, f64),
         share: f64,
     ) -> Option<Profile> {
+        // The slave could reach such a line, but not stay on it.
         if line.velocity.abs() > self.fastest_line * (1.0 + ROUNDING) {
             return None;
         }
         let profile = to_line(start, line, &self.band(velocity_range, pushes, share))?;
         let end = profile.end();
         let numbers = [profile.duration().0, end.position, end.velocity];
+        // A line that is hardly slower than the slave may be caught so late that numbers overflow.
         numbers.iter().all(|n| n.is_finite()).then_some(profile)
     }
 
@@ -121,6 +130,7 @@ impl PathLimits {
         let velocity_range = self.velocity_range(start.velocity, line.velocity);
         let push = self.limits.acceleration().min(self.limits.deceleration());
         let band = self.band(velocity_range, (push, push), 1.0);
+        // Along with a line that is too fast, as fast as allowed, to be near when it slows down.
         let velocity = if line.velocity.abs() > self.fastest_line {
             line.velocity.clamp(band.lowest, band.highest)
         } else if line.position > start.position {
@@ -132,6 +142,7 @@ impl PathLimits {
     }
 
     fn band(&self, (lowest, highest): VelocityRange, (up, down): (f64, f64), share: f64) -> Band {
+        // Velocities have no share: with a lower one, the line might never be caught.
         let part = share * (1.0 - ROUNDING);
         Band {
             lowest,
@@ -145,6 +156,7 @@ impl PathLimits {
     /// Returns the velocities from `from` to `to` that the limit and the mask allow.
     fn velocity_range(&self, from: f64, to: f64) -> VelocityRange {
         let limit = self.limits.velocity() * (1.0 - ROUNDING);
+        // The line's velocity is part of the range even above the limit, since the path ends with it.
         let reached = if to.abs() <= self.fastest_line {
             to
         } else {
@@ -156,6 +168,7 @@ impl PathLimits {
             (SyncMask::OVERSHOOT_VELO, most),
             (
                 SyncMask::OVERSHOOT_VELO_ZERO,
+                // A slave that starts or ends above zero passes it anyway, so the check has no effect.
                 if most <= 0.0 { 0.0 } else { highest },
             ),
         ];
@@ -191,6 +204,7 @@ fn faster<E>(
         }
         (Some(Ok(first)), _) => Some(Ok(first)),
         (_, Some(Ok(second))) => Some(Ok(second)),
+        // The first is the path with more freedom, so its reason holds for both.
         (first, second) => first.or(second),
     }
 }

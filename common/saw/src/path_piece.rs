@@ -49,6 +49,8 @@ impl PathPiece {
     ) -> Self {
         let bend = curvature * length * length;
         let rise = (to - from) * length;
+        // The integral of the Hermite cubic: slope `from`
+        // with derivative `bend`, to slope `to` without one.
         let displacement = [
             0.0,
             from * length,
@@ -78,6 +80,7 @@ impl PathPiece {
             velocity: to * length,
             ..Motion::default()
         };
+        // From 0, not from the position: far away a displacement would lose its digits.
         Self::new(begin, length, position, quintic(&start, &end).0)
     }
 
@@ -129,6 +132,7 @@ impl PathPiece {
 
     /// True if the master has passed its end.
     pub(super) fn is_passed_by(&self, master: f64) -> bool {
+        // The sign of the length is the direction of the master.
         (master - self.end()) * self.length > 0.0
     }
 
@@ -167,6 +171,7 @@ impl PathPiece {
         let mut from = 0.0;
         let mut path = 0.0;
         for &to in turns.iter().chain(core::iter::once(&1.0)) {
+            // Between two turns the slave moves one way, so the difference is the distance.
             path += (self.displacement.derivatives(to)[0] - self.displacement.derivatives(from)[0])
                 .abs();
             from = to;
@@ -181,9 +186,11 @@ impl PathPiece {
         let mut integral = 0.0;
         for (i, a) in terms.iter().enumerate() {
             for (j, b) in terms.iter().enumerate() {
+                // ∫ xⁱ·xʲ dx from 0 to 1 is 1/(i + j + 1).
                 integral += a * b / (i + j + 1) as f64;
             }
         }
+        // The square has the rate to the fourth, dt = dx/rate takes one away.
         integral * cube(master_velocity / self.length)
     }
 
@@ -192,6 +199,7 @@ impl PathPiece {
         let velocity = self.displacement.derivative();
         let acceleration = velocity.derivative();
         let mut product = Polynomial([0.0; 8]);
+        // Degrees 4 and 3, so 7 at most: eight coefficients.
         for (i, v) in velocity.0[..5].iter().enumerate() {
             for (j, a) in acceleration.0[..4].iter().enumerate() {
                 product.0[i + j] += v * a;
@@ -206,6 +214,7 @@ impl PathPiece {
         if self.is_line() {
             MotionLaw::Polynom1
         } else {
+            // Every piece has degree 5 at most, and is given by its motion at both ends.
             MotionLaw::Polynom5Mm
         }
     }

@@ -80,6 +80,8 @@ impl SyncLine {
     #[must_use]
     pub fn slave_of(&self, master: &Kinematics) -> Kinematics {
         Kinematics {
+            // From the synchronisation positions, so that small
+            // differences are multiplied, not large positions.
             position: self.slave + self.ratio * (master.position - self.master),
             velocity: self.ratio * master.velocity,
             acceleration: self.ratio * master.acceleration,
@@ -188,6 +190,7 @@ impl SawPlan {
     /// phase if the last piece is part of that line already.
     pub(super) fn joins_line_at(&self) -> f64 {
         match &self.profile {
+            // In sync depends on the axis: on the line it is in sync, whatever is left of the plan.
             SawProfile::OverMaster(path) if self.ends_on_line(path) => path.last().begin,
             _ => self.line.master,
         }
@@ -203,6 +206,7 @@ impl SawPlan {
     /// time.
     #[must_use]
     pub fn over_master_at(&self, master: f64) -> Option<Motion> {
+        // The direction of the plan, not of the master now, which may run back.
         let towards = self.line.master - self.master_start;
         let on_line = Motion {
             position: self.line.slave + self.line.ratio * (master - self.line.master),
@@ -229,6 +233,7 @@ impl SawPlan {
         Kinematics {
             position: motion.position,
             velocity: motion.velocity * velocity,
+            // Chain rule with the master's actual motion: a = s''·V² + s'·A.
             acceleration: motion.acceleration * velocity * velocity
                 + motion.velocity * acceleration,
         }
@@ -282,6 +287,7 @@ impl SawPlan {
             SawProfile::Nothing | SawProfile::OverTime(_) => None,
         };
         let count = path.map_or(0, |path| path.pieces().count());
+        // Segments ascend in the master, pieces follow its motion.
         let backward = self.line.master < self.master_start;
         (0..count).filter_map(move |i| {
             let nth = if backward { count - 1 - i } else { i };
@@ -306,6 +312,7 @@ fn segment(piece: &PathPiece) -> Result<Segment, LawError> {
 
 /// Returns the phases of a profile as pieces over time; none if its duration is zero.
 pub(super) fn over_time(profile: &Profile) -> Option<SlavePath> {
+    // Each phase ends where the next begins, the last one at the end of the profile.
     let ends = profile.phase_begins().skip(1).chain([profile.duration()]);
     let pieces = profile.phase_begins().zip(ends).map(|(begin, end)| {
         let state = profile.at(begin);

@@ -25,6 +25,8 @@ impl Plateau {
             to: span.task.ratio * direction,
         };
         let lower = problem.from.min(problem.to);
+        // Even the lower velocity of both leads too far: the
+        // plateau lies below both, which is the mirrored case.
         let slope = if problem.excess(lower) > 0.0 {
             -problem.mirrored().solve()?
         } else {
@@ -62,12 +64,15 @@ impl PlateauProblem {
     /// is room for the ramps.
     fn solve(&self) -> Option<f64> {
         let (lower, upper) = (self.from.min(self.to), self.from.max(self.to));
+        // Room for the ramps is checked when the pieces are made.
         if self.excess(upper) >= 0.0 {
             return Some(last_before(lower, upper, |slope| self.excess(slope)));
         }
         // Ramps at the larger of the two limits reach at most this far.
         let steepest = self.bounds.acceleration.max(self.bounds.deceleration);
         let beyond = upper + self.distance * steepest;
+        // The fastest slope whose ramps leave room, since the
+        // distance grows with the slope only up to there.
         let highest = last_before(upper, beyond, |slope| {
             let (first, last) = self.ramps(slope);
             first + last - self.distance
@@ -79,6 +84,8 @@ impl PlateauProblem {
     /// Excess of the slave's distance over the one needed.
     fn excess(&self, slope: f64) -> f64 {
         let (first, last) = self.ramps(slope);
+        // A symmetric ramp has the mean of its two slopes, so
+        // it loses half of the difference over its length.
         let lost = (slope - self.from) * first / 2.0 + (slope - self.to) * last / 2.0;
         slope * self.distance - lost - self.slave
     }
@@ -95,6 +102,7 @@ impl PlateauProblem {
 /// is none.
 fn last_before(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (at_low, at_high) = (f(low), f(high));
+    // The whole interval is on one side: its end is the answer, and there is no sign to search for.
     if at_high <= 0.0 {
         high
     } else if at_low >= 0.0 {

@@ -34,6 +34,7 @@ impl GearInPos {
             return Err(SawRefusal::TimeBasedPosition);
         }
         let ahead = self.master_sync_position - moment.master.position;
+        // Before the branch, so that an invalid velocity is refused with a strategy, too.
         let moving = moment.with_expected_velocity(self.limits.master_velocity, ahead)?;
         if let Some(strategy) = self.strategy {
             return self.plan_by(strategy, moment);
@@ -55,6 +56,7 @@ impl SyncSpan<'_> {
     fn best_path(&self) -> Result<(SawForm, SlavePath), SawRefusal> {
         let checklist = &self.task.checklist;
         let quintic = self.quintic();
+        // Finite inputs of extreme sizes may overflow in powers of the distance.
         if !quintic.is_finite() {
             return Err(SawRefusal::NotFinite {
                 field: "profile",
@@ -62,11 +64,13 @@ impl SyncSpan<'_> {
             });
         }
         let free = self.task.is_free_of_acceleration(self.master);
+        // Nothing can refuse it, so its extremes need not be known.
         if self.task.checks_nothing() && !(free && self.wants_plateau()) {
             return Ok((SawForm::Quintic, quintic));
         }
         if free {
             let preferred = || self.passing(self.with_preferred_plateau());
+            // In the order of TS5055 chapter 7: step 1 before a plateau.
             if let Some(path) = self.passing(self.without_shoot()).or_else(preferred) {
                 return Ok(path);
             }
@@ -78,6 +82,7 @@ impl SyncSpan<'_> {
         {
             return Ok(path);
         }
+        // The refusal is that of P5, the path that any command may take.
         self.check(demands)?;
         Ok((SawForm::Quintic, quintic))
     }
@@ -99,17 +104,24 @@ impl SyncSpan<'_> {
         if !self.task.checklist.mask.intersects(shoots) || self.has_sync_slope() {
             return None;
         }
+        // τ, the mean velocity as a part of the change: 0 is the start velocity, 1 the synchronous one.
         let share = (self.slave / self.master - self.from) / (self.task.ratio - self.from);
+        // Outside, the mean lies beyond both velocities, so
+        // one of them has to be passed. NaN is refused, too.
         if !(share > 0.0 && share < 1.0) {
             return None;
         }
         let (start, position) = (self.task.master_position, self.task.slave_position);
         let gear = self.task.ratio;
         if share <= 0.5 {
+            // The line at the start slope over M − L, the ramp at
+            // the mean of both over L: L = 2τM. Otherwise 2(1 − τ)M.
             let ramp = 2.0 * share * self.master;
             let rest = self.master - ramp;
             let line = PathPiece::line(start, rest, position, self.from);
             let path = SlavePath::of(line).then(PathPiece::ramp(
+                // From the end backwards, so that the last piece
+                // ends exactly at the synchronisation position.
                 self.sync.0 - ramp,
                 ramp,
                 position + line.distance(),
@@ -140,12 +152,15 @@ impl SyncSpan<'_> {
     fn at_highest_velocity(&self, quintic: &SlaveDemands) -> Option<(SawForm, SlavePath)> {
         let limit = self.task.checklist.velocity;
         let velocity = &quintic.course.velocity;
+        // P5 may be too fast either way; the plateau lies on that side.
         let too_fast = velocity.maximum.value > limit;
         let peak = if too_fast { limit } else { -limit };
         let slope = peak / self.task.master_velocity;
 
         let (rise, fall) = (slope - self.from, slope - self.task.ratio);
         let to_make_up = slope * self.master - self.slave;
+        // Ramps of one steepness κ have lengths |w − u|/κ and
+        // lose (w − u)/2 each: Σ(w − u)·|w − u|/2κ = wM − Δs.
         let steepness = (rise * rise.abs() + fall * fall.abs()) / (2.0 * to_make_up);
         let ramps = Plateau {
             slope,
@@ -184,6 +199,7 @@ impl SyncSpan<'_> {
 
     fn has_sync_slope(&self) -> bool {
         let gear = self.task.ratio;
+        // Ramps between velocities that differ by rounding would be divisions by it.
         (gear - self.from).abs() <= NEGLIGIBLE * gear.abs().max(self.from.abs())
     }
 
@@ -192,6 +208,7 @@ impl SyncSpan<'_> {
         let between = self.master - ramps.first - ramps.last;
         // Rounding remainder between two ramps that touch.
         let none_left = between.abs() <= f64::EPSILON * 4.0 * self.master.abs();
+        // Ramps longer than the distance leave a line of the wrong sign.
         if !(between * self.master >= 0.0 || none_left) {
             return None;
         }

@@ -22,6 +22,7 @@ pub(super) fn shortest_ramp(from: f64, to: f64, bounds: &RampBounds) -> f64 {
     let change = (to - from).abs();
     let by_acceleration = 1.5 * change * effort(from, to, bounds);
     let by_jerk = libm::sqrt(6.0 * change / bounds.jerk);
+    // 1.5·|Δv|/T ≤ a and 6·|Δv|/T² ≤ j, solved for T. An infinite limit gives 0.
     by_acceleration.max(by_jerk)
 }
 
@@ -29,6 +30,8 @@ pub(super) fn shortest_ramp(from: f64, to: f64, bounds: &RampBounds) -> f64 {
 fn effort(from: f64, to: f64, bounds: &RampBounds) -> f64 {
     if from * to < 0.0 {
         let crossing = place_of(from.abs() / (to - from).abs());
+        // The peak is half way. The side of standstill that has
+        // it feels all of it, the other what it reaches there.
         let before = parabola(crossing.min(0.5)) / bounds.deceleration;
         let after = parabola(crossing.max(0.5)) / bounds.acceleration;
         before.max(after)
@@ -46,6 +49,7 @@ fn parabola(x: f64) -> f64 {
 
 /// Returns the place from 0 to 1 at which 3x² − 2x³ is `part`.
 fn place_of(part: f64) -> f64 {
+    // The trigonometric solution of the cubic, the one of its three roots that lies from 0 to 1.
     0.5 - libm::sin(libm::asin(1.0 - 2.0 * part) / 3.0)
 }
 
@@ -61,6 +65,7 @@ mod tests {
             deceleration: 2_500.0,
             jerk: 5_000.0,
         };
+        // TS5055 chapter 3, example 1: 0.948683 s.
         let expected = libm::sqrt(6.0 * 750.0 / 5_000.0);
         assert!((shortest_ramp(-250.0, 500.0, &bounds) - expected).abs() < 1e-12);
         let hard = RampBounds {
@@ -85,6 +90,7 @@ mod tests {
                 let bound = if velocity * acceleration > 0.0 { a } else { d };
                 reached = reached.max(acceleration.abs() / bound);
             }
+            // Either limit is just reached, to the resolution of 10 000 samples beside the crossing.
             prop_assert!(reached < 1.001, "{reached}");
             prop_assert!(reached > 0.99, "{reached}");
         }

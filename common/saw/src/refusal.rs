@@ -232,6 +232,7 @@ impl Check {
         match self {
             Self::MaxAcc | Self::MaxDec => "acceleration",
             Self::MaxJerk | Self::MinJerk => "jerk",
+            // By its flag, so that a further check of a position needs no line here.
             _ if SyncMask::POSITIONS.contains(self.flag()) => "position",
             _ => "velocity",
         }
@@ -252,6 +253,7 @@ impl Violation {
     /// Excess over the limit, in the unit of the quantity.
     #[must_use]
     pub fn excess(&self) -> f64 {
+        // A magnitude: lower bounds are violated downwards.
         (self.measured - self.limit).abs()
     }
 }
@@ -268,6 +270,7 @@ impl SawRefusal {
             Self::TimeBasedPosition => 0x4b04,
             Self::MasterNotAhead { .. } | Self::SlaveNotAhead { .. } => 0x42de,
             Self::MasterAtRest { .. } | Self::MasterStands => 0x426e,
+            // Dynamics that do not suffice: the code of a violated check, without one of its own.
             Self::NoRamp { .. } | Self::TooShort { .. } => 0x42df,
             Self::TableInUse { .. } => 0x4063,
             Self::NoTable { .. } => 0x4a00,

@@ -6,10 +6,12 @@ use super::running::starts;
 use super::{SawCommand, SyncMask, SyncStrategy};
 
 /// Factor between successive tries.
+// Acceptance may come and go between two tries: a window narrower than 2 % is not found.
 const STEP: f64 = 1.02;
 /// Number of tries: the last is a thousand times as far (or a thousandth).
 const TRIES: usize = 350;
 /// Halvings of the step in which acceptance changes.
+// 2 % halved 24 times is 1e-9 of the value.
 const HALVINGS: usize = 24;
 /// Flags that add a profile to those tried. Flags that ignore an acceleration are left out: they would
 /// make the slave's acceleration step.
@@ -75,6 +77,7 @@ impl GearInPos {
     /// Finds the remedy for a refused command. Plans some hundred times: not for the cycle.
     #[must_use]
     pub fn remedy(&self, moment: &CouplingMoment) -> SawRemedy {
+        // As the coupling would start, a wait for the start distance or the last moment included.
         let starts = |command: Self| starts(&SawCommand::GearInPos(command), moment);
         let with_flag = |flag: SyncMask| {
             let mut command = *self;
@@ -142,6 +145,8 @@ fn first_distance(command: &GearInPos, moment: &CouplingMoment) -> f64 {
         return distance;
     }
     let distance = command.slave_sync_position - moment.slave.position;
+    // A position behind the master has no distance to start
+    // from, so the slave's gives the order of magnitude.
     (distance * 1e-3).abs().copysign(velocity)
 }
 
@@ -156,6 +161,7 @@ fn speed(moment: &CouplingMoment, passes: impl Fn(&CouplingMoment) -> bool) -> O
 
 /// Finds the value nearest to `from`, in steps by `factor`, that passes.
 fn nearest(from: f64, factor: f64, passes: impl Fn(f64) -> bool) -> Option<f64> {
+    // No factor leads away from 0.
     if from == 0.0 {
         return None;
     }
@@ -164,6 +170,7 @@ fn nearest(from: f64, factor: f64, passes: impl Fn(f64) -> bool) -> Option<f64> 
     let mut failed = if passed == from {
         from
     } else {
+        // The try before the first that passes has failed, so acceptance changes between.
         passed / factor
     };
     for _ in 0..HALVINGS {

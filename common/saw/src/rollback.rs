@@ -34,6 +34,7 @@ impl RollbackReaction {
     /// | 1 | 1 | yes | 8 | instant |
     #[must_use]
     pub const fn of(mask: SyncMask, synchronous: bool) -> Self {
+        // Case 4 as well: without the lock a synchronous slave follows, and its stop mode has no effect.
         if synchronous && !mask.contains(SyncMask::ROLLBACK_LOCK) {
             Self::Follow
         } else if mask.contains(SyncMask::INSTANT_STOP_ON_ROLLBACK) {
@@ -68,6 +69,7 @@ impl RollbackStop {
     #[must_use]
     pub fn plan(slave: &Kinematics, deceleration: f64, jerk: f64) -> Self {
         let bounds = RampBounds {
+            // A ramp to standstill only slows down, so the other limit is never used.
             acceleration: deceleration,
             deceleration,
             jerk,
@@ -107,6 +109,7 @@ impl RollbackStop {
     pub fn at(&self, since: Seconds) -> Kinematics {
         match &self.course {
             RollbackMotion::Phases(profile) => profile.at(since),
+            // Beyond its end the polynomial would turn and come back.
             RollbackMotion::Ramp(ramp) if since.0 >= ramp.length => {
                 Kinematics::at_rest(self.end_position())
             }
@@ -127,6 +130,7 @@ impl RollbackStop {
 pub(super) fn stop_from(slave: &Kinematics, limits: &Limits) -> Profile {
     let most = limits.acceleration().max(limits.deceleration());
     let start = limits.without_overspeed(&Kinematics {
+        // Led back within the jerk, it would carry the slave on in the meantime.
         acceleration: slave.acceleration.clamp(-most, most),
         ..*slave
     });

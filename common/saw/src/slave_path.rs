@@ -21,6 +21,7 @@ impl SlavePath {
     pub(super) const fn of(first: PathPiece) -> Self {
         Self {
             first,
+            // Copies as a filling: a path is copied into the cycle, where nothing is allocated.
             rest: [first; MAX_PIECES - 1],
             len: 0,
         }
@@ -28,6 +29,7 @@ impl SlavePath {
 
     /// Appends a piece; of two pieces, one without length is none.
     pub(super) fn then(mut self, piece: PathPiece) -> Self {
+        // A piece without length has no derivatives: they are divided by it.
         if self.first.length == 0.0 {
             return Self::of(piece);
         }
@@ -61,6 +63,7 @@ impl SlavePath {
     /// Returns the slave at a master position (or time). The first and the last piece continue beyond the
     /// ends.
     pub(super) fn at(&self, master: f64) -> Motion {
+        // At a joint the earlier piece: both have the same motion there, but for the jerk.
         let piece = self.pieces().find(|piece| !piece.is_passed_by(master));
         piece.unwrap_or(self.last()).at(master)
     }

@@ -11,6 +11,7 @@ use super::SyncMask;
 
 impl Serialize for SyncMask {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // In a compact format the number is short, and it is the one that a PLC has.
         if !serializer.is_human_readable() {
             return serializer.serialize_u32(self.bits());
         }
@@ -28,6 +29,7 @@ impl<'de> Deserialize<'de> for SyncMask {
             return deserializer.deserialize_seq(Flags);
         }
         let bits = u32::deserialize(deserializer)?;
+        // Refused, not ignored: a check that is asked for and not made would be worse than none.
         Self::from_bits(bits).ok_or_else(|| {
             let unknown = bits & !Self::all().bits();
             D::Error::custom(format_args!(
@@ -42,6 +44,7 @@ struct SpelledFlag(&'static str);
 
 impl fmt::Display for SpelledFlag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Letter by letter, since the crate allocates nothing here.
         let mut letters = self.0.chars().map(spelled);
         letters.try_for_each(|letter| write!(f, "{letter}"))
     }
@@ -99,6 +102,7 @@ impl Visitor<'_> for FlagName {
     }
 
     fn visit_str<E: Error>(self, received: &str) -> Result<Flag, E> {
+        // The flag's name is respelled, not the input: `MAX_VELO` in a file stays unknown.
         let named = |name: &str| name.chars().map(spelled).eq(received.chars());
         SyncMask::all()
             .iter_names()

@@ -146,6 +146,7 @@ impl SyncMask {
         .union(Self::UNDERSHOOT_POS);
 
     /// Checks of all kinds.
+    // Bits 0 to 13: operation modes begin at bit 16.
     pub const CHECKS: Self = Self::from_bits_truncate(0x0000_3fff);
 }
 
@@ -155,6 +156,7 @@ mod tests {
 
     #[test]
     fn the_bits_have_the_manuals_values() {
+        // The four flags without a value in the manuals are missing here.
         for (mask, value) in [
             (SyncMask::MIN_POS, 1),
             (SyncMask::MAX_POS, 2),

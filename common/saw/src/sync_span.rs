@@ -24,7 +24,10 @@ impl<'a> SyncSpan<'a> {
     /// Positions that are not finite, or not ahead of master and slave.
     pub(super) fn new(task: &'a SyncTask, command: &GearInPos) -> Result<Self, SawRefusal> {
         let span = Self::of_master(task, command)?;
+        // By the position of the master ahead, not by its velocity, which may be 0.
         let direction = task.ratio.signum() * span.master.signum();
+        // With a strategy a slave may come from either side.
+        // TS5055 13 refuses one that is past its position.
         if span.slave * direction <= 0.0 {
             return Err(SawRefusal::SlaveNotAhead {
                 position: task.slave_position,
@@ -44,6 +47,7 @@ impl<'a> SyncSpan<'a> {
         let sync = (command.master_sync_position, command.slave_sync_position);
         let master = sync.0 - task.master_position;
         let slave = sync.1 - task.slave_position;
+        // A master at rest may start in either direction, so its position only has to be another one.
         if master == 0.0 || master * task.master_velocity < 0.0 {
             return Err(SawRefusal::MasterNotAhead {
                 position: task.master_position,

@@ -11,6 +11,7 @@ use super::refusal::{SawRefusal, Violation};
 use super::{SyncMask, SyncMode};
 
 /// Smaller relative differences are rounding.
+// Set values are sums over many cycles: their rounding is above ε, and far below any resolution.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
 /// Input of every plan. All numbers are finite.
@@ -41,6 +42,7 @@ impl SyncTask {
         limits: &SyncLimits,
         moment: &CouplingMoment,
     ) -> Result<Self, SawRefusal> {
+        // First, so that an invalid ratio has its own code whatever else is wrong.
         let ratio = ratio_of(ratio)?;
         check_finite(moment)?;
         let mask = mode.mask;
@@ -54,6 +56,7 @@ impl SyncTask {
         let dynamics = Limits::new(
             axis.in_force(limits.velocity, own.velocity(), velocity),
             axis.in_force(limits.acceleration, own.acceleration(), acceleration),
+            // Either of the two may be in use at the start, according to the direction.
             axis.in_force(limits.deceleration, own.deceleration(), acceleration),
             axis.jerk_in_force(limits.jerk),
         )?;
@@ -76,6 +79,7 @@ impl SyncTask {
                 limits.max_position,
                 ["min-position", "max-position"],
             )?,
+            // The codes of the checks tell the master's direction. A standing one counts as forwards.
             forward: moment.master.velocity >= 0.0,
         };
         let task = Self {
@@ -89,10 +93,12 @@ impl SyncTask {
                 SyncMask::IGNORE_MASTER_ACC,
                 moment.master_acceleration(),
             ),
+            // The command's velocity is a check, not a shape: without the check it is no reason to refuse.
             limits: dynamics.with_velocity(own.velocity())?,
             checklist,
             guard: axis.guard.map(|_| checklist.of_axis(own)),
         };
+        // Checked in any case: no profile makes up for a line that the axis cannot follow.
         task.check_sync_velocity(own.velocity())?;
         Ok(task)
     }
@@ -123,6 +129,7 @@ impl SyncTask {
         if checked || self.guard.is_some() {
             self.checklist.jerk
         } else {
+            // A ramp without a limit of the jerk is as short as its acceleration allows.
             f64::INFINITY
         }
     }
@@ -146,6 +153,7 @@ impl SyncTask {
         if self.master_velocity == 0.0 {
             return 0.0;
         }
+        // From a = s''·V² + s'·A.
         let by_master = self.slope() * self.master_acceleration;
         (self.slave_acceleration - by_master) / (self.master_velocity * self.master_velocity)
     }
@@ -154,6 +162,7 @@ impl SyncTask {
     pub(super) fn is_free_of_acceleration(&self, distance: f64) -> bool {
         let square = self.master_velocity * self.master_velocity;
         let steep = self.slope().abs().max(self.ratio.abs());
+        // The change of velocity over the distance M is a·M/V: less than 1e-9 of V.
         (self.master_acceleration * distance).abs() <= NEGLIGIBLE * square
             && (self.slave_acceleration * distance).abs() <= NEGLIGIBLE * square * steep
     }
@@ -162,6 +171,7 @@ impl SyncTask {
     pub(super) fn ramp_bounds(&self, jerk: f64) -> RampBounds {
         let speed = self.master_velocity.abs();
         RampBounds {
+            // Over the master, s'' = a/V² and s''' = j/V³.
             acceleration: self.checklist.acceleration / (speed * speed),
             deceleration: self.checklist.deceleration / (speed * speed),
             jerk: jerk / (speed * speed * speed),
@@ -188,6 +198,7 @@ impl SyncTask {
     /// [`SawRefusal::SyncVelocity`].
     pub(super) fn check_sync_velocity(&self, highest: f64) -> Result<(), SawRefusal> {
         let velocity = self.sync_velocity();
+        // A gear at exactly the limit must not be refused for the rounding of its ratio.
         if velocity.abs() > highest * (1.0 + NEGLIGIBLE) {
             return Err(SawRefusal::SyncVelocity {
                 velocity,
@@ -212,6 +223,7 @@ fn ratio_of(ratio: &Ratio) -> Result<f64, SawRefusal> {
         numerator,
         denominator,
     } = *ratio;
+    // Before the comparison with 0, which NaN would pass.
     finite("ratio-numerator", numerator)?;
     if denominator == 0 {
         return Err(SawRefusal::DenominatorZero);

@@ -29,6 +29,7 @@ impl GearInVelo {
         // velocity.
         let moving = moment.with_expected_velocity(self.limits.master_velocity, 1.0)?;
         let task = |moment| SyncTask::new(&self.ratio, &self.sync_mode, &self.limits, moment);
+        // Only for its refusals: the plan itself is made for the master as it is.
         task(&moving)?;
         let task = task(moment)?;
         task.check_master()?;
@@ -66,8 +67,10 @@ fn ramp(task: &SyncTask) -> Result<Option<PathPiece>, SawRefusal> {
     }
     let (from, to) = (task.slope(), task.ratio);
     let direction = task.master_velocity.signum();
+    // Over the master the length is signed like its motion; the ramp's own duration has no sign.
     let length = shortest_ramp(from, to, &task.ramp_bounds(task.checklist.jerk)) * direction;
     let bend = task.curvature() * length;
+    // The symmetric ramp starts without acceleration. A present one would be dropped within a cycle.
     if task.curvature() != 0.0 && bend.abs() >= NEGLIGIBLE * (to - from).abs() {
         return curved_ramp::shortest(task).map(Some);
     }
@@ -88,6 +91,7 @@ fn over_time_of(task: &SyncTask) -> Result<SawPlan, SawRefusal> {
     let limits = task.limits.with_velocity(fastest)?;
     let profile = to_velocity(&start, target, &limits);
     let duration = profile.duration().0;
+    // The slave's position is free, so the line begins where the ramp happens to end.
     let line = SyncLine {
         ratio: task.ratio,
         master: task.master_position + task.master_velocity * duration,
@@ -105,6 +109,7 @@ fn over_time_of(task: &SyncTask) -> Result<SawPlan, SawRefusal> {
     if !task.checks_nothing()
         && let Some(path) = over_time(&profile)
     {
+        // Time runs at 1 s/s.
         let demands = path.demands(1.0);
         let places = |time| task.master_position + task.master_velocity * time;
         check(task, &line, || demands.with_places(places))?;

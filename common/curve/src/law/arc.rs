@@ -80,6 +80,7 @@ impl Arc {
             acceleration: 2.0 * p2,
             jerk: 0.0,
         };
+        // A plain parabola, as in the flat parts of the trapezoid to a turn, needs no sine.
         if self.omega == 0.0 {
             return parabola;
         }
@@ -106,9 +107,11 @@ impl Arc {
                 return Roots::none();
             }
             let angles = wave.zeros(constant, self.omega * (end - self.begin));
+            // Division and sum round, and the place must not lie on the next arc.
             angles.map(|u| (self.begin + u / self.omega).min(end))
         };
         let acceleration = zeros(2.0 * self.powers[2], &second);
+        // A line plus a wave has no roots in closed form, unlike a constant plus a wave.
         let velocity = roots_between_extremes(&ArcVelocity(self), &acceleration, self.begin, end);
         [
             velocity,
@@ -195,6 +198,7 @@ pub(super) trait Chain {
             let end = self.end_of(index);
             let [velocity, ..] = self.arc(index).extremes(end);
             velocity.iter().for_each(|&z| extremes.push(z));
+            // Joints count as extremes: at each begins another formula.
             extremes.push(end);
         }
         let less_target = LessTarget {
@@ -245,6 +249,7 @@ pub(super) const fn chained<const N: usize>(
             constant,
             wave,
         } = law[i];
+        // A harmonic combination may have an arc without length.
         let turning = angle.radians > 0.0 && length > 0.0;
         let omega = if turning { angle.radians / length } else { 0.0 };
         let first = if turning {
@@ -258,10 +263,12 @@ pub(super) const fn chained<const N: usize>(
             AccelerationWave::NONE
         };
         let powers = [
+            // Continuous at the joint: the wave's own value there, at sine 0 and cosine 1, is taken off.
             position - zeroth.value(0.0, 1.0),
             velocity - first.value(0.0, 1.0),
             constant / 2.0,
         ];
+        // By the exact sine and cosine of the angle: joints agree to the last bits.
         position = powers[0]
             + length * (powers[1] + length * powers[2])
             + zeroth.value(angle.sin, angle.cos);
@@ -281,6 +288,7 @@ pub(super) const fn chained<const N: usize>(
 /// Makes the law from rest with a stroke of 1 and an acceleration of the given shape.
 pub(super) const fn with_unit_stroke<const N: usize>(shape: &[ArcAcceleration; N]) -> [Arc; N] {
     let mut law = *shape;
+    // Scaled by its own stroke at compile time, so no amplitude has to be written as a decimal.
     let stroke = stroke(shape);
     let mut i = 0;
     while i < N {

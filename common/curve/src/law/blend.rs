@@ -34,6 +34,7 @@ impl BlendedLaw {
             weight: stroke,
             arcs,
         };
+        // The law again with weight 0: joints and angles of both parts agree.
         let nothing = BlendPart { weight: 0.0, arcs };
         Self::new(start, 0.0, [law, nothing])
     }
@@ -54,6 +55,7 @@ impl Chain for BlendedLaw {
     fn arc(&self, index: usize) -> Arc {
         let [one, other] = &self.parts;
         let (a, b) = (&one.arcs[index], &other.arcs[index]);
+        // Summed as coefficients, so that one sine and cosine serve both laws.
         let sum = |k: usize| one.weight * a.powers[k] + other.weight * b.powers[k];
         Arc {
             begin: a.begin,

@@ -40,6 +40,7 @@ pub(super) fn check(law: MotionLaw, start: &Knot, end: &Knot) -> Result<(), LawE
             acceleration,
             ..
         } = knot.motion;
+        // Over the length of the segment, a derivative is comparable with the stroke, whatever the units.
         let zero = |quantity, received: f64, over_the_length: f64| {
             if over_the_length.abs() <= slack {
                 return Ok(());

@@ -10,6 +10,7 @@ impl Segment {
     #[must_use]
     pub fn momentum(&self) -> MinMax {
         match self.shape() {
+            // Degrees of v·a: 4 + 3 and 6 + 5, with one coefficient more.
             LawShape::Quintic(polynomial) => self.momentum_at_extremes::<6, 8>(polynomial),
             LawShape::Septic(polynomial) => self.momentum_at_extremes::<8, 12>(polynomial),
             _ => self.momentum_by_sections(),
@@ -34,6 +35,7 @@ impl Segment {
             acceleration * acceleration
         };
         let over_share = match self.shape() {
+            // The square has degree 10 at most, within the 19 of the rule.
             LawShape::Quintic(_) | LawShape::Septic(_) => integral_of_polynomial(0.0, 1.0, square),
             _ => integral(0.0, 1.0, square),
         };
@@ -78,9 +80,11 @@ impl Segment {
         for i in 0..SECTIONS {
             let (mut low, mut high) = (share_of(i), share_of(i + 1));
             let rises = rises_at(low);
+            // By sign, not by value: a jump of the jerk changes it without a zero.
             if rises_at(high) != rises {
                 loop {
                     let middle = low + (high - low) / 2.0;
+                    // No number lies between: `low` and `high` are the last bits on either side.
                     if middle <= low || middle >= high {
                         break;
                     }

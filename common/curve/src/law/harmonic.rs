@@ -35,8 +35,10 @@ impl Combination {
     pub(super) fn new(start: &Motion, stroke: f64, half_sine: f64) -> Self {
         let (lambda, mu) = (half_sine, 1.0 - half_sine);
         let velocity = start.velocity;
+        // Bμ by the second condition, then B, and A by the first one.
         let braking = PI * PI * (stroke - 0.5 * velocity * lambda) / (PI * lambda + 4.0 * mu);
         let b = braking / mu;
+        // A share of 0 leaves the quarter sine alone, which has no half sine to divide by.
         let a = if lambda > 0.0 {
             (braking - FRAC_PI_2 * velocity) / lambda
         } else {
@@ -86,11 +88,13 @@ pub(super) fn share_with_continuous_jerk(velocity: f64, stroke: f64) -> Option<f
     .roots_in(0.0, 1.0)
     .iter()
     .copied()
+    // At 1 the quarter sine would have no length to brake in.
     .find(|&share| share < 1.0)
 }
 
 /// Finds the share λ for which the acceleration at the turn is −B.
 pub(super) fn share_with_acceleration(velocity: f64, stroke: f64, at_turn: f64) -> Option<f64> {
+    // Any sign: a negative stroke turns with a positive acceleration.
     let b = -at_turn;
     // b((4 − π)μ² + πμ) = π²(h − v(1 − μ)/2)
     Polynomial([
@@ -101,5 +105,6 @@ pub(super) fn share_with_acceleration(velocity: f64, stroke: f64, at_turn: f64) 
     .roots_in(0.0, 1.0)
     .iter()
     .map(|mu| 1.0 - mu)
+    // Both parts need a length; at either end one of the conditions cannot be kept.
     .find(|&share| 0.0 < share && share < 1.0)
 }

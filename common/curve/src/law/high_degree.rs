@@ -40,6 +40,8 @@ pub(super) static POLYNOM11: HighDegree =
 
 /// Peisekah's law.
 pub(super) static PEISEKAH11: HighDegree =
+    // Symmetry and the conditions of POLYNOM9 leave one coefficient free
+    // at degree 11, chosen for a low acceleration: 7.91 instead of 9.37.
     HighDegree::symmetric([0.0, 336.0, -1890.0, 4740.0, -6615.0, 5320.0, -2310.0, 420.0]);
 
 /// A law of high degree between two positions.
@@ -68,6 +70,8 @@ impl RestToRest {
             Motion {
                 position: self.end - stroke * position,
                 velocity: stroke * velocity,
+                // Position and z both run backwards, so derivatives of
+                // even order change their sign, those of odd order not.
                 acceleration: -stroke * acceleration,
                 jerk: stroke * jerk,
             }
@@ -80,6 +84,7 @@ impl RestToRest {
         let from_start = expanded(self.start, stroke, &self.law.start).ranges_in(0.0, 0.5);
         let from_end = expanded(self.end, -stroke, &self.law.end).ranges_in(0.0, 0.5);
         core::array::from_fn(|order| {
+            // With w = 1 − z, dw/dz is −1: derivatives of odd order change their sign.
             let side = if order % 2 == 0 { 1.0 } else { -1.0 };
             from_start[order].joined(from_end[order].map(side, |w| 1.0 - w))
         })
@@ -103,6 +108,7 @@ impl Smooth for RestToRest {
     }
 
     fn rounding(&self, z: f64) -> f64 {
+        // Rounding counts from the end from which the law is evaluated.
         let anchor = if z <= 0.5 { self.start } else { self.end };
         let offset = self.at(z).position - anchor;
         4.0 * f64::EPSILON * (anchor.abs() + offset.abs())
@@ -116,6 +122,7 @@ fn lifted(rest: &Polynomial<8>, x: f64) -> [f64; 4] {
     let (x2, x3) = (x * x, x * x * x);
     [
         x2 * x2 * r,
+        // Product rule; x⁴ and its derivatives 4x³, 12x², 24x are factored out as far as possible.
         x3 * (4.0 * r + x * r1),
         x2 * (12.0 * r + 8.0 * x * r1 + x2 * r2),
         x * (24.0 * r + 36.0 * x * r1 + 12.0 * x2 * r2 + x3 * r3),

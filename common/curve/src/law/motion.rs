@@ -72,6 +72,7 @@ impl MinMax {
             value: factor * extreme.value,
         };
         let (minimum, maximum) = (map(self.minimum), map(self.maximum));
+        // A negative factor makes the least value the greatest.
         if factor < 0.0 {
             return Self {
                 minimum: maximum,

@@ -145,6 +145,7 @@ impl MotionLaw {
     /// Returns the law with a code; none if no law has it.
     #[must_use]
     pub const fn from_code(code: u16) -> Option<Self> {
+        // A loop, since iterators are not available in a `const fn`.
         let mut i = 0;
         while i < Self::ALL.len() {
             if Self::ALL[i].code() == code {
@@ -187,6 +188,7 @@ impl MotionLaw {
             Self::SplineNatural => "MOTIONFUNCTYPE_SPLINE_NATURAL",
             Self::SplineTangential => "MOTIONFUNCTYPE_SPLINE_TANGENTIAL",
             Self::SplinePeriodic => "MOTIONFUNCTYPE_SPLINE_PERIODIC",
+            // The manual's own spelling, without the I.
             Self::SplineLinear => "MOTIONFUNCTYPE_SPLNE_LINEAR",
         }
     }
@@ -230,6 +232,7 @@ impl MotionLaw {
     /// True if the law is a point of a spline, whose pieces depend on all points of the spline.
     #[must_use]
     pub const fn is_spline(self) -> bool {
+        // Codes of splines begin at 100, those of laws between two points end at 45.
         self.code() >= Self::Spline.code()
     }
 }
@@ -246,6 +249,7 @@ mod tests {
         assert!(MotionLaw::ALL.is_sorted());
         assert_eq!(MotionLaw::ALL.len(), 29);
         assert_eq!(MotionLaw::from_code(0), None);
+        // The manual has no 14: its codes have gaps.
         assert_eq!(MotionLaw::from_code(14), None);
     }
 

@@ -12,6 +12,7 @@ impl<const N: usize> Polynomial<N> {
     #[inline]
     pub fn derivatives(&self, x: f64) -> [f64; 4] {
         let [mut value, mut first, mut half_second, mut sixth_third] = [0.0; 4];
+        // Horner's scheme, with derivatives: the k-th row collects the k-th derivative divided by k!.
         for &coefficient in self.0.iter().rev() {
             sixth_third = sixth_third * x + half_second;
             half_second = half_second * x + first;
@@ -48,6 +49,7 @@ impl<const N: usize> Polynomial<N> {
     /// that is zero everywhere has the root `lo`.
     #[must_use]
     pub fn roots_in(&self, lo: f64, hi: f64) -> Roots {
+        // The recursion below loses one degree per step and ends here.
         if self.degree() == 0 {
             let mut roots = Roots::none();
             if self.0[0] == 0.0 {
@@ -55,6 +57,7 @@ impl<const N: usize> Polynomial<N> {
             }
             return roots;
         }
+        // Between two extremes there is at most one root, so none is missed, unlike by samples.
         let extremes = self.derivative().roots_in(lo, hi);
         roots_between_extremes(self, &extremes, lo, hi)
     }
@@ -79,6 +82,7 @@ impl<const N: usize> Polynomial<N> {
     }
 
     fn range_with_extremes(&self, extremes: &[f64], lo: f64, hi: f64) -> MinMax {
+        // Both ends count: an extreme need not be a root of the derivative.
         let range = MinMax::at(lo, self.value(lo));
         let candidates = extremes.iter().chain(core::iter::once(&hi));
         candidates.fold(range, |range, &x| {
@@ -93,6 +97,7 @@ impl<const N: usize> Polynomial<N> {
     }
 
     fn degree(&self) -> usize {
+        // Exact zeros only. A tiny leading coefficient costs a step of the recursion, but no root.
         self.0.iter().rposition(|&c| c != 0.0).unwrap_or(0)
     }
 }
@@ -105,6 +110,8 @@ impl<const N: usize> Smooth for Polynomial<N> {
 
     fn rounding(&self, x: f64) -> f64 {
         let x = x.abs();
+        // Horner's scheme errs by some ε times the sum of all
+        // magnitudes, which cancellation does not reduce.
         let magnitude = self.0.iter().rev().fold(0.0, |sum, c| sum * x + c.abs());
         4.0 * f64::EPSILON * magnitude
     }
@@ -148,6 +155,7 @@ mod tests {
     fn roots_are_precise_on_every_scale() {
         for scale in [1e-200, 1e-9, 1.0, 1e12] {
             let cubic = Polynomial([-2e-30 * scale, 0.0, 0.0, scale]);
+            // At 1.26e-10: an absolute tolerance of the root would give it few digits.
             let root = cubic.roots_in(0.0, 1.0)[0];
             let expected = libm::cbrt(2e-30);
             assert!((root - expected).abs() <= 1e-15 * expected);
@@ -160,6 +168,8 @@ mod tests {
             mut roots in prop::collection::vec(-1.0..1.0, 1..7),
         ) {
             roots.sort_by(f64::total_cmp);
+            // Nearer roots merge into one: the coefficients are
+            // rounded, and the error grows by each close neighbour.
             prop_assume!(roots.windows(2).all(|pair| pair[1] - pair[0] > 0.05));
             let found = with_roots(&roots).roots_in(-1.0, 1.0);
             prop_assert_eq!(found.len(), roots.len());

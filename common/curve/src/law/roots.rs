@@ -26,6 +26,8 @@ impl Roots {
     pub fn push(&mut self, place: f64) {
         let known = self
             .last()
+            // Two formulas may give one place with different
+            // rounding, such as a joint of arcs from either side.
             .is_some_and(|last| (place - last).abs() <= 4.0 * f64::EPSILON * place.abs());
         if !known && self.len < CAPACITY {
             self.places[self.len] = place;
@@ -82,6 +84,7 @@ impl<C: Smooth> Smooth for LessTarget<C> {
     }
 
     fn rounding(&self, x: f64) -> f64 {
+        // Both are rounded before they are subtracted.
         self.curve.rounding(x) + f64::EPSILON * self.target.abs()
     }
 }
@@ -98,6 +101,7 @@ pub fn roots_between_extremes(curve: &impl Smooth, extremes: &[f64], lo: f64, hi
         roots.push(lo);
     }
     for &extreme in extremes.iter().chain(core::iter::once(&hi)) {
+        // Extremes outside, or at the end just looked at, bound no interval.
         if extreme <= left.x {
             continue;
         }
@@ -127,6 +131,7 @@ struct CurveSample {
 impl CurveSample {
     fn of(curve: &impl Smooth, x: f64) -> Self {
         let value = curve.at(x).0;
+        // A touching root is hit by rounding only: its sign would be that of the rounding.
         let sign = if value.abs() <= curve.rounding(x) {
             0.0
         } else {
@@ -145,6 +150,7 @@ impl CurveSample {
 fn refine(curve: &impl Smooth, left: CurveSample, right: CurveSample) -> f64 {
     let rising = right.value > 0.0;
     let (mut low, mut high) = (left.x, right.x);
+    // The secant: between two extremes the first Newton step may lead anywhere.
     let mut x = low - (high - low) * (left.value / (right.value - left.value));
     let mut last_step = high - low;
     // Bisection alone would take some thousand steps at most, from any bracket.
@@ -159,7 +165,9 @@ fn refine(curve: &impl Smooth, left: CurveSample, right: CurveSample) -> f64 {
             low = x;
         }
         let newton = x - value / slope;
+        // At a multiple root Newton's steps only shrink by a constant factor; bisection halves.
         let slow = (newton - x).abs() > 0.5 * last_step;
+        // NaN, from a slope of 0, fails the comparisons and leads to bisection.
         let next = if slow || !(newton > low && newton < high) {
             low + (high - low) / 2.0
         } else {

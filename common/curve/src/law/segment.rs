@@ -58,7 +58,10 @@ impl Segment {
         end: &Knot,
         turn: Turn,
     ) -> Result<Self, LawError> {
+        // First, so that the length below is finite and above 0.
         boundary::check(law, start, end)?;
+        // Without a stroke no turning point gives an acceleration,
+        // so a harmonic combination would be refused.
         let law = if dwells(law, start, end) {
             MotionLaw::Polynom1
         } else {
@@ -72,6 +75,7 @@ impl Segment {
         let length = to.master - from.master;
         let points = [from.motion, to.motion].map(|motion| scaled(&motion, length));
         representable(&points).map_err(|(is_to, quantity)| {
+            // Points of a mirrored law are swapped, but the message names the user's side.
             let (side, knot) = if is_to == is_mirrored(law) {
                 (Side::Start, start)
             } else {
@@ -86,6 +90,7 @@ impl Segment {
         Ok(Self {
             from: from.master,
             to: to.master,
+            // Kept, so that a cycle multiplies instead of dividing.
             rate: 1.0 / length,
             shape: shape(law, &points, turn, length)?,
         })
@@ -96,6 +101,8 @@ impl Segment {
     #[must_use]
     pub fn cubic(start_master: f64, end_master: f64, coefficients: [f64; 4]) -> Self {
         let length = end_master - start_master;
+        // A spline has thousands of cubics: the quintic carries
+        // two zeros more, but needs no case of its own.
         let [c0, c1, c2, c3] = coefficients;
         let scaled = [
             c0,
@@ -159,6 +166,8 @@ impl Segment {
 
     #[inline]
     fn at_z(&self, z: f64) -> Motion {
+        // A `match`, not a trait object: segments stay plain
+        // data of one size, copied without an allocation.
         let over_z = match &self.shape {
             LawShape::Quintic(polynomial) => motion(polynomial.derivatives(z)),
             LawShape::Septic(polynomial) => motion(polynomial.derivatives(z)),
@@ -203,6 +212,7 @@ impl Segment {
         };
         let masters = shares.map(|z| self.master(z));
         if self.rate < 0.0 {
+            // Shares of a mirrored law run from the end to the start.
             masters.reversed()
         } else {
             masters
@@ -223,6 +233,7 @@ impl Segment {
 /// True if a law, mirrored or not, keeps the slave at rest.
 fn dwells(law: MotionLaw, start: &Knot, end: &Knot) -> bool {
     let (start, end) = (&start.motion, &end.motion);
+    // With an acceleration at a point the slave leaves its position and comes back.
     let may_leave = matches!(law, MotionLaw::Polynom5Mm | MotionLaw::Polynom7Mm) || law.is_spline();
     start.position == end.position && start.velocity == 0.0 && end.velocity == 0.0 && !may_leave
 }
@@ -307,6 +318,7 @@ fn combination(start: &Motion, stroke: f64, turn: Turn, length: f64) -> Result<L
         Turn::At(share) if 0.0 < share && share < 1.0 => Ok(share),
         Turn::At(received) => Err(LawError::TurnShare { received }),
         Turn::Acceleration(received) => {
+            // Per squared master unit, as received, becomes per squared share.
             let at_turn = received * length * length;
             harmonic::share_with_acceleration(velocity, stroke, at_turn)
                 .ok_or(LawError::TurnAcceleration { received })
@@ -318,6 +330,7 @@ fn combination(start: &Motion, stroke: f64, turn: Turn, length: f64) -> Result<L
 }
 
 fn shares_at<const N: usize>(polynomial: &Polynomial<N>, position: f64) -> Roots {
+    // Turns of the polynomial itself do not depend on the target, unlike its constant term.
     let turns = polynomial.derivative().roots_in(0.0, 1.0);
     let less_target = LessTarget {
         curve: *polynomial,
@@ -349,6 +362,7 @@ fn scaled(motion: &Motion, factor: f64) -> Motion {
 
 /// Checks that all numbers are finite; otherwise names the quantity, and `true` for the second point.
 fn representable(points: &[Motion; 2]) -> Result<(), (bool, Quantity)> {
+    // Two finite positions of opposite sign may have an infinite distance.
     if !(points[1].position - points[0].position).is_finite() {
         return Err((true, Quantity::Position));
     }

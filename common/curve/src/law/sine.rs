@@ -6,6 +6,7 @@ use super::blend::{BlendPart, BlendedLaw};
 /// ½(1 − cos πz).
 pub(super) static SINUSLINIE: [Arc; 2] = with_unit_stroke(&[
     ArcAcceleration::quarter(0.5, 0.0, 1.0),
+    // Each arc is a quarter turn, whose sine and cosine at the end are exactly 1 and 0.
     ArcAcceleration::quarter(0.5, -1.0, 0.0),
 ]);
 
@@ -38,6 +39,7 @@ pub(super) const fn between_velocities(
     start_velocity: f64,
     end_velocity: f64,
 ) -> BlendedLaw {
+    // The modified sine is symmetric, so the ramp covers the mean of both velocities.
     let mean = 0.5 * (start_velocity + end_velocity);
     let ramp = BlendPart {
         weight: end_velocity - start_velocity,
@@ -47,6 +49,7 @@ pub(super) const fn between_velocities(
         weight: stroke - mean,
         arcs: &MODSINUSLINIE,
     };
+    // Ramp and bell have joints at the same places, as the sum of two laws needs.
     BlendedLaw::new(start, start_velocity, [ramp, bell])
 }
 
@@ -66,6 +69,8 @@ const fn integral<const N: usize>(law: &[Arc; N]) -> [Arc; N] {
         accelerations[i] = ArcAcceleration {
             length: end - begin,
             angle: Angle::QUARTER,
+            // Without constant acceleration the law has no square
+            // term, so its velocity is a constant plus a wave.
             constant: powers[1],
             wave: wave.derivative(omega),
         };

@@ -21,6 +21,7 @@ pub(super) static BESCHLTRAPEZ: [Arc; 8] = with_unit_stroke(&eighths([
 /// The accelerating half of the trapezoid, stretched: leads from rest to twice the mean velocity.
 static PULSE: [Arc; 8] = with_unit_stroke(&eighths([
     once(1.0, 0.0),
+    // A quarter sine over two eighths: the angle starts at 45°, so sin(u + 45°) in both amplitudes.
     once(FRAC_1_SQRT_2, FRAC_1_SQRT_2),
     held(1.0),
     held(1.0),
@@ -31,6 +32,7 @@ static PULSE: [Arc; 8] = with_unit_stroke(&eighths([
 ]));
 
 /// The ramp of the trapezoid from rest to turn, for which the end velocity is zero.
+// Ramps of b add 2b/π three times, one of them negative, and flat parts 2b and −(1 − 5b): zero at the end.
 const RAMP: f64 = 1.0 / (7.0 + FRAC_2_PI);
 
 /// The trapezoid without its last ramp: it ends braking.
@@ -45,10 +47,12 @@ pub(super) static BESCHLTRAPEZ_RT: [Arc; 5] = with_unit_stroke(&[
 /// BESCHLTRAPEZ_RV: the pulse for the velocity, the trapezoid for the rest of the stroke.
 pub(super) const fn to_velocity(start: f64, stroke: f64, end_velocity: f64) -> BlendedLaw {
     let pulse = BlendPart {
+        // A pulse of stroke 1 ends at velocity 2.
         weight: 0.5 * end_velocity,
         arcs: &PULSE,
     };
     let trapezoid = BlendPart {
+        // The stroke that the pulse leaves; the trapezoid adds no velocity at its end.
         weight: stroke - 0.5 * end_velocity,
         arcs: &BESCHLTRAPEZ,
     };

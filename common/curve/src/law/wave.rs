@@ -63,6 +63,7 @@ impl AccelerationWave {
     }
 
     pub(super) const fn value(&self, sin: f64, cos: f64) -> f64 {
+        // Double angles cost no second call of sine and cosine. The product keeps its digits near 45°.
         let (sin2, cos2) = (2.0 * sin * cos, (cos - sin) * (cos + sin));
         self.sin * sin + self.cos * cos + self.sin2 * sin2 + self.cos2 * cos2
     }
@@ -81,6 +82,7 @@ impl AccelerationWave {
             cos2,
         } = *self;
         Polynomial([
+            // sin u = 2t/(1 + t²) and cos u = (1 − t²)/(1 + t²), multiplied by (1 + t²)².
             constant + cos + cos2,
             2.0 * sin + 4.0 * sin2,
             2.0 * constant - 6.0 * cos2,
@@ -88,6 +90,7 @@ impl AccelerationWave {
             constant - cos + cos2,
         ])
         .roots_in(0.0, libm::tan(last / 2.0))
+        // The tangent grows with u, so places keep their order. Rounding may lead beyond the end.
         .map(|t| (2.0 * libm::atan(t)).min(last))
     }
 }

@@ -1,7 +1,6 @@
 //! Search for a change of sign of a function of one number.
 
-/// Greatest number of steps: an interval of any size has then shrunk to two adjacent numbers, even by
-/// bisection.
+/// Greatest number of steps: even by bisection, an interval has then shrunk to 1e-60 of its size.
 const MOST_STEPS: usize = 200;
 
 /// Two numbers, adjacent as far as their precision allows, between which a function passes from below
@@ -27,12 +26,15 @@ pub fn bracket(below: (f64, f64), above: (f64, f64), mut f: impl FnMut(f64) -> f
             above: above.0,
         };
     }
+    // `new` and `old` always have opposite signs, `oldest` is the end that was replaced last.
     let (mut new, mut old) = (above, below);
     let mut oldest;
+    // Three points are needed to interpolate, so the first step is a bisection.
     let mut step = 0.5;
     for _ in 0..MOST_STEPS {
         let x = new.0 + step * (old.0 - new.0);
         let at = (x, f(x));
+        // NaN counts as below: an end that cannot be evaluated is never taken for the upper one.
         if (at.1 > 0.0) == (new.1 > 0.0) {
             oldest = new;
         } else {
@@ -45,6 +47,7 @@ pub fn bracket(below: (f64, f64), above: (f64, f64), mut f: impl FnMut(f64) -> f
         if at.1 == 0.0 || width <= finest {
             break;
         }
+        // At least to the next number: a zero beside an end would otherwise be evaluated there again.
         let least = (finest / width).min(0.5);
         step = interpolated(new, old, oldest).clamp(least, 1.0 - least);
     }
@@ -62,6 +65,8 @@ pub fn bracket(below: (f64, f64), above: (f64, f64), mut f: impl FnMut(f64) -> f
 fn interpolated(new: (f64, f64), old: (f64, f64), oldest: (f64, f64)) -> f64 {
     let place = (new.0 - old.0) / (oldest.0 - old.0);
     let height = (new.1 - old.1) / (oldest.1 - old.1);
+    // Chandrupatla's condition (Advances in Engineering Software 28, 1997): inside,
+    // the inverse parabola through the three points is monotone between them.
     let is_safe = height * height < place && (1.0 - height) * (1.0 - height) < 1.0 - place;
     if !is_safe {
         return 0.5;
@@ -85,6 +90,7 @@ mod tests {
             cube(x)
         });
         assert!((found.below - libm::cbrt(2.0)).abs() < 1e-15, "{found:?}");
+        // Bisection alone would take some 50 steps.
         assert!(steps < 15, "{steps}");
         let at_end = bracket((0.0, -1.0), (1.0, 0.0), |x| x - 1.0);
         assert_eq!((at_end.below, at_end.above), (1.0, 1.0));
@@ -101,6 +107,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_bracket_keeps_its_signs(root in 0.0..1.0_f64, power in 1..6_i32, scale in 1e-9..1e9_f64) {
+            // Odd powers, so that the sum is monotone and has this one root.
             let f = |x: f64| scale * ((x - root) + (x - root).powi(2 * power - 1));
             let (low, high) = (f(-1.0), f(2.0));
             let found = bracket((-1.0, low), (2.0, high), f);

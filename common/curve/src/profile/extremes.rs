@@ -26,6 +26,8 @@ impl ProfileExtremes {
     pub fn of(profile: &Profile) -> Self {
         let end = profile.end();
         let mut extremes = Self {
+            // From the end, whose values are settled exactly, then the
+            // begin of each phase: a profile without phases is right, too.
             low: end.position,
             high: end.position,
             speed: end.velocity.abs(),
@@ -38,6 +40,7 @@ impl ProfileExtremes {
             extremes.take(&from);
             for turn in turning_times(&from, jerk) {
                 // Beyond the phase this is a state of the next one, which is harmless.
+                // NaN fails both comparisons, so a phase without such a time adds nothing.
                 if turn > 0.0 && turn <= profile.duration().0 - begin.0 {
                     extremes.take(&profile.at(begin + Seconds(turn)));
                 }
@@ -61,5 +64,6 @@ fn turning_times(from: &Kinematics, jerk: f64) -> [f64; 3] {
     let (v, a) = (from.velocity, from.acceleration);
     // v + a·t + jerk/2·t² = 0 in the form that does not cancel.
     let q = -(a + libm::sqrt(a * a - 2.0 * jerk * v).copysign(a));
+    // Both roots of the parabola: their product is 2v/j, so the second one follows without a difference.
     [q / jerk, 2.0 * v / q, -a / jerk]
 }

@@ -46,8 +46,11 @@ impl Limits {
     /// axis exceeds its velocity: a motion from there keeps the velocity limit.
     #[must_use]
     pub fn without_overspeed(&self, state: &Kinematics) -> Kinematics {
+        // Velocity in the direction of the push: only the limit ahead matters.
         let along = state.velocity * state.acceleration.signum();
+        // A slave already too fast has no room, and the root of a negative number would be NaN.
         let room = (self.velocity - along).max(0.0);
+        // From a²/2j, the velocity gained while the acceleration is led to zero.
         let most = libm::sqrt(2.0 * self.jerk * room);
         Kinematics {
             acceleration: state.acceleration.clamp(-most, most),
@@ -100,6 +103,7 @@ impl Limits {
 }
 
 fn checked(field: &'static str, received: f64) -> Result<f64, InvalidLimit> {
+    // Infinity is no "none": differences of two infinite numbers would be NaN.
     if received.is_finite() && received > 0.0 {
         Ok(received)
     } else {
@@ -160,6 +164,7 @@ mod tests {
     fn limits_that_mean_none_are_cut_to_what_a_cycle_can_show() {
         let none = Limits::new(10.0, 1e15, 1e15, 1e15).unwrap();
         let bound = none.binding_in_cycles(0.001);
+        // 2v/T = 2·10/0.001, and 2a/T of that, each with the margin of 1e-6.
         assert!((bound.acceleration() / 2e4 - 1.0).abs() < 1e-5, "{bound:?}");
         assert!((bound.jerk() / 4e7 - 1.0).abs() < 1e-5, "{bound:?}");
         let usual = Limits::new(500.0, 5e3, 5e3, 1e5).unwrap();

@@ -29,6 +29,7 @@ pub fn to_line(start: &Kinematics, line: &Kinematics, band: &Band) -> Option<Pro
     let profile = chase.fastest(&here)?;
     let mut profile = profile.shifted(line.position);
     let end = chase.line.after(profile.duration().0, 0.0);
+    // The line's own position at that time: sums of rounded phases would leave the slave beside it.
     profile.settle_position(line.position + end.position);
     Some(profile)
 }
@@ -63,6 +64,8 @@ impl LineChase {
     }
 
     fn fastest(&self, start: &Kinematics) -> Option<Profile> {
+        // Its end decides the direction: ahead of the line
+        // the slave has to lose distance, behind it to gain.
         let at_once = self.matched(Profile::starting_from(start))?;
         let ahead = self.ahead(&at_once);
         if ahead == 0.0 {
@@ -82,6 +85,7 @@ impl LineChase {
         let lasting = |time: f64| {
             let mut profile = Profile::starting_from(start);
             heading.append_first(time, &mut profile);
+            // At the velocity limit distance is gained at a constant rate, for as long as needed.
             if time > heading.duration() {
                 profile.push(0.0, time - heading.duration(), 0.0);
             }
@@ -91,9 +95,11 @@ impl LineChase {
 
         let whole = heading.duration();
         let at_limit = gap(whole);
+        // A steady line: the gap closes at a constant rate, so the time follows from a division.
         if at_limit < 0.0 && self.line.acceleration == 0.0 {
             let faster = self.band.highest - self.line.velocity;
             let cruise = -at_limit / faster;
+            // A line at the velocity limit is never caught from behind, whatever the time.
             return (faster > 0.0 && cruise.is_finite())
                 .then(|| lasting(whole + cruise))
                 .flatten();
@@ -104,11 +110,14 @@ impl LineChase {
             if far.1 >= 0.0 {
                 break;
             }
+            // Without the addition a time of 0, for a start at the velocity limit, would stay 0.
             let later = 2.0 * far.0 + f64::EPSILON;
             near = far;
             far = (later, gap(later));
         }
         (far.1 >= 0.0)
+            // The lower end: the axis lies behind the line by no
+            // more than rounding, and is put onto it afterwards.
             .then(|| lasting(bracket(near, far, gap).below))
             .flatten()
     }
@@ -123,10 +132,13 @@ impl LineChase {
             acceleration: end.acceleration - line.acceleration,
         };
         let band = Band {
+            // Limits seen from the line: its own acceleration is added to every motion relative to it.
             up: self.band.up - line.acceleration,
             down: self.band.down + line.acceleration,
             ..self.band
         };
+        // A line that accelerates as hard as the axis can
+        // leaves nothing to catch up with. NaN ends here, too.
         if !(band.up > 0.0 && band.down > 0.0) {
             return None;
         }

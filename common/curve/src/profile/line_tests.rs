@@ -6,6 +6,7 @@ use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory, d
 
 use super::{Band, Kinematics, Profile, to_line, towards};
 
+// Relative to the largest quantity: 4e6 times the rounding of one number.
 const SLACK: f64 = 1e-9;
 
 fn decades(from: i32, to: i32) -> impl Strategy<Value = f64> {
@@ -33,6 +34,7 @@ fn chase() -> impl Strategy<Value = (Kinematics, Kinematics, Band)> {
         let width = band.highest - band.lowest;
         let velocity = band.lowest + v * width;
         let room = (band.highest - velocity).min(velocity - band.lowest);
+        // Half of the a² = 2·j·room that can still be led to zero within the band.
         let most = libm::sqrt(band.jerk * room).min(band.up).min(band.down);
         let start = Kinematics {
             position: at,
@@ -84,9 +86,11 @@ fn assert_right(
         prop_assert!(state.acceleration <= band.up * (1.0 + SLACK));
         prop_assert!(state.acceleration >= -band.down * (1.0 + SLACK));
         let jerked = (state.acceleration - before.acceleration).abs();
+        // Between two samples the acceleration changes by at most j·dt.
         prop_assert!(jerked <= band.jerk * dt * (1.0 + 1e-6) + SLACK * (band.up + band.down));
         let step = state.position - before.position;
         let mean = (state.velocity + before.velocity) / 2.0 * dt;
+        // The trapezoidal rule errs by at most j·dt³/12 under constant jerk, more across a change of it.
         prop_assert!((step - mean).abs() <= band.jerk * dt * dt * dt + SLACK * size);
         before = state;
     }
@@ -149,6 +153,8 @@ fn a_line_at_the_velocity_limit_is_not_caught() {
     };
     assert!(to_line(&Kinematics::at_rest(0.0), &line, &band).is_none());
     // From ahead of it there is a path.
+    // Reaching 100 u/s takes 100/500 + 500/5000 = 0.3 s and 15 u. The line covers
+    // 30 u meanwhile, so the axis is still 15 u ahead and may wait for it.
     assert!(to_line(&Kinematics::at_rest(40.0), &line, &band).is_some());
     let too_steep = Kinematics {
         velocity: 0.0,
@@ -181,6 +187,7 @@ fn who_is_on_the_line_stays_there() {
 
 #[test]
 fn a_gentle_band_leads_to_the_line_as_well() {
+    // Shares down to e^−20.7 = 1e-9, as a slow strategy of a flying saw tries them.
     for (k, lowest) in (0..=900).flat_map(|k| [(k, -990.0), (k, 0.0)]) {
         let share = libm::exp(-0.023 * f64::from(k));
         let band = Band {

@@ -34,6 +34,7 @@ impl Kinematics {
         } = *self;
         let t = duration;
         Self {
+            // Nested, so that small terms are added up before they meet the large position.
             position: position + t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0)),
             velocity: velocity + t * (acceleration + t * jerk / 2.0),
             acceleration: acceleration + t * jerk,
@@ -79,8 +80,10 @@ impl Profile {
     #[must_use]
     #[inline]
     pub fn at(&self, since_start: Seconds) -> Kinematics {
+        // NaN becomes 0 by `max`, so it is a state of the profile as well.
         let t = since_start.0.max(0.0);
         if t >= self.duration {
+            // From the settled end, not from the last phase: beyond it rounding would grow with the time.
             return self.end.after(t - self.duration, 0.0);
         }
         let phase = self.phase_at(t);
@@ -122,6 +125,7 @@ impl Profile {
     #[inline]
     fn phase_at(&self, t: f64) -> &JerkPhase {
         let phases = &self.phases[..self.len];
+        // A begin belongs to the phase that begins there: at a jump of the jerk the later value counts.
         let next = phases.partition_point(|phase| phase.begin <= t);
         &phases[next.saturating_sub(1)]
     }
@@ -141,6 +145,7 @@ impl Profile {
     /// than the sum of rounded steps.
     #[inline]
     pub(super) fn push(&mut self, jerk: f64, duration: f64, acceleration: f64) {
+        // A phase of no length would only take one of the places.
         if duration > 0.0 {
             self.phases[self.len] = JerkPhase {
                 begin: self.duration,
@@ -166,6 +171,7 @@ impl Profile {
 
     /// Appends a motion whose positions are relative to the end of this one.
     pub(super) fn followed_by(mut self, next: &Self) -> Self {
+        // The next motion is planned from 0, where its positions have all their digits.
         let next = next.shifted(self.end.position);
         for phase in &next.phases[..next.len] {
             self.phases[self.len] = JerkPhase {

@@ -11,6 +11,7 @@ use super::velocity_change::VelocityChange;
 #[must_use]
 #[inline]
 pub fn to_velocity(start: &Kinematics, target: f64, limits: &Limits) -> Profile {
+    // Cut, not refused: a target beyond the limit is reached as nearly as the axis may.
     let target = target.clamp(-limits.velocity(), limits.velocity());
     let mut profile = Profile::starting_from(start);
     VelocityChange::new(start, target, limits).append_to(&mut profile);
@@ -33,6 +34,7 @@ pub fn to_position(start: &Kinematics, target: f64, limits: &Limits) -> Profile 
         ..*start
     };
     let distance = target - start.position;
+    // The earliest place of rest decides whether the axis has to go on or to come back.
     let stop_at_once = stopping_after(&here, 0.0, limits);
     let undershoot = distance - stop_at_once.end().position;
 
@@ -44,6 +46,7 @@ pub fn to_position(start: &Kinematics, target: f64, limits: &Limits) -> Profile 
         onwards(&here.mirrored(), -distance, limits).mirrored()
     }
     .shifted(start.position);
+    // The bisection ends within rounding of the target. A second command to it must find no distance left.
     profile.settle_position(target);
     profile
 }
@@ -63,6 +66,7 @@ fn onwards(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
 
 /// Stops first, then travels the rest.
 fn with_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
+    // Each of the two parts has its own limit: slowing down first, then speeding up.
     let stop = to_velocity(start, 0.0, limits);
     let rest = Kinematics::at_rest(0.0);
     stop.followed_by(&without_pause(
@@ -76,10 +80,12 @@ fn with_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
 fn without_pause(start: &Kinematics, distance: f64, limits: &Limits) -> Profile {
     let top_speed = limits.velocity();
     let without_cruise = cruising_for(start, 0.0, limits).end().position;
+    // Each second at the velocity limit adds that velocity, so the time follows without a search.
     if without_cruise <= distance {
         return cruising_for(start, (distance - without_cruise) / top_speed, limits);
     }
     let heading = VelocityChange::new(start, top_speed, limits);
+    // Bisection, not Newton's method: the distance has bends where the stop changes its form.
     let after = latest(heading.duration(), |after| {
         stopping_after(start, after, limits).end().position <= distance
     });
@@ -103,6 +109,7 @@ fn stopping_after(start: &Kinematics, after: f64, limits: &Limits) -> Profile {
 }
 
 fn stop(profile: &mut Profile, limits: &Limits) {
+    // From the end as it is, its acceleration included, so that the jerk stays within its limit.
     VelocityChange::new(&profile.end(), 0.0, limits).append_to(profile);
 }
 
@@ -110,6 +117,7 @@ fn stop(profile: &mut Profile, limits: &Limits) {
 fn latest(bound: f64, early: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, bound);
     loop {
+        // No tolerance: the search ends where no number lies between, after some 55 steps.
         let middle = low + (high - low) / 2.0;
         if middle <= low || middle >= high {
             return low;

@@ -94,6 +94,7 @@ fn scale(profile: &Profile) -> ProfileScale {
         states
             .iter()
             .map(|s| quantity(s).abs())
+            // Never zero: the rounding of an axis at rest has to fit in.
             .fold(1e-12, f64::max)
     };
     let velocity = largest(|s| s.velocity);
@@ -158,15 +159,18 @@ fn rest_to_rest(distance: f64, limits: &Limits) -> f64 {
             2.0 * libm::sqrt(v / j)
         }
     };
+    // Both ramps cover v/2 each on average, so together v · ramp.
     if distance >= v * ramp(v) {
         return distance / v + ramp(v);
     }
+    // Twice the distance of a ramp that just reaches a: v = a²/j in 2a/j.
     if distance >= 2.0 * a * a * a / (j * j) {
         // The peak velocity of p²/a + p·a/j = distance.
         let p = (a / j) * a;
         let peak = (libm::sqrt(p * p + 4.0 * a * distance) - p) / 2.0;
         return 2.0 * (peak / a + a / j);
     }
+    // Four phases of T: the distance is 2·j·T³.
     4.0 * libm::cbrt(distance / (2.0 * j))
 }
 
@@ -229,6 +233,7 @@ proptest! {
         let there = to_position(&here, distance, &limits);
         let mirrored = to_position(&here.mirrored(), -distance, &limits);
         assert_eq!(there.duration(), mirrored.duration());
+        // Equal bits: the plan for the other direction is the mirrored one, not one of its own.
         for share in [0.1, 0.35, 0.5, 0.8] {
             let t = Seconds(there.duration().0 * share);
             assert_eq!(there.at(t), mirrored.at(t).mirrored());
@@ -279,6 +284,7 @@ proptest! {
     fn a_longer_way_takes_longer(limits in limits(), distance in decades(-6, 5)) {
         let rest = Kinematics::at_rest(0.0);
         let short = to_position(&rest, distance, &limits).duration();
+        // A percent farther is 0.3 % longer even where the time grows by the cube root.
         let long = to_position(&rest, distance * 1.01, &limits).duration();
         assert!(short < long);
     }
@@ -292,6 +298,7 @@ fn an_axis_that_cannot_stop_in_time_comes_back() {
         velocity: 80.0,
         acceleration: 0.0,
     };
+    // A stop from 80 u/s takes 80/200 + 200/2000 = 0.5 s and 20 u, so 1 u is passed.
     let profile = to_position(&start, 1.0, &limits);
     let farthest = extremes(&profile)
         .iter()

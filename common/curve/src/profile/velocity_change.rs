@@ -48,13 +48,16 @@ impl VelocityChange {
         // The velocity reached by leading the acceleration to zero at once decides the direction in which
         // the axis must be pushed.
         let a0 = start.acceleration;
+        // a·|a| keeps the sign: a negative acceleration loses velocity until it is zero.
         let coasting = start.velocity + a0 * a0.abs() / (2.0 * jerk);
+        // Equality belongs to pushing up: the change is one ramp of a0/j then, and no case of its own.
         if target >= coasting {
             Self {
                 ramps: push_up(start, coasting, target, jerk, up),
                 target,
             }
         } else {
+            // Common formulas for both directions, so that mirrored motions agree to the last bit.
             let mut ramps = push_up(&start.mirrored(), -coasting, -target, jerk, down);
             for ramp in &mut ramps {
                 ramp.jerk = -ramp.jerk;
@@ -75,6 +78,7 @@ impl VelocityChange {
         for ramp in &self.ramps {
             profile.push(ramp.jerk, ramp.duration, ramp.acceleration);
         }
+        // Halts and cruises compare velocities: the sum of three rounded steps would miss 0 by an ε.
         profile.settle_velocity(self.target);
     }
 
@@ -95,6 +99,7 @@ impl VelocityChange {
     pub(super) fn append_first(&self, duration: f64, profile: &mut Profile) {
         let mut left = duration;
         for ramp in &self.ramps {
+            // An interrupted change keeps the acceleration it has by then, which the next one takes up.
             if left < ramp.duration {
                 let acceleration = profile.end().acceleration + ramp.jerk * left;
                 return profile.push(ramp.jerk, left, acceleration);
@@ -116,6 +121,7 @@ fn push_up(
     let a0 = start.acceleration;
     // Start of the push: a negative acceleration is led to zero before it.
     let pushed_from = if a0 < 0.0 { coasting } else { start.velocity };
+    // Speeds on the way decide: below zero a push upwards slows down, above zero it speeds up.
     let limit = bound(pushed_from, target);
 
     // A triangle of acceleration from a0 over its peak to zero spans (2·peak² − a0²)/2j.
@@ -124,6 +130,7 @@ fn push_up(
     let highest = libm::sqrt((jerk * span + a0 * a0 / 2.0).max(0.0)).max(a0);
     let peak = highest.min(limit);
     let lead = AccelerationRamp {
+        // A start beyond the limit is led down to it.
         jerk: if peak < a0 { -jerk } else { jerk },
         duration: (peak - a0).abs() / jerk,
         acceleration: peak,
@@ -154,11 +161,13 @@ fn hold_time(
     peak: f64,
 ) -> f64 {
     let ramped = (a0 + peak) / 2.0 * lead.duration + peak / 2.0 * back.duration;
+    // Rounding of a change that just reaches its peak must not give a negative time.
     ((span - ramped) / peak).max(0.0)
 }
 
 /// Returns the limit of a push towards larger velocities.
 fn acceleration_limit(from: f64, target: f64, limits: &Limits) -> f64 {
+    // Up to zero every push upwards slows down; through zero the smaller limit holds on both sides.
     if target <= 0.0 {
         limits.deceleration()
     } else if from >= 0.0 {
@@ -191,6 +200,7 @@ mod tests {
 
     #[test]
     fn a_long_change_takes_dv_over_a_plus_a_over_j() {
+        // Δv/a + a/j, by acceleration 20 or deceleration 40 according to the sign of the velocity.
         assert!(close(duration(0.0, 0.0, 50.0), 50.0 / 20.0 + 20.0 / 200.0));
         assert!(close(duration(50.0, 0.0, 0.0), 50.0 / 40.0 + 40.0 / 200.0));
         assert!(close(duration(-50.0, 0.0, 0.0), 50.0 / 40.0 + 40.0 / 200.0));
@@ -200,6 +210,7 @@ mod tests {
     #[test]
     fn a_short_change_never_reaches_the_limit() {
         assert!(close(
+            // Below a²/j = 2 u/s the acceleration is a triangle: 2·√(Δv/j).
             duration(0.0, 0.0, 1.0),
             2.0 * libm::sqrt(1.0 / 200.0)
         ));
@@ -238,6 +249,7 @@ mod tests {
     #[test]
     fn only_leading_the_acceleration_to_zero_is_one_ramp() {
         assert!(close(
+            // Exactly a²/2j: the change that leading the acceleration to zero makes by itself.
             duration(0.0, 10.0, 10.0 * 10.0 / 400.0),
             10.0 / 200.0
         ));

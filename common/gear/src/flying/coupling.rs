@@ -45,9 +45,12 @@ impl Engage for FlyingGearCoupling {
         inputs: &PlanInputs,
     ) -> Result<Planned<FlyingGearChange>, NotPlanned<FlyingGearError>> {
         let master = inputs.master()?;
+        // The slope begins at 0, so a slave in motion would be stopped within a cycle.
         inputs.check_rest()?;
         let gear =
             FlyingGear::enable(command, master, inputs.slave.position).map_err(NotPlanned::Own)?;
+        // A slave released on the way back turns where its master does, which no
+        // plan can know. Its software limits are then kept by the guard of the axis.
         for (field, position) in [
             ("slave-sync-position", command.slave_sync_position),
             ("slave-desync-position", command.slave_desync_position),
@@ -55,11 +58,13 @@ impl Engage for FlyingGearCoupling {
         ] {
             inputs.guard.check_target(field, position)?;
         }
+        // Kept with the change: when the gear is due, limits are not among the inputs of a cycle.
         let dynamics = SlaveDynamics::of(inputs.guard.limits());
         gear.check_demands(&dynamics, master.velocity.abs(), inputs.cycle.0)
             .map_err(NotPlanned::Own)?;
         Ok(Planned {
             change: FlyingGearChange { gear, dynamics },
+            // The master may be slow now and fast where engaging begins.
             awaits: Awaits::LIMITS,
             effect: CouplingEffect::Engage,
         })
@@ -104,6 +109,7 @@ impl Coupling for FlyingGearCoupling {
 
     fn gain(&self) -> Option<f64> {
         let gear = self.gear()?;
+        // In the windows the slope changes with the master, so there is no constant gain.
         (gear.phase() == FlyingGearPhase::Engaged).then(|| gear.ratio())
     }
 
@@ -131,6 +137,8 @@ impl FlyingGearChange {
     /// Computes one cycle. When engaging begins, the master may have become too fast.
     fn update(&mut self, master: &Kinematics, cycle: f64) -> Result<Kinematics, FlyingGearError> {
         let waited = self.gear.phase() == FlyingGearPhase::Waiting;
+        // Only the update shows whether the window is reached. After a
+        // refusal its set values are not used, so the slave still stands.
         let slave = self.gear.update(master);
         if waited && self.gear.phase() != FlyingGearPhase::Waiting {
             let speed = master.velocity.abs();

@@ -6,6 +6,7 @@ use super::error::FlyingGearError;
 use super::window::GearWindow;
 
 /// Slack for rounding, relative to the limit.
+// Roots round: at exactly the speed that `fastest` reports, a demand may exceed its limit by a few ε.
 const ROUNDING: f64 = 1e-9;
 
 /// Limits of the slave.
@@ -71,10 +72,12 @@ impl SlaveDynamics {
         let (slope, length) = (window.slope, window.master_length);
         let by_velocity = self.velocity / slope;
         if length > 0.0 {
+            // 1.5·slope·V²/L = a, and 6·slope·V³/L² = j, each solved for V.
             let by_acceleration = libm::sqrt(self.acceleration * length / (1.5 * slope));
             let by_jerk = libm::cbrt(self.jerk * length * length / (6.0 * slope));
             by_velocity.min(by_acceleration).min(by_jerk)
         } else {
+            // A step within a cycle: slope·V/T = a.
             by_velocity.min(self.acceleration * cycle / slope)
         }
     }

@@ -65,11 +65,14 @@ impl FlyingGear {
         let dynamics = SlaveDynamics::of(limits);
         dynamics
             .fastest(&self.engaging, cycle)
+            // Windows may differ in length, as in sample 3 of the
+            // manual. The shorter one takes more acceleration.
             .min(dynamics.fastest(&self.releasing, cycle))
     }
 
     fn range(&self, window: &GearWindow, speed: f64, cycle: f64) -> FlyingGearRange {
         let [velocity, acceleration, jerk] = window.demands(speed, cycle);
+        // Positions do not depend on the master's velocity, so any will do.
         let standing = Kinematics::default();
         let slave = |course| self.slave_of(&course, &standing).position;
         let master = |progress: f64| self.master_sync + self.master_direction * progress;

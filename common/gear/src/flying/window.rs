@@ -26,6 +26,8 @@ impl GearWindow {
         Self {
             coupled_master: coupled_slave / slope,
             free_slave,
+            // The mean of 3x² − 2x³ over the window is ½, so the master takes twice
+            // the distance of a rigid gear: 100 for 50 in sample 1 of the manual.
             master_length: 2.0 * (free_slave - coupled_slave).abs() / slope,
             side: if free_slave > coupled_slave {
                 1.0
@@ -54,6 +56,7 @@ impl GearWindow {
                 6.0 * velocity * rate * rate,
             ]
         } else {
+            // No jerk: v/T² would refuse nearly every step, as 1 mm/s within 1 ms is 1e6 mm/s³.
             [velocity, velocity / cycle, 0.0]
         }
     }
@@ -61,11 +64,14 @@ impl GearWindow {
     /// Returns the course inside the window: x runs from 0 where the slave stands to 1 where it is
     /// coupled.
     pub(super) fn at(&self, master: f64) -> WindowCourse {
+        // A window of no length is never evaluated: `FlyingGear::engage` passes over it.
         let x = (self.free_master() - master) * self.side / self.master_length;
         WindowCourse {
             progress: self.free_slave
+                // The integral of 3x² − 2x³ is x³ − x⁴/2.
                 - self.side * self.slope * self.master_length * x * x * x * (1.0 - x / 2.0),
             slope: self.slope * x * x * (3.0 - 2.0 * x),
+            // The derivative of 3x² − 2x³ is 6x(1 − x), and dx/dm = −side/L.
             curvature: -self.side * self.slope * 6.0 * x * (1.0 - x) / self.master_length,
         }
     }

@@ -16,6 +16,7 @@ use crate::rollback::RollbackReaction;
 /// Part of velocity, acceleration and deceleration that a synchronisation reserves for the ripple of a
 /// master, where its command names no limit. The axis keeps its limits with both together, or goes to
 /// error stop.
+// A ripple of the master by 1 % of its velocity then is within the slave's limit: 0.99 · 1.01 < 1.
 const RESERVE: f64 = 0.01;
 
 /// The coupling of a slave axis by flying saws, one after the other.
@@ -93,6 +94,7 @@ impl Engage for Saw {
         inputs: &PlanInputs,
     ) -> Result<Planned<SawCoupling>, NotPlanned<SawRefusal>> {
         let moment = self.moment(inputs.master()?, inputs);
+        // The profile is kept elsewhere, but has that id for a PLC (TS5055 13).
         if let Some(table) = self.table_in_use {
             return Err(NotPlanned::Own(SawRefusal::TableInUse { table }));
         }
@@ -102,6 +104,7 @@ impl Engage for Saw {
             velocity_margin: ROUNDING,
         };
         let saw = SawCoupling::start(*command, &moment, tolerances).map_err(NotPlanned::Own)?;
+        // While it waits, the master may become too fast for the plan.
         let awaits = match saw.state() {
             CommandState::Waiting => Awaits::LIMITS,
             _ => Awaits::empty(),
@@ -146,11 +149,13 @@ impl Coupling for Saw {
             None => return Step::MasterLost,
         };
         saw.set_master_travel(scan.masters.travel(0));
+        // Before the update, which otherwise continues a plan that the axis is not on.
         if let Some(axis) = &scan.left_behind {
             saw.resume_from(axis);
         }
         let set = saw.update(&master, scan.elapsed);
         match *saw.state() {
+            // A refusal at the end of the wait is no fault: the slave continues its motion.
             CommandState::Failed(SawFault::Refused(_)) => return Step::Refused,
             CommandState::Failed(_) => return Step::Failed,
             _ => {}
@@ -159,6 +164,7 @@ impl Coupling for Saw {
             None => Step::Set(set),
             Some((stop, since)) => Step::Stopping {
                 set,
+                // In the first cycle only: the guard of the axis drops its limits for that one step.
                 instant: !was_stopping && saw.rollback() == Some(RollbackReaction::Instant),
                 over: since >= stop.duration(),
             },
@@ -166,6 +172,7 @@ impl Coupling for Saw {
     }
 
     fn sync_positions(&self) -> Option<SyncPositions> {
+        // The last plan stays readable, but its positions are no longer those of a coupling.
         let plan = self.plan_in_force().filter(|_| self.moves)?;
         Some(plan.line().sync_positions())
     }
@@ -188,12 +195,14 @@ impl Coupling for Saw {
     }
 
     fn end(&mut self) {
+        // The saw is kept: its plan, and the reason of its end, are read afterwards.
         self.moves = false;
     }
 
     fn gain(&self) -> Option<f64> {
         let saw = self.saw.as_ref().filter(|_| self.moves)?;
         let in_sync = *saw.state() == CommandState::InSync;
+        // On the profile the slope changes with the master, so there is no constant gain.
         in_sync.then(|| saw.plan().line().ratio)
     }
 

@@ -20,6 +20,8 @@ impl LimitMonitor {
         Self {
             fastest: axis.dynamics.velocity(),
             margin: 1.0 + tolerances.velocity_margin,
+            // Not infinite, so that an infinite position is
+            // outside, like NaN, which fails every comparison.
             lowest: axis.min_position.unwrap_or(f64::MIN),
             highest: axis.max_position.unwrap_or(f64::MAX),
         }
@@ -28,6 +30,7 @@ impl LimitMonitor {
     /// True if the slave is within its limits; false for values that are not finite.
     #[inline]
     pub(super) fn is_within_limits(&self, slave: &Kinematics) -> bool {
+        // Acceleration and jerk are checked in the plan. A master that ripples may exceed them on the way.
         slave.velocity.abs() <= self.fastest * self.margin
             && slave.position >= self.lowest
             && slave.position <= self.highest
@@ -43,6 +46,7 @@ impl LimitMonitor {
         to: &Kinematics,
         dt: f64,
     ) -> bool {
+        // By positions: velocities at both ends may be small, however far apart the positions are.
         (to.position - from.position).abs() <= self.fastest * self.margin * dt
     }
 
@@ -55,6 +59,7 @@ impl LimitMonitor {
         dt: f64,
         detailed: bool,
     ) -> SawFault {
+        // If the velocity itself is within the limit, the step was too long.
         let mean = (slave.position - before.position) / dt;
         let velocity = if slave.velocity.abs() > self.fastest {
             slave.velocity

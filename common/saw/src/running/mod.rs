@@ -28,6 +28,7 @@ pub(super) use self::settings::starts;
 pub use self::settings::{SawCommand, SawFault, SawTolerances};
 
 /// Part of the greatest change of acceleration in a cycle that counts as none.
+// Below it, dropping the acceleration is a jerk of 5 % of the limit.
 const NEGLIGIBLE_STEP: f64 = 0.05;
 
 /// A slave coupled by the universal flying saw.
@@ -93,6 +94,8 @@ impl SawCoupling {
         tolerances: SawTolerances,
     ) -> Result<Self, SawRefusal> {
         let prephase = prephase(&command, moment)?;
+        // A command that waits is planned for the predicted
+        // moment, so that it is refused now, not when it is due.
         let plan = command.plan(prephase.as_ref().unwrap_or(moment))?;
         let mut coupling = Self {
             command,
@@ -103,6 +106,7 @@ impl SawCoupling {
             plan,
             direction: command.direction(moment),
             travel: None,
+            // No rollback before the synchronisation has begun.
             farthest_back: f64::MIN,
             noise: tolerances.master_noise,
             line: *plan.line(),
@@ -138,6 +142,7 @@ impl SawCoupling {
         }
         match &mut self.phase {
             SawPhase::OverMaster => self.phase = SawPhase::Early(self.pursuit_from(axis)),
+            // The profile belongs to another position; from the next cycle on it starts at the axis.
             SawPhase::Early(pursuit) => pursuit.plan_again(),
             _ => return,
         }
@@ -175,6 +180,7 @@ impl SawCoupling {
     /// jerk. A stop in progress continues.
     #[doc(alias = "MC_GearOut")]
     pub fn gear_out(&mut self) -> Kinematics {
+        // A stop under way is not replaced by a constant velocity.
         if self.is_coupled() {
             self.phase = SawPhase::Free {
                 profile: keeping_velocity(&self.slave, &self.axis),
@@ -282,9 +288,11 @@ impl SawCoupling {
             return self.start_pursuit(&plan);
         }
         self.direction = match plan.master_end() - plan.master_start() {
+            // A plan without a distance, of a slave in sync at once, has the direction of its master.
             0.0 => sign(plan.master_velocity()),
             distance => sign(distance),
         };
+        // Along the direction, so that one comparison serves both.
         self.farthest_back = self.direction * plan.master_start() - self.noise;
         self.phase = match plan.time_profile() {
             Some(profile) => SawPhase::OverTime {
@@ -309,6 +317,7 @@ impl SawCoupling {
         if self.is_behind_start(master) {
             let reaction = RollbackReaction::of(self.command.mask(), true);
             if reaction != RollbackReaction::Follow {
+                // A synchronous slave passes the place on its line, one on its way on its profile.
                 let line = self.line;
                 return self.roll_back(reaction, master, before, dt, |at, _| line.slave_of(at));
             }
@@ -320,6 +329,7 @@ impl SawCoupling {
         let position = master.position;
         if (position - self.plan.joins_line_at()) * self.direction >= 0.0 {
             self.become_synchronous();
+            // In this very cycle the line leads: another step of the profile would be beside it.
             return self.synchronous(master, before, dt);
         }
         if self.is_behind_start(master) {
@@ -352,11 +362,13 @@ impl SawCoupling {
         };
         match waits(&self.command, &moment, self.direction, dt) {
             Ok(true) => return,
+            // Planned again from the actual motions: the prediction assumed that both keep their velocity.
             Ok(false) => self.command.plan(&moment),
             Err(refusal) => Err(refusal),
         }
         .map(|plan| self.follow(plan))
         .unwrap_or_else(|refusal| {
+            // The step of this cycle is the brake's, from the set values of the last one.
             self.slave = before;
             self.brake_with_fault(SawFault::Refused(refusal), dt);
         });
@@ -366,6 +378,7 @@ impl SawCoupling {
     fn is_in_sync(&self, slave: &Kinematics, master: &Kinematics) -> bool {
         let gear = self.line.slave_of(master);
         let near = |a: f64, b: f64| (a - b).abs() <= NEGLIGIBLE * a.abs().max(b.abs());
+        // By position and velocity: a profile may cross the line on its way.
         near(slave.position, gear.position) && near(slave.velocity, gear.velocity)
     }
 
@@ -393,6 +406,7 @@ impl SawCoupling {
         slave_of: impl FnOnce(&Kinematics, f64) -> Kinematics,
     ) {
         let limit = self.direction * self.farthest_back;
+        // Within the cycle: at its end the master is up to 0.5 mm past it, at 500 mm/s and 1 ms.
         let part = ((limit - before) / (master.position - before)).clamp(0.0, 1.0);
         let master_at_limit = Kinematics {
             position: limit,
@@ -404,6 +418,7 @@ impl SawCoupling {
             return self.fail_at_limit(&slave, master, dt);
         }
         if reaction == RollbackReaction::Instant {
+            // Cases 3, 7 and 8: the stop planned below then has no velocity to lead to zero.
             slave = Kinematics::at_rest(slave.position);
         }
         let accelerates = |slave: &Kinematics| {
@@ -419,6 +434,7 @@ impl SawCoupling {
             let stop = RollbackStop::plan(&slave, deceleration, jerk);
             (stop, (1.0 - part) * dt)
         };
+        // The rest of this cycle belongs to the stop.
         let next = stop.at(Seconds(since));
         if !self
             .limit_monitor
@@ -459,6 +475,7 @@ impl SawCoupling {
     /// Stops the slave within its axis's limits, from its set values of the last cycle.
     #[cold]
     fn brake_with_fault(&mut self, fault: SawFault, dt: f64) {
+        // By the limits of the axis: those of the command only shape its synchronisation.
         let profile = stop_from(&self.slave, &self.axis.dynamics);
         self.state = CommandState::Failed(fault);
         self.slave = profile.at(Seconds(dt));
@@ -474,6 +491,7 @@ fn keeping_velocity(slave: &Kinematics, axis: &SlaveLimits) -> Profile {
 
 /// Returns 1, −1, or 0 for zero.
 fn sign(value: f64) -> f64 {
+    // `signum` of 0.0 is 1.
     if value == 0.0 { 0.0 } else { value.signum() }
 }
 

@@ -15,10 +15,13 @@ impl SawCoupling {
         };
         let target = self.line.ratio * master.velocity;
         let foreseen = profile.end().velocity;
+        // Exactly: any other velocity needs another profile, and the ramp follows without one.
         if foreseen != target {
             let ramp = Ramp::new(&self.slave, foreseen, self.limits);
             return self.chase(ramp, master, before, dt);
         }
+        // A master that passes the coupling position does so
+        // within the cycle: the slave then is on the profile.
         let began = *since;
         *since += dt;
         let (profile, since) = (*profile, *since);
@@ -39,10 +42,12 @@ impl SawCoupling {
     /// velocities would be out of date before it ends.
     pub(super) fn chase(&mut self, mut ramp: Ramp, master: &Kinematics, before: f64, dt: f64) {
         let gear = self.line.slave_of(master);
+        // Before the ramp, whose state NaN would spoil for good.
         if !gear.velocity.is_finite() {
             return self.fail_at_limit(&gear, master, dt);
         }
         let last = self.slave;
+        // From the velocities of the master. Its stated acceleration only bridges a jump of them.
         ramp.step(gear.velocity, gear.acceleration, dt);
         self.phase = SawPhase::Chasing(ramp);
         if self.is_behind_start(master) {
@@ -60,6 +65,7 @@ impl SawCoupling {
     /// Anchors the gear at the slave's position once it has the gear's velocity: from here on the gear
     /// leads it.
     fn anchor(&mut self, slave: &Kinematics, master: &Kinematics) {
+        // Both of the same cycle, so that rounding of a duration is no step at the joint.
         self.line.master = master.position;
         self.line.slave = slave.position;
         self.become_synchronous();

@@ -24,6 +24,7 @@ impl SawCoupling {
     pub(super) fn pursuit_from(&self, axis: &Kinematics) -> LinePursuit {
         let stop = self.command.chase(&self.axis, axis).stopping(axis);
         let mut pursuit = self.pursuit_along(stop, self.master_position);
+        // The stop only is a valid profile until the next cycle plans the way back.
         pursuit.plan_again();
         pursuit
     }
@@ -41,6 +42,7 @@ impl SawCoupling {
 
     pub(super) fn follow_line(&mut self, master: &Kinematics, before: f64, dt: f64) {
         let line = self.line.slave_of(&Kinematics {
+            // An encoder's noise as an acceleration would lead every path to another place.
             acceleration: self.planned_acceleration(master),
             ..*master
         });
@@ -48,6 +50,7 @@ impl SawCoupling {
             return;
         };
         let from = self.slave;
+        // Before the check for a rollback, whose place within the cycle lies between the two set values.
         let next = pursuit.update(&from, &line, dt);
         if self.is_behind_start(master) {
             let reaction = RollbackReaction::of(self.command.mask(), false);

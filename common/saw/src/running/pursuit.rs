@@ -7,6 +7,7 @@ use crate::path_limits::PathLimits;
 use crate::task::NEGLIGIBLE;
 
 /// Decay of the master's ripple per cycle without ripple.
+// A tenth is left after 22 cycles.
 const FADING: f64 = 0.9;
 /// Part of the slave's greatest change per cycle that a ripple has to stay below, for the slave to reach
 /// the line by itself.
@@ -31,6 +32,7 @@ impl PositionRange {
     /// True if a path from the slave's position keeps the range.
     fn keeps(&self, profile: &Profile, here: f64) -> bool {
         let (extremes, end) = (ProfileExtremes::of(profile), profile.end().position);
+        // Profiles end on the limit exactly, but for the rounding of their positions.
         let slack = ROUNDING * extremes.low.abs().max(extremes.high.abs());
         let low = if self.no_undershoot {
             self.low.max(self.start.min(end))
@@ -42,6 +44,7 @@ impl PositionRange {
         } else {
             self.high
         };
+        // A slave outside may return, but go no farther out.
         extremes.low >= low.min(here) - slack && extremes.high <= high.max(here) + slack
     }
 }
@@ -94,10 +97,15 @@ impl LinePursuit {
         line: &Kinematics,
         dt: f64,
     ) -> Option<Kinematics> {
+        // A steady line is planned for once: planning again
+        // would only add rounding, and cost a cycle's time.
         if !self.is_expected(line, dt) || !self.arrives {
+            // Slave and line of the same instant: the slave's last set values are a cycle old.
             self.plan(before, &line.after(-dt, 0.0));
         }
         self.line = *line;
+        // Without this check a slave whose path turns just before
+        // a software limit runs into it when the line moves.
         if !self.can_stop_after(before, dt) {
             self.stop(before);
         }
@@ -109,9 +117,11 @@ impl LinePursuit {
 
     fn is_expected(&mut self, line: &Kinematics, dt: f64) -> bool {
         let expected = self.line.after(dt, 0.0);
+        // Positions, not velocities: they decide where the slave has to be.
         let surprise = (line.position - expected.position).abs();
         self.ripple = surprise.max(self.ripple * FADING);
         let near = |a: f64, b: f64| (a - b).abs() <= NEGLIGIBLE * a.abs().max(b.abs());
+        // Far from zero the position itself is rounded by more than its step per cycle times 1e-9.
         let digits = 4.0 * f64::EPSILON * line.position.abs();
         surprise <= NEGLIGIBLE * (line.velocity * dt).abs() + digits
             && near(line.velocity, expected.velocity)
@@ -140,6 +150,8 @@ impl LinePursuit {
             acceleration: 0.0,
             ..*line
         };
+        // A line that accelerates harder than the slave can is
+        // not met while it does. As a steady one it may be.
         let (found, is_out_of_reach) = match self.onto(slave, line) {
             Some(Ok(profile)) => (Some(profile), false),
             planned => {
@@ -175,8 +187,10 @@ impl LinePursuit {
     fn is_within_ripple(&self, next: &Kinematics, line: &Kinematics, dt: f64) -> bool {
         let jerk = self.chase.limits.binding_in_cycles(dt).jerk();
         let corrected = CORRECTED * jerk * dt * dt * dt;
+        // Smaller ripples are left to the path itself, which arrives with its exact motion.
         self.ripple > corrected
             && (line.position - next.position).abs() <= self.ripple
+            // All three as positions in a cycle. Crossing the line at full speed is no arrival.
             && (line.velocity - next.velocity).abs() * dt <= self.ripple
             && (line.acceleration - next.acceleration).abs() * dt * dt <= self.ripple
     }

@@ -45,6 +45,7 @@ impl SawCommand {
         let CouplingMoment { master, .. } = moment;
         match command.strategy {
             None => 0.0,
+            // An early slave may be in sync behind its positions, so the motion of the master counts.
             Some(SyncStrategy::Early) if master.velocity != 0.0 => master.velocity.signum(),
             Some(_) => sign(command.master_sync_position - master.position),
         }
@@ -95,6 +96,7 @@ impl SawCommand {
         let kept = |flag: SyncMask, limit: Option<f64>| {
             limit.filter(|_| mask.contains(flag) || axis.guard.is_some())
         };
+        // The narrower of both; without any, the folds leave infinity.
         let low = kept(SyncMask::MIN_POS, axis.min_position)
             .into_iter()
             .chain(asked(SyncMask::OPTIONAL_MIN_POS, given.min_position));
@@ -144,6 +146,7 @@ pub struct SawTolerances {
 impl Default for SawTolerances {
     fn default() -> Self {
         Self {
+            // A micrometre on an axis in mm.
             master_noise: 1e-3,
             velocity_margin: 0.01,
         }
@@ -191,6 +194,7 @@ pub(super) fn prephase(
     }
     let from = expected.unwrap_or(*moment);
     let latest = gear_in_pos.latest(&from)?;
+    // Nothing to wait for, so that the plan is made for the moment itself.
     Ok(if latest == from {
         expected
     } else {
@@ -223,6 +227,7 @@ pub(super) fn waits(
     match command.strategy {
         // The master stands, or moves away: there is time.
         Some(SyncStrategy::Late) if ahead > 0.0 && master.velocity * direction <= 0.0 => Ok(true),
+        // Asked for one cycle ahead: in the cycle after the last moment it would be too late.
         Some(SyncStrategy::Late) => command.can_wait(moment, Seconds(dt)),
         _ => Ok(false),
     }
@@ -245,12 +250,15 @@ fn before_start_distance(
         });
     }
     let distance = command.master_sync_position - moment.master.position;
+    // The distance that the master still has to go before the wait ends.
     let early = distance - start_distance.copysign(distance);
+    // Within the start distance already, or running away from it: the plan decides.
     if early * distance <= 0.0 || early * moment.master.velocity < 0.0 {
         return Ok(None);
     }
     let mut expected = *moment;
     expected.master.position += early;
+    // A standing master never arrives; its slave is planned from where it is now.
     if moment.master.velocity != 0.0 {
         let wait = Seconds(early / moment.master.velocity);
         expected.slave = keeping_velocity(&moment.slave, &moment.axis).at(wait);
@@ -266,7 +274,9 @@ pub(super) fn limits(
 ) -> Result<Limits, SawRefusal> {
     let (given, own) = (command.limits(), &axis.dynamics);
     Ok(Limits::new(
+        // The monitored velocity, not the planned one: a ripple of the master may exceed the plan.
         own.velocity() * (1.0 + tolerances.velocity_margin),
+        // No present motion: these limits hold for a stop at any later time.
         axis.in_force(given.acceleration, own.acceleration(), 0.0),
         axis.in_force(given.deceleration, own.deceleration(), 0.0),
         axis.jerk_in_force(given.jerk),

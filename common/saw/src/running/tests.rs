@@ -110,6 +110,7 @@ fn a_start_distance_is_waited_for() {
 fn there_and_back(mask: SyncMask, forward: usize) -> (SawCoupling, Vec<Kinematics>) {
     let start = moment((0.0, 500.0), (0.0, 250.0));
     let mode = SyncMode::position_based(mask);
+    // The slave is at 0 and the line 100 ahead, so that each place shows which of the two led.
     let limits = dynamics(2_500.0, 50_000.0);
     let command = to_position(1.0, (1_000.0, 1_100.0), mode, limits);
     let (mut coupling, mut master) = couple(SawCommand::GearInPos(command), &start);
@@ -145,6 +146,7 @@ fn the_eight_cases_of_a_rollback() {
             reaction,
             "case {number}"
         );
+        // 1000 u of the master take 2000 cycles.
         let forward = if reached { 2_500 } else { 1_000 };
         let (coupling, slaves) = there_and_back(mask, forward);
         let slave = *coupling.slave();
@@ -168,8 +170,11 @@ fn the_eight_cases_of_a_rollback() {
                 assert_eq!(slave.velocity, -500.0);
             }
             Ramp => {
+                // A symmetric ramp to zero has half of its velocity on average.
                 let end = position + velocity * duration / 2.0;
                 assert!(
+                    // The default tolerance of 1e-3 u behind the
+                    // coupling position, times the slope of the gear.
                     (slave.position - end).abs() < 2e-3,
                     "case {number}: {slave:?}"
                 );
@@ -183,6 +188,7 @@ fn the_eight_cases_of_a_rollback() {
                 let last_moving = slaves.iter().rposition(|s| s.velocity != 0.0);
                 let stop = last_moving.expect("it moved") + 1;
                 assert!(
+                    // No ramp in between: at full speed in one cycle, at rest in the next.
                     slaves[stop - 1].velocity < -200.0,
                     "case {number}: in one cycle"
                 );
@@ -255,6 +261,7 @@ fn limits_are_watched_while_coupled() {
     let mut last = start.slave.position;
     for _ in 0..6_000 {
         let slave = coupling.update(master.run(500.0), CYCLE);
+        // 506 u/s at most are 0.506 u per cycle.
         assert!((slave.position - last).abs() < 0.6, "no jump");
         last = slave.position;
     }
@@ -289,6 +296,7 @@ fn time_based_chases_an_accelerating_master() {
     let mut last = start.slave;
     let mut lead = None;
     for k in 0..2_000_u32 {
+        // 500 u/s² for 0.4 s, a quarter of the slave's acceleration.
         let velocity = 100.0 + 0.5 * f64::from(k.min(400));
         let slave = coupling.update(master.run(velocity), CYCLE);
         assert!(slave.acceleration.abs() <= 2_000.0 * 1.001);
@@ -343,6 +351,7 @@ fn in_sync_after(velocity: impl Fn(f64) -> f64) -> Option<u32> {
 #[test]
 fn time_based_is_in_sync_with_a_master_that_ripples() {
     for hertz in [0.5, 2.0, 5.0, 10.0] {
+        // At 10 Hz it has 38 u/s², far within the slave's 2000.
         let ripple = 0.002 * 300.0;
         let rippling = |t: f64| 300.0 + ripple * libm::sin(core::f64::consts::TAU * hertz * t);
         // 0.19 s for a change of 300 with these limits.
@@ -357,10 +366,13 @@ fn time_based_is_in_sync_with_a_master_that_ripples() {
 #[test]
 fn time_based_is_in_sync_with_a_master_that_accelerates() {
     for acceleration in [100.0, -50.0, 1_000.0] {
+        // 200/2000 + 2000/50000 s without an acceleration of the
+        // master; at half of the slave's own about twice it.
         let cycles = in_sync_after(|t| 200.0 + acceleration * t).expect("in sync");
         assert!((100..=500).contains(&cycles), "{acceleration}: {cycles}");
     }
     // Faster than the slave may be: it stays behind, within its limits, and arrives afterwards.
+    // 900 u/s at 0.2 s. The slave has 2000 u/s², so it is there after 0.45 s and the time of its jerk.
     let racing = |t: f64| 100.0 + 4_000.0 * t.min(0.2);
     let cycles = in_sync_after(racing).expect("in sync");
     assert!((400..=600).contains(&cycles), "{cycles}");
@@ -434,6 +446,7 @@ proptest! {
                     let slave = coupling.update(master.run(velocity), CYCLE);
                     let numbers = [slave.position, slave.velocity, slave.acceleration];
                     prop_assert!(numbers.iter().all(|number| number.is_finite()));
+                    // The axis's highest velocity, with the default margin of 1 %.
                     let fastest = 1e4 * 1.01 * CYCLE.0;
                     prop_assert!((slave.position - last.position).abs() <= fastest * 1.001);
                     last = slave;

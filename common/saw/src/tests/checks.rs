@@ -50,11 +50,14 @@ fn cases() -> [Case; 26] {
         max_position: Some(1.0),
         ..SyncLimits::default()
     };
+    // Below the synchronous 100 u/s, and yet no refusal of the gear: that goes by the axis's own limit.
     let slow = SyncLimits {
         velocity: Some(99.0),
         ..SyncLimits::default()
     };
+    // A change by 100 u/s within a second peaks at 1.5 times its mean of 100 u/s².
     let weak = dynamics(100.0, 1e6);
+    // A quintic from rest over 60 u with 100 u/s at its end has 6·c3 = 1200 u/s³ at the start.
     let smooth = dynamics(1e5, 600.0);
     let forward = (100.0, 50.0);
     [
@@ -219,6 +222,7 @@ impl Case {
         let mut start = moment((1_000.0, self.master), (0.0, self.slave));
         start.axis.min_position = Some(-1.0);
         start.axis.max_position = Some(1.0);
+        // A second ahead of the master.
         let sync = (1_000.0 + self.master, self.distance);
         let mode = SyncMode::position_based(self.mask | details);
         let refusal = to_position(self.gear, sync, mode, self.limits)

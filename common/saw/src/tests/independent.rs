@@ -47,10 +47,12 @@ proptest! {
         let command = to_velocity(1.0, SyncMode::time_based(SyncMask::empty()), dynamics(a, j));
         let plan = command.plan(&start).expect("within the limits");
         let expected = independent(&start.slave, v1, a, j);
+        // Only commands that both solve can be compared.
         prop_assume!(expected.is_some());
         let (duration, distance) = expected.unwrap_or_default();
         let found = plan.duration().0;
         prop_assert!((found - duration).abs() <= SLACK * duration, "{found} {duration}");
+        // The longest possible distance: rounding of durations counts relative to it.
         let size = duration * v0.abs().max(v1.abs()).max(plan.characteristics(1).extremes.velocity.magnitude());
         let found = plan.line().slave;
         prop_assert!((found - distance).abs() <= SLACK * size, "{found} {distance}");

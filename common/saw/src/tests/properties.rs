@@ -18,6 +18,7 @@ pub(super) fn signed(magnitude: impl Strategy<Value = f64>) -> impl Strategy<Val
 }
 
 pub(super) fn limits() -> impl Strategy<Value = SyncLimits> {
+    // Absolute tolerances in the planner would show at either end of these decades.
     let dynamics = (decades(1, 4), decades(1, 6), decades(1, 6), decades(2, 8));
     (dynamics, 0.0..2e4, 0.0..2e4).prop_map(|((v, a, d, j), low, high): (_, f64, f64)| SyncLimits {
         velocity: Some(v),
@@ -45,6 +46,7 @@ fn any_moment() -> impl Strategy<Value = CouplingMoment> {
             let mut moment = moment((master, v_master), (slave, v_slave));
             moment.master.acceleration = a_master;
             moment.slave.acceleration = a_slave;
+            // Above every limit of a command, so that only the command's decide.
             moment.axis.dynamics = Limits::new(1e5, 1e6, 1e6, 1e9).expect("above zero");
             moment
         },
@@ -60,6 +62,7 @@ fn any_mask() -> impl Strategy<Value = SyncMask> {
 
 pub(super) fn gear_in_pos() -> impl Strategy<Value = (GearInPos, CouplingMoment)> {
     let gear = signed(decades(-1, 1));
+    // The slave's part of the gear's distance: below 1 it has to hurry less than its gear, above 1 more.
     let ahead = (decades(0, 4), 0.05..2.0_f64);
     (any_moment(), any_mask(), limits(), gear, ahead).prop_map(
         |(moment, mask, limits, gear, (distance, share))| {
@@ -129,6 +132,7 @@ pub(super) fn assert_kept(
     };
     let p = size(&samples, |s| s.position) * SLACK;
     let v = size(&samples, |s| s.velocity) * SLACK;
+    // Sampled places are rounded, and the acceleration changes by the jerk over their rounding.
     let a = size(&samples, |s| s.acceleration) * 1e-6;
     let checked = |bit| mask.contains(bit);
     let given = |limit: Option<f64>| limit.expect("all limits are given");
@@ -226,6 +230,7 @@ pub(super) fn assert_ends(plan: &SawPlan, moment: &CouplingMoment) -> Result<(),
             prop_assert!(near(acceleration, expected, size) || moment.master.acceleration != 0.0);
         }
     }
+    // Beside the end, since at it the line takes over.
     let before_end = plan.at(Seconds(plan.duration().0 * (1.0 - 1e-12)));
     let line = plan.line();
     let peak = plan.characteristics(1).extremes;
@@ -289,6 +294,7 @@ proptest! {
                 prop_assert!(range.minimum.value <= low + 1e-6 * size);
                 prop_assert!(range.maximum.value >= high - 1e-6 * size);
                 let over_range = high - low;
+                // 200 samples per piece miss a peak between two of them by a little.
                 prop_assert!(range.maximum.value - high <= 0.03 * over_range + 1e-6 * size);
                 prop_assert!(low - range.minimum.value <= 0.03 * over_range + 1e-6 * size);
             }
@@ -307,6 +313,7 @@ proptest! {
             };
             let mean = integral(|s| s.velocity.abs()) / plan.duration().0;
             let size = values.extremes.velocity.magnitude();
+            // The trapezoidal rule, coarse where |v| or a² has a bend.
             prop_assert!((values.mean_velocity - mean).abs() <= 1e-2 * size);
             let square = integral(|s| s.acceleration * s.acceleration) / plan.duration().0;
             let size = values.extremes.acceleration.magnitude();

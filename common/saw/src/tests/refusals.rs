@@ -184,6 +184,7 @@ fn limits_are_above_zero_and_the_gear_below_them() {
     let command = to_velocity(101.0, SyncMode::default(), SyncLimits::default());
     let refusal = command.plan(&start).unwrap_err();
     assert_eq!(refusal.code(), 0x42dd);
+    // The axis's 1e4 u/s divided by the gear.
     let speed = command.remedy(&start).master_speed.unwrap();
     assert!((speed - 1e4 / 101.0).abs() < 1e-4, "{speed}");
 }
@@ -208,6 +209,7 @@ fn synchronisation_positions_lie_ahead() {
 
 #[test]
 fn the_table_of_the_profile_must_be_free() {
+    // 256 − 3.
     assert_eq!(saw_table_id(3, |_| false), Ok(253));
     assert_eq!(saw_table_id(3, |id| id == 253).unwrap_err().code(), 0x4063);
     for axis_id in [0, 256] {

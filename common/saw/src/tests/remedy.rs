@@ -20,6 +20,7 @@ proptest! {
                     GearInPos { master_sync_position, ..command }.plan(&moment)
                 };
                 prop_assert!(verdict(distance).is_ok());
+                // A thousandth towards the given distance is refused again: the remedy is the nearest one.
                 let towards = if distance > given { 0.999 } else { 1.001 };
                 let beyond = (distance / given).max(given / distance) < 1.001;
                 prop_assert!(beyond || verdict(distance * towards).is_err());
@@ -100,6 +101,7 @@ fn flags_and_strategies_that_help_are_named() {
         assert_eq!(remedy.flags.contains(SyncMask::PREFER_CONST_VELO), helps);
     }
     assert!(
+        // Seeded draws: a bound for "a good part" that does not depend on their exact number.
         by_flag >= 10 && by_strategy > by_flag,
         "{by_flag} {by_strategy}"
     );

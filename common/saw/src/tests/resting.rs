@@ -19,6 +19,7 @@ fn ahead(distance: f64, master_velocity: Option<f64>) -> GearInPos {
     };
     to_position(
         1.0,
+        // τ = 0.4: P1+P5 with a ramp of 0.8 of the distance, 80 u of 100.
         (distance, 0.4 * distance),
         SyncMode::position_based(CHECKED),
         limits,
@@ -64,6 +65,7 @@ fn a_velocity_that_the_slave_cannot_have_is_refused_while_the_master_stands() {
             };
             to_velocity(3.0, mode, limits).plan(&start)
         };
+        // 3 · 3000 u/s is below the axis's 1e4, 3 · 4000 above it.
         assert_eq!(fast(None), fast(Some(3_000.0)));
         let refused = fast(Some(4_000.0)).unwrap_err();
         assert!(

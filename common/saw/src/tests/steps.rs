@@ -9,6 +9,7 @@ fn an_encoders_noise_is_no_acceleration() {
     let mode = SyncMode::position_based(mask);
     let command = to_position(1.0, (1_000.0, 1_000.0), mode, SyncLimits::default());
     let mut start = moment((-500.0, 500.0), (-250.0, 250.0));
+    // The threshold below is 2 · 1e-4/1e-6 = 200 u/s².
     start.master.acceleration = 150.0;
     assert!(command.plan(&start).is_err(), "P5 overshoots");
     start.encoder = Some(EncoderNoise {
@@ -38,6 +39,7 @@ fn the_steps_are_taken_in_the_manuals_order() {
         command.plan(&start).map(|plan| plan.form())
     };
     let below_peak = SyncLimits {
+        // P5 peaks at 506 u/s.
         velocity: Some(503.0),
         ..SyncLimits::default()
     };
@@ -65,6 +67,7 @@ fn the_steps_are_taken_in_the_manuals_order() {
 fn a_slave_with_the_gears_velocity_makes_up_its_place_at_the_acceleration_limit() {
     let start = moment((0.0, 100.0), (0.0, 100.0));
     let limits = dynamics(500.0, 1e4);
+    // 10 u more than the gear in one second.
     let plan = to_position(1.0, (100.0, 110.0), SyncMode::default(), limits)
         .plan(&start)
         .unwrap();

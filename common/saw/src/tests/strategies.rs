@@ -61,6 +61,7 @@ fn starts_gently(command: &GearInPos, moment: &CouplingMoment) -> bool {
     let limits = &command.limits;
     let (v, a) = (moment.slave.velocity.abs(), moment.slave.acceleration.abs());
     let jerk = limits.jerk.expect("given");
+    // Leading the acceleration to zero adds a²/2j; twice that is on the safe side.
     v + a * a / jerk < limits.velocity.expect("given") && a < limits.acceleration.expect("given")
 }
 
@@ -234,7 +235,9 @@ fn what_cannot_be_done_is_refused_with_figures() {
     let SawRefusal::TooShort { needed, available } = refusal else {
         panic!("{refusal}");
     };
+    // 100 u at 500 u/s.
     assert_eq!((available, refusal.code()), (0.2, 0x42df));
+    // Reaching 500 u/s alone takes 500/2000 + 2000/20000 = 0.35 s.
     assert!(needed > 0.3, "{needed}");
     let early = GearInPos {
         strategy: Some(SyncStrategy::Early),
@@ -251,6 +254,7 @@ fn what_cannot_be_done_is_refused_with_figures() {
         );
     }
     let plan = example(SyncStrategy::Early).plan(&standing).unwrap();
+    // The line through (1000, 300) with slope 1.
     assert_eq!((plan.line().slave, plan.line().master), (-700.0, 0.0));
 
     let mut as_fast = example(SyncStrategy::Early);

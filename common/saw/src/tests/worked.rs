@@ -19,9 +19,11 @@ const CHAPTER_3: [Ramp; 3] = [
         gear: 1.0,
         master: 500.0,
         slave: -250.0,
+        // √(6·Δv/j) = √(6 · 750/5000) s at 500 mm/s, with a peak of 1.5·Δv/T.
         length: 474.342,
         duration: 0.948_683,
         acceleration: 1_185.85,
+        // 2·√(Δv/j), with a peak of √(j·Δv): the limit of 2500 is not reached.
         time_duration: 0.774_597,
         time_acceleration: 1_936.49,
     },
@@ -70,6 +72,7 @@ fn synchronisation_to_velocity_position_based() {
         printed(acceleration, example.acceleration, 1e-2);
         printed(jerk, 5_000.0, 1e-9);
         if example.gear == 1.0 && example.master > 0.0 {
+            // The mean of −250 and 500 over the duration, and likewise over time.
             printed(plan.line().slave, 118.585, 1e-3);
         }
     }
@@ -108,6 +111,7 @@ fn synchronisation_to_position_1() {
     printed(jerk, 444.444, 1e-3);
     let velocity = plan.characteristics(255).extremes.velocity.maximum;
     printed(velocity.value, 506.0, 1e-9);
+    // 1200 past the start at −500, where the manual's curve is highest.
     printed(velocity.master, 700.0, 1e-9);
 
     let mask = SyncMask::OVERSHOOT_VELO | SyncMask::UNDERSHOOT_VELO;
@@ -118,6 +122,7 @@ fn synchronisation_to_position_1() {
     assert_eq!(plan.form(), SawForm::QuinticLine);
     printed(plan.duration().0, 3.0, 1e-12);
     let (acceleration, jerk) = peaks(&plan);
+    // τ = 2/3, so L = 2(1 − τ)M = 1000: 1.5·0.5·500²/1000, and 6·0.5·500³/1000² for the jerk.
     printed(acceleration, 187.5, 1e-9);
     printed(jerk, 375.0, 1e-9);
     printed(plan.joins_line_at(), 500.0, 1e-9);

@@ -125,6 +125,7 @@ fn peak_factors_are_the_printed_ones() {
             let last_digit = 10_f64.powi(-(digits as i32));
             let expected: f64 = printed.parse().unwrap();
             assert!(
+                // Half of the last printed digit, and a little for its rounding in binary.
                 (received - expected).abs() <= 0.51 * last_digit,
                 "{law:?}: {received} instead of {printed}"
             );
@@ -178,6 +179,7 @@ fn peak_factors_of_polynomials_are_those_of_their_powers() {
         }
     }
     // v' = 0 at z = 3/7, a' = 0 at 7z = 3 ± √2: in closed form.
+    // Derivatives of 70z⁴ − 224z⁵ + 280z⁶ − 160z⁷ + 35z⁸, factored: no digits cancel.
     let v = |z: f64| 280.0 * z.powi(3) * (1.0 - z).powi(4);
     let a = |z: f64| 280.0 * z.powi(2) * (1.0 - z).powi(3) * (3.0 - 7.0 * z);
     let [cv, ca, _] = peaks(MotionLaw::Polynom8, [0.0; 2]);
@@ -196,6 +198,7 @@ fn assert_peaks(
         let magnitude = |z: f64| definition(z)[index + 1].abs();
         let expected = joints
             .windows(2)
+            // A joint belongs to the next piece, where the jerk already has its other value.
             .map(|stretch| largest(stretch[0], stretch[1].next_down(), magnitude))
             .fold(0.0, f64::max);
         assert!(
@@ -213,6 +216,7 @@ fn largest(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
         .max_by(|&a, &b| f(place(a)).total_cmp(&f(place(b))))
         .unwrap();
     let (mut low, mut high) = (place((best - 1).max(0)), place((best + 1).min(GRID)));
+    // Two thirds are left per step: (2/3)¹⁰⁰ is below the resolution of the place.
     for _ in 0..100 {
         let third = (high - low) / 3.0;
         if f(low + third) < f(high - third) {
@@ -227,6 +231,7 @@ fn largest(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
 /// The comparison above must be able to fail.
 #[test]
 fn another_definition_has_other_peaks() {
+    // Without the last ramp the stroke, and so every scaled amplitude, is another one.
     let wrong = Reference::of_shape(&trapezoid().pieces[..4]);
     let received = peaks(MotionLaw::Beschltrapez, [0.0; 2])[1];
     assert!((received - wrong.at(0.2)[2]).abs() > 1e-3);

@@ -72,7 +72,9 @@ fn laws_keep_the_conditions_of_their_ends() {
 /// Position, velocity and acceleration have no step at the inner joints.
 #[test]
 fn inner_joints_are_continuous() {
+    // Joints of the sine laws and of the trapezoid: quarters, and eighths.
     let joints = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+    // Those of the trapezoid that ends turning, and of the harmonic combination from rest.
     let ramp = 1.0 / (7.0 + core::f64::consts::FRAC_2_PI);
     let ramps = [ramp, 3.0 * ramp, 4.0 * ramp, 5.0 * ramp];
     let turn = 2.0 - 2_f64.sqrt();
@@ -139,6 +141,7 @@ fn a_law_run_backwards_is_its_mirror_image() {
 fn a_cubic_is_given_by_its_powers() {
     let segment = Segment::cubic(10.0, 14.0, [1.0, -2.0, 3.0, -0.5]);
     assert_eq!((segment.start(), segment.end()), (10.0, 14.0));
+    // With x = 2: 1 − 4 + 12 − 4, −2 + 12 − 6, 6 − 6, −3.
     let at_12 = Motion {
         position: 5.0,
         velocity: 4.0,
@@ -233,6 +236,7 @@ fn segments_without_length_and_numbers_are_refused() {
     );
     assert!(Segment::new(MotionLaw::Polynom1, &at(f64::NAN), &at(1.0)).is_err());
     // Finite each, but not together.
+    // 1e10 · (1e200)³ overflows, and 1e200 · 1e200 as well.
     let far = knot(1e200, [0.0, 0.0, 0.0, 1e10]);
     for (start, end) in [
         (at(0.0), far),
@@ -260,6 +264,7 @@ fn impossible_turning_points_are_refused() {
     }
     // The gentlest turn is that of a quarter sine alone: π²/4 of the stroke per squared length.
     let gentlest = core::f64::consts::PI.powi(2) / 16.0;
+    // Anything stronger has a half sine before it; weaker ones, or of the other sign, none.
     assert!(with(Turn::Acceleration(-1.01 * gentlest)).is_ok());
     for acceleration in [-0.99 * gentlest, 5.0, 0.0] {
         assert_eq!(

@@ -9,6 +9,7 @@ use super::{knot, laws, values};
 fn segment() -> impl Strategy<Value = Segment> {
     let law = prop::sample::select(laws());
     let numbers = (-1e3..1e3, 1e-2..1e3, -1e3..1e3, -1e2..1e2);
+    // In units of the mean slope, so that segments of every size are equally steep at their ends.
     let ends = prop::array::uniform6(-2.0..2.0);
     (law, numbers, ends, 0.1..0.9).prop_map(
         |(law, (master, length, position, stroke), ends, turn): (_, (f64, f64, f64, f64), _, _)| {
@@ -77,6 +78,7 @@ proptest! {
         let jump = (samples[3][3] - samples[0][3]).abs();
         for order in 0..3 {
             let [a, b, c, d] = samples.map(|sample| sample[order]);
+            // The quotient of five points errs by the fourth power of the step.
             let quotient = (8.0 * (c - b) - (d - a)) / (12.0 * step);
             let joint = [jump * step * step, jump * step, jump][order];
             let slack = 1e-6 * magnitudes[order + 1]
@@ -89,6 +91,7 @@ proptest! {
     #[test]
     fn extremes_bound_the_segment_and_are_taken(segment in segment()) {
         let ranges = ranges(&segment);
+        // Samples are the independent judge: they can only stay inside.
         for k in 0..=500 {
             let motion = segment.at(place(&segment, f64::from(k) / 500.0));
             for (value, range) in values(&motion).into_iter().zip(&ranges) {
@@ -120,6 +123,7 @@ proptest! {
         let masters = segment.masters_at(here.position);
         let [position, velocity, ..] = ranges(&segment);
         prop_assert!(masters.is_sorted_by(|a, b| a < b));
+        // Rounding of the position, and of the master times the slope.
         let noise = 1e-14 * (position.magnitude() + velocity.magnitude() * master.abs());
         for &reached in masters.iter() {
             prop_assert!(segment.start() <= reached && reached <= segment.end());
@@ -146,6 +150,7 @@ proptest! {
         let side = |k: i32| {
             segment.at(place(&segment, f64::from(k) / 400.0)).position > target
         };
+        // A sampling may miss two crossings within a step, so it is a lower bound.
         let crossings = (0..400).filter(|&k| side(k) != side(k + 1)).count();
         prop_assert!(segment.masters_at(target).len() >= crossings);
     }

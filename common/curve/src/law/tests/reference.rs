@@ -27,6 +27,7 @@ pub(super) const fn sine(until: f64, amplitude: f64, omega: f64, phase: f64) -> 
 }
 
 pub(super) const fn flat(until: f64, amplitude: f64) -> Sine {
+    // A sine that stays at its peak.
     sine(until, amplitude, 0.0, FRAC_PI_2)
 }
 
@@ -92,6 +93,7 @@ impl Reference {
         for piece in &self.pieces {
             let to = piece.until.min(z);
             let a = |x: f64| piece.amplitude * (piece.omega * x + piece.phase).sin();
+            // Cauchy's formula for repeated integration: one integral instead of two nested ones.
             sums[0] += quadrature(from, to, |x| (z - x) * a(x));
             sums[1] += quadrature(from, to, a);
             from = to;
@@ -147,6 +149,7 @@ pub(super) fn trapezoid_to_turn() -> Reference {
         ]
     };
     let last_velocity = |b: f64| Reference::from_rest(&shape(b)).at(1.0)[1];
+    // Five ramps of b fit for b < 0.2.
     Reference::of_shape(&shape(bisected(0.05, 0.19, last_velocity)))
 }
 
@@ -164,6 +167,7 @@ pub(super) fn harmonic_combination(velocity: f64, lambda: f64) -> Reference {
     };
     let [half, quarter] = [with(0.0, 1.0, 0.0).at(1.0), with(0.0, 0.0, 1.0).at(1.0)];
     let (position, speed) = (1.0 - velocity, -velocity);
+    // Stroke and end velocity are linear in both amplitudes: two equations, by Cramer's rule.
     let determinant = half[0] * quarter[1] - half[1] * quarter[0];
     let a = (position * quarter[1] - speed * quarter[0]) / determinant;
     let b = (half[0] * speed - half[1] * position) / determinant;
@@ -175,6 +179,7 @@ pub(super) fn smooth_harmonic_combination(velocity: f64, range: [f64; 2]) -> Ref
     let jump = |lambda: f64| {
         let pieces = harmonic_combination(velocity, lambda).pieces;
         let before = -pieces[0].amplitude * pieces[0].omega;
+        // The half sine arrives at its zero with slope −Aω, the quarter sine leaves it with its own.
         before - pieces[1].amplitude * pieces[1].omega
     };
     harmonic_combination(velocity, bisected(range[0], range[1], jump))
@@ -194,6 +199,7 @@ fn bisected(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
+// Exact up to degree 47. The terms of a sine over half a period are far below rounding there.
 const NODES: usize = 24;
 
 static RULE: LazyLock<[(f64, f64); NODES]> =
@@ -209,6 +215,7 @@ pub(super) fn quadrature(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
 /// Returns a root of the Legendre polynomial of a degree, and its weight, by Newton's method.
 fn legendre_node(degree: usize, index: usize) -> (f64, f64) {
     let n = degree as f64;
+    // The usual first guess, near enough for Newton's method to stay at this root.
     let mut x = (PI * (index as f64 + 0.75) / (n + 0.5)).cos();
     let mut slope = 0.0;
     for _ in 0..8 {
@@ -223,5 +230,6 @@ fn legendre_node(degree: usize, index: usize) -> (f64, f64) {
         slope = n * (x * value - before) / (x * x - 1.0);
         x -= value / slope;
     }
+    // Abramowitz and Stegun, 25.4.29.
     (x, 2.0 / ((1.0 - x * x) * slope * slope))
 }
