@@ -125,7 +125,7 @@ impl schemars::JsonSchema for SyncMask {
             .map(|(name, _)| alloc::format!("{}", SpelledFlag(name)));
         let names: alloc::vec::Vec<_> = names.collect();
         schemars::json_schema!({
-            "description": "Flags of the sync mode: checks of the profile, and how errors are told.",
+            "description": "Flags of the sync mode: checks of the profile, and the reports of errors.",
             "type": "array",
             "items": { "enum": names },
         })

@@ -119,7 +119,8 @@ fn latest(bound: f64, early: impl Fn(f64) -> bool) -> f64 {
     loop {
         // No tolerance: the search ends where no number lies between, after some 55 steps.
         let middle = low + (high - low) / 2.0;
-        if middle <= low || middle >= high {
+        // Written so that a bound that is not a number ends it, too.
+        if !(middle > low && middle < high) {
             return low;
         }
         if early(middle) {

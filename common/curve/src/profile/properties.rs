@@ -59,6 +59,22 @@ fn job() -> impl Strategy<Value = (Limits, Kinematics, f64)> {
     limits().prop_flat_map(|limits| (Just(limits), start(&limits), distance()))
 }
 
+/// A plan from a number that is none ends, although none of its comparisons holds.
+#[test]
+fn a_start_that_is_no_number_ends() {
+    let limits = Limits::new(500.0, 5_000.0, 5_000.0, 5e4).unwrap();
+    for (place, target) in [(0, 1.0), (1, 1.0), (2, 1.0), (3, f64::NAN)] {
+        let mut start = [0.0; 4];
+        start[place] = f64::NAN;
+        let start = Kinematics {
+            position: start[0],
+            velocity: start[1],
+            acceleration: start[2],
+        };
+        let _ = to_position(&start, target, &limits);
+    }
+}
+
 /// Begins of the phases, and the end.
 fn knots(profile: &Profile) -> Vec<f64> {
     let mut knots: Vec<f64> = profile.phase_begins().map(|t| t.0).collect();

@@ -407,7 +407,11 @@ impl SawCoupling {
     ) {
         let limit = self.direction * self.farthest_back;
         // Within the cycle: at its end the master is up to 0.5 mm past it, at 500 mm/s and 1 ms.
-        let part = ((limit - before) / (master.position - before)).clamp(0.0, 1.0);
+        let part = match master.position - before {
+            // Only its direction of travel turned: it was past the position before this cycle.
+            0.0 => 0.0,
+            gone => ((limit - before) / gone).clamp(0.0, 1.0),
+        };
         let master_at_limit = Kinematics {
             position: limit,
             ..*master

@@ -417,6 +417,44 @@ fn increments_that_go_on_are_no_rollback() {
     }
 }
 
+/// A master whose increments turn while its position stays was past the coupling position before: the stop takes all of the
+/// cycle, forwards and backwards.
+#[test]
+fn a_reversal_at_rest_stops_from_the_start_of_the_cycle() {
+    let stopped = |direction: f64| -> Vec<f64> {
+        let start = moment((0.0, direction * 10.0), (0.0, 0.0));
+        let command = to_position(
+            1.0,
+            (direction * 10.0, direction * 5.0),
+            SyncMode::position_based(SyncMask::ROLLBACK_LOCK),
+            SyncLimits::default(),
+        );
+        let (mut coupling, _) = couple(SawCommand::GearInPos(command), &start);
+        let ahead = match direction > 0.0 {
+            true => [TravelDirection::Forward, TravelDirection::Backward],
+            false => [TravelDirection::Backward, TravelDirection::Forward],
+        };
+        let cycles = [(0.02, ahead[0]), (-0.08, ahead[0]), (-0.08, ahead[1])];
+        let run = cycles.map(|(position, travel)| {
+            coupling.set_master_travel(Some(travel));
+            let master = Kinematics {
+                position: direction * position,
+                velocity: direction * 10.0,
+                acceleration: 0.0,
+            };
+            direction * coupling.update(&master, CYCLE).position
+        });
+        assert_eq!(*coupling.state(), CommandState::Aborted);
+        run.to_vec()
+    };
+    let forwards = stopped(1.0);
+    assert!(
+        forwards.iter().all(|position| position.is_finite()),
+        "{forwards:?}"
+    );
+    assert_eq!(forwards, stopped(-1.0));
+}
+
 proptest! {
     #[test]
     fn whatever_the_master_does_the_slave_stays_sane(
