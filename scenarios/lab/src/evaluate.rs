@@ -210,10 +210,9 @@ impl Evaluation {
             // The motion up to this cycle may be known only after the master's next one.
             while let Some(record) = judge.waiting.pop_front() {
                 let at = Instant::from_nanos(record.at_ns);
-                // The popped record counts among those that wait.
                 // A dead master is known no further: without the bound all rows to the end would wait for it.
                 if !judge.is_known(&self.masters, record.place, at)
-                    && judge.waiting.len() + 1 < LONGEST_WAIT
+                    && Instant::from_nanos(at_ns) - at < LONGEST_WAIT
                 {
                     judge.waiting.push_front(record);
                     break;
@@ -348,5 +347,5 @@ fn truly(axis: &VirtualAxisSignals) -> Kinematics {
     }
 }
 
-/// Most rows that wait for a silent master: a second's worth at cycles of a millisecond.
-const LONGEST_WAIT: usize = 1_000;
+/// Longest wait of a row for a silent master. The slowest cycle lasts 0.1 s: a master that lives is known ten times within.
+const LONGEST_WAIT: Span = Span::from_secs(1);

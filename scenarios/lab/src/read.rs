@@ -152,7 +152,14 @@ fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'st
             action: Action::Restart | Action::Freeze,
             ..
         } => return Ok(()),
-        EventKind::Away { .. } => ("action", "twin"),
+        EventKind::Away {
+            action: Action::Twin,
+            ..
+        } => ("action", "twin"),
+        EventKind::Away {
+            action: Action::Stop,
+            ..
+        } => ("action", "stop"),
         EventKind::Command(_) => ("command", "a command"),
     };
     let reason = format!("received {received} for a router, expected action restart or freeze");
@@ -314,6 +321,8 @@ fn check_exception(
     };
     let mut known = names(config.slaves.iter().map(|slave| &slave.name));
     known.extend(config.far_axis_names());
+    known.extend(names(config.received_nodes().iter().map(|node| node.node)));
+    known.push(receiver.clone());
     if !known.contains(of) {
         return Err(("of", unknown(of, known)));
     }
@@ -345,4 +354,49 @@ fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
             .map_err(|wrong| ConfigError::field(file, format!("receiver[{n}]"), wrong))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BEHIND_A_ROUTER: &str = "title = 't'\nduration-s = 1\n[[router]]\nname = 'hall'\nnodes = ['*']\n\
+        [[sender]]\nname = 'belt'\ncycle-time-us = 1000\n[[sender.axis]]\nid = 1\nname = 'belt'\n\
+        [sender.axis.program]\nstart-velocity = 1.0\nlimits = { velocity = 2.0, acceleration = 1.0, jerk = 1.0 }\n\
+        [[receiver]]\nname = 'saw'\ncycle-time-us = 1000\nmaster.node = 'belt'\n";
+
+    fn read(rest: &str) -> Result<Scenario, String> {
+        let text = format!("{BEHIND_A_ROUTER}{rest}");
+        let table = text.parse().expect("TOML");
+        scenario("t.toml", table).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_action_that_no_router_has_is_named_as_received() {
+        for action in ["twin", "stop"] {
+            let event =
+                format!("[[event]]\nat-s = 0.5\nnode = 'hall'\naction = '{action}'\nfor-s = 0.1\n");
+            let error = read(&event).unwrap_err();
+            let expected =
+                format!("received {action} for a router, expected action restart or freeze");
+            assert!(error.contains(&expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn an_exception_may_be_of_a_far_node_and_of_the_receiver_itself() {
+        let exception = |of: &str| {
+            read(&format!(
+                "[[exception]]\nreceiver = 'saw'\nof = '{of}'\nfrom = ['messages']\nreason = 'it shows it'\n"
+            ))
+        };
+        for of in ["belt", "belt.1", "saw"] {
+            assert!(exception(of).is_ok(), "{of}: {:?}", exception(of));
+        }
+        let error = exception("nobody").unwrap_err();
+        assert!(
+            error.contains("exception[0].of: received \"nobody\""),
+            "{error}"
+        );
+    }
 }

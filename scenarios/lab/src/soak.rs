@@ -229,7 +229,7 @@ fn source(text: String) -> Source {
     }
 }
 
-/// ScheduleOutcome of a schedule.
+/// Result of a schedule.
 #[derive(Debug, PartialEq)]
 enum ScheduleOutcome {
     /// Run to its end: its faults, a line each.
@@ -260,7 +260,7 @@ impl Progress for RunWhile<'_> {
     }
 }
 
-/// ScheduleOutcome of a scenario in virtual time, as long as `goes_on` returns true.
+/// Runs a scenario in virtual time, as long as `goes_on` returns true.
 fn outcome_of(text: &str, goes_on: &dyn Fn() -> bool) -> ScheduleOutcome {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
@@ -276,7 +276,7 @@ fn outcome_of(text: &str, goes_on: &dyn Fn() -> bool) -> ScheduleOutcome {
     run().unwrap_or_else(refused)
 }
 
-/// ScheduleOutcome as processes. Only conditions that hold on a busy machine too are checked: the invariants, and that every
+/// Runs a scenario as processes. Only conditions that hold on a busy machine too are checked: the invariants, and that every
 /// node runs to the end and is not killed by a signal.
 fn outcome_on(
     stage: &dyn Stage,

@@ -406,6 +406,9 @@ pub(crate) fn in_order(summary: &Summary) -> Vec<(&str, &ReceiverSummary)> {
     receivers
 }
 
+/// Ranks of modes, which are the numbers of their colours, too.
+pub(crate) const MODES: usize = 4;
+
 /// Returns the rank of a mode by the amount that it corrects.
 pub(crate) fn rank(mode: &str) -> u8 {
     match mode {

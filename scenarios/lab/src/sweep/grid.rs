@@ -57,14 +57,16 @@ impl From<&GridAxis> for SweepAxis {
 /// Splits at commas, but not within brackets, braces or quotes: tables and lists are values too.
 fn split_values(text: &str) -> Vec<String> {
     let mut values = vec![String::new()];
-    let (mut depth, mut quoted) = (0_u32, false);
+    let (mut depth, mut quote) = (0_u32, None);
     for c in text.chars() {
-        match c {
-            '"' => quoted = !quoted,
-            '[' | '{' if !quoted => depth += 1,
+        match (c, quote) {
+            // Basic and literal strings of TOML; either may hold the other's quote.
+            ('"' | '\'', None) => quote = Some(c),
+            (_, Some(begun)) if c == begun => quote = None,
+            ('[' | '{', None) => depth += 1,
             // A bracket too many is left to TOML, which names it.
-            ']' | '}' if !quoted => depth = depth.saturating_sub(1),
-            ',' if !quoted && depth == 0 => {
+            (']' | '}', None) => depth = depth.saturating_sub(1),
+            (',', None) if depth == 0 => {
                 values.push(String::new());
                 continue;
             }
@@ -103,7 +105,7 @@ pub(super) fn points(axes: &[SweepAxis], seeds: usize) -> anyhow::Result<Vec<Vec
         }
         // A value that comes twice would be run once and counted twice, as both share a record.
         if let Some((_, twice)) =
-            (values.iter().enumerate()).find(|(n, v)| values[..*n].contains(v))
+            (values.iter().enumerate()).find(|(n, v)| values[..*n].iter().any(|o| is_same(o, v)))
         {
             return wrong_argument(format!(
                 "sweep: received {field}={twice} twice, expected each value once"
@@ -131,6 +133,11 @@ pub(super) fn points(axes: &[SweepAxis], seeds: usize) -> anyhow::Result<Vec<Vec
     Ok(points)
 }
 
+/// True if two values set a field to the same: numbers may be written in several ways.
+fn is_same(one: &str, other: &str) -> bool {
+    one == other || number(one).is_some_and(|one| Some(one) == number(other))
+}
+
 /// The field of a scenario that its seed is in.
 pub(super) const SEED: &str = "seed";
 
@@ -152,6 +159,8 @@ mod tests {
             ["{ normal-us = 5 }", "{ exponential-us = [1, 2] }", "3"]
         );
         assert_eq!(axis.numbers(), None);
+        let quoted: SweepAxis = r#"a='x,y',"z,'w","v""#.parse().unwrap();
+        assert_eq!(quoted.values, ["'x,y'", "\"z,'w\"", "\"v\""]);
         assert!("seed".parse::<SweepAxis>().is_err());
         assert!("seed=1,,2".parse::<SweepAxis>().is_err());
     }
@@ -174,6 +183,7 @@ mod tests {
     fn what_would_be_run_twice_or_too_often_is_refused() {
         for (texts, seeds, part) in [
             (&["a=1,2,1"][..], 1, "received a=1 twice"),
+            (&["a=0.1,0.10"], 1, "received a=0.10 twice"),
             (&["a=1", "a=2"], 1, "the field a twice"),
             (&["seed=1,2"], 2, "an axis of seeds"),
             (&["a=1,2"], 5_001, "more than 10000 points"),

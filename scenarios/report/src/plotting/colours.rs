@@ -1,7 +1,7 @@
 //! Colours of curves: none twice in a figure.
 
 /// Distinguishable with any colour vision, and on white as on black. The first belong to the modes.
-const CHOSEN: [&str; 7] = [
+pub const CHOSEN: [&str; 7] = [
     "#d9541e", "#d99a00", "#0b9c78", "#2f86d6", "#b06fa8", "#4fb0dc", "#8c7a5b",
 ];
 

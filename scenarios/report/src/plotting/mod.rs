@@ -2,7 +2,7 @@
 
 mod colours;
 
-pub use colours::{NEUTRAL, colour, rgb};
+pub use colours::{CHOSEN, NEUTRAL, colour, rgb};
 
 /// Ticks, numbers, axes and cursors, for any page that draws on a canvas.
 pub const AXES_JS: &str = include_str!("axes.js");

@@ -129,6 +129,16 @@ impl RunFigures<'_> {
         }
     }
 
+    /// End of the run, s: an interrupted one has no curves beyond it.
+    fn end_s(&self) -> f64 {
+        let Summary {
+            duration_s,
+            interrupted_at_s,
+            ..
+        } = self.summary;
+        interrupted_at_s.unwrap_or(*duration_s)
+    }
+
     fn drift(&self) -> Figure {
         let mut figure = self.over_time("ppm", |curves| &curves.drift_ppm, |_| 0.0);
         let true_drifts = self.receivers.iter().filter_map(|receiver| {
@@ -137,7 +147,7 @@ impl RunFigures<'_> {
             Some(Curve {
                 group: receiver.name().to_owned(),
                 colour: receiver.colour.clone(),
-                ..Curve::level(&name, ppm, 0.0, self.summary.duration_s)
+                ..Curve::level(&name, ppm, 0.0, self.end_s())
             })
         });
         // True values alone would be a figure of nothing that was estimated.
@@ -167,7 +177,7 @@ impl RunFigures<'_> {
                 // All receivers within half a level, so that they stay apart from those of the next one.
                 let shift = 0.5 * ((n as f64 + 0.5) / count - 0.5);
                 // Only changes are kept: the last state lasts to the end.
-                let end = (self.summary.duration_s.max(last.0), last.1);
+                let end = (self.end_s().max(last.0), last.1);
                 let points = states.iter().chain([&end]);
                 let points = points.map(|(t, state)| (*t, level(*state) - shift));
                 Some(Curve {

@@ -1,7 +1,7 @@
 //! The receivers as plots show them.
 
-use crate::plotting::colour;
-use crate::table;
+use crate::plotting::{CHOSEN, colour};
+use crate::table::{self, MODES};
 use coaxle_lab::curves::Curves;
 
 /// A receiver as plots show it.
@@ -10,12 +10,6 @@ pub(super) struct ColouredCurves<'a> {
     pub(super) curves: &'a Curves,
     pub(super) colour: String,
 }
-
-/// Modes that have a colour of their own.
-// The ranks of `table::rank`, which are the numbers of the colours.
-const MODES: usize = 4;
-/// Chosen colours: those after the modes' own are free for all.
-const CHOSEN: usize = 7;
 
 impl ColouredCurves<'_> {
     pub(super) fn name(&self) -> &str {
@@ -48,7 +42,7 @@ pub(super) fn coloured(curves: &[Curves]) -> Vec<ColouredCurves<'_>> {
         .collect();
     // Colours of absent modes come late, so that a colour keeps its meaning as long as possible.
     let absent = (0..MODES).filter(|n| !taken[*n]);
-    let mut free = (MODES..CHOSEN).chain(absent).chain(CHOSEN..);
+    let mut free = (MODES..CHOSEN.len()).chain(absent).chain(CHOSEN.len()..);
     let all = curves.into_iter().zip(own);
     all.map(|(curves, own)| ColouredCurves {
         curves,

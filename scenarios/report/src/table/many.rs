@@ -19,12 +19,19 @@ pub(super) fn ranges(receivers: &[(&str, &ReceiverSummary)]) -> Table {
         let (Some(least), Some(most)) = (numbers.first(), numbers.last()) else {
             continue;
         };
-        // The upper one of two middle values, which a receiver has.
-        let middle = numbers[numbers.len() / 2];
-        let cells = [*least, middle, *most].map(|number| right(&significant(number, 3)));
+        let cells = [*least, median(&numbers), *most].map(|number| right(&significant(number, 3)));
         let label = std::iter::once(comfy_table::Cell::new(label));
         let count = right(&numbers.len().to_string());
         table.add_row(label.chain(cells).chain([count]));
     }
     table
+}
+
+/// Returns the median of sorted numbers: of an even count the mean of the two in the middle, as a sweep has it.
+fn median(sorted: &[f64]) -> f64 {
+    let upper = sorted.len() / 2;
+    match sorted.len() % 2 {
+        0 => f64::midpoint(sorted[upper - 1], sorted[upper]),
+        _ => sorted[upper],
+    }
 }

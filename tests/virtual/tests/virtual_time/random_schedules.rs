@@ -54,7 +54,8 @@ fn asked_for() -> Option<Range<u64>> {
 }
 
 fn run_all(seeds: Range<u64>) {
-    let out = std::env::temp_dir().join("random-schedules");
+    // Kept for the files of failures; of each process its own, as two checkouts may be tested at a time.
+    let out = std::env::temp_dir().join(format!("random-schedules-{}", std::process::id()));
     let soak = Soak {
         stage: &VirtualTime,
         seeds,
@@ -79,4 +80,6 @@ fn run_all(seeds: Range<u64>) {
         lines.len(),
         lines.join("\n")
     );
+    // Without a failure nothing in it is of use. A folder that cannot be removed is no fault of the schedules.
+    let _ = std::fs::remove_dir_all(&soak.out);
 }
