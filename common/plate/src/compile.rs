@@ -149,7 +149,7 @@ pub(super) fn segment(point: &MotionPoint, next: &MotionPoint) -> Result<Segment
 /// turning end.
 fn turn(point: &MotionPoint, next: &MotionPoint) -> Turn {
     let turning = match point.function {
-        // RT and VT turn at their end, TR and TV at their start; the acceleration of the other end is not theirs.
+        // RT and VT turn at their end, TR and TV at their start. The acceleration of the other end is not theirs.
         MotionLaw::HarmonicKombiRt | MotionLaw::HarmonicKombiVt => next,
         MotionLaw::HarmonicKombiTr | MotionLaw::HarmonicKombiTv => point,
         _ => return Turn::Default,

@@ -144,7 +144,7 @@ impl Plate {
         let turn = self.turn(master);
         MasterPosition {
             axis: master * query.master_scaling - query.master_offset,
-            // The same turn gives place and lift, so both agree even at the edge of a turn.
+            // A single turn gives place and lift, so both agree even at the edge of a turn.
             cam: master - turn * self.period(),
             slave_offset: query.slave_offset + turn * self.lift() * query.slave_scaling,
         }

@@ -269,7 +269,7 @@ impl Plate {
     /// Adds the lift of a turn to the position.
     fn lifted(&self, motion: Motion, turn: f64) -> Motion {
         Motion {
-            // One product instead of a sum over the turns: rounding does not grow with the turns passed.
+            // A product instead of a sum over the turns: rounding does not grow with the turns passed.
             position: motion.position + turn * self.lift,
             ..motion
         }
@@ -325,7 +325,7 @@ impl Plate {
 
     fn turn_start(&self, turn: f64) -> f64 {
         let (start, end) = self.master_range();
-        // The same expression gives the end of a turn and the start of the next, so no master lies between two turns.
+        // A single expression gives the end of a turn and the start of the next: no master lies between two turns.
         start + turn * (end - start)
     }
 
