@@ -407,7 +407,7 @@ impl Coupling for Cam {
     }
 
     fn master_scaling(&self) -> f64 {
-        // Of several plates none stands for the coupling, and 1 is the master as it is.
+        // No plate of several stands for the coupling, and 1 is the master as it is.
         self.info(0, None).map_or(1.0, |info| info.master_scaling)
     }
 

@@ -12,11 +12,11 @@ use coaxle_axis::{CommandState, Job, Origin, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 /// Greatest number of plates of a slave.
-// TF5050 multi cams superpose up to four plates (0x425E).
+// Limit of the NC for a multi cam (0x425E).
 pub const MOST_PLATES: usize = 4;
 
 /// Number of finished commands whose states are remembered.
-// One bit of `unreported` for each.
+// As many as `unreported` has bits.
 const FINISHED: usize = u16::BITS as usize;
 
 /// Ids of the axes of a coupling, and limits of the slave.

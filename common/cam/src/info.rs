@@ -214,7 +214,7 @@ impl CamCoupling {
     /// active. After an error, the last valid state.
     #[must_use]
     pub fn cam_state(&self, tables: &Tables) -> Option<CamState> {
-        // One plate stands for all: signals have one column, and a row is filled in each cycle.
+        // The first plate stands for all: signals have one column, and a row is filled in each cycle.
         let layer = self.layers.iter().flatten().next()?;
         let plate = layer.plate(tables).ok()?;
         let on_plate = layer.placement.on_plate(self.master.position);

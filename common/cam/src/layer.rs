@@ -59,7 +59,7 @@ impl Layer {
         master: f64,
     ) -> Result<Path, CouplingError> {
         let plate = self.plate(tables)?;
-        // Same bits as `path_at`: the cursor only saves the search for the segment.
+        // Equal to `path_at` bit by bit: the cursor only saves the search for the segment.
         let motion = plate.along(&mut self.cursor, self.placement.on_plate(master));
         Ok(self.placement.path(&motion))
     }

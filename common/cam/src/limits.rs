@@ -50,7 +50,7 @@ impl CamLimits {
     /// Returns the greatest change of velocity within a cycle beyond that of the slave's own motion, u/s.
     pub(super) fn fastest_change(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
-        // One order lower: j·T²/2, and a·T.
+        // A derivative lower: j·T²/2, and a·T.
         let by_jerk = jerk * cycle * cycle / 2.0;
         by_jerk.min(self.push() * cycle)
     }

@@ -239,7 +239,7 @@ impl Versions {
                 self.touched.insert(at, point.index);
             }
         }
-        // Of all queued points together, not only of those written now.
+        // For all queued points together, not only for those written now.
         self.changed = self.plates[self.in_force].segments_changed(&self.points)?;
         self.queued = Some(self.mode);
         self.settle();

@@ -61,6 +61,7 @@ struct Rig {
 
 impl Rig {
     fn new() -> Self {
+        // Five plates, and room for those that a test adds.
         let mut tables = Tables::new(8);
         let plates = [
             (
@@ -176,6 +177,7 @@ fn cam_in(table: TableId) -> CamIn {
 }
 
 fn assert_near(value: f64, expected: f64) {
+    // Relative above 1 u, absolute below, where expected values may be 0.
     let tolerance = 1e-9 * expected.abs().max(1.0);
     assert!(
         (value - expected).abs() <= tolerance,

@@ -165,7 +165,7 @@ fn a_scaling_for_one_cycle_returns_and_keeps_what_the_slave_has_gained() {
     let largest = largest.max(rig.lead(360.0 + 720.0 + 360.0, 0.5));
     assert!(largest < 1.0, "{largest}");
     assert_eq!(rig.state(ticket), CommandState::Done);
-    // One cycle before, one of 720 by 3, and one after.
+    // A cycle before, one of 720 by 3, and a cycle after.
     assert_near(rig.slave.position, 100.0 + 300.0 + 100.0);
 }
 
