@@ -294,7 +294,6 @@ impl Envelope {
         });
         // Greatest accelerations in this cycle whose release at the jerk limit ends at the highest velocity,
         // backwards and forwards.
-        // velocity.
         let slower = acceleration_to_gain(self.velocity + w);
         let faster = acceleration_to_gain(self.velocity - w);
         let range = range.within(-slower, faster);

@@ -85,7 +85,6 @@ impl Target {
         let mean = 0.5 * (self.stated.velocity + next.velocity);
         let stated = (next.acceleration - self.stated.acceleration).abs();
         // Differences show a change of the acceleration spread over two cycles.
-        // the next.
         let seen = series.jerk.abs().max(self.series.jerk.abs()) / rate;
         // Two positions, each rounded, over one cycle.
         let rounding = 2.0 * ROUNDING * series.position.abs() * rate;
