@@ -4,8 +4,8 @@ use super::plate::Plate;
 use coaxle_curve::law::Segment;
 
 /// Greatest number of segments that are searched. Of plates with more, only the ends of the segments
-/// count: they are tables, whose segments are lines and cubics, with the extremes of the curvature at
-/// their ends.
+/// count: tables have lines and cubics, with the extremes of the curvature at their ends. A peak inside
+/// a segment of a motion function of more points is not among them.
 // Extremes are roots of each law, and the look-ahead of a coupling asks for the peaks within a cycle.
 const SEGMENTS_SEARCHED: usize = 256;
 
