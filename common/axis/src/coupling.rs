@@ -32,6 +32,7 @@ pub trait Coupling: Send {
     /// Error stop of the axis, with this NC code: pending changes are dropped, readable values are
     /// kept until [`end`](Self::end).
     fn fail(&mut self, code: u32) {
+        // Without changes that wait or values to keep, an error ends the coupling as anything else does.
         let _ = code;
         self.end();
     }
@@ -189,6 +190,7 @@ impl PlanInputs {
     /// [`NotPlanned::NotAtRest`].
     pub fn check_rest<R>(&self) -> Result<(), NotPlanned<R>> {
         let velocity = self.slave.velocity;
+        // Both: an axis that reverses has no velocity for an instant.
         if velocity == 0.0 && self.slave.acceleration == 0.0 {
             Ok(())
         } else {

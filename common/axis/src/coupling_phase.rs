@@ -54,6 +54,7 @@ impl CouplingPhase {
     #[must_use]
     pub fn in_sync_window(limits: &Limits, cycle_time: Seconds) -> f64 {
         let cycle = cycle_time.0;
+        // A jerk limit that means "none" would otherwise make a window in which everything is in sync.
         let jerk = limits.binding_in_cycles(cycle).jerk();
         jerk * cycle * cycle * cycle + limits.velocity() * TIME_OF_MASTER
     }

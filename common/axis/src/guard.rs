@@ -12,9 +12,11 @@ use super::dynamics::Dynamics;
 pub use super::guard_error::{GuardFault, GuardRefusal};
 
 /// Largest set value, in any unit.
+// There neighbouring doubles are 1.2e-4 apart: no position of an axis has a meaning beyond.
 const OUT_OF_RANGE: f64 = 1e12;
 
 fn out_of_range(number: f64) -> bool {
+    // Infinities are above it. NaN compares as false, so it is asked for.
     number.is_nan() || number.abs() > OUT_OF_RANGE
 }
 
@@ -70,6 +72,7 @@ impl Guard {
             limits.velocity(),
             limits.acceleration(),
             limits.deceleration(),
+            // At most one cycle from no acceleration to all of it.
             limits.jerk().max(most / cycle_time),
         )
         .unwrap_or(*limits)
@@ -147,6 +150,7 @@ impl Guard {
         slack: f64,
     ) -> Result<(), Passed> {
         let passed = |reached: f64, limit: f64| Err(Passed { reached, limit });
+        // From beyond a limit the present position takes its place: the axis may return, but move no farther.
         if extremes.low < self.min.min(here) - slack {
             passed(extremes.low, self.min)
         } else if extremes.high > self.max.max(here) + slack {
@@ -160,12 +164,14 @@ impl Guard {
     #[must_use]
     pub fn confined(&self, here: f64, next: &Kinematics) -> Kinematics {
         Kinematics {
+            // Bounds in order in any case, as both include the present position: the clamp cannot panic.
             position: next.position.clamp(self.min.min(here), self.max.max(here)),
             ..*next
         }
     }
 
     fn slack(&self, position: f64) -> f64 {
+        // Without a limit its infinity would make the slack infinite.
         let finite = |limit: f64| if limit.is_finite() { limit.abs() } else { 0.0 };
         ROUNDING * position.abs().max(finite(self.min)).max(finite(self.max))
     }
@@ -193,6 +199,7 @@ impl Guard {
     /// # Errors
     /// [`GuardFault::SoftwareLimit`].
     pub fn check_stop(&self, here: f64, next: &Kinematics) -> Result<(), GuardFault> {
+        // An upper bound first: a profile costs roots, and mostly the limits are far.
         if self.is_far_from_limits(next) {
             Ok(())
         } else {
@@ -233,7 +240,9 @@ impl Guard {
             .max(self.limits.acceleration());
         let ramp = strongest / jerk;
         // The greatest speed gain of the start acceleration while it is led to zero.
+        // Twice a²/2j, the speed gained while the acceleration is led to 0: an upper bound needs no more.
         let speed = from.velocity.abs() + strongest * ramp;
+        // v²/a, twice the distance of the braking itself, and two ramps of the acceleration at full speed.
         speed * (2.0 * ramp + speed / dec.min(self.limits.acceleration()))
     }
 
@@ -266,6 +275,7 @@ impl Guard {
         } = *coupled;
         let slows = velocity * acceleration < 0.0;
         let most =
+            // a² = 2·j·v: leading a harder deceleration to 0 would reverse the axis.
             libm::sqrt(2.0 * self.limits.jerk() * velocity.abs()).min(self.limits.deceleration());
         let kept = if slows {
             acceleration.clamp(-most, most)

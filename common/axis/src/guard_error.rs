@@ -39,6 +39,7 @@ impl GuardRefusal {
     pub const fn code(&self) -> u32 {
         match self {
             Self::Value { .. } => 0x4b06,
+            // Shared with `LeftBehind`: in both the axis is asked for more than its limits allow.
             Self::AboveLimit { .. } => 0x42dd,
             Self::SoftwareLimit { .. } => 0x4229,
         }

@@ -69,6 +69,7 @@ impl NcToPlcAxis {
         put(image, 28, self.saf_entries.to_le_bytes());
         put(image, 32, self.axis_id.to_le_bytes());
         put(image, 36, self.op_mode.to_le_bytes());
+        // Packed: 44 is no multiple of 8, so the bytes are copied and no struct is laid over them.
         put(image, 44, self.actual_position.to_le_bytes());
         put(image, 52, self.modulo_actual_position.to_le_bytes());
         put(image, 60, self.modulo_actual_turns.to_le_bytes());
@@ -133,6 +134,7 @@ pub struct ImageLengthError {
 }
 
 fn put<const N: usize>(image: &mut [u8; IMAGE_LEN], offset: usize, bytes: [u8; N]) {
+    // Offsets are constants of this file, which a test proves to fill the image exactly.
     image[offset..offset + N].copy_from_slice(&bytes);
 }
 
@@ -189,6 +191,7 @@ mod tests {
     const I32: i32 = 0x0403_0201;
 
     fn real() -> f64 {
+        // Bytes 01 to 08 in little-endian order: a field at a wrong offset or reversed shows.
         f64::from_bits(0x0807_0605_0403_0201)
     }
 

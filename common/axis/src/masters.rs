@@ -15,6 +15,7 @@ pub struct Masters {
 
 impl Masters {
     /// Greatest number of masters of a slave.
+    // `MC_GearInMultiMaster` has four, and an array of them needs no allocation.
     pub const MOST: usize = 4;
 
     /// Creates masters numbered in this order; those beyond the greatest number are left out.
@@ -65,6 +66,7 @@ impl Masters {
     pub fn with_first(mut self, first: Kinematics, is_shifting: bool) -> Self {
         self.all[0] = Some(first);
         if is_shifting {
+            // Whole increments of the encoder no longer decide once a phase shift moves the position as well.
             self.travel[0] = None;
         }
         self

@@ -56,6 +56,7 @@ impl Modulo {
     /// Splits a position by the period.
     #[must_use]
     pub fn of(self, position: f64) -> ModuloPosition {
+        // Exact for any number of turns, unlike position - turns·length.
         let rest = libm::fmod(position, self.0);
         let within = if rest < 0.0 { rest + self.0 } else { rest };
         // Just below the beginning of a period, the remainder is rounded up to a whole period.
@@ -63,6 +64,7 @@ impl Modulo {
         let turns = libm::round((position - within) / self.0);
         ModuloPosition {
             within,
+            // The cast saturates: 2³¹ turns are farther than a counter of the PLC can say.
             turns: turns as i32,
         }
     }
@@ -77,6 +79,7 @@ impl Modulo {
     /// `here`: never here itself, and at most a period ahead.
     #[must_use]
     pub fn next(self, within: f64, here: f64, ahead: TravelDirection) -> f64 {
+        // Rounded once: the present position, a whole number of turns on, is recognised and not returned.
         let at = |turns: f64| libm::fma(turns, self.0, within);
         let turns = libm::floor((here - within) / self.0);
         // The rounded quotient may be off by one period, in both directions.

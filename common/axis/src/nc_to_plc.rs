@@ -121,6 +121,7 @@ impl NcToPlcAxis {
             ("ModuloSetPos", self.modulo_set_position),
         ]
         .into_iter()
+        // NaN is in no range, so this refuses it, too.
         .find_map(|(name, value)| (!plausible.contains(&value)).then_some(name))
     }
 }

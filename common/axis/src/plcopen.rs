@@ -71,6 +71,7 @@ impl AxisStatus {
         };
         use Transition as T;
         match (self, transition) {
+            // Arms from the most urgent: a fault counts in each state, a reset changes only an error stop.
             (_, T::Fault) => Some(ErrorStop),
 
             (ErrorStop, T::Reset { powered: true }) => Some(Standstill),
@@ -85,6 +86,7 @@ impl AxisStatus {
             (ErrorStop, T::PowerOff) => Some(ErrorStop),
             (_, T::PowerOff) => Some(Stopping),
 
+            // Below this line the axis has power and no error.
             (Disabled | ErrorStop, _) => None,
 
             (Standstill, T::Home) => Some(Homing),
@@ -104,6 +106,7 @@ impl AxisStatus {
             (Standstill | DiscreteMotion | ContinuousMotion | SynchronizedMotion, _) => {
                 self.commanded(transition)
             }
+            // PLCopen: neither can be aborted by another motion.
             (Homing | Stopping, _) => None,
         }
     }
@@ -144,6 +147,7 @@ impl StateMachine {
 
     /// Follows an arrow; without such an arrow the state stays.
     pub const fn follow(&mut self, transition: Transition) -> AxisStatus {
+        // Callers ask `after` before they accept a command. Here an impossible arrow must not do harm.
         if let Some(next) = self.status.after(transition) {
             self.status = next;
         }

@@ -76,6 +76,7 @@ impl StateWord {
     #[must_use]
     pub fn of_velocity(velocity: f64) -> Self {
         let mut word = Self::empty();
+        // Exactly 0: planners end at 0, and a threshold would call a slow axis standing.
         word.set(Self::NOT_MOVING, velocity == 0.0);
         word.set(Self::POSITIVE_DIRECTION, velocity > 0.0);
         word.set(Self::NEGATIVE_DIRECTION, velocity < 0.0);
@@ -93,6 +94,7 @@ impl serde::Serialize for StateWord {
 #[cfg(feature = "serde")]
 impl<'de> serde::Deserialize<'de> for StateWord {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // Unknown bits of newer controllers are kept.
         u32::deserialize(deserializer).map(Self::from_bits_retain)
     }
 }
@@ -179,6 +181,7 @@ impl AxisState {
     /// State of an axis with its own motion.
     #[must_use]
     pub fn of_motion(velocity: f64, acceleration: f64) -> Self {
+        // Opposite signs first: else a deceleration would count as an acceleration.
         if velocity * acceleration < 0.0 {
             Self::Decelerating
         } else if acceleration != 0.0 {

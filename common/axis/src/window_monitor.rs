@@ -46,6 +46,7 @@ impl WindowMonitor {
     /// Runs one cycle; returns true if the window has been exceeded for too long.
     pub fn trips(&mut self, distance: f64, elapsed: Seconds) -> bool {
         let beyond = self.is_beyond(distance);
+        // Starts again from 0: single long cycles apart do not add up.
         self.beyond = if beyond { self.beyond + elapsed.0 } else { 0.0 };
         beyond && self.beyond > self.time
     }

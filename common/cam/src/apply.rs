@@ -28,9 +28,11 @@ impl CamCoupling {
                     self.kind = Some(first.kind);
                     self.master = first.master;
                     self.slave = first.slave;
+                    // The axis follows this job to see whether its first coupling was refused.
                     self.first = Some(job);
                 }
                 if let Some(table) = &table {
+                    // Held while it waits: a plate that is deleted meanwhile could not come when it is due.
                     tables.hold(table);
                 }
                 self.queues[index].table = Some(pending(job, table, inputs));

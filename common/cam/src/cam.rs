@@ -97,6 +97,7 @@ impl Cam {
         master: &Kinematics,
     ) -> Result<CamChange, CouplingError> {
         let request = CamRequest::from(CamIn {
+            // The axis is put onto the plate, so there is no course before it to jump from.
             jump: JumpHandling::Allow,
             ..*cam_in
         });
@@ -121,6 +122,7 @@ impl Cam {
         let Some(PlatesMut { tables, coupling }) = self.plates_mut() else {
             return Err(CouplingError::NotCoupled);
         };
+        // A second start would otherwise find the plate of the first in its place.
         coupling.end(tables);
         coupling.apply(tables, change, job);
         let slave = coupling.update(tables, master);
@@ -216,6 +218,7 @@ impl Cam {
     ) -> Result<(), CouplingError> {
         match &mut self.tables {
             Some(tables) => tables.set_online_change_mode(table, mode),
+            // Without plates the plan refuses, with the same error as for an unknown table.
             None => self.plan_mode(table, &mode),
         }
     }
@@ -361,10 +364,12 @@ impl Coupling for Cam {
         let Some(PlatesMut { tables, coupling }) = self.plates_mut() else {
             return Step::Failed;
         };
+        // Before the update: afterwards a refused coupling and one that ended are both idle.
         let waited = coupling.state() == CommandState::Waiting;
         let slave = coupling.update(tables, master);
         match coupling.state() {
             CommandState::Failed(_) => Step::Failed,
+            // Refused first: a coupling given up has no error to report.
             CommandState::Idle if waited && self.refusal().is_some() => Step::Refused,
             CommandState::Idle if waited => Step::GivenUp,
             CommandState::Idle => Step::Ended(slave),
@@ -402,6 +407,7 @@ impl Coupling for Cam {
     }
 
     fn master_scaling(&self) -> f64 {
+        // No plate of several stands for the coupling, and 1 is the master as it is.
         self.info(0, None).map_or(1.0, |info| info.master_scaling)
     }
 
@@ -415,6 +421,7 @@ const NONE: CouplingParameters = CouplingParameters {
     master_axis_id: 0,
     slave_axis_id: 0,
     limits: CamLimits {
+        // Any positive limits pass the check. Without plates no course is ever compared with them.
         velocity: 1.0,
         acceleration: 1.0,
         deceleration: 1.0,

@@ -25,14 +25,17 @@ impl CamCoupling {
         tables: &mut Tables,
         step: MasterStep,
     ) -> Result<(), CouplingError> {
+        // Remembered, since a change below may take the last plate.
         let was_coupled = self.is_coupled();
         for index in 0..MOST_PLATES {
+            // Points first: a scaling in the same cycle is then placed on the plate that will be in force.
             self.take_data_if_due(tables, index, step)?;
             self.scale_if_due(tables, index, step)?;
             self.place_if_due(tables, index, step)?;
             self.undo_if_due(tables, index, step)?;
         }
         self.has_queue = self.queues.iter().any(|queue| !queue.is_empty());
+        // A coupling that still waits for its first plate stays. One whose only plate was refused has nothing left.
         if !self.is_coupled() && (was_coupled || !self.has_queue) {
             self.end(tables);
         }
@@ -49,6 +52,7 @@ impl CamCoupling {
             return Ok(());
         };
         let moment = self.moment_of(tables, index, &pending, step)?;
+        // Out of the queue before it is tried: a refused change must not be tried in every cycle.
         self.queues[index].scaling = moment.is_none().then_some(pending.checked());
         if let Some(moment) = moment
             && let Err(error) = self.scale(tables, index, &pending, &moment)
@@ -78,6 +82,7 @@ impl CamCoupling {
         };
         if let Err(error) = placed {
             if let Some(table) = pending.table {
+                // Held since it was queued, and no place will hold it now.
                 tables.release(&table);
             }
             self.finish(pending.job, CommandState::Failed(error));
@@ -102,6 +107,8 @@ impl CamCoupling {
             (None, Some(table)) if pending.activation.mode.refers_to_plate() => {
                 let plate = tables.versions(&table)?.plate();
                 let context = PlacementContext {
+                    // A first plate has no placement yet. Only absolute masters wait by its positions, so the
+                    // moment has no influence.
                     moment: ChangeMoment::at(step.from),
                     before: None,
                     strokes: 0.0,
@@ -133,6 +140,7 @@ impl CamCoupling {
             table,
             moment,
         )?;
+        // Before the layer changes: the position at which the slave came onto the plate.
         let slave = self.position_at(tables, moment)?;
         // Acquired before the previous plate is left: points that wait for its last slave would be in
         // force at once, and the placement was found for the points in force now.
@@ -174,6 +182,7 @@ impl CamCoupling {
                 .as_ref()
                 .map(|layer| layer.placed(tables))
                 .transpose()?,
+            // Another plate begins in its base cycle: strokes belong to the plate that made them.
             strokes: 0.0,
             reference: reference.position,
         };
@@ -207,6 +216,7 @@ impl CamCoupling {
             moment,
             index,
             next: None,
+            // The new course is the old one less this plate, so the gap is all of the plate.
             gap: self.reference(tables, index, moment)?,
             jump,
         };
@@ -220,7 +230,9 @@ impl CamCoupling {
         pending: &Pending,
         moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
+        // The slave keeps its velocity then: there is no course left to lead it along a ramp.
         if self.is_last_plate() {
+            // Without a plate nothing measures the cycle after which it would return.
             if pending.is_once() {
                 return Err(CouplingError::ModeNotAllowed {
                     operation: Operation::Switch,
@@ -248,6 +260,7 @@ impl CamCoupling {
         moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
         let before = self.layers[index].ok_or(CouplingError::NotCoupled)?;
+        // A second return would bring back the state of the first change, not the one before it.
         if pending.is_once() && self.queues[index].undo.is_some() {
             return Err(CouplingError::Pending {
                 table: before.table.id,
@@ -261,6 +274,7 @@ impl CamCoupling {
                 job: pending.job,
                 before: Some(before),
                 strokes: 0.0,
+                // The plate itself stays in use, so its return must not acquire it again.
                 scaled_only: true,
                 scaling: pending.scaling,
                 jump: pending.jump,
@@ -331,6 +345,7 @@ impl CamCoupling {
         let context = PlacementContext {
             moment: *moment,
             before: Some(before),
+            // Kept in units of the slave: the new scaling must not move cycles that are done.
             strokes: before.placement.strokes_at(before.plate, moment.master),
             reference: self.reference(tables, index, moment)?.position,
         };

@@ -30,6 +30,7 @@ pub(super) fn check_activation(
         position,
         in_turn,
     } = *activation;
+    // The coupled axis converts it before: one that is left over does not apply to this mode.
     if let Some(received) = in_turn {
         return Err(CouplingError::Parameter {
             name: "activation.in-turn",
@@ -41,12 +42,14 @@ pub(super) fn check_activation(
         ActivationMode::AtMasterCamPos => plate.master_range(),
         ActivationMode::AtMasterAxisPos
         | ActivationMode::AtMasterAxisPosPositiveDirection
+        // All finite positions: the range excludes infinities and NaN.
         | ActivationMode::AtMasterAxisPosNegativeDirection => (f64::MIN, f64::MAX),
         _ if mode.is_next_cycle() && !has_next_cycle => {
             return Err(CouplingError::NoNextCycle { table: id });
         }
         _ => return Ok(()),
     };
+    // NaN is in no range.
     if (from..=to).contains(&position) {
         Ok(())
     } else {

@@ -336,6 +336,7 @@ impl ScalingData {
     /// Checks of every operation; `has_reference`: there is a plate whose position is kept.
     pub(super) fn check(&self, has_reference: bool) -> Result<(), CouplingError> {
         let Self { master, slave } = self;
+        // An automatic offset keeps the master's part of the cycle, which a relative origin would set to 0.
         if master.mode == ScalingMode::AutoOffset {
             if master.relative {
                 return Err(CouplingError::AutoOffsetWithRelativeMaster);
@@ -345,6 +346,7 @@ impl ScalingData {
             }
         }
         let fields = [
+            // The master is divided by its scaling. A slave's scaling of 0 is a slave at standstill, and allowed.
             ("master scaling", master.scaling, master.scaling != 0.0),
             ("slave scaling", slave.scaling, true),
             ("master offset", master.offset, true),

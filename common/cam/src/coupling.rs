@@ -12,9 +12,11 @@ use coaxle_axis::{CommandState, Job, Origin, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 /// Greatest number of plates of a slave.
+// Limit of the NC for a multi cam (0x425E).
 pub const MOST_PLATES: usize = 4;
 
 /// Number of finished commands whose states are remembered.
+// As many as `unreported` has bits.
 const FINISHED: usize = u16::BITS as usize;
 
 /// Ids of the axes of a coupling, and limits of the slave.
@@ -185,6 +187,7 @@ impl CamCoupling {
             (None, _) => CommandState::Idle,
             (Some(_), Some(error)) => CommandState::Failed(error),
             _ if !self.is_coupled() => CommandState::Waiting,
+            // On a ramp the slave is beside the sum of its plates.
             _ if self.ramp.is_some() => CommandState::Active,
             _ => CommandState::InSync,
         }
@@ -242,12 +245,14 @@ impl CamCoupling {
         if !is_finite(master) {
             return Err(CouplingError::AxisError { code: 0 });
         }
+        // Mostly nothing waits, and a cycle costs only the evaluation.
         if self.has_queue || self.data_waits || self.writes_seen != tables.writes() {
             let step = MasterStep {
                 from: self.master.position,
                 to: master.position,
             };
             self.carry_out(tables, step)?;
+            // After the changes: a plate that came just now may have points that wait.
             self.data_waits = self.data_queued(tables);
             self.writes_seen = tables.writes();
             if self.kind.is_none() {
@@ -255,6 +260,7 @@ impl CamCoupling {
             }
         }
         let slave = self.evaluate(tables, master)?;
+        // Before they are stored: the last valid values stay for the axis and for `info`.
         if !is_finite(&slave) {
             return Err(CouplingError::NotFinite);
         }
@@ -269,6 +275,7 @@ impl CamCoupling {
         master: &Kinematics,
     ) -> Result<Kinematics, CouplingError> {
         if !self.is_coupled() {
+            // A first plate waits only for a slave at standstill.
             return Ok(Kinematics::at_rest(self.slave.position));
         }
         let mut path = Path::default();
@@ -278,6 +285,7 @@ impl CamCoupling {
         if let Some(ramp) = &self.ramp {
             match ramp.at(master.position) {
                 Some(gap) => path += gap,
+                // Dropped at its end, so that a master that comes back does not run into it again.
                 None => self.ramp = None,
             }
         }
@@ -324,6 +332,7 @@ impl CamCoupling {
             return None;
         }
         let oldest = self.next_finished;
+        // The list is a ring: the place to be written next holds the oldest entry.
         let from_oldest = self.unreported.rotate_right(oldest as u32);
         let place = (oldest + from_oldest.trailing_zeros() as usize) % FINISHED;
         self.unreported &= !(1 << place);

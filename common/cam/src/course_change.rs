@@ -40,10 +40,12 @@ impl CamCoupling {
         let finite = [gap.position, gap.slope, gap.curvature]
             .iter()
             .all(|value| value.is_finite());
+        // Before any comparison: NaN would pass each limit.
         if !finite {
             return Err(CouplingError::NotFinite);
         }
         let ramp = match *jump {
+            // No look at the course either: a slave that cannot follow goes to error stop.
             JumpHandling::Allow => return Ok(self.ramp),
             JumpHandling::Refuse => {
                 self.check_jump(tables, to)?;
@@ -51,14 +53,17 @@ impl CamCoupling {
             }
             JumpHandling::RampIn { master_length } => {
                 let moving = self.slave.velocity;
+                // A ramp is a function of the master: beside one at standstill it would stop the slave at once.
                 if !self.is_coupled() && self.master.velocity == 0.0 && moving != 0.0 {
                     return Err(CouplingError::SlaveMoving { velocity: moving });
                 }
+                // A ramp under way is replaced: its remainder is part of the gap that the new one fades out.
                 let gap = gap + self.ramp_at(moment);
                 Some(GapRamp::new(moment.master, master_length, gap))
             }
         };
         let master = Kinematics {
+            // The moment is mostly between two cycles, the velocity that of the cycle before.
             position: moment.master,
             ..self.master
         };
@@ -77,7 +82,9 @@ impl CamCoupling {
     fn check_jump(&self, tables: &Tables, to: &CourseChange<'_>) -> Result<(), CouplingError> {
         let limits = &self.parameters.limits;
         let allowed = limits.farthest();
+        // Sums of plates and strokes far out are rounded relative to the position, not to the jump.
         let rounding = 1e-12 * self.position_at(tables, to.moment)?.abs();
+        // The gap is the old course less the new one, the jump the new one less the old.
         let distance = -to.gap.position;
         if distance.abs() > allowed + rounding {
             return Err(CouplingError::Jump { distance, allowed });
@@ -90,6 +97,7 @@ impl CamCoupling {
         } else {
             -self.slave.velocity
         };
+        // Both slopes are computed in different ways, and their difference cancels all but rounding.
         let rounding = 1e-9 * limits.velocity;
         if change.abs() > allowed + rounding {
             return Err(CouplingError::VelocityJump { change, allowed });
@@ -107,6 +115,7 @@ impl CamCoupling {
     ) -> Result<Path, CouplingError> {
         match &self.layers[index] {
             Some(layer) => layer.path_at(tables, moment.master),
+            // An empty place adds nothing to the sum, so a plate to come must begin with nothing.
             None if self.is_coupled() => Ok(Path::default()),
             None => Ok(self.uncoupled_path()),
         }
@@ -120,6 +129,7 @@ impl CamCoupling {
             ..Path::default()
         };
         if master.velocity != 0.0 {
+            // Inverse of the chain rule: v = s·V, and a = c·V² + s·A.
             path.slope = slave.velocity / master.velocity;
             path.curvature = (slave.acceleration - path.slope * master.acceleration)
                 / (master.velocity * master.velocity);
@@ -169,6 +179,7 @@ impl CamCoupling {
         tables: &Tables,
         moment: &ChangeMoment,
     ) -> Result<(), CouplingError> {
+        // At the moment and not at the cycle before: there a plate that ends at rest still moves.
         self.slave = self.path_at(tables, moment)?.slave_of(&self.master);
         Ok(())
     }

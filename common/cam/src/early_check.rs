@@ -22,10 +22,12 @@ impl CamCoupling {
         inputs: &CamInputs,
         first: Option<&CouplingBegin>,
     ) -> Result<(), CouplingError> {
+        // A plan changes nothing, so the axes at the command go into a copy. All of it is on the stack.
         let mut there = self.clone();
         if let Some(first) = first {
             (there.master, there.slave) = (first.master, first.slave);
         }
+        // A later change finds a slave that is elsewhere, so only what no place can change is checked now.
         let Some(now) = there.moment_of_inputs(inputs) else {
             let plate = tables.versions(&table)?.plate();
             return there.check_alone_early(tables, index, Some(plate), inputs);
@@ -58,6 +60,7 @@ impl CamCoupling {
         inputs: &CamInputs,
     ) -> Result<(), CouplingError> {
         match self.moment_of_inputs(inputs) {
+            // Without its last plate the slave keeps its velocity: there is no course to check.
             Some(now) if !self.is_last_plate() => self
                 .ramp_after_removal(tables, index, &inputs.jump, &now)
                 .map(|_| ()),
@@ -68,6 +71,7 @@ impl CamCoupling {
     /// Returns the present moment, for a change that comes with the next cycle, before any other.
     fn moment_of_inputs(&self, inputs: &CamInputs) -> Option<ChangeMoment> {
         let at_once = inputs.activation.mode == ActivationMode::Instantaneous;
+        // Another change that is queued may come first, and change what this one begins from.
         (at_once && !self.has_queue).then(|| ChangeMoment::at(self.master.position))
     }
 
@@ -79,6 +83,7 @@ impl CamCoupling {
         other: Option<&Plate>,
         inputs: &CamInputs,
     ) -> Result<(), CouplingError> {
+        // Beside other plates the sum depends on the place, which is not known yet.
         let is_only = self.layers.iter().flatten().count() <= 1;
         if inputs.jump == JumpHandling::Allow || !is_only || self.has_queue {
             return Ok(());
@@ -92,6 +97,7 @@ impl CamCoupling {
         let context = PlacementContext {
             moment,
             before,
+            // Strokes and offsets shift the course, and so leave slope and curvature as they are.
             strokes: 0.0,
             reference: self.slave.position,
         };

@@ -17,6 +17,7 @@ impl CamCoupling {
             }
             None => self.finish(job, CommandState::Done),
         }
+        // With its only change discarded, a coupling would wait for ever.
         if self.layers.iter().all(Option::is_none) && self.queues.iter().all(Queue::is_empty) {
             self.end(tables);
         }
@@ -24,6 +25,7 @@ impl CamCoupling {
 
     /// Ends the coupling. The slave keeps its velocity, without acceleration.
     pub(super) fn end(&mut self, tables: &mut Tables) {
+        // Called again at the end of a coupling that has ended by itself.
         if self.kind.is_none() {
             return;
         }
@@ -44,12 +46,14 @@ impl CamCoupling {
         self.kind = None;
         self.error = None;
         self.ramp = None;
+        // `MC_CamOut`: the axis goes on at constant velocity.
         self.slave.acceleration = 0.0;
     }
 
     /// Aborts what waits for the present plate of a place, since it does not apply to the next one.
     pub(super) fn clear_for_another(&mut self, tables: &mut Tables, index: usize) {
         self.abort_scaling(index);
+        // Another plate replaces the return, too: it would bring back the plate before the last one.
         if let Some(undo) = self.queues[index].undo.take() {
             self.finish(undo.job, CommandState::Aborted);
             self.forget(tables, &undo);
@@ -80,6 +84,7 @@ impl CamCoupling {
     /// Releases the plate that was to return and does not.
     pub(super) fn forget(&mut self, tables: &mut Tables, undo: &Undo) {
         if let Some(layer) = &undo.before
+            // A scaled plate is still in its place, and its layer releases it.
             && !undo.scaled_only
         {
             tables.release(&layer.table);

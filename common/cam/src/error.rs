@@ -277,6 +277,7 @@ impl CouplingError {
             Self::ModeNeedsAbsoluteMaster { .. } => 0x4250,
             Self::NotCoupled => 0x4256,
             Self::TableInUse { .. } | Self::NotReplaceable { .. } => 0x4259,
+            // The NC has a code for scalings and another for offsets.
             Self::Scaling { field, .. } if field.ends_with("scaling") => 0x425B,
             Self::OtherKindOfCoupling => 0x425C,
             Self::TooManyTables { .. } => 0x425E,
@@ -298,6 +299,7 @@ impl CouplingError {
             Self::StoreFull { .. } | Self::TooManyRows { .. } => 0x4A11,
             Self::Scaling { .. } => 0x4A17,
             Self::Parameter { .. } => 0x4A1C,
+            // All but an online change, which has a code of its own above.
             Self::ModeNotAllowed { .. } => 0x4B04,
             Self::NoTable => 0x4B30,
             Self::TooManyChanged { .. } => 0x4B31,

@@ -157,6 +157,7 @@ impl CamCoupling {
         let plate = layer.plate(tables)?;
         let placement = &layer.placement;
         let master = at_master_position.unwrap_or(self.master.position);
+        // Here the set position counts, which after an error is the last valid one.
         let slave = match at_master_position {
             Some(_) => self.path_at(tables, &ChangeMoment::at(master))?.position,
             None => self.slave.position,
@@ -164,6 +165,7 @@ impl CamCoupling {
         let (start, _) = plate.master_range();
         let on_plate = placement.on_plate(master);
         let (turn, _) = placement.turns(plate, master);
+        // By the same turn as the strokes, so that both sums agree at a seam.
         let in_cycle = on_plate - turn * plate.period();
         let online = versions.queued().unwrap_or(versions.mode());
         Ok(CamInfo {
@@ -188,6 +190,7 @@ impl CamCoupling {
             master_scaling: placement.master_scaling,
             slave_scaling: placement.slave_scaling,
             sum_of_slave_strokes: placement.strokes_at(plate, master),
+            // The coupling does not know of superpositions: the axis adds them behind it.
             sum_of_superposition_distance: 0.0,
             master_axis_position: master,
             slave_axis_position: slave,
@@ -211,6 +214,7 @@ impl CamCoupling {
     /// active. After an error, the last valid state.
     #[must_use]
     pub fn cam_state(&self, tables: &Tables) -> Option<CamState> {
+        // The first plate stands for all: signals have one column, and a row is filled in each cycle.
         let layer = self.layers.iter().flatten().next()?;
         let plate = layer.plate(tables).ok()?;
         let on_plate = layer.placement.on_plate(self.master.position);

@@ -59,6 +59,7 @@ impl Layer {
         master: f64,
     ) -> Result<Path, CouplingError> {
         let plate = self.plate(tables)?;
+        // Equal to `path_at` bit by bit: the cursor only saves the search for the segment.
         let motion = plate.along(&mut self.cursor, self.placement.on_plate(master));
         Ok(self.placement.path(&motion))
     }
@@ -83,6 +84,7 @@ impl Pending {
     /// Returns the change, no longer new.
     pub(super) const fn checked(self) -> Self {
         Self {
+            // After its first check a master that stands on the position no longer counts as passing it.
             first: false,
             ..self
         }

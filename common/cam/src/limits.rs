@@ -42,6 +42,7 @@ impl CamLimits {
     /// Returns the greatest deviation from the slave's own motion within a cycle, u.
     pub(super) fn farthest(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
+        // j·T³/6 from no acceleration, and a·T²/2 if the jerk reaches the acceleration's limit within the cycle.
         let by_jerk = jerk * cycle * cycle * cycle / 6.0;
         by_jerk.min(self.push() * cycle * cycle / 2.0)
     }
@@ -49,11 +50,13 @@ impl CamLimits {
     /// Returns the greatest change of velocity within a cycle beyond that of the slave's own motion, u/s.
     pub(super) fn fastest_change(&self) -> f64 {
         let Self { jerk, cycle, .. } = *self;
+        // A derivative lower: j·T²/2, and a·T.
         let by_jerk = jerk * cycle * cycle / 2.0;
         by_jerk.min(self.push() * cycle)
     }
 
     fn push(&self) -> f64 {
+        // The lesser: a jump may speed the slave up or brake it.
         self.acceleration.min(self.deceleration)
     }
 

@@ -79,6 +79,7 @@ impl ActivationMode {
 
     /// True if it depends on the position of the master on the plate.
     pub(super) const fn refers_to_plate(self) -> bool {
+        // A position of the master's axis is the same whatever plate it moves.
         matches!(self, Self::AtMasterCamPos) || self.is_next_cycle()
     }
 }

@@ -26,6 +26,8 @@ impl CamCoupling {
             if let Ok(plate) = layer.plate(tables) {
                 strokes = layer.placement.strokes_at(plate, moment.master);
             }
+            // A plate that returns stays held, so that nobody deletes it, but points written to it need not
+            // wait for it.
             tables.leave(&layer.table, &layer.lease);
             if !pending.is_once() {
                 tables.release(&layer.table);
@@ -55,6 +57,7 @@ impl CamCoupling {
         let Some(undo) = &mut self.queues[index].undo else {
             return Ok(());
         };
+        // The seam at which the change came into force lies in the same step, and would end it at once.
         if core::mem::take(&mut undo.first) {
             return Ok(());
         }
@@ -66,6 +69,7 @@ impl CamCoupling {
         let Some(moment) = next_cycle(&layer.placed(tables)?, step) else {
             return Ok(());
         };
+        // Taken before it is tried, as any change: a return that is refused is not repeated.
         self.queues[index].undo = None;
         let undone = if undo.scaled_only {
             self.undo_scaling(tables, index, &undo, &moment)
@@ -75,6 +79,7 @@ impl CamCoupling {
         let state = match undone {
             Ok(()) => CommandState::Done,
             Err(error) => {
+                // The plate that was to return is let go, otherwise it could never be deleted.
                 self.forget(tables, &undo);
                 CommandState::Failed(error)
             }
@@ -127,6 +132,7 @@ impl CamCoupling {
             Some(layer) => Some(tables.acquire(&layer.table)?),
             None => None,
         };
+        // A scaling that waits was meant for the plate that leaves now.
         self.abort_scaling(index);
         if let Some(layer) = self.layers[index].take() {
             tables.leave(&layer.table, &layer.lease);
@@ -166,6 +172,7 @@ impl CamCoupling {
             placement =
                 Placement::settle(&scaling_back(&undo.scaling, &placement), plate, &context);
         }
+        // Absolute placements return to where they were. Automatic ones go through the slave's present position.
         if undo.scaling.slave.mode == ScalingMode::AutoOffset {
             placement = placement.through(plate, moment.master, reference.position);
         }
@@ -177,6 +184,7 @@ impl CamCoupling {
 fn scaling_back(scaling: &ScalingData, before: &Placement) -> ScalingData {
     let axis = |mode, offset, scaling| AxisScaling {
         mode,
+        // The offsets of a placement are totals, with the origin of a relative one in them.
         relative: false,
         offset,
         scaling,

@@ -27,10 +27,12 @@ impl CamCoupling {
         };
         let placed = layer.placed(tables)?;
         let moment = match next {
+            // A change for one cycle ends with it, whatever began it.
             LeaseAction::GiveBack => next_cycle(&placed, step),
             LeaseAction::Take if mode.activation.mode == ActivationMode::AsSoonAsPossible => {
                 safe_moment(versions, &placed, step)
             }
+            // A master that only stands on the position does not count: no command begins here.
             LeaseAction::Take => due(&mode.activation, Some(&placed), step, false),
         };
         let Some(moment) = moment else {
@@ -57,6 +59,7 @@ impl CamCoupling {
         let has_a_place = mode.activation.mode != ActivationMode::AsSoonAsPossible;
         if let Err(error) = ramp
             && has_a_place
+            // Tried again in each turn, and refused each time: one report for each write is enough.
             && self.rejected_points_writes != Some(tables.writes())
         {
             self.rejected_points_writes = Some(tables.writes());
@@ -86,7 +89,9 @@ fn safe_moment(
     let master = placed.placement.on_plate(step.from);
     let (turn, _) = placed.placement.turns(placed.plate, step.from);
     let in_cycle = master - turn * placed.plate.period();
+    // At either edge the segment beside it stays, so the slave is on both courses there.
     if changed.start < in_cycle && in_cycle < changed.end {
+        // Otherwise a change of every segment would never find a safe place.
         let all = changed.start <= start && end <= changed.end;
         return if all { next_cycle(placed, step) } else { None };
     }

@@ -25,6 +25,7 @@ impl Path {
         Kinematics {
             position: self.position,
             velocity: self.slope * velocity,
+            // Chain rule over time: a = c·V² + s·A.
             acceleration: self.curvature * velocity * velocity + self.slope * master.acceleration,
         }
     }
@@ -108,11 +109,13 @@ impl Placement {
         let AxisScaling {
             relative, offset, ..
         } = scaling.slave;
+        // The slave's value without a jump, not its position: of several plates each has only its part.
         let origin = if relative { at.reference } else { 0.0 };
         let before = at.before.map(|before| before.placement);
         let (slave_offset, slave_scaling) = match (scaling.slave.mode, before) {
             (ScalingMode::Off, Some(before)) => (before.slave_offset, before.slave_scaling),
             (ScalingMode::Off, None) => (0.0, 1.0),
+            // With an automatic offset only the scaling of these counts: the offset is replaced below.
             _ => (origin + offset, scaling.slave.scaling),
         };
         let mut placed = Self {
@@ -124,12 +127,16 @@ impl Placement {
             strokes: at.strokes,
             shift: 0.0,
             slope_ratio: slave_scaling / master_scaling,
+            // Second derivative of scaling·f((x + o)/m). Divided twice, since m² could underflow to 0.
             curvature_ratio: slave_scaling / master_scaling / master_scaling,
         };
+        // Needs the master's placement only, so it comes before any sum of the slave.
         placed.base_turn = placed.turns(plate, at.moment.master).0;
+        // After the master: its offset decides where on the plate the slave is (TF5050 8.4).
         if scaling.slave.mode == ScalingMode::AutoOffset {
             placed.slave_offset = 0.0;
             placed.sum_up(plate);
+            // Found with an offset of 0, then the sum is formed again with this one.
             placed.slave_offset = at.reference - placed.at(plate, at.moment.master).position;
         }
         placed.sum_up(plate);
@@ -161,6 +168,7 @@ impl Placement {
     /// Returns the course on the plate, in the axes.
     pub(super) fn path(&self, motion: &Motion) -> Path {
         Path {
+            // All additions in one sum, formed once at the placement: one multiplication and addition in each cycle.
             position: motion.position * self.slave_scaling + self.shift,
             slope: motion.velocity * self.slope_ratio,
             curvature: motion.acceleration * self.curvature_ratio,
@@ -170,6 +178,7 @@ impl Placement {
     /// Strokes completed from the base cycle to a position of the master axis, u.
     pub(super) fn strokes_at(&self, plate: &Plate, master: f64) -> f64 {
         let (turn, _) = self.turns(plate, master);
+        // Earlier strokes as they were done, later ones by the present scaling.
         self.strokes + self.slave_scaling * plate.lift() * (turn - self.base_turn)
     }
 
@@ -181,6 +190,7 @@ impl Placement {
     pub(super) fn turns(&self, plate: &Plate, master: f64) -> (f64, f64) {
         let (start, _) = plate.master_range();
         if plate.course() == Course::Linear {
+            // Passed once: all of the master, even outside, belongs to one cycle.
             return (0.0, (self.on_plate(master) - start) / plate.period());
         }
         let turns = self.turns_from(start, plate, master);
@@ -193,6 +203,7 @@ impl Placement {
     pub(super) fn turns_from(&self, position: f64, plate: &Plate, master: f64) -> f64 {
         let period = plate.period();
         let turns = (self.on_plate(master) - position) / period;
+        // Magnitudes before the sum: a large offset that cancels the master leaves its rounding behind.
         let largest = (master.abs() + self.master_offset.abs()) / self.master_scaling.abs();
         let rounding = 16.0 * f64::EPSILON * ((largest + position.abs()) / period + 1.0);
         let nearest = libm::round(turns);
@@ -221,6 +232,7 @@ fn master_place(master: &AxisScaling, plate: &Plate, at: &PlacementContext<'_>) 
             (master_offset, master_scaling)
         }
         (ScalingMode::Off, None) => (0.0, 1.0),
+        // Solved for the offset: on the plate = (master + offset)/scaling.
         (ScalingMode::AutoOffset, Some(before)) => {
             let (start, _) = plate.master_range();
             let fraction = fraction_kept(&before, plate, &at.moment);
@@ -229,6 +241,7 @@ fn master_place(master: &AxisScaling, plate: &Plate, at: &PlacementContext<'_>) 
         }
         _ => {
             let origin = if master.relative {
+                // Offset that makes the master's position at the activation the plate's 0.
                 -at.moment.master
             } else {
                 0.0
@@ -251,6 +264,7 @@ fn fraction_kept(before: &PlacedPlate<'_>, plate: &Plate, moment: &ChangeMoment)
         };
     }
     let (_, fraction) = before.placement.turns(before.plate, moment.master);
+    // Beyond the edge of a linear plate the part exceeds a cycle, and would begin in another turn.
     if linear(before.plate) && !linear(plate) {
         fraction.clamp(0.0, 1.0)
     } else {

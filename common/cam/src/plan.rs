@@ -98,6 +98,7 @@ impl CamCoupling {
         master: &Kinematics,
         slave: &Kinematics,
     ) -> Result<CamChange, CouplingError> {
+        // Before the error: uncoupling is the way out of it.
         if request.operation == CamOperation::Out {
             return match self.kind {
                 None => Err(CouplingError::NotCoupled),
@@ -154,6 +155,7 @@ impl CamCoupling {
         axes: CouplingAxes<'_>,
     ) -> Result<PlannedCamChange, CouplingError> {
         self.is_new_here(table, None)?;
+        // Empty of changes, too: a plate that waits for a place has taken it.
         let free = (0..MOST_PLATES)
             .find(|&index| self.layers[index].is_none() && self.queues[index].is_empty());
         let index = free.ok_or(CouplingError::TooManyTables { most: MOST_PLATES })?;
@@ -180,6 +182,7 @@ impl CamCoupling {
         inputs: CamInputs,
         master: &Kinematics,
     ) -> Result<PlannedCamChange, CouplingError> {
+        // A plate that only waits can be named as well, though it is not coupled yet.
         if let Some(index) = self.place_to_come(table)
             && inputs.activation.mode == ActivationMode::DeleteQueuedData
         {
@@ -210,6 +213,7 @@ impl CamCoupling {
         inputs: CamInputs,
         axes: CouplingAxes<'_>,
     ) -> Result<PlannedCamChange, CouplingError> {
+        // By the place and not by the command: `MC_CamIn` couples first, and exchanges after.
         let operation = match self.layers[index] {
             Some(_) => Operation::Switch,
             None => Operation::Couple,
@@ -231,6 +235,7 @@ impl CamCoupling {
                 acceleration,
                 ..
             } = *axes.slave;
+            // While it waits the slave is held where it is, and a moving one would have to stop within a cycle.
             let moves = velocity != 0.0 || acceleration != 0.0;
             if mode != ActivationMode::Instantaneous && moves {
                 return Err(CouplingError::SlaveMoving { velocity });
@@ -285,16 +290,20 @@ impl CamCoupling {
         scaling.check(layer.is_some())?;
         jump.check()?;
         let (id, plate) = match (layer, table) {
+            // Positions and cycles are those of the plate in place, since its seam is where the change happens.
             (Some(layer), _) => (layer.table.id, layer.plate(tables)?),
             (None, Some(table)) => (table.id, tables.versions(&table)?.plate()),
             (None, None) => return Err(CouplingError::NotCoupled),
         };
         let mode = activation.mode;
+        // The origin would be the activation's position, which in turn would depend on the origin.
         if operation == Operation::Couple && mode.refers_to_plate() && scaling.master.relative {
             return Err(CouplingError::ModeNeedsAbsoluteMaster { mode });
         }
+        // An exchange may also wait until the master leaves a linear plate.
         let has_next_cycle = operation == Operation::Switch || plate.course() == Course::Cyclic;
         check_activation(&activation, id, plate, has_next_cycle)?;
+        // A master at standstill may still go either way: the product is 0 and passes.
         let ahead = (activation.position - master.position) * master.velocity;
         if mode == ActivationMode::AtMasterAxisPos && ahead < 0.0 {
             return Err(CouplingError::ActivationPassed {
@@ -311,6 +320,7 @@ impl CamCoupling {
             Operation::Scale => scaling.is_some(),
             _ => table.is_some(),
         };
+        // A place remembers one state to return to.
         if queued || undo.is_some() && mode == ActivationMode::NextCycleOnce {
             return Err(CouplingError::Pending { table: id });
         }
@@ -342,6 +352,7 @@ impl CamCoupling {
     /// Returns the place as [`Self::coupled_place`], for either kind of coupling.
     pub(super) fn place_of(&self, table: TableId) -> Result<usize, CouplingError> {
         let coupled = self.layers.iter().flatten().count();
+        // 0 is no table's id: it names the only plate, and is refused below if there are several.
         let is_it = |id: TableId| table == 0 || id == table;
         let place = self
             .layers

@@ -36,6 +36,7 @@ impl PreparedTable {
 
     /// Takes a plate that is calculated already.
     pub(super) fn of(plate: Plate) -> Self {
+        // Shared with readers, so that a reading in the cycle copies a pointer and no points.
         let source = Arc::new(plate.source());
         Self {
             versions: Versions::new(plate),

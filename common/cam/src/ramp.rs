@@ -28,8 +28,10 @@ impl GapRamp {
 
     /// Returns the deviation of the slave from the new course; none once that is reached.
     pub(super) fn at(&self, master: f64) -> Option<Path> {
+        // Either direction: a master that reverses onto the ramp's other side fades the gap out there.
         let distance = master - self.start;
         let z = distance.abs() / self.length;
+        // Exactly at the end the deviation is 0 in all three, so nothing steps when the ramp is dropped.
         if z >= 1.0 {
             return None;
         }
@@ -42,11 +44,13 @@ impl GapRamp {
         } = self.gap;
         let (p, s, c) = (
             position,
+            // Derivatives over z instead of the master: one factor of the length for each order.
             side * slope * self.length,
             curvature * self.length * self.length,
         );
         let rest = 1.0 - z;
         // The quintic with these values at 0 and none at 1: rest³·(k0 + k1·z + k2·z²).
+        // From f(0) = k0, f'(0) = k1 - 3k0 = s and f''(0) = 2k2 - 6k1 + 6k0 = c.
         let (k0, k1, k2) = (p, 3.0 * p + s, 6.0 * p + 3.0 * s + c / 2.0);
         let q = k0 + z * (k1 + z * k2);
         let dq = k1 + 2.0 * k2 * z;
@@ -54,6 +58,7 @@ impl GapRamp {
         Some(Path {
             position: rest * rest * rest * q,
             slope: side * rest * rest * (rest * dq - 3.0 * q) / self.length,
+            // Even in the distance, so the side does not count.
             curvature: rest * (rest * rest * ddq - 6.0 * rest * dq + 6.0 * q)
                 / (self.length * self.length),
         })

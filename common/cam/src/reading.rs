@@ -9,6 +9,7 @@ use coaxle_plate::{MotionPoint, PlateSource};
 
 /// Greatest number of points that may have been written since a table was selected, for it still to be
 /// read.
+// Copied in the cycle, so their number is bounded. Equal to the most points of a plate replaced in use.
 pub const MOST_POINTS_CHANGED: usize = 4096;
 
 /// A plate in force, taken out of a cycle without calculating anything: its source, shared, and the
@@ -47,6 +48,7 @@ impl Tables {
         let table = &self.get(&self.find(id)?)?.prepared;
         let touched = table.versions.touched();
         let most = MOST_POINTS_CHANGED.min(into.changed.capacity());
+        // Refused before the copy: the list has no room for more, and growing it would allocate in the cycle.
         if touched.len() > most {
             return Err(CouplingError::TooManyChanged {
                 table: id,
@@ -60,6 +62,7 @@ impl Tables {
                 into.changed.push(*function.point(*index)?);
             }
         }
+        // Only a counter rises. The previous source is freed by its last holder.
         into.source = Some(Arc::clone(&table.source));
         Ok(())
     }

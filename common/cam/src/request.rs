@@ -62,6 +62,7 @@ const fn inputs(activation: Activation, scaling: ScalingData, jump: JumpHandling
 impl From<CamOut> for CamRequest {
     fn from(CamOut {}: CamOut) -> Self {
         Self {
+            // Ends at once: TF5050 has no activation for it, so its inputs are never read.
             name: CamOut::NAME,
             operation: CamOperation::Out,
             inputs: CamInputs::default(),
@@ -124,6 +125,7 @@ impl From<CamRemove> for CamRequest {
     fn from(command: CamRemove) -> Self {
         Self {
             name: CamRemove::NAME,
+            // A removed plate has no placement: the default passes every check of a scaling.
             operation: CamOperation::Remove(command.table),
             inputs: inputs(command.activation, ScalingData::default(), command.jump),
         }

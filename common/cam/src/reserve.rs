@@ -41,6 +41,8 @@ impl Reserve {
     pub(super) fn return_or_queue(&mut self, table: Box<PreparedTable>) {
         let home = table.home.and_then(|ReservedPlate(n)| self.kept.get_mut(n));
         match home {
+            // A home number without a place cannot occur, as places are never removed. Such a table would just
+            // be freed.
             Some(kept) => kept.take_back(table),
             None => self.to_be_freed.push(table),
         }
@@ -49,6 +51,7 @@ impl Reserve {
     /// Puts a table away for a caller that can free one: returns this one, or another that waits to be
     /// freed.
     pub(super) fn exchange(&mut self, table: Box<PreparedTable>) -> Option<Box<PreparedTable>> {
+        // Tables of an order are the caller's to free, reserved ones never.
         if table.home.is_none() {
             return Some(table);
         }
@@ -59,6 +62,7 @@ impl Reserve {
     /// Reserves space for this number of tables that wait to be freed. Allocates.
     pub(super) fn make_room(&mut self, places: usize) {
         self.to_be_freed
+            // At most all tables of the store can wait at once, so a push in the cycle never grows the list.
             .reserve(places.saturating_sub(self.to_be_freed.len()));
     }
 
@@ -70,6 +74,7 @@ impl Reserve {
 
 impl ReservedTable {
     fn take_back(&mut self, mut table: Box<PreparedTable>) {
+        // Points written meanwhile must not be there when the program selects it again.
         table.versions.restore(self.original.versions.plate());
         self.available = Some(table);
     }

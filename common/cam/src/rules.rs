@@ -36,6 +36,7 @@ impl Operation {
                 matches!(self, Self::Couple | Self::Switch)
             }
             Mode::AsSoonAsPossible => matches!(self, Self::OnlineChange),
+            // Off keeps what there is: a coupling that does so would never begin.
             Mode::Off => matches!(self, Self::Scale | Self::OnlineChange),
             Mode::DeleteQueuedData => matches!(self, Self::Switch | Self::OnlineChange),
         }

@@ -46,10 +46,12 @@ impl Tables {
         match selection {
             TableSelection::New => {
                 self.put(id, new);
+                // The caller can free one table, and this one went in: so it takes one along that waits to be freed.
                 *table = self.reserve.take_out();
             }
             TableSelection::InPlaceOf(slot) => {
                 if let Some(place) = &mut self.slots[slot] {
+                    // Boxes are swapped, so the cost does not grow with the plate.
                     core::mem::swap(&mut place.prepared, &mut new);
                 }
                 *table = self.reserve.exchange(new);
@@ -57,6 +59,7 @@ impl Tables {
             TableSelection::Online(slot) => {
                 self.note_write();
                 if let Some(place) = &mut self.slots[slot] {
+                    // The table in use stays where it is, since leases of slaves count on its versions.
                     place.prepared.versions.replace(&mut new.versions);
                 }
                 *table = Some(new);
@@ -89,6 +92,7 @@ impl Tables {
         table: &mut Option<Box<PreparedTable>>,
     ) -> Result<(), CouplingError> {
         let TableRef { slot, .. } = self.find_unused(id)?;
+        // A slot becomes free, but the others keep their numbers: references of couplings stay valid.
         let deleted = self.slots[slot].take();
         *table = deleted.and_then(|table| self.reserve.exchange(table.prepared));
         self.note_selection();
@@ -118,6 +122,7 @@ impl Tables {
         new: Option<&PreparedTable>,
         room: usize,
     ) -> Result<TableSelection, CouplingError> {
+        // Before the search: an id outside the range is never found, and would be taken for a new table.
         check_id(id)?;
         let new = new.ok_or(CouplingError::NoTable)?;
         let rows = new.rows();
@@ -135,6 +140,7 @@ impl Tables {
             // It continues to wait where it belongs.
             Some(_) => 0,
         };
+        // The room of reserved tables is `usize::MAX`, which a sum would overflow.
         check_rows(rows, room.saturating_add(freed))?;
         if place.uses == 0 {
             return Ok(TableSelection::InPlaceOf(found.slot));
@@ -162,7 +168,9 @@ fn check_online(
     let points = functions
         .filter(|(present, next)| present.points().len() == next.points().len())
         .map_or(0, |(present, _)| present.points().len());
+    // 0 stands for a table or another number of points: neither has room for the other's points.
     let fits = (1..=MOST_POINTS_REPLACED_IN_USE).contains(&points);
+    // Changes that wait for the next cycle would lose their seam on a linear plate.
     if !fits || present.course() != next.course() {
         return Err(CouplingError::NotReplaceable {
             table: id,
@@ -172,6 +180,7 @@ fn check_online(
         });
     }
     let mode = place.prepared.versions.mode().activation.mode;
+    // Points of a change that is off would be queued and never taken.
     if mode == ActivationMode::Off {
         return Err(CouplingError::ModeNotAllowed {
             operation: Operation::OnlineChange,

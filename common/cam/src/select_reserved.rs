@@ -26,11 +26,14 @@ impl Tables {
         let original = PreparedTable::new(Arc::clone(&source))?;
         let points = original.versions.plate().function();
         let received = points.map_or(0, |function| function.points().len());
+        // Its points are copied in the cycle whenever a slave is on the table, so their number is bounded from
+        // the start.
         if received > MOST_POINTS_REPLACED_IN_USE {
             let room = MOST_POINTS_REPLACED_IN_USE;
             return Err(CouplingError::TooManyRows { received, room });
         }
         let reserved = ReservedPlate(self.reserve.kept.len());
+        // Two copies: one is never in the store, so the points as reserved can be restored at any time.
         let mut available = Box::new(PreparedTable::new(source)?);
         available.home = Some(reserved);
         self.reserve.kept.push(ReservedTable {
@@ -38,6 +41,7 @@ impl Tables {
             original,
             available: Some(available),
         });
+        // Here, where allocating is allowed: returns in the cycle only push.
         self.reserve.make_room(self.slots.len());
         Ok(reserved)
     }
@@ -63,6 +67,7 @@ impl Tables {
                 self.put(id, table);
             }
             TableSelection::InPlaceOf(slot) => {
+                // Before the reserved table is taken, so that a refusal leaves it where it is.
                 let Some(place) = &mut self.slots[slot] else {
                     return Err(CouplingError::NoTable);
                 };
@@ -81,6 +86,7 @@ impl Tables {
             TableSelection::Online(slot) => {
                 if let Some(place) = &mut self.slots[slot] {
                     let versions = &mut place.prepared.versions;
+                    // Copied and not swapped, since the original must outlast any number of selections.
                     versions.replace_by_copy(kept.original.versions.plate());
                 }
                 self.note_write();

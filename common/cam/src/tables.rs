@@ -13,6 +13,7 @@ use coaxle_plate::{CamError, MotionFunction, MotionPoint, Plate};
 const IDS: core::ops::RangeInclusive<TableId> = 1..=255;
 
 /// Number of ids for tables.
+// TF5050 8.12: cam table ids are 1 to 255 (0x4B32), and 0 stands for the only plate of a coupling.
 pub const MOST_TABLES: usize = 255;
 
 /// The plates that couplings can use: those loaded by `MC_CamTableSelect`, TF5050 chapter 4.1.
@@ -156,6 +157,7 @@ impl Tables {
     /// all, and those of [`MotionFunction::change`]. Then everything is unchanged.
     #[doc(alias = "MC_WriteMotionFunction")]
     #[doc(alias = "MC_WriteMotionFunctionPoint")]
+    // Counted even if it is refused: couplings then look once in vain.
     pub fn write(&mut self, id: TableId, points: &[MotionPoint]) -> Result<(), CouplingError> {
         self.note_write();
         self.get_mut(id)?.prepared.versions.write(id, points)
@@ -210,6 +212,7 @@ impl Tables {
 
     pub(super) fn find(&self, id: TableId) -> Result<TableRef, CouplingError> {
         let is_it = |slot: &Option<StoredTable>| slot.as_ref().is_some_and(|table| table.id == id);
+        // At most 255 slots, and only commands search them: couplings keep the slot.
         match self.slots.iter().position(is_it) {
             Some(slot) => Ok(TableRef { slot, id }),
             None => Err(CouplingError::TableUnknown { table: id }),
@@ -236,6 +239,7 @@ impl Tables {
 
     pub(super) fn release(&mut self, table: &TableRef) {
         if let Some(Some(table)) = self.slots.get_mut(table.slot) {
+            // A store passed in by mistake may count fewer uses, and must not underflow in the cycle.
             table.uses = table.uses.saturating_sub(1);
         }
     }
@@ -255,6 +259,7 @@ impl Tables {
     #[must_use]
     pub fn rows(&self) -> usize {
         let tables = self.slots.iter().flatten();
+        // Reserved tables are counted once, wherever their memory is at present.
         let others = tables.filter(|table| table.prepared.home.is_none());
         others.map(|table| table.prepared.rows()).sum::<usize>() + self.reserve.rows()
     }
@@ -279,6 +284,7 @@ impl Tables {
 
     /// Counts an inserted or removed table.
     pub(super) const fn note_selection(&mut self) {
+        // Readers compare for equality only, so wrapping around is harmless.
         self.selections = self.selections.wrapping_add(1);
     }
 
@@ -290,6 +296,7 @@ impl Tables {
     #[inline]
     pub(super) fn get(&self, table: &TableRef) -> Result<&StoredTable, CouplingError> {
         match self.slots.get(table.slot) {
+            // The id, too: the slot may belong to another table of another store.
             Some(Some(found)) if found.id == table.id => Ok(found),
             _ => Err(CouplingError::TableUnknown { table: table.id }),
         }

@@ -20,6 +20,7 @@ pub(super) fn due(
         passes(step, position, first, forwards, backwards).then(|| ChangeMoment::at(position))
     };
     match activation.mode {
+        // The start of the step: the master of the last cycle, at which the slave's course is known.
         ActivationMode::Instantaneous => Some(ChangeMoment::at(step.from)),
         ActivationMode::AtMasterAxisPos => passed(true, true),
         ActivationMode::AtMasterAxisPosPositiveDirection => passed(true, false),
@@ -36,6 +37,7 @@ pub(super) fn due(
 fn passes(step: MasterStep, position: f64, first: bool, forwards: bool, backwards: bool) -> bool {
     let MasterStep { from, to } = step;
     let stands_there = first && from == position;
+    // Half open, so that a position at which one step ends is not passed again by the next.
     let up = from < position && position <= to || stands_there && to > from;
     let down = from > position && position >= to || stands_there && to < from;
     forwards && up || backwards && down || forwards && backwards && stands_there
@@ -51,6 +53,7 @@ fn at_cam_position(
         let on_axis = placed.placement.on_axis(position);
         return passes(step, on_axis, first, true, true).then(|| ChangeMoment::at(on_axis));
     }
+    // No seam: a plate to come must not begin at its own start.
     passed_in_a_cycle(placed, position, step, first).map(|moment| ChangeMoment {
         edge: None,
         ..moment
@@ -95,11 +98,14 @@ fn passed_in_a_cycle(
     let period = placed.plate.period();
     let turns = |master| placed.placement.turns_from(position, placed.plate, master);
     let (from, to) = (turns(step.from), turns(step.to));
+    // In positions of the plate: a negative scaling turns forwards on the axis into backwards here.
     let (turn, direction) = if first && from == libm::floor(from) {
         (from, Direction::Forwards)
     } else if from < to {
+        // Strictly beyond: a master on the position has passed it in the step before.
         (libm::floor(from) + 1.0, Direction::Forwards)
     } else {
+        // A master at standstill comes here, too, and does not reach the turn below it.
         (libm::ceil(from) - 1.0, Direction::Backwards)
     };
     let reached = match direction {

@@ -111,6 +111,7 @@ impl Versions {
         let rows = plate
             .function()
             .map_or(0, |function| function.points().len());
+        // Position tables have no points to write, so one copy is enough.
         let mut plates = Vec::with_capacity(2);
         if rows > 0 {
             plates.push(plate.clone());
@@ -147,6 +148,7 @@ impl Versions {
 
     /// Returns the plate with the change.
     pub(super) fn changed_plate(&self) -> &Plate {
+        // The other of two. With a single plate it is that one.
         &self.plates[self.plates.len() - 1 - self.in_force]
     }
 
@@ -230,12 +232,14 @@ impl Versions {
         for point in points {
             match self.points.binary_search_by_key(&point.index, |p| p.index) {
                 Ok(at) => self.points[at] = *point,
+                // Each index once, so the capacity of all rows is never exceeded.
                 Err(at) => self.points.insert(at, *point),
             }
             if let Err(at) = self.touched.binary_search(&point.index) {
                 self.touched.insert(at, point.index);
             }
         }
+        // For all queued points together, not only for those written now.
         self.changed = self.plates[self.in_force].segments_changed(&self.points)?;
         self.queued = Some(self.mode);
         self.settle();
@@ -260,6 +264,7 @@ impl Versions {
 
     /// Restores the plate without slaves to its source: this plate. Nothing is allocated.
     pub(super) fn restore(&mut self, new: &Plate) {
+        // Without written points both plates are still those of the source.
         if !self.touched.is_empty() {
             for plate in &mut self.plates {
                 plate.copy_from(new);
@@ -365,10 +370,12 @@ impl Versions {
             return;
         };
         if is_once(mode) {
+            // At least one must have run through it: without slaves both counts are 0.
             if self.returned > 0 && self.returned == self.leases {
                 self.end_change();
             }
         } else if self.taken == self.leases {
+            // The roles change, so no points are copied when the last slave arrives.
             self.in_force = self.plates.len() - 1 - self.in_force;
             self.end_change();
         }
@@ -376,6 +383,7 @@ impl Versions {
 
     fn end_change(&mut self) {
         self.queued = None;
+        // Leases of the old epoch count as on the plate in force, without a walk over all slaves.
         self.epoch = self.epoch.wrapping_add(1);
         self.taken = 0;
         self.returned = 0;
@@ -386,6 +394,7 @@ impl Versions {
         let other = self.plates.len() - 1 - self.in_force;
         if let Some(function) = self.plates[self.in_force].function() {
             for point in &mut self.points {
+                // Only the points of the last change can differ: a plate of 4096 points is not copied for one.
                 *point = *function.point(point.index)?;
             }
         }

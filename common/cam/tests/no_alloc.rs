@@ -111,6 +111,7 @@ fn commands_writes_and_cycles_do_not_allocate() {
                     .write(id, &[point(3, 0.5), point(5, 2.5)])
                     .expect("points");
             }
+            // 1050 of the master are three cycles of 330: enough for a change of one cycle and its return.
             for _ in 0..150 {
                 axes = cycle(&mut coupling, &mut tables);
             }

@@ -20,6 +20,7 @@ fn wave(row: u32) -> MotionPoint {
         point_type: PointType::Motion,
         relative_next: 1,
         master: f64::from(row),
+        // 50·sin(0.7x), with the factors 0.7 and 0.49 in its derivatives.
         slave: 50.0 * sin,
         velocity: 35.0 * cos,
         acceleration: -24.5 * sin,

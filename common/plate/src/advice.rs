@@ -76,6 +76,7 @@ impl LawAdvice {
     #[must_use]
     pub const fn demand(&self, demand: Demand) -> f64 {
         match demand {
+            // A step of the acceleration is an impulse of jerk, which no limit of jerk admits.
             Demand::Jerk if self.acceleration_step > 0.0 => f64::INFINITY,
             demand => self.demands[demand as usize],
         }
@@ -92,6 +93,7 @@ impl LawAdvice {
         let (advice, limits) = (*self, *limits);
         let exceeds = move |demand: &Demand| {
             let limit = limits.of(*demand);
+            // A limit equal to a law's own peak must admit that law, computed in another way too.
             limit.is_some_and(|limit| advice.demand(*demand) > limit * (1.0 + ROUNDING))
         };
         Demand::ALL.into_iter().filter(exceeds)
@@ -136,9 +138,11 @@ impl PlateSource {
         let mut advice: Vec<_> = laws
             .filter_map(|law| context.advice(*law, criteria))
             .collect();
+        // False sorts before true.
         let late = |advice: &LawAdvice| (!advice.passes, advice.acceleration_step > 0.0);
         let much = |advice: &LawAdvice| advice.demand(criteria.least);
         advice.sort_by(|one, other| {
+            // Infinite jerks are equal here, and the stable sort keeps them in the order of the list.
             let by_much = much(one).total_cmp(&much(other));
             late(one).cmp(&late(other)).then(by_much)
         });
@@ -162,6 +166,7 @@ impl LawCriteria {
             "limit of jerk",
             "limit of torque",
         ]) {
+            // An infinite limit is allowed and never broken. NaN would never be broken either, as it compares false.
             if let Some(received) = self.limits.of(demand)
                 && (received.is_nan() || received <= 0.0)
             {
@@ -203,7 +208,9 @@ impl NeighbourMotion {
     fn step(self, here: f64, other_end: f64, size: f64) -> f64 {
         let (there, its_size) = match self {
             Self::Acceleration(there, size) => (there, size),
+            // At its seam a cyclic plate of one segment goes from this law's end to its own start.
             Self::Itself => (other_end, size),
+            // No step is held against a law for a neighbour that is itself invalid.
             Self::Unknown => (here, size),
         };
         over_rounding((here - there).abs(), size.max(its_size))
@@ -237,6 +244,7 @@ impl SegmentContext {
         if row + 1 == last || point.point_type == PointType::Ignore {
             return Err(refused("a point that a segment begins at"));
         }
+        // A piece of a spline depends on all of its points, so no law can replace it alone.
         if point.function.is_spline() {
             return Err(refused(
                 "a point outside of splines: their pieces have no laws of their own",
@@ -260,12 +268,14 @@ impl SegmentContext {
         };
         let segment = segment(&point, &self.next).ok()?;
         let (first, last) = (segment.at(segment.start()), segment.at(segment.end()));
+        // Magnitudes only: backwards the same plate makes the same peaks.
         let v = criteria.master_velocity.abs();
         let extremes = segment.extremes();
         let demands = [
             extremes.velocity.magnitude() * v,
             extremes.acceleration.magnitude() * v * v,
             extremes.jerk.magnitude() * v * v * v,
+            // Velocity times acceleration has v·v².
             segment.momentum().magnitude() * v * v * v,
         ];
         let size = size_of(&segment, &first, &last);
@@ -367,12 +377,14 @@ impl<'a> Neighbours<'a> {
                 .iter()
                 .rev()
                 .find(|segment| segment.end() <= to.master)?;
+            // A start belongs to the first piece of a spline, an end to the last one.
             Some(if side(first) == first.start() {
                 *first
             } else {
                 *last
             })
         });
+        // The plate need not be valid: then the neighbour's own law is compiled alone, if its points allow it.
         match compiled.or_else(|| segment(from, to).ok()) {
             None => NeighbourMotion::Unknown,
             Some(piece) => {

@@ -73,6 +73,7 @@ impl Plate {
     /// 0x4A1C unless the velocity is finite and not 0.
     #[doc(alias = "MC_ReadCamTableCharacteristics")]
     pub fn characteristics(&self, master_velocity: f64) -> Result<Characteristics, CamError> {
+        // At standstill all demands would be 0, a result that looks like a harmless plate.
         if !master_velocity.is_finite() || master_velocity == 0.0 {
             return Err(CamError::Parameter {
                 name: "master velocity",
@@ -91,13 +92,17 @@ impl Plate {
             extremes: Extremes {
                 position: extremes.position,
                 velocity: scaled(extremes.velocity, v),
+                // Chain rule at a constant master velocity: each order of the derivative has one more factor v.
                 acceleration: scaled(extremes.acceleration, v * v),
                 jerk: scaled(extremes.jerk, v * v * v),
             },
             velocity_at_minimum_acceleration: v * demands.velocity_at_minimum_acceleration,
             velocity_at_maximum_acceleration: v * demands.velocity_at_maximum_acceleration,
+            // (v·s')·(v²·s''): the product has the third power, and so its sign is that of v.
             dynamic_momentum: scaled(demands.momentum, v * v * v),
+            // Path over time, as the cycle takes period/|v|.
             mean_velocity: v.abs() * demands.path / self.period(),
+            // √(∫(v²s'')² dt / t) with dt = dx/v: the velocity leaves the integral as v².
             effective_acceleration: v * v * libm::sqrt(demands.square / self.period()),
             velocity_steps: self.velocity_steps().count(),
             largest_velocity_step: self.largest_velocity_step().map(|step| VelocityStep {
@@ -133,6 +138,7 @@ impl Plate {
         self.curve().segments()[1..]
             .iter()
             .map(SegmentDemands::of)
+            // Folded from the first segment: a neutral start value has no place to name.
             .fold(SegmentDemands::of(first), SegmentDemands::joined)
     }
 }
@@ -155,6 +161,7 @@ fn scaled(range: MinMax, factor: f64) -> MinMax {
         value: extreme.value * factor,
         ..extreme
     };
+    // Backwards odd orders change their sign, so the greatest becomes the least.
     let (minimum, maximum) = if factor < 0.0 {
         (range.maximum, range.minimum)
     } else {
@@ -194,6 +201,7 @@ impl SegmentDemands {
 
     fn joined(self, next: Self) -> Self {
         let (before, after) = (self.extremes.acceleration, next.extremes.acceleration);
+        // Strict as in `MinMax::joined`, so that the velocity is that at the place which the extremes name.
         let lower = after.minimum.value < before.minimum.value;
         let higher = after.maximum.value > before.maximum.value;
         Self {

@@ -13,10 +13,12 @@ pub(super) fn compile(
     splines: &mut SplineSolver,
     curve: &mut Curve,
 ) -> Result<(), CamError> {
+    // All values are finite after the check, so later comparisons need not consider NaN.
     check(points)?;
     curve.clear();
     let mut row = 0;
     while row + 1 < points.len() {
+        // A spline spans several rows and is solved as a whole, all other laws lead to the next point only.
         row = if points[row].function.is_spline() {
             push_spline_from(points, row, splines, curve)?
         } else {
@@ -43,11 +45,13 @@ fn check(points: &[MotionPoint]) -> Result<(), CamError> {
     }
     points
         .iter()
+        // Reserved rows may hold anything, even NaN, until a change brings them into use.
         .filter(|point| point.point_type != PointType::Ignore)
         .try_for_each(check_values)
 }
 
 fn check_index(row: usize, point: &MotionPoint) -> Result<(), CamError> {
+    // Beyond u32 no index can match, so such a plate is refused at this row.
     let expected = u32::try_from(row + 1).unwrap_or(u32::MAX);
     if point.index == expected {
         return Ok(());
@@ -67,6 +71,7 @@ fn check_values(point: &MotionPoint) -> Result<(), CamError> {
         ("acceleration", point.acceleration),
         ("jerk", point.jerk),
     ];
+    // Before the type is compared: NaN differs from 0, and would be reported as a contradiction.
     if let Some((field, received)) = fields.into_iter().find(|(_, value)| !value.is_finite()) {
         return Err(CamError::NotFinite {
             place: PlateLocation::Point(point.index),
@@ -95,6 +100,7 @@ fn check_values(point: &MotionPoint) -> Result<(), CamError> {
 /// Returns the next row on the course.
 pub(super) fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamError> {
     let point = &points[row];
+    // Negative steps become 0, which the range below refuses: a course that leads back would never end.
     let most = points.len() - 1 - row;
     let step = usize::try_from(point.relative_next).unwrap_or(0);
     if !(1..=most).contains(&step) {
@@ -111,6 +117,7 @@ pub(super) fn next_of(points: &[MotionPoint], row: usize) -> Result<usize, CamEr
             next: next.index,
         });
     }
+    // Compared along the course and not row by row, since skipped rows need not ascend.
     if next.master <= point.master {
         return Err(CamError::NotAscending {
             place: PlateLocation::Point(next.index),
@@ -142,10 +149,12 @@ pub(super) fn segment(point: &MotionPoint, next: &MotionPoint) -> Result<Segment
 /// turning end.
 fn turn(point: &MotionPoint, next: &MotionPoint) -> Turn {
     let turning = match point.function {
+        // RT and VT turn at their end, TR and TV at their start. The acceleration of the other end is not theirs.
         MotionLaw::HarmonicKombiRt | MotionLaw::HarmonicKombiVt => next,
         MotionLaw::HarmonicKombiTr | MotionLaw::HarmonicKombiTv => point,
         _ => return Turn::Default,
     };
+    // A turn has B = π²/(μ(πλ + 4μ)) > 0 in magnitude, so 0 cannot be meant and stands for the default λ.
     if turning.acceleration == 0.0 {
         Turn::Default
     } else {
@@ -173,6 +182,7 @@ fn push_spline_from(
     curve: &mut Curve,
 ) -> Result<usize, CamError> {
     let start = &points[row];
+    // An inner point names no end condition, so the spline would have two unknowns too many.
     if start.function == MotionLaw::Spline {
         return Err(CamError::SplineNotBegun { point: start.index });
     }
@@ -201,10 +211,12 @@ fn collect_knots(
         master: points[row].master,
         slave: points[row].slave,
     };
+    // A solver with room for all rows is reused for each spline: changes in the cycle do not allocate.
     splines.clear();
     splines.push(spline_knot(start));
     let mut row = start;
     loop {
+        // Strictly further each time, so the loop ends at the last row at the latest.
         row = next_of(points, row)?;
         splines.push(spline_knot(row));
         if row + 1 == points.len() || points[row].function != MotionLaw::Spline {
@@ -218,6 +230,7 @@ fn collect_knots(
 fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<SplineEnds, CamError> {
     let start_law = start.function;
     let end_law = match end.function {
+        // Only the last row can be an inner point here: the points end before the spline does.
         MotionLaw::Spline => start_law,
         law if law.is_spline() => law,
         _ => start_law,
@@ -226,6 +239,7 @@ fn ends_of(start: &MotionPoint, end: &MotionPoint) -> Result<SplineEnds, CamErro
         start_law == MotionLaw::SplinePeriodic,
         end_law == MotionLaw::SplinePeriodic,
     ) {
+        // A periodic condition ties slope and curvature of both ends together, so it cannot hold at one end.
         (true, true) => Ok(SplineEnds::Periodic),
         (false, false) => Ok(SplineEnds::Open(
             end_condition(start_law, start.velocity),
@@ -251,6 +265,7 @@ fn end_condition(law: MotionLaw, velocity: f64) -> SplineEnd {
 fn least_points(ends: SplineEnds) -> usize {
     match ends {
         SplineEnds::Open(..) => 2,
+        // Between two points with equal slopes and curvatures at both ends only a straight line is left.
         SplineEnds::Periodic => 3,
     }
 }

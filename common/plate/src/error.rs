@@ -258,6 +258,7 @@ impl CamError {
             | Self::NoFiniteSlopes { start: place } => Some(place.row()),
             Self::Law {
                 next: point,
+                // A value at the end of a law is the next point's: there it has to be corrected.
                 error:
                     LawError::Boundary {
                         side: Side::End, ..
@@ -300,6 +301,7 @@ impl CamError {
                 0x42DB
             }
             Self::Law { error, .. } => error.code(),
+            // `MC_ERROR_NUMROWS_INVALID` of TF5050 8.12.
             Self::TooFewRows { received: 0, .. } | Self::TooManyValues { .. } => 0x4B36,
             Self::TooFewRows { .. } => 0x4A02,
             Self::StepSize { .. } => 0x4A04,
@@ -344,6 +346,7 @@ impl fmt::Display for LawBetween<'_> {
             law,
             error,
         } = self;
+        // The name in a cam file and not the type's, since the text is shown beside the file.
         let law = law.file_name();
         match error {
             LawError::Boundary {

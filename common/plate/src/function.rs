@@ -41,6 +41,7 @@ impl MotionFunction {
     /// # Errors
     /// [`CamError`] names the first invalid point, and the expected value.
     pub fn new(points: Vec<MotionPoint>) -> Result<Self, CamError> {
+        // All memory that a later change needs is reserved here, where allocating is allowed.
         let mut function = Self::with_room_for(points);
         compile(
             &function.points,
@@ -70,6 +71,7 @@ impl MotionFunction {
     /// 0x4B33 if the first one does not exist.
     pub fn read(&self, first: u32, count: usize) -> Result<&[MotionPoint], CamError> {
         let from_first = &self.points[self.row(first)?..];
+        // 0 means all following points in the block's input, and a greater number than there are is no error.
         let count = if count == 0 { usize::MAX } else { count };
         Ok(&from_first[..count.min(from_first.len())])
     }
@@ -85,6 +87,7 @@ impl MotionFunction {
     pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
         self.check_change(points)?;
         let stage = self.stage.get_mut();
+        // Swapped, not moved: nothing is freed in the cycle, and the old buffers are the next stage.
         mem::swap(&mut self.points, &mut stage.points);
         mem::swap(&mut self.curve, &mut stage.curve);
         Ok(())
@@ -98,10 +101,13 @@ impl MotionFunction {
         if points.is_empty() {
             return Err(CamError::NoPoints);
         }
+        // Shared reference, since a dry run plans without changing anything in force.
+        // No borrow outlives this function, so borrowing cannot fail.
         let mut stage = self.stage.borrow_mut();
         stage.points.clear();
         stage.points.extend_from_slice(&self.points);
         for point in points {
+            // A later point with the same index overwrites the earlier one, as consecutive writes of the PLC would.
             let row = self.row(point.index)?;
             stage.points[row] = *point;
         }
@@ -161,10 +167,12 @@ impl MotionFunction {
         let rows = points.len();
         Self {
             points,
+            // No more segments than rows, even after a change that brings all reserved points into use.
             curve: Curve::with_capacity(rows),
             stage: RefCell::new(StagedPoints {
                 points: Vec::with_capacity(rows),
                 curve: Curve::with_capacity(rows),
+                // In the worst case one spline runs through all points.
                 splines: SplineSolver::with_capacity(rows),
             }),
         }
@@ -191,9 +199,11 @@ impl Clone for MotionFunction {
 
 /// Returns the range from the start of the first segment that is not in both to the end of the last.
 fn difference(old: &Curve, new: &Curve) -> Range<f64> {
+    // Compared as compiled: a point edited inside a spline changes all of its pieces, far beyond its neighbours.
     let same = |(a, b): &(_, _)| a == b;
     let (before, after) = (old.segments(), new.segments());
     let head = before.iter().zip(after).take_while(same).count();
+    // Empty range at the start: without it the fold below would return infinities.
     if head == before.len() && head == after.len() {
         return old.start()..old.start();
     }
@@ -205,6 +215,7 @@ fn difference(old: &Curve, new: &Curve) -> Range<f64> {
         .take_while(same)
         .count();
     let (before, after) = (&before[..before.len() - tail], &after[..after.len() - tail]);
+    // Old and new segments may end at different masters, and a slave may be within either.
     let both = || before.iter().chain(after);
     let start = both().fold(f64::INFINITY, |least, s| least.min(s.start()));
     let end = both().fold(f64::NEG_INFINITY, |most, s| most.max(s.end()));

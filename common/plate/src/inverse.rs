@@ -73,6 +73,7 @@ impl Plate {
         query: &MasterQuery,
     ) -> Result<[Option<MasterPosition>; 2], CamError> {
         query.check()?;
+        // Inverse of the coupling: slave = cam·scaling + offset, master on the plate = (master + offset)/scaling.
         let slave = (query.slave_position - query.slave_offset) / query.slave_scaling;
         let start = (query.master_start + query.master_offset) / query.master_scaling;
         let accuracy = query.accuracy / query.master_scaling.abs();
@@ -80,6 +81,7 @@ impl Plate {
             self.master_below(slave, start, accuracy),
             self.master_above(slave, start, accuracy),
         ];
+        // A negative scaling mirrors the master: below on the plate is above on the axis.
         if query.master_scaling < 0.0 {
             found.reverse();
         }
@@ -109,6 +111,7 @@ impl Plate {
         let (start, end) = self.master_range();
         let excluded = match self.course() {
             Course::Linear => f64::INFINITY,
+            // The end may be found a few bits early, and would be reported a second time by the next turn's start.
             Course::Cyclic => end - rounding(start, end),
         };
         self.crossings(slave).take_while(move |&m| m < excluded)
@@ -127,6 +130,8 @@ impl Plate {
             })
             .filter(move |&master| {
                 // Two segments both name the point between them.
+                // Sorted already, since segments and the roots within each ascend: comparing with the last one
+                // is enough.
                 let new = master > last + rounding(start, end);
                 if new {
                     last = master;
@@ -139,6 +144,7 @@ impl Plate {
         let turn = self.turn(master);
         MasterPosition {
             axis: master * query.master_scaling - query.master_offset,
+            // A single turn gives place and lift, so both agree even at the edge of a turn.
             cam: master - turn * self.period(),
             slave_offset: query.slave_offset + turn * self.lift() * query.slave_scaling,
         }
@@ -163,6 +169,7 @@ impl Plate {
                     .map(|master| master + turn * self.period());
                 match side {
                     SearchDirection::Below => masters
+                        // `max(0.0)` since callers of `master_below` and `master_above` may pass a negative accuracy.
                         .take_while(|&m| m <= start + accuracy.max(0.0))
                         .last(),
                     SearchDirection::Above => masters.find(|&m| m >= start - accuracy.max(0.0)),
@@ -173,10 +180,12 @@ impl Plate {
     /// True if the slave stands still in its place at the start: there is no nearer master.
     fn rests_at(&self, slave: f64, start: f64) -> bool {
         let (first, last) = self.master_range();
+        // Outside its range a linear plate holds the slave, but the plate names no master there.
         let on_plate = self.course() == Course::Cyclic || (first..=last).contains(&start);
         let here = self.at(start);
         on_plate
             && here.velocity == 0.0
+            // Equal up to rounding: the position is a sum of the law's value and of the lift's product.
             && (here.position - slave).abs()
                 <= 4.0 * f64::EPSILON * here.position.abs().max(slave.abs())
     }
@@ -210,6 +219,7 @@ impl Plate {
     ) -> impl Iterator<Item = f64> {
         let here = self.turn(start);
         let (first, step) = match side {
+            // Without a lift every turn is alike and the reach infinite, so the turn of the start is the first.
             SearchDirection::Below => (here.min(self.turns_reaching(slave, range).1), -1.0),
             SearchDirection::Above => (here.max(self.turns_reaching(slave, range).0), 1.0),
         };
@@ -230,6 +240,7 @@ impl Plate {
         }
         let a = (slave - range.minimum.value) / self.lift();
         let b = (slave - range.maximum.value) / self.lift();
+        // A negative lift swaps both. Rounded outwards, since a turn too many is searched in vain but harmless.
         (libm::floor(a.min(b)), libm::ceil(a.max(b)))
     }
 }

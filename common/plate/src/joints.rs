@@ -31,6 +31,7 @@ impl Joint {
             slack,
             ..
         } = self;
+        // Exactly 0 within rounding, so that callers compare with 0 and need no tolerance of their own.
         let step = |before: f64, after: f64, slack: f64| {
             let step = after - before;
             if step.abs() <= slack { 0.0 } else { step }
@@ -43,6 +44,7 @@ impl Joint {
     }
 
     fn between(master: f64, sides: [Motion; 2], before: &JointSide, after: &JointSide) -> Self {
+        // The larger side: beside a long flat segment the rounding of a short steep one counts.
         let slack = |of: fn(&Motion) -> f64| ROUNDING * of(&before.size).max(of(&after.size));
         let [came, goes] = sides;
         Self {
@@ -70,6 +72,7 @@ struct JointSide<'a> {
 impl<'a> JointSide<'a> {
     fn of(segment: &'a Segment) -> Self {
         let extremes = segment.extremes();
+        // A straight line has no acceleration of its own, yet its ends are rounded like stroke/length².
         let rate = 1.0 / (segment.end() - segment.start());
         let stroke = segment.at(segment.end()).position - segment.at(segment.start()).position;
         let velocity = stroke.abs() * rate;
@@ -111,6 +114,7 @@ impl Plate {
             Course::Linear => Joint::between(master, [standing(start), start], &first, &first),
             Course::Cyclic => {
                 let before = Motion {
+                    // Without the lift the seam of a plate with lift would look like a step of the position.
                     position: end.position - self.lift(),
                     ..end
                 };
@@ -120,6 +124,7 @@ impl Plate {
         let inner = segments[1..]
             .iter()
             .map(JointSide::of)
+            // Each side is computed once and handed on, as extremes of a law are roots and so the costly part.
             .scan(first, |before, after| {
                 let sides = [before.end(), after.start()];
                 let joint = Joint::between(after.segment.start(), sides, before, &after);

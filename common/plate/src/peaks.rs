@@ -4,12 +4,14 @@ use super::plate::Plate;
 use coaxle_curve::law::Segment;
 
 /// Greatest number of segments that are searched. Of plates with more, only the ends of the segments
-/// count: they are tables, whose segments are lines and cubics, with the extremes of the curvature at
-/// their ends.
+/// count: tables have lines and cubics, with the extremes of the curvature at their ends. A peak inside
+/// a segment of a motion function of more points is not among them.
+// Extremes are roots of each law, and the look-ahead of a coupling asks for the peaks within a cycle.
 const SEGMENTS_SEARCHED: usize = 256;
 
 /// Distance of the evaluated places inside a segment from its ends, relative to its length: at a joint, a
 /// derivative may have two values.
+// A law's curvature differs there from that at its end by about 1e-8 of its peak (quintic: 60e-9/5.77).
 const INSIDE: f64 = 1e-9;
 
 impl Plate {
@@ -46,5 +48,6 @@ fn extreme_masters(segment: &Segment) -> [f64; 6] {
         acceleration.minimum,
         acceleration.maximum,
     ]
+    // No jerk among them: couplings compare slope and curvature of a plate with the slave's limits.
     .map(|extreme| extreme.master)
 }

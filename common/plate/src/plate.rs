@@ -51,6 +51,7 @@ impl Plate {
     #[must_use]
     pub fn from_function(function: MotionFunction, course: Course) -> Self {
         Self {
+            // First and last point are never ignored ones, so they are the ends of the course.
             lift: lift_of_points(function.points()),
             source: PlateForm::Function(function),
             course,
@@ -148,6 +149,7 @@ impl Plate {
     #[must_use]
     pub fn at(&self, master: f64) -> Motion {
         match self.course {
+            // Outside its range the law must not be asked: a polynomial continued beyond its ends runs away.
             Course::Linear => self.held(master).unwrap_or_else(|| self.curve().at(master)),
             Course::Cyclic => {
                 let turn = self.turn_of(master);
@@ -160,12 +162,14 @@ impl Plate {
     #[must_use]
     pub fn along(&self, cursor: &mut Cursor, master: f64) -> Motion {
         match self.course {
+            // A cursor may come from a cyclic plate, and its turn would add a lift here.
             Course::Linear => {
                 cursor.turn = 0.0;
                 self.held(master)
                     .unwrap_or_else(|| self.curve().along(&mut cursor.segment, master))
             }
             Course::Cyclic => {
+                // Mostly the turn of the last cycle is right, and saves a division.
                 if !self.is_in_turn(cursor.turn, master) {
                     cursor.turn = self.turn_of(master);
                 }
@@ -203,6 +207,7 @@ impl Plate {
             (PlateForm::Function(function), PlateForm::Function(other)) => {
                 function.copy_from(other)
             }
+            // Tables have any number of rows, so only motion functions can be copied into the present memory.
             (source, other) => *source = other.clone(),
         }
         self.course = other.course;
@@ -214,6 +219,7 @@ impl Plate {
     /// # Errors
     /// As there, and 0x4262 for a position table.
     pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
+        // Lift after the change: a refused change leaves the lift as it was.
         let function = self.function_mut()?;
         function.change(points)?;
         self.lift = lift_of_points(function.points());
@@ -244,9 +250,11 @@ impl Plate {
         let same_lift = lift == lift_of_points(function.staged_points());
         let range = |curve: &Curve| (curve.start(), curve.end());
         let (old, new) = (range(function.curve()), range(function.staged_curve()));
+        // A period or lift that differs moves all turns but the first, however small the edited segment.
         if course == Course::Linear || old == new && same_lift {
             Ok(changed)
         } else {
+            // The union of both ranges: a slave may be on the old plate beyond the end of the new one.
             Ok(old.0.min(new.0)..old.1.max(new.1))
         }
     }
@@ -261,6 +269,7 @@ impl Plate {
     /// Adds the lift of a turn to the position.
     fn lifted(&self, motion: Motion, turn: f64) -> Motion {
         Motion {
+            // A product instead of a sum over the turns: rounding does not grow with the turns passed.
             position: motion.position + turn * self.lift,
             ..motion
         }
@@ -278,6 +287,7 @@ impl Plate {
     /// Returns the motion outside the range of a linear plate: the slave stands at the edge.
     fn held(&self, master: f64) -> Option<Motion> {
         let (start, end) = self.master_range();
+        // NaN is neither below nor above, so it reaches the curve and comes out as NaN.
         let edge = if master < start {
             start
         } else if master > end {
@@ -286,6 +296,7 @@ impl Plate {
             return None;
         };
         Some(Motion {
+            // The law's own value, not the point's: entering the range must not step by a rounding of the law.
             position: self.curve().at(edge).position,
             ..Motion::default()
         })
@@ -295,6 +306,8 @@ impl Plate {
     /// [`Self::is_in_turn`] agrees.
     fn turn_of(&self, master: f64) -> f64 {
         let (start, end) = self.master_range();
+        // The quotient is rounded, and start + turn·period is rounded otherwise.
+        // At the edge of a turn both may disagree by one turn, though never by more.
         let guess = libm::floor((master - start) / (end - start));
         if master < self.turn_start(guess) {
             guess - 1.0
@@ -306,11 +319,13 @@ impl Plate {
     }
 
     fn is_in_turn(&self, turn: f64, master: f64) -> bool {
+        // Half open: the end of a turn is the start of the next one, as in the curve's own segments.
         self.turn_start(turn) <= master && master < self.turn_start(turn + 1.0)
     }
 
     fn turn_start(&self, turn: f64) -> f64 {
         let (start, end) = self.master_range();
+        // A single expression gives the end of a turn and the start of the next: no master lies between two turns.
         start + turn * (end - start)
     }
 
@@ -318,6 +333,8 @@ impl Plate {
     /// miss the range by its rounding.
     fn base_master(&self, turn: f64, master: f64) -> f64 {
         let (start, end) = self.master_range();
+        // No remainder function: fmod takes the sign of the master, and turns below 0 would need a second case.
+        // Start is below end for each compiled plate, so the clamp cannot panic.
         (master - turn * (end - start)).clamp(start, end)
     }
 }
@@ -329,6 +346,7 @@ pub fn slave_of(cam: &Motion, master: &Kinematics) -> Kinematics {
     Kinematics {
         position: cam.position,
         velocity: cam.velocity * master.velocity,
+        // Derivative of f'(x)·V over time: f''·V·V and, by the product rule, f'·A.
         acceleration: cam.acceleration * master.velocity * master.velocity
             + cam.velocity * master.acceleration,
     }

@@ -59,11 +59,13 @@ pub struct MotionPoint {
 #[cfg(feature = "schema")]
 fn with_aliases(schema: &mut schemars::Schema) {
     for (field, alias) in [("function", "law"), ("point-type", "type")] {
+        // A schema knows no serde aliases, so an editor would mark `law` and `type` as unknown fields.
         if let Some(properties) = schema.get_mut("properties").and_then(|p| p.as_object_mut())
             && let Some(described) = properties.get(field).cloned()
         {
             properties.insert(alias.into(), described);
         }
+        // Either name is enough, which `required` cannot express for one of two.
         if let Some(required) = schema.get_mut("required").and_then(|r| r.as_array_mut()) {
             required.retain(|name| name != field);
         }

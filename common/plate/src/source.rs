@@ -40,6 +40,7 @@ pub enum SourceRows {
 impl PlateSource {
     /// Greatest number accepted in a point or a row from outside, as a magnitude, x, u and their
     /// quotients.
+    // Neighbouring doubles are 0.125 apart from there on. Products of five such numbers are still finite.
     pub const LARGEST: f64 = 1e15;
 
     /// Checks that no number is larger than any axis. Numbers that are not finite are refused by
@@ -49,6 +50,7 @@ impl PlateSource {
     /// 0x4A1C with the first one that is too large.
     pub fn check_size(&self) -> Result<(), CamError> {
         let check = |place: PlateLocation, field: &'static str, received: f64| {
+            // Left to the plate itself, numbers that are not finite are refused with their own text.
             if received.is_finite() && received.abs() > Self::LARGEST {
                 return Err(CamError::TooLarge {
                     place,
@@ -60,6 +62,7 @@ impl PlateSource {
         };
         match &self.rows {
             SourceRows::Points(points) => points.iter().enumerate().try_for_each(|(row, point)| {
+                // By the row, since the point's own index is not checked yet and may be anything.
                 let place = PlateLocation::Point(row as u32 + 1);
                 check(place, "master", point.master)?;
                 check(place, "slave", point.slave)?;
@@ -108,6 +111,7 @@ impl PlateSource {
         let mut source = self.clone();
         if let SourceRows::Points(points) = &mut source.rows {
             for point in changed {
+                // Index 0 wraps to the largest row, which no list has.
                 let row = (point.index as usize).wrapping_sub(1);
                 if let Some(place) = points.get_mut(row) {
                     *place = *point;
@@ -144,6 +148,7 @@ impl Plate {
                 interpolation: table.interpolation(),
                 equidistant: table.table_type() == TableType::Equidistant,
             },
+            // A plate always has one of both, so no course is lost here.
             (None, None) => SourceRows::Points(Vec::new()),
         };
         PlateSource {

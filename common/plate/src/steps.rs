@@ -24,6 +24,7 @@ impl VelocityStep {
 }
 
 /// Steps that are within rounding, relative to the velocities of the plate.
+// Slopes of spline pieces meet within 1e-11 of the greatest slope (test `rows_are_passed`).
 const ROUNDING: f64 = 1e-9;
 
 impl Plate {
@@ -48,6 +49,8 @@ impl Plate {
     pub fn velocity_steps(&self) -> impl Iterator<Item = VelocityStep> + '_ {
         let segments = self.curve().segments();
         let seam = match self.course() {
+            // At its edges a linear plate comes from and returns to standstill by definition, whatever its
+            // points say.
             Course::Linear => None,
             Course::Cyclic => segments.last().zip(segments.first()),
         };
@@ -59,6 +62,8 @@ impl Plate {
                 before: before.at(before.end()).velocity,
                 after: after.at(after.start()).velocity,
             };
+            // Beside two rests both velocities are 0 up to rounding, which must be compared with the stroke's
+            // own slope.
             let mean = |s: &Segment| {
                 let stroke = s.at(s.end()).position - s.at(s.start()).position;
                 (stroke / (s.end() - s.start())).abs()

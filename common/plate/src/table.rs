@@ -63,6 +63,8 @@ impl Interpolation {
         match self {
             Self::Linear => Ok(2),
             Self::FourPoint => Err(CamError::FourPoint),
+            // TF5050's least number, too. Each sliding cubic depends on four rows, and two end parabolas on
+            // three each.
             Self::Spline | Self::SlidingSpline => Ok(4),
         }
     }
@@ -82,6 +84,9 @@ pub struct PositionTable {
 
 /// Greatest deviation of a row of an equidistant table from its place, in steps: a file with a few
 /// decimal places is still equidistant.
+// Rows rounded to d decimal places stray by up to 10^-d, half of it by the rounded ends.
+// Three places so suffice for steps from 1.
+// Evaluation does not depend on it: the curve checks the computed segment and its neighbours, then searches.
 const STEP_TOLERANCE: f64 = 1e-3;
 
 impl PositionTable {
@@ -102,6 +107,7 @@ impl PositionTable {
         match interpolation {
             Interpolation::Spline => push_global_spline(rows, course, &mut curve),
             Interpolation::SlidingSpline => push_sliding_spline(rows, course, &mut curve),
+            // Four-point interpolation never arrives here: the check has refused it.
             Interpolation::Linear | Interpolation::FourPoint => {
                 push_lines(rows.iter().copied().map(knot), &mut curve)
             }
@@ -126,10 +132,12 @@ impl PositionTable {
         interpolation: Interpolation,
         course: Course,
     ) -> Result<Self, CamError> {
+        // Masters that do not ascend are refused first, else they would be reported as a wrong step.
         let mut table = Self::new(rows, interpolation, course)?;
         let (first, last) = (table.curve.start(), table.curve.end());
         let step = (last - first) / (rows.len() - 1) as f64;
         for (row, &(received, _)) in rows.iter().enumerate() {
+            // Against the first row and not the previous one: small deviations must not add up to a whole step.
             let expected = first + row as f64 * step;
             let strays = (received - expected).abs() > STEP_TOLERANCE * step;
             if strays {
@@ -199,6 +207,7 @@ fn check(rows: &[(f64, f64)], interpolation: Interpolation) -> Result<(), CamErr
             least,
         });
     }
+    // Before the order of the masters, since NaN compares as neither below nor above.
     for (row, &(master, slave)) in rows.iter().enumerate() {
         for (field, received) in [("master", master), ("slave", slave)] {
             if !received.is_finite() {
@@ -233,8 +242,11 @@ fn push_global_spline(
     }
     let last = rows.len() - 1;
     let ends = match course {
+        // Given slopes would leave the curvatures of both sides of the seam free to differ.
         Course::Cyclic => SplineEnds::Periodic,
         Course::Linear => SplineEnds::Open(
+            // Natural ends would force a curvature of 0: a table of a parabola would no longer be one
+            // (`splines_follow_a_parabola`).
             SplineEnd::Slope(parabola_slope(rows[0], rows[1], rows[2])),
             SplineEnd::Slope(parabola_slope(rows[last], rows[last - 1], rows[last - 2])),
         ),
@@ -258,6 +270,7 @@ fn sliding_slope(rows: &[(f64, f64)], course: Course, row: usize) -> f64 {
     match course {
         Course::Linear if row == 0 => parabola_slope(rows[0], rows[1], rows[2]),
         Course::Linear if row == last => parabola_slope(rows[last], rows[last - 1], rows[last - 2]),
+        // Both ends by one expression, so that the slopes at the seam are equal to the last bit.
         Course::Cyclic if row == 0 || row == last => {
             let (period, lift) = (rows[last].0 - rows[0].0, rows[last].1 - rows[0].1);
             let before = (rows[last - 1].0 - period, rows[last - 1].1 - lift);
@@ -270,6 +283,7 @@ fn sliding_slope(rows: &[(f64, f64)], course: Course, row: usize) -> f64 {
 /// Returns the slope at `here` of the parabola through three places (Newton's divided differences).
 fn parabola_slope(here: (f64, f64), second: (f64, f64), third: (f64, f64)) -> f64 {
     let to_second = secant(here, second);
+    // p'(h) = f[h,s] + f[h,s,t]·(h - s), in any order of the three: ends and inner rows share it.
     let curvature = (secant(second, third) - to_second) / (third.0 - here.0);
     to_second - curvature * (second.0 - here.0)
 }

@@ -43,9 +43,12 @@ impl core::ops::Deref for ValueRow {
 }
 
 /// Distance from the end, in increments, within which grid points are at the end.
+// 0.3 / 0.1 is 2.9999999999999996, so without a tolerance the last row would be missing.
+// The quotient's rounding, some 3e-16 of it, stays below the tolerance up to three million rows.
 const END_TOLERANCE: f64 = 1e-9;
 
 /// Greatest number of rows: more than can be read are a mistyped increment.
+// Ten million rows with all five columns are 400 MB.
 const MOST_ROWS: f64 = 1e7;
 
 impl Plate {
@@ -70,9 +73,11 @@ impl Plate {
         let rows = count_rows(from, to, increment)?;
         let mut cursor = Cursor::default();
         Ok((0..rows).map(move |row| {
+            // Product instead of a running sum, whose rounding would grow with the rows.
             let along = row as f64 * increment;
             let at_end =
                 row + 1 == rows && (to - from - along).abs() <= END_TOLERANCE * increment.abs();
+            // Exactly `to`, since a linear plate holds the slave at standstill one bit beyond its edge.
             let master = if at_end { to } else { from + along };
             row_of(master, &self.along(&mut cursor, master), select)
         }))
@@ -80,6 +85,7 @@ impl Plate {
 }
 
 fn check_select(select: ValueSelect) -> Result<(), CamError> {
+    // An unknown bit is a column that the client expects and would not get.
     if select.is_empty() || !ValueSelect::all().contains(select) {
         return Err(CamError::NoColumns {
             received: select.bits(),
@@ -101,12 +107,15 @@ fn count_rows(from: f64, to: f64, increment: f64) -> Result<u64, CamError> {
     let distance = to - from;
     let increments = distance / increment;
     // NaN if the increment is, or if both are 0; infinite if only the increment is 0.
+    // A quotient below 0 is an increment in the wrong direction.
+    // -0.0, of equal ends, is in the range and gives one row.
     if !(increment.is_finite() && (0.0..MOST_ROWS).contains(&increments)) {
         return Err(CamError::Increment {
             received: increment,
             distance,
         });
     }
+    // Fence posts: n increments have n + 1 rows.
     Ok(libm::floor(increments + END_TOLERANCE) as u64 + 1)
 }
 

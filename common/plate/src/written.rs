@@ -46,6 +46,7 @@ impl WrittenPoint {
     /// # Errors
     /// The row, from 0, of the first point without a law: only the last point and ignored ones need none.
     pub fn to_points(written: &[Self]) -> Result<Vec<MotionPoint>, usize> {
+        // An empty list has no last row and must not underflow: the plate refuses it with its own text.
         let last = written.len().saturating_sub(1);
         let rows = written.iter().enumerate();
         rows.map(|(row, point)| point.filled_in(row, row == last).ok_or(row))
@@ -58,6 +59,7 @@ impl WrittenPoint {
         let unused = is_last || point_type == PointType::Ignore;
         Some(MotionPoint {
             index: self.index.unwrap_or(row as u32 + 1),
+            // A stated law is kept even at the last point, where that of a spline is its end condition.
             function: self.law.or(unused.then_some(MotionLaw::Polynom1))?,
             point_type,
             relative_next: self.relative_next,
@@ -86,6 +88,8 @@ impl From<&MotionPoint> for WrittenPoint {
     fn from(point: &MotionPoint) -> Self {
         Self {
             index: Some(point.index),
+            // Explicit even at the last point: a spline's end condition there would otherwise be lost on
+            // reading back.
             law: Some(point.function),
             point_type: Some(point.point_type),
             relative_next: point.relative_next,

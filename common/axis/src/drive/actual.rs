@@ -21,6 +21,7 @@ pub struct Actual {
 
 impl Actual {
     /// Largest actual value, in u or u/s.
+    // As the largest set value of an axis: neighbouring doubles are 1.2e-4 apart there.
     pub const LARGEST: f64 = 1e12;
 
     /// The first value that is not a number between ∓[`LARGEST`](Self::LARGEST), with its name.
@@ -33,6 +34,7 @@ impl Actual {
             ("following error", self.following_error),
         ]
         .into_iter()
+        // NaN is in no range.
         .find(|(_, value)| !plausible.contains(value))
     }
 }

@@ -76,6 +76,7 @@ impl DriveFault {
             | Self::Reported { .. }
             | Self::PowerLost
             | Self::PositionMismatch { .. } => 0x4650,
+            // Invalid values, against 0x4650 for a drive that is not ready.
             Self::Silent { .. } | Self::UnknownState { .. } | Self::Implausible { .. } => 0x4655,
         }
     }

@@ -108,9 +108,11 @@ pub struct ProcessDriveParameters {
 
 impl ProcessDriveParameters {
     fn check(&self) -> Result<(), WrongDriveParameter> {
+        // The age saturates at `u32::MAX`, which so is above every limit.
         let most = f64::from(u32::MAX - 1);
         let cycles = (1.0..=most, "1 to 4294967294");
         let window = (
+            // 0 would switch the monitor off: a process that no longer moves would go unnoticed.
             f64::MIN_POSITIVE..=Actual::LARGEST,
             "a number above 0, at most 1e12",
         );
@@ -206,6 +208,7 @@ impl<L: DriveLink> ProcessDrive<L> {
 
     /// Takes the reply of the process.
     fn listen(&mut self) {
+        // Before the reading: a reply that is just being written lets the heartbeat age.
         self.age = self.age.map(|age| age.saturating_add(1));
         let Some(reply) = self.link.read() else {
             return;
@@ -243,6 +246,7 @@ impl<L: DriveLink> ProcessDrive<L> {
                 other => return Err(fault_of(other, reply.error)),
             }
         }
+        // A process that starts after the request may still attach in time.
         if self.waited < self.parameters.switch_on_cycles {
             Ok(())
         } else if self.is_attached() {
@@ -255,6 +259,7 @@ impl<L: DriveLink> ProcessDrive<L> {
 
     /// Starts following, if the drive is at its set position.
     fn begin(&mut self) -> Result<(), DriveFault> {
+        // Without this check a drive that stands elsewhere would run to the axis's position at once.
         if self.monitor.is_beyond(self.following_error()) {
             return Err(DriveFault::PositionMismatch {
                 received: self.position(),
@@ -268,6 +273,7 @@ impl<L: DriveLink> ProcessDrive<L> {
     }
 
     fn watch(&mut self, elapsed: Seconds) -> Result<(), DriveFault> {
+        // First: of a process that is silent, state and position are old.
         if !self.is_attached() {
             return Err(DriveFault::Silent {
                 cycles: self.age.unwrap_or(u32::MAX),
@@ -302,6 +308,7 @@ const fn fault_of(state: ProcessState, error: u32) -> DriveFault {
     match state {
         ProcessState::Error => DriveFault::Reported { error },
         ProcessState::Unknown(received) => DriveFault::UnknownState { received },
+        // Only asked for states other than following.
         ProcessState::Off | ProcessState::Following => DriveFault::PowerLost,
     }
 }
@@ -318,6 +325,7 @@ impl<L: DriveLink> Drive for ProcessDrive<L> {
 
     fn reset(&mut self) {
         if self.state == DriveState::Tripped {
+            // Compared for equality only, so wrapping around is harmless.
             self.resets = self.resets.wrapping_add(1);
         }
         self.state = DriveState::Off;
@@ -326,11 +334,13 @@ impl<L: DriveLink> Drive for ProcessDrive<L> {
     }
 
     fn step(&mut self, set: &Kinematics, elapsed: Seconds) {
+        // Read, judge, write: a fault takes the power away in the same cycle.
         self.listen();
         if let Err(fault) = self.judge(elapsed) {
             self.state = DriveState::Tripped;
             self.fault = Some(fault);
         }
+        // After the judgement, since the reply belongs to set values of earlier cycles.
         self.last_set = set.position;
         self.counter = self.counter.wrapping_add(1);
         self.link.write(&DriveCommand {

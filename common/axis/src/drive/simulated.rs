@@ -32,7 +32,9 @@ struct Lag {
 
 impl Lag {
     fn left_after(&mut self, dt: f64, lag: f64) -> f64 {
+        // Equal cycles need no exponential, which is the costly part of a step.
         if dt.to_bits() != self.dt.to_bits() {
+            // Without a lag nothing is left, and 0/0 would be NaN.
             let left = if lag > 0.0 { libm::exp(-dt / lag) } else { 0.0 };
             *self = Self { dt, left };
         }
@@ -149,6 +151,7 @@ impl SimulatedDrive {
         let lag = self.parameters.velocity_lag;
         let left = self.lag.left_after(dt, lag);
         let excess = self.velocity - command;
+        // v(t) = c + (v₀ - c)·e^(-t/τ) and its integral: exact, so stable for any ratio of cycle and lag.
         self.position += command * dt + excess * lag * (1.0 - left);
         self.velocity = command + excess * left;
     }
@@ -174,9 +177,11 @@ impl Drive for SimulatedDrive {
     fn step(&mut self, set: &Kinematics, Seconds(dt): Seconds) {
         let command = match self.state {
             DriveState::Off | DriveState::SwitchingOn => return,
+            // Braked by the lag of its velocity controller, as a drive without set values.
             DriveState::Tripped => 0.0,
             DriveState::Following => {
                 let feed_forward = (set.position - self.last_set) / dt;
+                // Controlled towards the previous set position, which it should have reached by now.
                 feed_forward + self.gain(dt) * (self.last_set - self.position)
             }
         };
@@ -256,6 +261,7 @@ mod tests {
             step(&mut drive, 500.0 * DT * f64::from(read));
             lowest = lowest.min(drive.actual().velocity);
         }
+        // For one cycle the feed-forward is 0, and a lag of one cycle follows it by 1 - 1/e.
         assert!(lowest < 0.5 * 500.0, "{lowest}");
     }
 
@@ -267,6 +273,7 @@ mod tests {
             step(&mut drive, 1_000.0);
             drive.actual().state == DriveState::Tripped
         });
+        // Exceeded from the first cycle, for more than 20 ms.
         assert!(matches!(tripped, Some(20 | 21)), "after 20 ms: {tripped:?}");
         for _ in 0..100 {
             step(&mut drive, 1_000.0);

@@ -30,13 +30,17 @@ pub(super) fn towards_position(
     let target = scaled_course(envelope, position, course);
     let distance = envelope.scaled_way(set.position - position);
     let most = envelope.acceleration;
+    // At constant velocity the target's frame moves evenly, and a stop in it may use all of the jerk.
     let accelerated = target.b.abs() > ACCELERATED * most;
     let share = if accelerated { JERK_SHARE } else { 1.0 };
+    // In the target's frame only the acceleration is left that the target does not use. 0 would never close in on it.
     let upper = (most - target.b).max(LEAST * most) / share;
     let lower = (most + target.b).max(LEAST * most) / share;
+    // The jerk limit in these units: the acceleration changes by 1 at most in a cycle.
     last_not_above(b - 1.0, b + 1.0, |next| {
         let speed = (w + next - target.w) / share;
         let acceleration = (next - target.b) / share;
+        // A cycle with the velocity w + next, then the stop: with a share β of the jerk, β·D(w/β, b/β).
         distance + w + next + share * stop_way(speed, acceleration, upper, lower)
     })
 }
@@ -45,6 +49,7 @@ pub(super) fn towards_position(
 pub(super) fn towards_velocity(envelope: &Envelope, set: &Differences, course: &Course) -> f64 {
     let Scaled { w, .. } = envelope.scaled(set);
     let target = scaled_course(envelope, set.position, course);
+    // Velocities of the cycle before, so that axis and target take their next step together.
     target.b - acceleration_to_gain(w - (target.w - target.b))
 }
 
@@ -56,6 +61,7 @@ pub(super) fn stopping(envelope: &Envelope, set: &Differences) -> f64 {
 /// A target faster than the axis is followed at the highest velocity.
 fn scaled_course(envelope: &Envelope, position: f64, course: &Course) -> Scaled {
     let fastest = envelope.highest_velocity();
+    // Otherwise the stop in its frame would be planned from a velocity that the axis never reaches.
     let velocity = course.velocity.max(-fastest).min(fastest);
     envelope.scaled(&Differences::each_cycle(
         position,

@@ -27,6 +27,7 @@ impl Differences {
     pub(super) fn up_to(state: &Kinematics, cycle_time: f64) -> Self {
         Self::each_cycle(
             state.position,
+            // A difference is the mean velocity of a cycle: that in its middle, if the acceleration is constant.
             state.velocity - state.acceleration * cycle_time / 2.0,
             state.acceleration,
         )
@@ -67,9 +68,11 @@ impl Differences {
             cycles + self.cycles,
             cycles + self.cycles + self.cycles_before,
         );
+        // Without skipped cycles the factors are exactly the rate, and need no division: 2·rate/2 and 3·rate/3.
         if three == 3.0 {
             [rate; 3]
         } else {
+            // Second and third divided differences, times 2! and 3!/2!: each is then a mean of the derivative.
             [rate / cycles, 2.0 * rate / two, 3.0 * rate / three]
         }
     }
@@ -83,6 +86,7 @@ impl Differences {
     /// The mean velocity of the last cycle, u/s.
     #[inline]
     pub(super) fn velocity_of_cycle(&self, cycle_time: f64) -> f64 {
+        // A difference over n cycles is the velocity in their middle, (n - 1)/2 cycles before that of the last one.
         self.velocity + self.acceleration * cycle_time * ((self.cycles - 1.0) / 2.0)
     }
 }

@@ -17,6 +17,7 @@ const RELATIVE: f64 = 1e-9;
 /// Time at the highest velocity whose distance is the largest number in the calculation of a target, s,
 const WAY_OF_TARGET: f64 = 1.0;
 /// but at most this, u: a velocity limit that means "none" shall not open the others.
+// 3ε·1e15 would be a rounding of 0.7 u, 3ε·1e6 is 7e-10 u.
 const LARGEST_WAY: f64 = 1e6;
 
 /// Greatest distance of a target beyond a wall, relative: the rounding of its calculation.
@@ -71,11 +72,13 @@ pub(super) struct Scaled {
 
 impl Envelope {
     pub(super) fn new(limits: &Limits, min: f64, max: f64, cycle_time: f64) -> Self {
+        // In units of a jerk limit of 1e13, which means "none", the root search is left without digits.
         let binding = limits.binding_in_cycles(cycle_time);
         let per_acceleration = 1.0 / (binding.jerk() * cycle_time);
         let per_velocity = per_acceleration / cycle_time;
         let velocity = limits.velocity() * per_velocity;
         let acceleration = highest_acceleration(&binding) * per_acceleration;
+        // Velocity after the cycle that is chosen: at most one acceleration above the limit.
         let fastest = velocity + acceleration;
         Self {
             limits: *limits,
@@ -90,6 +93,7 @@ impl Envelope {
             per_position: per_velocity / cycle_time,
             velocity,
             acceleration,
+            // Released from standstill on, it gains the highest velocity backwards, and no more.
             hardest: acceleration.min(acceleration_to_gain(velocity)),
             longest_stop: fastest + stop_way(fastest, acceleration, acceleration, acceleration),
         }
@@ -142,12 +146,14 @@ impl Envelope {
         // Within a cycle the acceleration may be larger than any that leads from one velocity to
         // another in a whole one.
         let most = highest_acceleration(&self.limits);
+        // From one limit of the acceleration to the other: no jerk changes it by more.
         let change = (self.limits.jerk() * self.cycle_time).min(2.0 * most);
         let by_pace = [
             PACE * seen.velocity.abs(),
             2.0 * PACE * seen.acceleration.abs(),
         ];
         // Nor can it change by more than the effect of the largest acceleration in the skipped cycles.
+        // A jerk over the time that the second difference looks back, integrated over half of the last one.
         let slower = 0.5 * change * self.cycle_time * back * cycles;
         let slower = slower.min(most * self.cycle_time * cycles);
         let weaker = (change * back).min(2.0 * most);
@@ -168,8 +174,10 @@ impl Envelope {
     ) -> Kinematics {
         let rounding = self.rounding(wanted.position, wanted.position) * self.rate;
         let times = cycles.map(|cycles| cycles * self.cycle_time * (1.0 + RELATIVE));
+        // No `clamp`, which panics if `most` is NaN.
         let near = |last: f64, wanted: f64, most: f64| wanted.max(last - most).min(last + most);
         let (mut push, mut change) = (highest_acceleration(&self.limits), self.limits.jerk());
+        // Limits that were lowered in motion: stated values must follow the positions, which need time to return.
         if series.acceleration.abs() > push * (1.0 + RELATIVE) + 4.0 * rounding * self.rate {
             push = push.max(series.acceleration.abs());
             change = change.max(series.jerk.abs());
@@ -187,6 +195,7 @@ impl Envelope {
     pub(super) fn scaled(&self, series: &Differences) -> Scaled {
         let rounding = self.rounding(series.position, series.position);
         Scaled {
+            // Mean velocity of the last cycle even after skipped ones, as one step of the closed forms has it.
             w: series.velocity_of_cycle(self.cycle_time) * self.per_velocity,
             b: series.acceleration * self.per_acceleration,
             slack: rounding * self.per_position,
@@ -200,6 +209,7 @@ impl Envelope {
 
     /// Rounding of a position.
     fn rounding(&self, from: f64, to: f64) -> f64 {
+        // Near position 0 a target's sums are still as large as the way it travels.
         let way = (WAY_OF_TARGET * self.limits.velocity()).min(LARGEST_WAY);
         ROUNDING * from.abs().max(to.abs()).max(way)
     }
@@ -208,6 +218,7 @@ impl Envelope {
     #[inline]
     pub(super) fn keeps(&self, series: &Differences, from: f64) -> bool {
         let rounding = self.rounding(from, series.position) * self.rate;
+        // Cheapest check first. Comparisons with NaN are false, so such a series is never kept.
         series.velocity.abs() <= self.limits.velocity() * (1.0 + RELATIVE) + rounding
             && self.is_smooth(series, from)
             && self.can_keep_velocity(series)
@@ -238,7 +249,10 @@ impl Envelope {
     #[inline]
     fn can_keep_velocity(&self, series: &Differences) -> bool {
         let Scaled { w, b, slack } = self.scaled(series);
+        // Far out rounding alone shows an acceleration: without slack it would refuse a target at the highest
+        // velocity.
         let gained = speed_gained((b.abs() - 2.0 * slack).max(0.0));
+        // Only the direction in which the acceleration leads: the other one is checked by the velocity itself.
         w * 1.0_f64.copysign(b) + gained <= self.velocity * (1.0 + RELATIVE) + slack
     }
 
@@ -248,10 +262,12 @@ impl Envelope {
         let at = series.position;
         let Scaled { w, b, slack } = self.scaled(series);
         let stops = |wall: f64, from: f64, at: f64, w: f64, b: f64| {
+            // Mostly true, and it saves the closed form and its square root in each cycle that passes.
             if self.is_far((wall - at) * self.per_position, w, b) {
                 return true;
             }
             let way = least_peak(w - slack, b - 2.0 * slack, self.hardest) / self.per_position;
+            // From beyond the wall the present position takes its place: no farther, but it may stay.
             at + way <= (wall + WALL_ROUNDING * wall.abs().max(at.abs())).max(from)
         };
         stops(self.max, from, at, w, b) && stops(-self.min, -from, -at, -w, -b)
@@ -270,16 +286,20 @@ impl Envelope {
         let position = series.position;
         let (most, hardest) = (self.acceleration, self.hardest);
         // The rounding in the acceleration of a passed target may be reversed.
+        // Twice the slack of a position, as accelerations have it: 2δ/T².
         let change = self.spare_jerk + 2.0 * slack;
         let range = Range::around(b, change).within(-most, most);
         let range = self.before_walls(range, position, w, hardest, |w, b| {
             least_peak(w, b, hardest)
         });
+        // Greatest accelerations in this cycle whose release at the jerk limit ends at the highest velocity,
+        // backwards and forwards.
         let slower = acceleration_to_gain(self.velocity + w);
         let faster = acceleration_to_gain(self.velocity - w);
         let range = range.within(-slower, faster);
         // The axis can stop before a wall by now; it shall do so without reversing.
         let range = self.before_walls(range, position, w, most, |w, b| stop_way(w, b, most, most));
+        // Last, since nothing has priority over the jerk: the rounding granted above ends here.
         range.within(b - self.spare_jerk, b + self.spare_jerk)
     }
 
@@ -297,12 +317,14 @@ impl Envelope {
             if self.is_far(room, w, range.high()) {
                 return range;
             }
+            // If even the hardest braking ends beyond the wall, the search returns it: as little beyond as possible.
             let low = range.nearest(-hardest);
             let beyond = |b: f64| w + b + way(w + b, b) - room;
             range.up_to(last_not_above(low, range.high(), beyond))
         };
         let range = before_wall(range, w, self.farthest_up(position) - position);
         let room = position - self.farthest_down(position);
+        // The lower wall by the same code, mirrored at zero.
         before_wall(range.mirrored(), -w, room).mirrored()
     }
 
@@ -324,6 +346,7 @@ impl Envelope {
         let confined = position
             .min(self.farthest_up(from))
             .max(self.farthest_down(from));
+        // Only rounding is cut off. A step back to a wall that came closer would break the jerk limit.
         let is_rounding = (position - confined).abs() <= self.rounding(from, position);
         let position = if is_rounding { confined } else { position };
         Differences::each_cycle(position, velocity, acceleration)
@@ -332,7 +355,9 @@ impl Envelope {
     /// Current position and motion of a series.
     pub(super) fn state_now(&self, series: &Differences) -> Kinematics {
         let mean = series.velocity_of_cycle(self.cycle_time);
+        // Half a cycle of acceleration may exceed the highest velocity, where its release has begun already.
         let highest = self.limits.velocity().max(mean.abs());
+        // From the mean of the last cycle to its end.
         let velocity = mean + series.acceleration * self.cycle_time / 2.0;
         Kinematics {
             position: series.position,

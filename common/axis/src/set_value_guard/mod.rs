@@ -97,9 +97,11 @@ pub struct GuardHistory {
 }
 
 /// Number of successive targets from which on the differences of the set values are those of the target.
+// A jerk spans four positions: the last one that did not pass is then no part of it.
 const LANDED: u8 = 3;
 
 /// Greatest number of skipped cycles that are simulated, so that the time of an update is bounded.
+// At 0.2 to 0.3 µs each (docs/SPEED.md) that takes some 1.5 ms.
 const MOST_CYCLES: u32 = 5_000;
 
 impl SetValueGuard {
@@ -121,6 +123,7 @@ impl SetValueGuard {
             let field = "cycle time";
             return Err(InvalidLimit { field, received });
         }
+        // A start that is not a number would stay in the differences for ever.
         let here = finite(here, 0.0);
         Ok(Self {
             envelope: Envelope::new(limits, min, max, received),
@@ -171,6 +174,7 @@ impl SetValueGuard {
     /// Number of its cycles in a time.
     #[must_use]
     pub fn cycles_in(&self, elapsed: Seconds) -> u32 {
+        // Rounded, not cut: clocks jitter around whole cycles. The cast saturates, and turns NaN into 0.
         (elapsed.0 / self.envelope.cycle_time + 0.5) as u32
     }
 
@@ -186,8 +190,10 @@ impl SetValueGuard {
     ///
     /// A target with a non-finite value is not followed; the axis stops.
     pub fn update(&mut self, target: &Kinematics, elapsed: u32) -> Guarded {
+        // 0 cycles would divide by zero.
         let elapsed = elapsed.max(1);
         let cycles = f64::from(elapsed);
+        // Before the decision: the course of the target includes its newest position.
         self.history.target = self.history.target.then(target, cycles, self.envelope.rate);
         let state = if is_finite(target) {
             self.follow(target, elapsed)
@@ -250,6 +256,7 @@ impl SetValueGuard {
 
     fn passes(&self, next: &Differences) -> bool {
         self.envelope.keeps(next, self.history.set.position)
+            // Only on landing: a target that has passed until now is not held back by what it might do next.
             && (self.history.passed >= LANDED || self.passes_next(next))
     }
 
@@ -274,6 +281,7 @@ impl SetValueGuard {
         let waits = self.history.passed >= LANDED;
         self.history.passed = 0;
         self.go_on(wanted, &course, elapsed, waits);
+        // Not in the first cycle: a single wrong position would leave a distance.
         if self.policy == DistancePolicy::VeloSync && !waits {
             self.history.offset = self.history.set.position - self.history.target.last_position();
         }
@@ -289,8 +297,10 @@ impl SetValueGuard {
     /// Simulates cycle by cycle along the path of the target.
     fn go_on(&mut self, wanted: f64, course: &Course, elapsed: u32, waits: bool) {
         let cycle_time = self.envelope.cycle_time;
+        // The last ones of a longer gap, which end at the target: what came before is unknown anyway.
         let cycles = elapsed.min(MOST_CYCLES);
         for left in (0..cycles).rev() {
+            // Without jerk: at the same acceleration the target is met again if it goes on as before.
             if waits && left + 1 == cycles {
                 self.advance(self.envelope.scaled(&self.history.set).b);
                 continue;
@@ -299,6 +309,7 @@ impl SetValueGuard {
                 (wanted, *course)
             } else {
                 let (then, course) = self.history.target.before(left.into(), course, cycle_time);
+                // The offset of a distance left behind applies along the whole path.
                 (then + self.history.offset, course)
             };
             self.advance(match self.policy {
@@ -337,6 +348,7 @@ impl SetValueGuard {
         let is_stated = state == GuardState::Tracking
             && envelope.allows_velocity(target.velocity)
             && envelope.allows_acceleration(target.acceleration)
+            // A quick axis may start and stop between two positions, which then confirm no stated velocity.
             && (envelope.is_quick() || self.history.target.is_consistent())
             && envelope.confirms(set, target);
         let wanted = if is_stated {

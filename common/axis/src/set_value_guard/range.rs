@@ -27,6 +27,7 @@ impl Range {
     /// The part between two others; at least its end nearest to them.
     pub(super) fn within(self, low: f64, high: f64) -> Self {
         Self {
+            // Each bound stays in the range: beyond the limits the jerk still holds, and leads back towards them.
             low: self.nearest(low),
             high: self.nearest(high),
         }

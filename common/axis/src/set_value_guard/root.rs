@@ -24,11 +24,13 @@ const WIDE: f64 = 4.0;
 /// step; the function is evaluated at most [`MOST_STEPS`] + 2 times, usually a dozen.
 #[inline]
 pub(super) fn last_not_above(low: f64, high: f64, rising: impl Fn(f64) -> f64) -> f64 {
+    // Ends first: on most of its way an axis uses its jerk fully, and one or two evaluations are enough.
     let at_high = rising(high);
     if at_high <= 0.0 {
         return high;
     }
     let at_low = rising(low);
+    // Not for NaN: then the lower end is returned, as for a function above 0.
     if at_low < 0.0 {
         Bracket::new(low, high, at_low, at_high).narrowed(rising)
     } else {
@@ -74,11 +76,13 @@ impl Bracket {
             }
             self.replace(at, value);
         }
+        // The side not above 0, as promised: of a wall that is the side before it.
         self.low
     }
 
     fn next(&self, step: u32, enough: f64) -> f64 {
         let rise = self.at_high - self.at_low;
+        // False position alone may creep towards a root where the function bends.
         if step.is_multiple_of(3) || !rise.is_finite() {
             return self.middle(step);
         }
@@ -93,11 +97,13 @@ impl Bracket {
         if step <= USUAL_STEPS {
             return f64::midpoint(low, high);
         }
+        // Ends of different signs have no common exponent to halve.
         if low < 0.0 && high > 0.0 {
             return 0.0;
         }
         let (least, most) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
         if most > WIDE * least {
+            // Geometric mean: halves the difference of the exponents. The floor keeps it from 0, which has none.
             libm::sqrt(least.max(NOTHING) * most).copysign(low + high)
         } else {
             f64::midpoint(low, high)
@@ -110,6 +116,7 @@ impl Bracket {
             if self.low_stayed {
                 self.at_low /= 2.0;
             }
+            // Illinois: an end that stays twice loses half of its value, which draws the next step towards it.
             (self.low_stayed, self.high_stayed) = (true, false);
         } else {
             (self.low, self.at_low) = (at, value);

@@ -53,12 +53,14 @@ impl Target {
     /// Appends the next target, this number of cycles later. After a non-finite one it takes three
     /// more until the differences are numbers again.
     pub(super) fn then(&self, next: &Kinematics, cycles: f64, rate: f64) -> Self {
+        // Kept for the distance that is reported, which must be a number.
         let last_position = if next.position.is_finite() {
             next.position
         } else {
             self.last_position
         };
         let series = self.series.then(next.position, cycles, rate);
+        // After a gap the two stated velocities are not those at the ends of one cycle.
         let is_known = cycles == 1.0 && self.gap == 1.0;
         Self {
             series,
@@ -79,9 +81,12 @@ impl Target {
     /// rule), as stated or as shown by its positions. A far axis that is blended, or that jumps,
     /// states neither.
     fn goes_on(&self, next: &Kinematics, series: &Differences, rate: f64) -> bool {
+        // Trapezoidal rule: distance over time in a cycle, against the mean of the velocities at its ends.
         let mean = 0.5 * (self.stated.velocity + next.velocity);
         let stated = (next.acceleration - self.stated.acceleration).abs();
+        // Differences show a change of the acceleration spread over two cycles.
         let seen = series.jerk.abs().max(self.series.jerk.abs()) / rate;
+        // Two positions, each rounded, over one cycle.
         let rounding = 2.0 * ROUNDING * series.position.abs() * rate;
         let most = CHANGE * (stated + seen) / rate + PACE * series.velocity.abs() + rounding;
         (series.velocity - mean).abs() <= most
@@ -115,10 +120,12 @@ impl Target {
         let last = self.series.position;
         let by_course = last - course.way_of_last(cycles, cycle_time);
         let then = course.later(-cycles, cycle_time);
+        // Within the gap the target was between its two known positions, whatever its course says.
         let (low, high) = (last.min(self.from), last.max(self.from));
         if (low..=high).contains(&by_course) {
             (by_course, then)
         } else {
+            // A course that leads out of there is not the one that was taken, so no velocity is assumed.
             let rests = Course {
                 velocity: 0.0,
                 acceleration: 0.0,
@@ -130,8 +137,10 @@ impl Target {
     fn stated_course(&self, envelope: &Envelope) -> Course {
         let stated = self.stated.acceleration;
         let believed = envelope.is_credible(stated);
+        // An acceleration that no axis with these limits has would mislead more than none.
         let acceleration = if believed { stated } else { 0.0 };
         Course {
+            // From the end of the cycle to its mean, as differences of positions have it.
             velocity: self.stated.velocity - acceleration * envelope.cycle_time / 2.0,
             acceleration,
         }
@@ -141,6 +150,7 @@ impl Target {
 impl Course {
     /// Distance in this number of cycles that end now, u.
     pub(super) fn way_of_last(&self, cycles: f64, cycle_time: f64) -> f64 {
+        // The mean velocity of n cycles is that in their middle, (n - 1)/2 cycles before that of the last one.
         let slower = self.acceleration * cycle_time * (cycles - 1.0) / 2.0;
         cycles * cycle_time * (self.velocity - slower)
     }

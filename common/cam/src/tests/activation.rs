@@ -82,10 +82,12 @@ fn follow(
     old: impl Fn(&Rig, f64) -> f64,
     new: impl Fn(&Rig, f64) -> f64,
 ) {
+    // To 750, beyond two seams, in steps that meet all positions of the table exactly.
     let mut up: Vec<f64> = (0..=260).map(|i| 100.0 + 2.5 * f64::from(i)).collect();
     if let At(at) = is
         && at < 100.0
     {
+        // To 10: above the seam at 0, which would be another cycle.
         up = (0..=36).map(|i| 100.0 - 2.5 * f64::from(i)).collect();
     }
     for (step, &master) in up.iter().enumerate() {
@@ -349,6 +351,7 @@ fn a_master_on_the_position_is_enough() {
     for mode in [AtMasterAxisPos, AtMasterCamPos] {
         let mut rig = Rig::new();
         rig.master.position = 360.0;
+        // 360 of the axis is 0 on the plate.
         let position = if mode == AtMasterCamPos { 0.0 } else { 360.0 };
         let ticket = rig
             .start(CamRequest::from(CamIn {

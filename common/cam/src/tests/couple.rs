@@ -9,6 +9,7 @@ const MASTERS: [f64; 9] = [0.0, 1.0, 90.0, 359.0, 360.0, 361.0, 1000.0, -1.0, -5
 fn positions_follow_the_manual_s_formulas() {
     for master in MASTERS {
         let mut rig = Rig::new();
+        // Four different values, so that none can stand in for another.
         let (mo, so, ms, ss) = (15.0, -3.0, 2.0, 0.5);
         rig.start(CamRequest::from(CamIn {
             master_offset: mo,
@@ -45,6 +46,7 @@ fn velocity_and_acceleration_are_the_chain_rule_s() {
         velocity: 90.0 + 30.0 * t,
         acceleration: 30.0,
     };
+    // Central differences: truncation h²/6 of the third derivative, far below the bounds.
     let h = 1e-4;
     for step in 0..40 {
         let t = f64::from(step) * 0.1;
@@ -91,6 +93,7 @@ fn a_relative_master_counts_from_the_activation_position_whatever_the_cycle_time
         let mut rig = Rig::new();
         rig.start(CamRequest::from(CamIn {
             start_mode: StartMode::MasterRelativeSlaveAbsolute,
+            // Between two cycles for each of the steps.
             activation: activation(ActivationMode::AtMasterAxisPos, 50.5),
             ..cam_in(BACK_AND_FORTH)
         }))
@@ -105,6 +108,7 @@ fn lift_adds_up_in_both_directions_and_a_new_coupling_starts_in_the_base_cycle()
     let mut rig = Rig::coupled(WITH_LIFT);
     rig.lead(360.0 * 3.0 + 90.0, 7.0);
     assert_near(rig.slave.position, 300.0 + rig.raw(WITH_LIFT, 90.0));
+    // Two turns below the base cycle: two lifts less.
     rig.lead(-360.0 * 2.0 + 90.0, 7.0);
     assert_near(rig.slave.position, -200.0 + rig.raw(WITH_LIFT, 90.0));
 
@@ -182,6 +186,7 @@ fn a_ramp_leads_onto_the_plate_without_a_step() {
         rig.go(100.0 + direction * 1e-3);
         assert!((rig.slave.velocity / rig.master.velocity).abs() < 1e-4);
         let largest = rig.lead(100.0 + direction * 59.0, 0.1);
+        // The ramp's slope is about 1.875·50/60, the plate's at most 0.52: 0.21 in a step of 0.1.
         assert!(largest < 0.3, "{largest}");
         assert_eq!(rig.state(ticket), CommandState::Active);
         rig.lead(100.0 + direction * 61.0, 0.1);
@@ -273,6 +278,7 @@ fn info_tells_the_state_here_and_elsewhere_and_after_an_error() {
     assert_near(info.raw_slave_stroke, 100.0);
     assert_near(info.master_cam_position, 90.0);
     assert_near(info.slave_cam_position, rig.raw(WITH_LIFT, 90.0));
+    // 900 of the master are 450 on the plate: one turn, and a stroke of 100·3.
     assert_near(info.sum_of_slave_strokes, 300.0);
     assert_near(info.slave_axis_position, rig.slave.position);
     assert_near(
@@ -284,6 +290,7 @@ fn info_tells_the_state_here_and_elsewhere_and_after_an_error() {
         .coupling
         .info(&rig.tables, WITH_LIFT, Some(-180.0))
         .unwrap();
+    // -90 on the plate lies in the turn below.
     assert_near(elsewhere.master_cam_position, 270.0);
     assert_near(elsewhere.sum_of_slave_strokes, -300.0);
     assert_near(

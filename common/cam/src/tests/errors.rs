@@ -187,6 +187,7 @@ fn of_a_second_change_of_the_same_kind() {
 fn of_values_too_extreme_to_be_numbers() {
     let mut rig = Rig::new();
     rig.start(CamRequest::from(CamIn {
+        // 50·1e308 is infinite, while 0·1e308 at the start is not.
         slave_scaling: 1e308,
         ..cam_in(BACK_AND_FORTH)
     }))
@@ -234,6 +235,7 @@ fn a_narrow_peak_is_seen_wherever_the_master_is() {
             };
             let coupling = CamCoupling::new(parameters).expect("parameters");
             let master = Kinematics {
+                // No divisor of the distance of the places, 360/128: each start looks at other ones.
                 position: 0.377 * f64::from(place),
                 velocity,
                 acceleration: 0.0,

@@ -42,6 +42,7 @@ fn plate(points: &[(f64, f64)], course: Course) -> Plate {
 }
 
 /// Jumps of up to 1e-3 u, and any velocity.
+// j·T³/6 = 6e33·1e-36/6 = 1e-3 u. The velocity may change by min(j·T²/2, a·T) = 3e9 u/s.
 const LIMITS: CamLimits = CamLimits {
     velocity: 1e12,
     acceleration: 1e24,
@@ -60,6 +61,7 @@ struct Rig {
 
 impl Rig {
     fn new() -> Self {
+        // Five plates, and room for those that a test adds.
         let mut tables = Tables::new(8);
         let plates = [
             (
@@ -125,6 +127,7 @@ impl Rig {
     fn go(&mut self, position: f64) -> f64 {
         self.master = Kinematics {
             position,
+            // Cycles of a millisecond. A call with the same position is a master at standstill.
             velocity: (position - self.master.position) / 0.001,
             acceleration: 0.0,
         };
@@ -174,6 +177,7 @@ fn cam_in(table: TableId) -> CamIn {
 }
 
 fn assert_near(value: f64, expected: f64) {
+    // Relative above 1 u, absolute below, where expected values may be 0.
     let tolerance = 1e-9 * expected.abs().max(1.0);
     assert!(
         (value - expected).abs() <= tolerance,

@@ -41,6 +41,7 @@ fn a_change_that_would_make_the_slave_jump_waits() {
     rig.tables.write(PLATE, &[rest(2, 120.0, 20.0)]).unwrap();
     let largest = rig.lead(220.0, 1.0);
     assert!(largest < 1.0, "{largest}");
+    // Moving point 2 changes both segments around it, from 0 to 240.
     assert!(queued(&rig), "the second segment changes, too");
     rig.lead(242.0, 1.0);
     assert!(!queued(&rig));
@@ -163,6 +164,7 @@ fn a_longer_period_keeps_the_master_s_part_of_the_cycle() {
         .info(&rig.tables, 0, Some(2.0 * 360.0 + 300.0))
         .unwrap();
     assert_near(info.raw_master_period, 480.0);
+    // 300 of 360 are 400 of 480.
     assert_near(info.master_cam_position, 400.0);
 }
 
@@ -179,6 +181,7 @@ fn a_new_lift_does_not_move_the_cycles_that_are_done() {
         .unwrap();
     let largest = rig.lead(7.0 * 360.0, 0.5);
     assert!(largest < 0.5, "{largest}");
+    // Six cycles of the old lift: its only segment changes, so the change waits for the seam at 6·360.
     assert_near(rig.slave.position, 600.0 + 80.0);
 }
 
@@ -229,6 +232,7 @@ fn coupled_again_while_its_own_points_wait_they_go_on_waiting() {
     ] {
         for slave_scaling_mode in [ScalingMode::UserDefined, ScalingMode::AutoOffset] {
             let mut rig = rig();
+            // Beyond the end of the test, so that only coupling again could bring the points.
             let never = Activation::at(ActivationMode::AtMasterAxisPos, 1e6);
             set(
                 &mut rig,

@@ -44,6 +44,7 @@ fn rig_on(points: &[(f64, f64)]) -> Rig {
 fn slope_bound(points: &[(f64, f64)]) -> f64 {
     let slopes = points
         .windows(2)
+        // 30z²(1 - z)² at z = 1/2.
         .map(|w| 1.875 * ((w[1].1 - w[0].1) / (w[1].0 - w[0].0)).abs());
     slopes.fold(0.0, f64::max)
 }
@@ -99,6 +100,7 @@ proptest! {
         prop_assert_eq!(info.slave_scaling, scalings[3]);
         if keeps_master {
             let off = (fraction(info) - part).abs();
+            // At a seam the part is 0 or 1, by rounding.
             prop_assert!(off.min((off - 1.0).abs()) < 1e-9, "{off}");
         }
     }
@@ -140,11 +142,13 @@ proptest! {
         changed[row].0 += shift * 0.5;
         changed[row].1 = slave;
         let written = rig.tables.write(PLATE, &[rest(index, changed[row].0, slave)]);
+        // A point moved beyond its neighbour is refused, and no subject of this property.
         prop_assume!(written.is_ok());
         let step = 2.0;
         let steepest = slope_bound(&points).max(slope_bound(&changed));
         let way = if backwards { -3000.0 } else { 3000.0 };
         let largest = rig.lead(start + way, step);
+        // Besides its course a slave may deviate in one cycle by what a change without a refusal allows.
         let bound = steepest * step + LIMITS.farthest();
         prop_assert!(largest <= bound * (1.0 + 1e-9) + 1e-9, "{largest} over {bound}");
     }
@@ -209,6 +213,7 @@ proptest! {
         prop_assert!((after.acceleration - before.acceleration).abs() < 1e-8 * scale);
         // At its end the plate continues where the ramp ends.
         let end = master + velocity * length;
+        // The rest of the ramp is of third order: 1e-21 of the gap.
         let off = length * 1e-7;
         let near = rig.coupling.update(&mut rig.tables, &at(end - velocity * off));
         prop_assert_eq!(rig.coupling.state(), CommandState::Active);

@@ -101,6 +101,7 @@ fn strokes_done_are_kept_when_the_slave_is_scaled_at_a_seam() {
         .unwrap();
         let largest = rig.lead(direction * (5.0 * 360.0), 0.5);
         assert!(largest < 1.0, "{largest}");
+        // Four cycles as before the scaling, the fifth by 2.5.
         assert_near(rig.slave.position, direction * (400.0 + 250.0));
     }
 }
@@ -141,6 +142,7 @@ fn linear_plates_follow_one_another_in_both_directions() {
         }
         let largest = rig.lead(first + direction * 400.0, 0.75);
         assert!(largest < 1.0, "{largest}");
+        // Four strokes of 40, each from where the last one ended.
         let expected = if direction > 0.0 { 160.0 } else { 40.0 - 160.0 };
         assert_near(rig.slave.position, expected);
     }
@@ -163,6 +165,7 @@ fn a_scaling_for_one_cycle_returns_and_keeps_what_the_slave_has_gained() {
     let largest = largest.max(rig.lead(360.0 + 720.0 + 360.0, 0.5));
     assert!(largest < 1.0, "{largest}");
     assert_eq!(rig.state(ticket), CommandState::Done);
+    // A cycle before, one of 720 by 3, and a cycle after.
     assert_near(rig.slave.position, 100.0 + 300.0 + 100.0);
 }
 
@@ -179,6 +182,7 @@ fn a_plate_for_one_cycle_with_automatic_offsets_is_seamless() {
     .unwrap();
     let largest = rig.lead(360.0 + 200.0 + 360.0, 0.5);
     assert!(largest < 0.5, "{largest}");
+    // A cycle of 360, one of the other plate, 200 long with a lift of 10, and a cycle of 360.
     assert_near(rig.slave.position, 100.0 + 10.0 + 100.0);
     let info = rig.coupling.info(&rig.tables, 0, None).unwrap();
     assert_eq!(info.table, WITH_LIFT);
@@ -197,6 +201,7 @@ fn a_negative_master_scaling_runs_the_plate_backwards() {
     ))
     .unwrap();
     rig.lead(400.0, 1.0);
+    // 200 of the master backwards, from 200 to 0 on the plate.
     assert_near(rig.slave.position, before - rig.raw(WITH_LIFT, 200.0));
 }
 
@@ -220,5 +225,6 @@ fn a_seam_far_out_is_still_a_seam() {
     .unwrap();
     let largest = rig.lead(far + 360.1 + 360.0, 0.5);
     assert!(largest < 1.0, "{largest}");
+    // 100 and twice 100. At 3.6e8 neighbouring doubles of the master are 6e-8 apart.
     assert!((rig.slave.position - 300.0).abs() < 1e-6);
 }

@@ -130,6 +130,7 @@ fn a_plate_in_use_is_replaced_as_an_online_change() {
     assert_near(rig.slave.position, 50.0);
     let most = most.max(rig.lead(360.0 + 180.0, 1.0));
     assert_near(rig.slave.position, 20.0);
+    // 1.875·50/180 = 0.52 u in a step of 1.
     assert!(most < 0.6, "{most}");
     assert!(!rig.tables.data_queued(BACK_AND_FORTH).unwrap());
     // And points can be written on top of it.

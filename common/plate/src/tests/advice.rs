@@ -76,6 +76,7 @@ fn what_laws_ask_is_what_the_manuals_say() {
             advice.inner_jerk(),
         ];
         for (received, expected) in received.into_iter().zip(expected) {
+            // The manuals print four or five digits.
             let is_it = (received - expected).abs() <= 5e-4 * expected;
             assert!(is_it, "{law:?}: {received}, expected {expected}");
         }
@@ -97,6 +98,7 @@ fn torque_is_the_highest_product_of_velocity_and_acceleration() {
 #[test]
 fn the_best_law_of_each_kind_between_rests() {
     for (least, expected) in [
+        // Least peaks of the laws with a continuous acceleration beside rests: Cv 1.7596, Ca 4.8881, Cj 39.478.
         (Demand::Velocity, MotionLaw::Modsinuslinie),
         (Demand::Acceleration, MotionLaw::Beschltrapez),
         (Demand::Jerk, MotionLaw::Bestehorn),
@@ -133,6 +135,7 @@ fn limits_are_kept_before_anything_is_least() {
         ..AT_ONE
     };
     let limits = LawLimits {
+        // At |V| = 2 a quintic has 1.875·2 = 3.75 and 60·8 of jerk, a trapezoid 2·2 = 4, a septic 2.1875·2.
         velocity: Some(3.8),
         jerk: Some(8.0 * 65.0),
         ..LawLimits::default()
@@ -213,6 +216,7 @@ fn what_comes_before_and_after_counts() {
         source([rest(1, 0.0, 0.0), rest(2, 1.0, 1.0)], Course::Cyclic).law_advice(1, &AT_ONE);
     let sine = of(&advice.unwrap(), MotionLaw::Sinuslinie);
     assert!(
+        // From -π²/2 at its end to π²/2 at its start.
         (sine.acceleration_step - 2.0 * 4.9348).abs() < 1e-3,
         "{sine:?}"
     );

@@ -10,6 +10,7 @@ use crate::{CamError, Course, MotionFunction, MotionPoint, Plate, PointType};
 
 /// Returns values of a plate at many places.
 fn course_of(plate: &Plate) -> Vec<u64> {
+    // Beyond both ends of all plates of `points`: from -100 to 100 + 7·50.
     let (start, end) = (-150.0, 600.0);
     (0..=200)
         .map(|i| start + (end - start) * f64::from(i) / 200.0)
@@ -54,6 +55,7 @@ proptest! {
         prop_assert_eq!(course_of(&plate), course_of(&anew));
         prop_assert_eq!(plate.lift(), anew.lift());
         prop_assert_eq!(plate.function().unwrap().points(), &expected[..]);
+        // A clone is made by hand, with capacity of its own, so it could forget a part.
         prop_assert_eq!(course_of(&plate.clone()), course_of(&anew));
     }
 
@@ -85,6 +87,7 @@ proptest! {
         let mut plate = plate(&points, Course::Linear);
         let before = plate.clone();
         let change = moved(&points, &rows);
+        // Linear: a cyclic plate whose period or lift differs is touched as a whole.
         let touched = plate.segments_changed(&change).unwrap();
         plate.change(&change).unwrap();
         let (start, end) = plate.master_range();

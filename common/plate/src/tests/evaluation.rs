@@ -24,6 +24,7 @@ proptest! {
     #[test]
     fn positions_join_at_every_point(plate in any_plate()) {
         let extremes = plate.characteristics(1.0).unwrap().extremes;
+        // The next double of the master moves the slave by slope·ulp, and an ulp is below 1e-12 periods here.
         let tolerance = 1e-12 * (extremes.position.magnitude()
             + extremes.velocity.magnitude() * plate.period());
         for knot in knots(&plate) {
@@ -46,6 +47,7 @@ proptest! {
         let turns = f64::from(turns);
         let there = here + turns * plate.period();
         let extremes = plate.characteristics(1.0).unwrap().extremes;
+        // Rounding of the master times the slope, that of the lifts, and that of the law itself.
         let shift = 4.0 * f64::EPSILON * there.abs().max(start.abs()).max(end.abs());
         let tolerance = shift * extremes.velocity.magnitude()
             + 4.0 * f64::EPSILON * (turns.abs() + 1.0) * plate.lift().abs()
@@ -65,6 +67,7 @@ proptest! {
         let knots = knots(&plate);
         let segment = segment.index(knots.len() - 1);
         let length = knots[segment + 1] - knots[segment];
+        // Central differences: the truncation falls with h², the rounding grows with 1/h.
         let step = 1e-4 * length;
         let here = knots[segment] + step + share * (length - 2.0 * step);
         let [before, at, after] = [here - step, here, here + step].map(|m| plate.at(m));
@@ -72,11 +75,13 @@ proptest! {
         let jerk = extremes.jerk.magnitude();
         let slack = |magnitude: f64| 1e-15 * 64.0 * magnitude / step;
 
+        // Taylor: (s(x+h) - s(x-h))/2h = v + h²·j/6, with the greatest jerk as the bound.
         let velocity = (after.position - before.position) / (2.0 * step);
         let tolerance = step * step * jerk / 6.0 + slack(extremes.position.magnitude())
             + 1e-12 * extremes.velocity.magnitude();
         prop_assert!((velocity - at.velocity).abs() <= tolerance, "{velocity} {at:?}");
 
+        // The jerk may turn within the interval, so only |Δa| ≤ h·j is sure.
         let acceleration = (after.velocity - before.velocity) / (2.0 * step);
         let tolerance = step * jerk + slack(extremes.velocity.magnitude())
             + 1e-12 * extremes.acceleration.magnitude();
@@ -92,6 +97,7 @@ proptest! {
     ) {
         let (start, end) = plate.master_range();
         let mut cursor = Cursor::default();
+        // A cursor left by any other plate must be valid, too.
         let _ = other.along(&mut cursor, elsewhere);
         let mut share = 0.0;
         let path = steps.into_iter().map(|step| { share += step; share });
@@ -169,6 +175,7 @@ fn a_linear_plate_holds_at_its_edges() {
         (50.001, 8.0),
         (f64::INFINITY, 8.0),
     ] {
+        // Held at the edges: 5 at the start, 5 + lift at the end.
         let held = plate.at(master);
         assert!((held.position - slave).abs() < 1e-12);
         assert_eq!(
@@ -184,6 +191,7 @@ fn a_linear_plate_holds_at_its_edges() {
 
 #[test]
 fn a_lift_that_is_only_rounding_counts_as_none() {
+    // 0.1 + 0.2 is 0.30000000000000004: as a lift it would have moved the slave by 5.6e-11 after a million turns.
     let points = [
         rest(1, 0.0, 0.3),
         rest(2, 1.0, 9.0),

@@ -55,6 +55,7 @@ proptest! {
                 masters.into_iter().map(move |m| m + turn * (end - start))
             })
             .collect();
+        // Near an extreme of the slave, a rounding of 1e-12 shifts the master by its square root, 1e-6.
         let near = 1e-6 * (end - start);
         let below = plate.master_below(slave, from, 0.0);
         let above = plate.master_above(slave, from, 0.0);
@@ -84,6 +85,7 @@ fn gable(course: Course) -> Plate {
         function: MotionLaw::Polynom1,
         ..rest(index, master, slave)
     };
+    // TF5050 7.5 names 225 and 135 for a slave of 80 from a master of 180, and -135 below 90 if cyclic.
     let top = 80.0 * 180.0 / 135.0;
     plate(
         &[
@@ -136,6 +138,7 @@ fn what_is_accurate_enough_counts_on_both_sides() {
 fn with_lift_the_master_may_be_many_turns_away() {
     for lift in [50.0, -50.0] {
         let plate = plate(&[rest(1, 0.0, 0.0), rest(2, 100.0, lift)], Course::Cyclic);
+        // A quintic between rests is symmetric, so half a lift is at half a period.
         let slave = 1_000_000.5 * lift;
         let expected = 100.0 * 1_000_000.5;
         assert_at(plate.master_above(slave, 0.0, 0.0), expected);

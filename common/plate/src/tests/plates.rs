@@ -89,8 +89,10 @@ fn points_of(start: f64, drafts: &[Draft]) -> Vec<MotionPoint> {
     for (row, &(step, slave, kind, [velocity, acceleration, jerk], choice)) in
         drafts.iter().enumerate()
     {
+        // The last point's law leads nowhere, but must not be that of a spline that has not begun.
         let next = drafts.get(row + 1).map_or(kind, |draft| draft.2);
         let laws = laws_between(kind, next);
+        // Values that contradict the type would be refused before any law is tried.
         let moves = matches!(kind, PointType::Velocity | PointType::Motion);
         let bends = kind == PointType::Motion;
         points.push(MotionPoint {
@@ -170,6 +172,7 @@ pub(super) fn plate_of(course: Course) -> impl Strategy<Value = Plate> {
         let table = PositionTable::new(&rows, interpolation, course);
         Plate::from_table(table.expect("the rows are right"))
     });
+    // Functions have all laws, tables lines and cubics only: so functions come twice as often.
     prop_oneof![2 => function, 1 => table]
 }
 

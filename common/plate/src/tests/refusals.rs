@@ -131,6 +131,7 @@ fn motion_functions() {
         (
             [
                 by(SplineNatural, rest(1, 0.0, 0.0)),
+                // A slope of 1e350.
                 by(Spline, rest(2, 1e-200, 1e150)),
                 by(SplineNatural, rest(3, 1.0, 0.0)),
             ]
@@ -212,6 +213,7 @@ fn position_tables() {
         0x4A1C,
         "0x4a1c: row 1, master: received inf, expected a finite number",
     );
+    // A slope of 1e400 is beyond the largest double, 1.8e308.
     let steep = [(0.0, 0.0), (1e-200, 1e200), (1.0, 0.0), (2.0, 0.0)];
     for interpolation in [
         Interpolation::Linear,
@@ -247,6 +249,7 @@ fn questions() {
         0x4B38,
         "0x4b38: increment: received -0.1, expected a number other than 0 towards a distance of 1",
     );
+    // 1/0 and 1/1e-300 are more rows than can be read, and an infinite increment never arrives.
     for increment in [0.0, NAN, f64::INFINITY, 1e-300] {
         assert_eq!(values(0.0, 1.0, increment, position).code(), 0x4B38);
     }

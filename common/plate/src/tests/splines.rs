@@ -51,6 +51,7 @@ fn moments(knots: &[(f64, f64)], ends: Option<[End; 2]>) -> Vec<f64> {
     let d = |i: usize| (knots[i + 1].1 - knots[i].1) / h(i);
     let mut a = vec![vec![0.0; n]; n];
     let mut b = vec![0.0; n];
+    // Continuity of the slope: h₀M₀/6 + (h₀ + h₁)M₁/3 + h₁M₂/6 = d₁ - d₀, with the secants d.
     for i in 1..n - 1 {
         a[i][i - 1] = h(i - 1) / 6.0;
         a[i][i] = (h(i - 1) + h(i)) / 3.0;
@@ -62,6 +63,7 @@ fn moments(knots: &[(f64, f64)], ends: Option<[End; 2]>) -> Vec<f64> {
         Some([start, end]) => {
             match start {
                 End::Natural => a[0][0] = 1.0,
+                // Slope of the first piece at its start: d - h(2M₀ + M₁)/6.
                 End::Slope(slope) => {
                     (a[0][0], a[0][1], b[0]) = (h(0) / 3.0, h(0) / 6.0, d(0) - slope);
                 }
@@ -123,6 +125,7 @@ fn assert_same_spline(plate: &Plate, knots: &[(f64, f64)], ends: Option<[End; 2]
             extremes.velocity.magnitude(),
             extremes.acceleration.magnitude(),
         ];
+        // Relative to the largest value of each derivative, as near their zeros only the absolute error is bounded.
         for order in 0..3 {
             let error = (received[order] - expected[order]).abs();
             assert!(
@@ -144,6 +147,7 @@ proptest! {
             MotionLaw::SplineTangential => {
                 Some([points[0].velocity, points[last].velocity].map(End::Slope))
             }
+            // Linear ends have the slope of their secant, hence the same equation as tangential ones.
             MotionLaw::SplineLinear => Some([secant(0), secant(last - 1)].map(End::Slope)),
             _ => None,
         };

@@ -39,6 +39,7 @@ fn a_synchronous_piece_that_its_points_do_not_know_of_makes_two_steps() {
         before,
         after,
     };
+    // The line's slope is (250 - 50)/(300 - 100) = 1, and the points beside it claim 0.
     assert_eq!(steps, [step(100.0, 0.0, 1.0), step(300.0, 1.0, 0.0)]);
     let smooth = function(synchronous(1.0), Course::Cyclic);
     assert_eq!(smooth.velocity_steps().count(), 0);
@@ -58,6 +59,7 @@ fn each_row_of_straight_lines_is_one_and_the_seam_of_a_cyclic_table_too() {
     let largest = found.largest_velocity_step.unwrap();
     assert_eq!(
         (largest.master, largest.before, largest.after),
+        // Slopes of 0.05 and 0.75 at a master velocity of 2.
         (20.0, 0.1, 1.5)
     );
 }

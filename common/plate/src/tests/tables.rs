@@ -39,6 +39,7 @@ proptest! {
 
     #[test]
     fn splines_follow_a_parabola(rows in rows(), a in -2.0..2.0_f64, b in -9.0..9.0_f64) {
+        // Parabolas through three rows are the parabola itself, so all slopes are exact, and so is each cubic.
         let parabola = |m: f64| a * m * m + b * m + 3.0;
         let rows: Vec<_> = rows.iter().map(|&(m, _)| (m, parabola(m))).collect();
         for interpolation in [Interpolation::Spline, Interpolation::SlidingSpline] {
@@ -117,6 +118,7 @@ fn values_are_listed_in_steps() {
     let plate = plate(&[rest(1, 0.0, 0.0), rest(2, 10.0, 5.0)], Course::Linear);
     let all = ValueSelect::all();
     let rows: Vec<_> = plate.values(0.0, 10.0, 0.1, all).unwrap().collect();
+    // Fence posts of 100 increments.
     assert_eq!(rows.len(), 101);
     for (i, row) in rows.iter().enumerate() {
         let motion = plate.at(row[0]);
@@ -135,6 +137,7 @@ fn values_are_listed_in_steps() {
     let some = ValueSelect::POSITION | ValueSelect::ACCELERATION;
     let rows: Vec<_> = plate.values(4.0, -1.0, -2.0, some).unwrap().collect();
     let masters: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+    // -1 is half an increment beyond the last whole one.
     assert_eq!(masters, [4.0, 2.0, 0.0]);
     assert_eq!(rows[0].len(), 3);
     assert_eq!(rows[0][2], plate.at(4.0).acceleration);

@@ -41,6 +41,7 @@ impl Link {
         let mut process = self.0.lock().unwrap();
         let told = process.told;
         process.says = Some(DriveReply {
+            // A new number in each cycle in which the process runs.
             heartbeat: told.counter,
             counter: told.counter,
             resets: told.resets,
@@ -63,6 +64,7 @@ impl Link {
         let mut process = self.0.lock().unwrap();
         let reply = process.says.as_mut().unwrap();
         (reply.state, reply.error) = (state, error);
+        // Alive, so that only the state or the error can trip the drive.
         reply.heartbeat += 1;
     }
 }
@@ -152,6 +154,7 @@ fn a_process_that_does_not_follow_is_not_ready() {
 #[test]
 fn a_heartbeat_that_stops_trips_it_and_a_reset_brings_it_back() {
     let (mut drive, link) = following();
+    // The first of them still reads a new heartbeat, the other five are allowed.
     for _ in 0..6 {
         step(&mut drive, 3.0);
         assert_eq!(trips(&drive), None);
@@ -225,6 +228,7 @@ fn a_frozen_position_trips_it_though_the_heart_beats() {
         trips(&drive),
         Some(DriveFault::FollowingError { .. })
     ));
+    // 0.5 u a cycle: 1.5 behind from the fourth on, and then for more than 3 ms.
     assert!((6..=8).contains(&cycles), "{cycles}");
 }
 

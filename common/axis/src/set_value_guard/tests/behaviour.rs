@@ -62,6 +62,7 @@ fn a_single_wrong_position_costs_one_cycle() {
         if cycle == 50 {
             assert_eq!(guarded.state, GuardState::Coasting);
             assert!((guarded.set.position - moving(50).position).abs() < 1e-12);
+            // The axis less its target, which is 3 ahead.
             assert!((guarded.distance + 3.0).abs() < 1e-12);
         } else {
             assert_eq!(guarded.state, GuardState::Tracking, "cycle {cycle}");
@@ -77,6 +78,7 @@ fn no_number_brings_it_to_a_stop_and_a_number_back() {
         let all = from_rest(3_000, |cycle| {
             let mut target = moving(cycle);
             if gone(cycle) {
+                // A single value is enough, even with a position that is a number.
                 target.velocity = nothing;
             }
             target
@@ -103,6 +105,7 @@ fn far_targets_are_gone_to_within_the_limits() {
             }
             target
         });
+        // At the highest velocity: 0.1 s and a ramp of 0.02 s to get there.
         assert!((all[400].set.velocity.abs() - 100.0).abs() < 1e-6);
         assert_eq!(all[2_999].set, moving(3_000));
     }
@@ -152,6 +155,7 @@ fn a_distance_stays_where_only_the_velocity_is_followed() {
         .iter()
         .filter(|g| g.state != GuardState::Tracking)
         .count();
+    // Only the differences across the jump depart: velocity, acceleration and jerk span four positions.
     assert!(departed < 10, "{departed}");
 
     // Another policy catches it up.

@@ -77,6 +77,7 @@ fn stepped_way(case: &Case) -> f64 {
         lower,
     } = *case;
     let (mut way, mut rounding) = (0.0, 0.0);
+    // Last cycles leave a rounding of the speed, which is never exactly 0.
     let still = 1e-13 * (1.0 + w.abs());
     for _ in 0..10_000_000 {
         if w.abs() <= still && b.abs() <= 1e-13 * (1.0 + case.b.abs()) {
@@ -105,6 +106,7 @@ fn stepped_peak(case: &Case) -> f64 {
     } = *case;
     let (mut x, mut peak) = (0.0, 0.0);
     loop {
+        // Hardest braking without a release: the least peak of all motions.
         b = (b - 1.0).max(-lower);
         w += b;
         x += w;

@@ -17,6 +17,7 @@ const CYCLES: u32 = 2_000;
 
 /// Rounding of positions of this size under limits, u.
 fn rounding(size: f64, limits: &Limits) -> f64 {
+    // The promise for software limits, where a velocity limit that means "none" counts as 1e6 u/s.
     128.0 * f64::EPSILON * size.max(limits.velocity().min(1e6))
 }
 
@@ -53,6 +54,7 @@ impl Way {
         let mut watch = Watch::at_rest(0.0, limits, self.cycle_time);
         let goal = self.to.min(self.walls).max(-self.walls);
         let due = to_position(&start, goal, limits).duration().0 / self.cycle_time;
+        // 2 % over the time-optimal bound, and a few whole cycles for its beginning and end.
         let due = 1.02 * due + 12.0;
         let name = std::format!("to {} with {:?}, T {}", self.to, limits, self.cycle_time);
         let slack = rounding(self.to.abs(), limits);
@@ -174,6 +176,7 @@ fn it_lands_on_a_moving_target_in_all_decades_of_its_limits() {
             let is_tracking = guarded.state == GuardState::Tracking;
             tracking = if is_tracking { tracking + 1 } else { 0 };
         }
+        // Upper bound of a ramp: 2v/a and 2a/j at full acceleration, 4√(v/j) where the jerk alone limits it.
         let ramp = 2.0 * limits.velocity() / limits.acceleration()
             + 2.0 * limits.acceleration().min(1e18 * limits.jerk()) / limits.jerk()
             + 4.0 * libm::sqrt(limits.velocity() / limits.jerk());
@@ -185,5 +188,6 @@ fn it_lands_on_a_moving_target_in_all_decades_of_its_limits() {
             assert!(tracking >= 100, "{name}: not landed, due in {due} cycles");
         }
     }
+    // Most of these combinations need more than the cycles simulated here.
     assert!(landings > 250, "{landings}");
 }

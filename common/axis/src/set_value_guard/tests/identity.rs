@@ -65,6 +65,7 @@ impl Path {
             SetValueGuard::new(&self.axis.limits, min, max, cycle_time, &self.start).unwrap();
         for (cycle, (target, elapsed)) in self.states.iter().enumerate() {
             let guarded = guard.update(target, *elapsed);
+            // Bits and not values: 0 and -0 are equal, but not the same target.
             let bits = |k: &Kinematics| [k.position, k.velocity, k.acceleration].map(f64::to_bits);
             assert!(
                 guarded.state == GuardState::Tracking && bits(&guarded.set) == bits(target),

@@ -22,7 +22,9 @@ struct Interrupted {
 fn by_chance(seed: u64, random: &mut Random) -> (Interrupted, Trouble, Troubled) {
     let axis = Axis::by_chance(random);
     let start = Kinematics::at_rest(axis.origin);
+    // The guard needs some 20 % above the planned limits to catch up.
     let motion = Motion::starting_at(start, scaled(&axis.limits, 1.0 / 1.2));
+    // Each kind equally often: the numbers of seeds are multiples of 13.
     let trouble = TROUBLES[(seed % TROUBLES.len() as u64) as usize];
     let target = Troubled::new(trouble, &axis, motion, random);
     (Interrupted::at_rest(axis), trouble, target)

@@ -29,6 +29,7 @@ impl Settled {
 
 /// Longest time until all quantities are within lowered limits, s.
 fn settling_time(before: &Limits, after: &Limits) -> f64 {
+    // Acceleration to 0, then the speed gained meanwhile down at the lowered limits.
     let release = before.acceleration() / after.jerk();
     let gained = before.velocity() + before.acceleration() * release;
     2.0 * release + gained / after.acceleration() + 4.0 * after.acceleration() / after.jerk()

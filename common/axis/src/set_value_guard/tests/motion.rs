@@ -30,6 +30,7 @@ impl Axis {
     /// to its velocity.
     fn that_needs(to_acceleration: f64, to_velocity: f64, random: &mut Random) -> Self {
         let cycle_time = random.decades(0.25e-3, 4e-3);
+        // Limits from slow axes to direct drives, as in the streams that the guard was designed with.
         let jerk = random.decades(1e3, 1e8);
         let acceleration = jerk * random.decades(to_acceleration * cycle_time, 0.1);
         let velocity = acceleration * random.decades(to_velocity * cycle_time, 0.5);

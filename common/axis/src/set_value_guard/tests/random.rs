@@ -10,6 +10,8 @@ impl Random {
     }
 
     fn next(&mut self) -> u64 {
+        // 2⁶⁴ divided by the golden ratio, as in Steele, Lea, Flood: Fast splittable pseudorandom number
+        // generators (2014).
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -18,6 +20,7 @@ impl Random {
 
     /// A number between two others.
     pub(super) fn between(&mut self, from: f64, to: f64) -> f64 {
+        // 53 bits, as many as a double has.
         from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 

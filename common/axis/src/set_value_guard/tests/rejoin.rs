@@ -55,6 +55,7 @@ impl Way {
         let mut input = InputParameter::<1>::new(None);
         input.current_position[0] = from.position - to.position;
         input.current_velocity[0] = from.velocity - to.velocity;
+        // In the frame of the target the limits of the velocity shift by its own.
         input.max_velocity[0] = limits.velocity() - to.velocity;
         input.min_velocity = Some(daov_stack![-limits.velocity() - to.velocity; 1]);
         input.max_acceleration[0] = limits.acceleration();
@@ -83,6 +84,7 @@ impl Way {
             let guarded = guard.update(&self.target_after(cycle), 1);
             let jerk = (guarded.set.acceleration - acceleration) / (t * limits.jerk());
             acceleration = guarded.set.acceleration;
+            // Smaller ones do not count: whole cycles leave such remainders.
             if jerk.abs() > 0.05 {
                 reversals += u32::from(jerk * sign < 0.0);
                 sign = jerk;
@@ -139,6 +141,7 @@ fn axes_are_back_in_time(ways: u64) {
             quantile(&long, share)
         );
     }
+    // A short way is a few whole cycles, so its excess counts in cycles, that of a long one as a share.
     assert!(quantile(&short, 0.99) <= 3.0);
     assert!(quantile(&long, 0.99) <= 1.02);
     // Up, down and up again is sufficient; no chatter on the way.

@@ -34,6 +34,7 @@ fn roots_are_found_with_few_evaluations() {
         sum += evaluations.get();
     }
     // An update finds at most five roots.
+    // `USUAL_STEPS` and the two ends.
     assert!(most <= 38, "{most}");
     assert!(sum / functions <= 12, "{sum}");
 }

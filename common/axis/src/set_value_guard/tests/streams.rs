@@ -122,6 +122,7 @@ impl Stream {
     }
 
     fn assert_before_walls(&self, position: f64) {
+        // 128ε·max(|p|, vmax·1 s) is the promise for software limits.
         let rounding = 128.0 * f64::EPSILON * position.abs().max(self.axis.limits.velocity());
         let beyond = (position - self.max).max(self.min - position);
         assert!(beyond <= rounding, "{}: {beyond}", self.name);

@@ -137,6 +137,7 @@ impl Troubled {
             Trouble::Reverse => going(-frozen.velocity),
             Trouble::Outage => going(frozen.velocity),
             Trouble::Spikes if random.percent(5) => shifted(size * by_chance),
+            // The largest position that a frame may carry.
             Trouble::FarSpikes if random.percent(5) => shifted(1e15 * by_chance),
             Trouble::Quantised => Kinematics {
                 position: libm::round(target.position / size * 100.0) * size / 100.0,

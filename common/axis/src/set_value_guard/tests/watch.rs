@@ -75,6 +75,7 @@ impl Watch {
             first(p2, p3, t2, t3),
         );
         let (a2, a3) = (2.0 * first(v1, v2, t0, t2), 2.0 * first(v2, v3, t1, t3));
+        // Divided differences times 2 and 3: computed on their own here, so that no fault of the guard hides.
         let jerk = 3.0 * first(a2, a3, t0, t3);
         let rounding = self.rounding();
         let t = self.cycle_time;
@@ -118,6 +119,7 @@ impl Watch {
             .positions
             .iter()
             .fold(self.limits.velocity(), |most, p| most.max(p.abs()));
+        // δ as the guard's documentation promises it.
         4.0 * f64::EPSILON * largest
     }
 }

@@ -41,6 +41,7 @@ fn add_to_a_multi_cam() {
         // The cycles of the added plate are 200 long, and so begin elsewhere.
         let is = match (mode, is) {
             (NextCycle, _) => At(200.0),
+            // Its return falls into another place of this master's path, which `follow` does not describe.
             (NextCycleOnce, _) => continue,
             _ => is,
         };
@@ -50,6 +51,7 @@ fn add_to_a_multi_cam() {
             _ => 0.0,
         };
         let new = |rig: &Rig, master| {
+            // Added at 200 it begins in its base cycle there, and so without the stroke before.
             let strokes = if base == 0.0 { 0.0 } else { 10.0 };
             rig.raw(BACK_AND_FORTH, master) + rig.raw(SPARE, master) - strokes
         };

@@ -32,6 +32,7 @@ pub(super) fn any_action() -> impl Strategy<Value = Action> {
 }
 
 fn any_table() -> impl Strategy<Value = TableId> {
+    // Five exist. 0 names the only plate, 6 none.
     0..=6u32
 }
 
@@ -56,7 +57,9 @@ fn any_mode() -> impl Strategy<Value = ScalingMode> {
 fn any_jump() -> impl Strategy<Value = JumpHandling> {
     prop_oneof![
         1 => Just(JumpHandling::Refuse),
+        // More often, since refused changes leave nothing to break.
         3 => Just(JumpHandling::Allow),
+        // A few lengths of 0 or less, which must be refused.
         1 => (-1.0..300.0f64).prop_map(|master_length| JumpHandling::RampIn { master_length }),
     ]
 }
