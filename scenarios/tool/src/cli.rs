@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
-use coaxle_host::NodeArgs;
+use coaxle_host::cli::NodeArgs;
 use coaxle_host::cli::{LogArgs, exit_code};
 use coaxle_lab::catalog;
 use coaxle_lab::junit::{self, JunitCase};

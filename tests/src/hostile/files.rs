@@ -218,7 +218,7 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
 /// The transport section of a config, as far as Zenoh takes it without a network.
 pub(super) fn transport(data: &[u8]) -> Outcome {
     let config: TransportConfig = parse("node.toml", text(data)?).map_err(error_text)?;
-    let config = coaxle_host::zenoh_config(&config);
+    let config = coaxle_host::network::transport::zenoh_config(&config);
     config
         .map(drop)
         .map_err(|error| one_line(&format!("{error:#}")))

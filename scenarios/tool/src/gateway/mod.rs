@@ -13,7 +13,8 @@ use std::thread::JoinHandle;
 use anyhow::Context;
 use coaxle_gateway::Gateway;
 use coaxle_gateway::config::GatewayConfig;
-use coaxle_host::{NodeArgs, Setup, TransportService};
+use coaxle_host::cli::NodeArgs;
+use coaxle_host::node::{Setup, TransportService};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::lab::{LabFields, NodeFile};
 use coaxle_os::exit::Exit;
@@ -38,7 +39,7 @@ pub(crate) fn run(
     let stop = Arc::new(StopFlag::default());
     let (port, end) = port::rings(&config, Arc::clone(&stop));
     let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
-    let outcome = coaxle_host::run(Setup {
+    let outcome = coaxle_host::node::run(Setup {
         lab,
         ..setup(args, config, port, transport_service)?
     });
