@@ -5,7 +5,7 @@
 //! | `ARRAY OF MC_MotionFunctionPoint` | [`PointTable::Points`] |
 //! | `ARRAY[.., 0..1] OF LREAL`, the positions of an `MC_CAM_REF` | [`PointTable::Positions`] |
 //!
-//! A table contains no course, units or interpolation; these are in a [cam file](crate::cam_file).
+//! A table contains no course, units or interpolation; these are in a [cam file](crate::cam).
 //! `docs/CAMS.md` shows both formats.
 
 mod columns;
@@ -17,11 +17,10 @@ mod tests;
 
 use std::path::Path;
 
+use coaxle_node::config::ConfigError;
+use coaxle_node::text_file;
+use coaxle_node::two_columns::Source;
 use coaxle_plate::{PlateSource, SourceRows, WrittenPoint};
-
-use crate::config::ConfigError;
-use crate::text_file;
-use crate::two_columns::Source;
 
 /// Greatest size of a file with points, bytes.
 const MOST_BYTES: u64 = 64 << 20;

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use coaxle_node::config::ConfigError;
+use coaxle_node::two_columns;
 use coaxle_plate::{Course, Interpolation, WrittenPoint};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{CamFileError, Points, Shape, Table};
-use crate::config::ConfigError;
-use crate::{point_table, two_columns};
+use crate::point_table;
 
 /// A cam plate: a motion function of `[[point]]`s or of `[points]` elsewhere, or a `[table]`.
 #[derive(Debug, Deserialize, JsonSchema)]

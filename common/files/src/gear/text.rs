@@ -3,11 +3,11 @@
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_gear::FlyingGearParameters;
+use coaxle_node::config::{ConfigError, CycleMicros, Finite, Positive};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::GearFile;
-use crate::config::{ConfigError, CycleMicros, Finite, Positive};
 
 /// A flying gear: motion of master and slave when it is enabled, limits of the slave, and the gear.
 #[derive(Debug, Deserialize, JsonSchema)]

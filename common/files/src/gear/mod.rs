@@ -15,10 +15,9 @@ use std::path::Path;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_gear::{FlyingGear, FlyingGearError, FlyingGearParameters};
+use coaxle_node::config::{ConfigError, parse};
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-
-use crate::config::{ConfigError, parse};
-use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 /// A gear file: the data for enabling a flying gear.
 #[derive(Clone, Debug, PartialEq)]

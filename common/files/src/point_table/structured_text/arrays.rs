@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use coaxle_node::config::ConfigError;
 use coaxle_plate::WrittenPoint;
 
-use crate::config::ConfigError;
 use crate::point_table::field::{Field, Value, default_point};
 use crate::point_table::{MOST_ROWS, PointTable};
 

@@ -16,14 +16,12 @@ mod text;
 use std::borrow::Cow;
 use std::path::Path;
 
+use coaxle_node::config::{ConfigError, parse};
+use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_saw::{
     CouplingMoment, SawCommand, SawCoupling, SawPlan, SawRefusal, SawRemedy, SawTolerances,
 };
-
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-
-use crate::config::{ConfigError, parse};
-use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 /// A saw file: the data for planning a synchronisation.
 #[derive(Clone, Debug, PartialEq)]

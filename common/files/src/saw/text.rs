@@ -2,6 +2,7 @@
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
+use coaxle_node::config::{ConfigError, CycleMicros, Finite, Positive};
 use coaxle_saw::{
     CouplingMoment, EncoderNoise, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
     diagonal_ratio, saw_table_id,
@@ -10,7 +11,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::SawFile;
-use crate::config::{ConfigError, CycleMicros, Finite, Positive};
 
 /// A flying saw at the moment of coupling: motion of master and slave, limits of the slave, and the
 /// command.

@@ -20,16 +20,14 @@ use std::borrow::Cow;
 use std::ops::Deref;
 use std::path::Path;
 
+use coaxle_node::config::{ConfigError, Position, elements_of, from_table, parse_table};
+use coaxle_node::text_file;
+use coaxle_node::two_columns::Source;
 use coaxle_plate::{CamError, Course, Interpolation, MotionPoint, Plate, PlateSource, SourceRows};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 pub use error::CamFileError;
 pub use text::TableId;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-
-use crate::config::{ConfigError, Position, elements_of, from_table, parse_table};
-use crate::text_file;
-use crate::two_columns::Source;
 
 /// Greatest size of a cam file, bytes: longer tables are in CSV files.
 pub const MOST_BYTES: u64 = 4 << 20;

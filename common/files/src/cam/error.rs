@@ -1,8 +1,7 @@
 //! Errors that name the place in the file.
 
+use coaxle_node::config::ConfigError;
 use coaxle_plate::CamError;
-
-use crate::config::ConfigError;
 
 /// A cam file without a valid plate.
 #[derive(Debug, thiserror::Error)]

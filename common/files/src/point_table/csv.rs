@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
+use coaxle_node::config::ConfigError;
+use coaxle_node::two_columns;
 use coaxle_plate::WrittenPoint;
 
 use super::columns::Columns;
 use super::field::{Field, Value, default_point};
 use super::{MOST_ROWS, PointTable, too_many};
-use crate::config::ConfigError;
-use crate::two_columns;
 
 pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
     let mut lines = filled(text);

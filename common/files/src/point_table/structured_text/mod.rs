@@ -9,9 +9,10 @@ mod parser;
 mod token;
 mod write;
 
-use super::PointTable;
-use crate::config::ConfigError;
+use coaxle_node::config::ConfigError;
 use parser::Parser;
+
+use super::PointTable;
 pub(super) use write::write;
 
 pub(super) fn read(
