@@ -4,15 +4,15 @@ use std::collections::VecDeque;
 use std::net::IpAddr;
 
 use coaxle_clock::{Instant, Span};
-use coaxle_gateway::ams::{
+use coaxle_os::{Machine, machine};
+
+use super::wire::{AdsWire, Tcp};
+use crate::ams::{
     self, ADD_NOTIFICATION, AMS_PORT, AdsRefusal, AmsAddress, AmsError, DELETE_NOTIFICATION,
     HANDLE_BY_NAME, NOTIFICATION, Packet, READ, READ_STATE, READ_WRITE, RELEASE_HANDLE, REPLY,
     REQUEST, VALUE_BY_HANDLE, WRITE, take_packet,
 };
-use coaxle_gateway::config::AdsConfig;
-use coaxle_os::{Machine, machine};
-
-use super::wire::{AdsWire, Tcp};
+use crate::config::AdsConfig;
 
 /// Timeout of a response.
 const RESPONSE_TIMEOUT: Span = Span::from_secs(1);

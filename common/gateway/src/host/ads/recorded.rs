@@ -6,14 +6,14 @@ use std::sync::{Arc, Mutex};
 
 use coaxle_axis::{ImageLayout, NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, Instant, Span};
-use coaxle_gateway::ams::{AmsAddress, Packet, READ, VALUE_BY_HANDLE, WRITE, take_packet};
-use coaxle_gateway::config::GatewayConfig;
-use coaxle_gateway::{PlcSample, Port};
 
 use super::client::{AdsClient, AdsError};
 use super::plc::{Polling, Writing};
 use super::wire::AdsWire;
-use crate::gateway::port::{OutputSlot, StopFlag, rings};
+use crate::ams::{AmsAddress, Packet, READ, VALUE_BY_HANDLE, WRITE, take_packet};
+use crate::config::GatewayConfig;
+use crate::host::port::{OutputSlot, StopFlag, rings};
+use crate::{PlcSample, Port};
 
 const RECORDED: &str = include_str!("recorded.txt");
 

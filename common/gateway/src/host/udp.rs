@@ -9,12 +9,12 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use coaxle_axis::ImageLayout;
 use coaxle_clock::{Instant, Span};
-use coaxle_gateway::config::{GatewayConfig, HostPort, OutputAxisConfig, UdpConfig};
-use coaxle_gateway::record::{RecordLengthError, read_record, record_len, write_image};
 use coaxle_os::{Machine, machine};
 
 use super::port::{OutputSlot, PlcEnd, PlcLink, PlcOutputs, Samples, StopFlag};
 use super::thread;
+use crate::config::{GatewayConfig, HostPort, OutputAxisConfig, UdpConfig};
+use crate::record::{RecordLengthError, read_record, record_len, write_image};
 
 /// Silence after which a PLC is away.
 const SILENCE: Span = Span::from_secs(1);

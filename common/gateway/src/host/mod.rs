@@ -1,5 +1,5 @@
-//! `coaxle gateway CONFIG`: a PLC as a node. Decisions are in [`coaxle_gateway`]. Here are the threads that wait for the
-//! PLC, and their connection to the node's cycle.
+//! A gateway in the real world: clients of the PLC by ADS, UDP and pipes, each in threads that wait for it, and their
+//! connection to the node's cycle. All decisions are in the other modules.
 
 mod ads;
 mod pipe;
@@ -11,14 +11,14 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use anyhow::Context;
-use coaxle_gateway::Gateway;
-use coaxle_gateway::config::GatewayConfig;
 use coaxle_host::cli::NodeArgs;
 use coaxle_host::node::{Setup, TransportService};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::lab::{LabFields, NodeFile};
 use coaxle_os::exit::Exit;
 
+use crate::Gateway;
+use crate::config::GatewayConfig;
 use port::{PlcEnd, RingPort, StopFlag};
 use recorder::GatewayRecorder;
 
@@ -27,10 +27,7 @@ use recorder::GatewayRecorder;
 /// # Errors
 /// The config names a wrong value (file, field, received, expected), the trace file, a socket or the endpoints cannot be
 /// opened, or the trace could not be kept. A PLC that is not there is no error: the gateway waits for it.
-pub(crate) fn run(
-    args: &NodeArgs,
-    transport_service: Option<TransportService>,
-) -> anyhow::Result<Exit> {
+pub fn run(args: &NodeArgs, transport_service: Option<TransportService>) -> anyhow::Result<Exit> {
     let (config, lab) = load(args)?;
     if args.check {
         return args.report_valid().map(|()| Exit::Done);

@@ -4,15 +4,15 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use coaxle_gateway::config::{GatewayConfig, OutputAxisConfig, PipeConfig, PipeFormat};
-use coaxle_gateway::record::{read_record, record_len};
-use coaxle_gateway::record_line::{head_line, read_line, write_line};
-use coaxle_gateway::{PlcOutput, PlcSample};
 use coaxle_os::machine;
 
 use super::port::{OutputSlot, PlcEnd, PlcLink, PlcOutputs, Samples, StopFlag};
 use super::thread;
 use super::udp::write_record;
+use crate::config::{GatewayConfig, OutputAxisConfig, PipeConfig, PipeFormat};
+use crate::record::{read_record, record_len};
+use crate::record_line::{head_line, read_line, write_line};
+use crate::{PlcOutput, PlcSample};
 
 /// A line that is longer is none.
 const MOST_LINE_BYTES: u64 = 64 * 1024;
@@ -93,7 +93,7 @@ impl PipeReader {
             }
             let taken = self.samples.send(at, |sample: &mut PlcSample| {
                 sample.index = read_line(text, &mut sample.axes)?;
-                Ok::<_, coaxle_gateway::record_line::RecordLineError>(())
+                Ok::<_, crate::record_line::RecordLineError>(())
             });
             if let Err(error) = taken
                 && self.link.count_refused()
@@ -117,7 +117,7 @@ impl PipeReader {
             // Its length is right.
             let _ = self.samples.send(at, |sample: &mut PlcSample| {
                 sample.index = read_record(layout, &record, &mut sample.axes)?;
-                Ok::<_, coaxle_gateway::record::RecordLengthError>(())
+                Ok::<_, crate::record::RecordLengthError>(())
             });
         }
     }

@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, Instant, Local, Span};
-use coaxle_gateway::config::GatewayConfig;
-use coaxle_gateway::{LinkState, PlcOutput, PlcSample, Port};
 use coaxle_os::{Machine, machine};
 use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::config::GatewayConfig;
+use crate::{LinkState, PlcOutput, PlcSample, Port};
 
 /// Samples that can wait for the node, and outputs for the PLC.
 const RING: usize = 64;

@@ -1,15 +1,16 @@
 //! Records of a gateway's cycles: trace, recording, status, and a log line for each change.
 
 use coaxle_clock::Instant;
-use coaxle_gateway::GatewaySnapshot;
-use coaxle_gateway::config::{GatewayConfig, PlcAxisConfig};
-use coaxle_gateway::signals::{GatewaySignals, PlcAxisSignals};
 use coaxle_host::files::Rows;
 use coaxle_host::network::transport::Publisher;
 use coaxle_host::node::{Record, Recorder};
 use coaxle_node::fields_of;
 use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
+
+use crate::GatewaySnapshot;
+use crate::config::{GatewayConfig, PlcAxisConfig};
+use crate::signals::{GatewaySignals, PlcAxisSignals};
 
 /// Role of a gateway in status and recordings.
 pub(super) const ROLE: &str = "gateway";

@@ -2,16 +2,16 @@
 
 use coaxle_axis::{IMAGE_LEN, ImageLayout, NcToPlcAxis};
 use coaxle_clock::{CycleIndex, Instant, Span};
-use coaxle_gateway::PlcSample;
-use coaxle_gateway::ams::notified;
-use coaxle_gateway::assembly::Assembly;
-use coaxle_gateway::config::{GatewayConfig, ImageKind, OutputConfig};
-use coaxle_gateway::polled::{PlcMemory, PollPauses, Polled, poll};
-use coaxle_gateway::record::write_image;
 use coaxle_os::{Machine, machine};
 
 use super::client::{AdsClient, AdsError, Notified};
-use crate::gateway::port::{OutputSlot, PlcEnd};
+use crate::PlcSample;
+use crate::ams::notified;
+use crate::assembly::Assembly;
+use crate::config::{GatewayConfig, ImageKind, OutputConfig};
+use crate::host::port::{OutputSlot, PlcEnd};
+use crate::polled::{PlcMemory, PollPauses, Polled, poll};
+use crate::record::write_image;
 
 /// Bytes of the cycle index.
 const INDEX_LEN: usize = 2;

@@ -9,12 +9,12 @@ mod wire;
 use std::thread::JoinHandle;
 
 use coaxle_clock::{Instant, Span};
-use coaxle_gateway::Retry;
-use coaxle_gateway::config::{AdsConfig, GatewayConfig, ReadMode};
 use coaxle_os::machine;
 
 use super::port::{NewestSlots, PlcEnd};
 use super::thread;
+use crate::Retry;
+use crate::config::{AdsConfig, GatewayConfig, ReadMode};
 use client::{AdsClient, AdsError};
 use plc::{Notifications, Polling, Writing};
 
