@@ -3,7 +3,7 @@
 //! `cargo run -p coaxle-receiver --no-default-features --example own_drive`
 //!
 //! Three parts are custom: a type that implements [`Drive`], the config, and the loop. The loop
-//! here has no network and no clock, so that it ends at once; `coaxle_host::run` is the one of the
+//! here has no network and no clock, so that it ends at once; `coaxle_host::node::run` is the one of the
 //! real world.
 
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_node::cam_file::{CamFile, CamFileError};
+use coaxle_files::cam::{CamFile, CamFileError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -11,7 +11,9 @@ mod status;
 use std::path::PathBuf;
 
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{BuildNode, NodeArgs, Recorder, Rows, Setup, TransportService};
+use coaxle_host::cli::NodeArgs;
+use coaxle_host::files::Rows;
+use coaxle_host::node::{BuildNode, Recorder, Setup, TransportService};
 use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::Exit;
 use coaxle_os::{ArrivalsTrace, EndReason, arrivals_beside};
@@ -73,7 +75,7 @@ pub fn run_with_service(
         let drives = drives(&built, epoch).map_err(|error| args_of_node.wrong(error))?;
         build(&args_of_node, &built, drives, start, epoch)
     };
-    let outcome = coaxle_host::run(Setup {
+    let outcome = coaxle_host::node::run(Setup {
         run_for: node.run_for,
         lab,
         transport_service,

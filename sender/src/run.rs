@@ -3,7 +3,9 @@
 mod recorder;
 
 use coaxle_clock::{Instant, Local};
-use coaxle_host::{BuildNode, NodeArgs, Recorder, Rows, Setup, TransportService};
+use coaxle_host::cli::NodeArgs;
+use coaxle_host::files::Rows;
+use coaxle_host::node::{BuildNode, Recorder, Setup, TransportService};
 use coaxle_node::Node;
 use coaxle_node::lab::NodeFile;
 use coaxle_os::exit::Exit;
@@ -43,7 +45,7 @@ pub fn run_with_service(
     let recorder = SenderRecorder::new(&config, rows(args, &config)?);
     let (args_of_node, node) = (args.clone(), config.clone());
     let build = move |start, epoch| build(&args_of_node, &node, start, epoch);
-    let outcome = coaxle_host::run(Setup {
+    let outcome = coaxle_host::node::run(Setup {
         run_for: args.run_for,
         lab,
         transport_service,

@@ -1,7 +1,7 @@
 """Records what a gateway and pyads's test server say to each other, byte for byte, for the test that replays it without either:
 
     cargo build --bin coaxle
-    target/python/bin/python3 tests/gateway/record_ads.py target/debug/coaxle scenarios/tool/src/gateway/ads/recorded.txt
+    target/python/bin/python3 tests/gateway/record_ads.py target/debug/coaxle common/gateway/src/host/ads/recorded.txt
 
 The server holds a cycle index and an axis that goes on each 100 ms. The gateway polls them, and writes two slaves of a receiver, which
 has an axis of its own and so waits for nobody: the one as a structure, the other as set values. In the file each line is an AMS packet: `>` was sent by the gateway, `<` by the server, then

@@ -10,7 +10,7 @@
 //! [`ams`] is the protocol of a Beckhoff PLC, as bytes. [`polled`] reads an index, images, and the index
 //! again, until both are of one cycle; [`assembly`] puts notifications together by their stamps;
 //! [`record`] and [`record_line`] are the contents of datagrams and pipes; [`Retry`] schedules
-//! reconnections to a lost PLC. All I/O is elsewhere.
+//! reconnections to a lost PLC. All I/O is in [`host`].
 //!
 //! | PLC name | here |
 //! |--|--|
@@ -22,6 +22,8 @@ pub mod ams;
 pub mod assembly;
 pub mod config;
 pub mod external_set_values;
+#[cfg(feature = "host")]
+pub mod host;
 pub mod index_counter;
 mod node;
 pub mod plc_clock;

@@ -17,7 +17,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use coaxle_host::shared_memory::{DriveProcess, ProcessValues, SetValues};
+use coaxle_host::machine::shared_memory::{DriveProcess, ProcessValues, SetValues};
 
 /// Polling interval for set values, several times per cycle, so that the response comes within the cycle.
 const LOOK: Duration = Duration::from_micros(200);

@@ -5,20 +5,16 @@
 //! same code.
 
 pub mod arrival;
-pub mod cam_file;
 pub mod circles;
 pub mod config;
 pub mod contract;
 pub mod faults;
 mod fields;
-pub mod gear_file;
 pub mod guess;
 pub mod lab;
-pub mod point_table;
-pub mod saw_file;
 pub mod signal;
 pub mod text_file;
-mod two_columns;
+pub mod two_columns;
 pub mod wiring;
 
 pub use arrival::{Arrival, Arrived};

@@ -12,27 +12,34 @@ const MOST_ROWS: usize = 1_000_000;
 
 /// Origin of the rows of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Source {
+pub struct Source {
     /// The CSV file.
-    pub(crate) file: String,
+    pub file: String,
     /// The line of each row, from 1.
-    pub(crate) lines: Vec<usize>,
+    pub lines: Vec<usize>,
 }
 
 /// The rows of a table, and their origin.
-pub(crate) type Rows = (Vec<(f64, f64)>, Source);
+pub type Rows = (Vec<(f64, f64)>, Source);
 
 /// Reads rows of two numbers; errors use the names in `columns`.
 ///
 /// Columns are separated by `;`, tabs, `,` or spaces, whichever of these the first line has first.
 /// If the separator is not `,`, a decimal comma is accepted. Empty lines and lines that begin with
 /// `#` are skipped, and so is a first line without any number: a header.
-pub(crate) fn read(path: &Path, columns: [&str; 2]) -> Result<Rows, ConfigError> {
+///
+/// # Errors
+/// A file that cannot be read, the line that is not a row, or too many rows.
+pub fn read(path: &Path, columns: [&str; 2]) -> Result<Rows, ConfigError> {
     let text = text_file::read_table(path, MOST_BYTES)?;
     parse(path.display().to_string(), &text, columns)
 }
 
-pub(crate) fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, ConfigError> {
+/// Reads rows of two numbers from the text of this file, as [`read`] does.
+///
+/// # Errors
+/// The line that is not a row, or too many rows.
+pub fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, ConfigError> {
     let text = text.trim_start_matches('\u{feff}');
     let mut filled = text
         .lines()

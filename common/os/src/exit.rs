@@ -1,6 +1,5 @@
 //! Exit codes of a program, and mistakes of users.
 
-use coaxle_node::cam_file::CamFileError;
 use coaxle_node::config::ConfigError;
 use coaxle_node::one_line;
 use coaxle_node::text_file::{Unreadable, remedy};
@@ -76,9 +75,7 @@ pub fn exit_of(error: &anyhow::Error) -> Exit {
         mistake.exit
     } else if error.downcast_ref::<NodeNotFound>().is_some() {
         Exit::NoData
-    } else if is(|cause| {
-        cause.is::<ConfigError>() || cause.is::<Unreadable>() || cause.is::<CamFileError>()
-    }) {
+    } else if is(|cause| cause.is::<ConfigError>() || cause.is::<Unreadable>()) {
         Exit::WrongConfig
     } else {
         Exit::Failed

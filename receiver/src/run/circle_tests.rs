@@ -8,10 +8,12 @@ use std::time::Duration;
 
 use coaxle_clock::Span;
 use coaxle_gear::GearIn;
-use coaxle_host::transport::{
+use coaxle_host::client::{Commander, SeenNode, Watcher};
+use coaxle_host::files::Rows;
+use coaxle_host::network::transport::{
     BytesHandler, Client, Declared, PresenceHandler, Publisher, RequestHandler, Urgency,
 };
-use coaxle_host::{Commander, InProcess, Rows, SeenNode, Transport, Watcher};
+use coaxle_host::network::transport::{InProcess, Transport};
 use coaxle_node::command::{CommandAnswer, CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::config::parse;
 use coaxle_node::keys::NodeName;
@@ -97,7 +99,7 @@ fn rows(config: &ReceiverConfig) -> Rows {
     #[derive(clap::Parser)]
     struct Cli {
         #[command(flatten)]
-        node: coaxle_host::NodeArgs,
+        node: coaxle_host::cli::NodeArgs,
     }
     let cli = <Cli as clap::Parser>::parse_from(["node", "r.toml"]);
     super::rows(&cli.node, config).unwrap()
@@ -124,7 +126,7 @@ impl Line {
                 let rows = rows(&config);
                 let recorder = ReceiverRecorder::new(&config, rows, None);
                 let setup = setup(&config, Box::new(build), Box::new(recorder));
-                coaxle_host::run_over(setup, network)
+                coaxle_host::node::run_over(setup, network)
             };
             std::thread::spawn(node);
         }

@@ -1,8 +1,9 @@
 //! Destinations of a receiver's cycles: trace, log and status.
 
 use coaxle_clock::Instant;
-use coaxle_host::transport::Publisher;
-use coaxle_host::{ArrivalRecord, InputRecord, Record, Recorder, Rows};
+use coaxle_host::files::{InputRecord, Rows};
+use coaxle_host::network::transport::Publisher;
+use coaxle_host::node::{ArrivalRecord, Record, Recorder};
 use coaxle_os::{ArrivalsTrace, Machine};
 use serde_json::{Map, Value, json};
 
@@ -155,7 +156,7 @@ mod tests {
         #[derive(clap::Parser)]
         struct Cli {
             #[command(flatten)]
-            node: coaxle_host::NodeArgs,
+            node: coaxle_host::cli::NodeArgs,
         }
         let line = ["node", "r.toml"].iter().chain(line);
         let cli = <Cli as clap::Parser>::parse_from(line);

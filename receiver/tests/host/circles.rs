@@ -8,7 +8,7 @@ use std::process::Command;
 
 use coaxle_clock::Span;
 use coaxle_gear::GearIn;
-use coaxle_host::{Commander, SeenNode, Watcher};
+use coaxle_host::client::{Commander, SeenNode, Watcher};
 use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_node::keys::NodeName;

@@ -5,8 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use coaxle_clock::Seconds;
 use coaxle_curve::law::{Knot, Motion, MotionLaw, Segment};
-use coaxle_node::cam_file::CamFile;
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::cam::CamFile;
+use coaxle_files::saw::SawFile;
 use coaxle_plate::Cursor;
 use coaxle_wire::command::CharacteristicFigures;
 use pyo3::prelude::*;

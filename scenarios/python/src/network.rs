@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use coaxle_host::{Commander, OverZenoh, Transport, Watcher};
+use coaxle_host::client::{Commander, Watcher};
+use coaxle_host::network::transport::{OverZenoh, Transport};
 use coaxle_node::CommandOrder;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
@@ -47,7 +48,7 @@ impl Network {
     fn nodes(&self, py: Python<'_>, within_s: f64) -> PyResult<String> {
         let patience = span("within_s", within_s)?;
         let seen = py.detach(|| self.watcher.wait_for(patience, |_| false));
-        let status = |node: coaxle_host::SeenNode| {
+        let status = |node: coaxle_host::client::SeenNode| {
             let status = node.status.map(|(_, status)| Value::Object(status));
             (node.name.to_string(), status.unwrap_or_default())
         };
@@ -58,7 +59,7 @@ impl Network {
     /// The newest status of a node, JSON; none if it publishes none within this time.
     fn status(&self, py: Python<'_>, node: &str, within_s: f64) -> PyResult<Option<String>> {
         let (name, patience) = (name("node", node)?, span("within_s", within_s)?);
-        let of = |seen: &[coaxle_host::SeenNode]| {
+        let of = |seen: &[coaxle_host::client::SeenNode]| {
             let node = seen.iter().find(|node| node.name == name);
             node.and_then(|node| node.status.clone())
         };

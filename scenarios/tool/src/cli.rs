@@ -4,27 +4,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
-use coaxle_host::NodeArgs;
+use coaxle_host::cli::NodeArgs;
 use coaxle_host::cli::{LogArgs, exit_code};
 use coaxle_lab::catalog;
-use coaxle_lab::junit::{self, JunitCase};
-use coaxle_lab::run::{self, Options, TraceFormat};
-use coaxle_lab::stage::{Stage, VirtualTime};
-use coaxle_lab::summary::World;
 use coaxle_lab::sweep::{self, Setup};
-use coaxle_lab::verdict::Verdict;
 use coaxle_os::exit::{EXIT_CODES, Exit, lines_of};
-use coaxle_os::machine;
 use coaxle_report::inspect;
-use coaxle_report::print::COLUMN_MM;
-use coaxle_report::reported::{self, Outcome, Presentation};
-use coaxle_report::table;
 use coaxle_trials::Bar;
 use coaxle_trials::bench::{self, BenchArgs, PeerArgs};
 use coaxle_trials::conform::{self, ConformArgs};
-use coaxle_trials::processes::Processes;
 use coaxle_trials::recording;
 use coaxle_trials::scale::{self, ScaleArgs};
 
@@ -32,11 +22,11 @@ use crate::cam::{self, CamSubcommand};
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
-use crate::gateway;
 use crate::gear::{self, GearSubcommand};
 use crate::overview;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::ros2::{self, Ros2Args};
+use crate::run::{self, RunArgs};
 use crate::saw::{self, SawSubcommand};
 use crate::schema::{self, SchemaArgs};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
@@ -181,74 +171,6 @@ enum CoaxleCommand {
     },
 }
 
-#[derive(Debug, Args)]
-struct RunArgs {
-    /// Name of a built-in scenario, or path of a TOML file
-    scenario: String,
-    /// In virtual time, as fast as it goes (the default)
-    #[arg(long = "virtual", conflicts_with = "processes")]
-    virtual_time: bool,
-    /// As real processes over real Zenoh on this machine, in real time
-    #[arg(long)]
-    processes: bool,
-    /// Another seed than the scenario's
-    #[arg(long, value_parser = crate::seed::parser())]
-    seed: Option<u64>,
-    /// Set a field of the scenario: path.to.field=value, e.g. sender.master.clock.drift-ppm=50
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    overrides: Vec<String>,
-    /// Only these receivers, and those they follow
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
-    receivers: Vec<String>,
-    /// Folder for the results [default: out/SCENARIO-WORLD]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Write each figure of the report into this folder as SVG and PDF, for papers: docs/REPORTS.md
-    #[arg(long, value_name = "DIR")]
-    figures: Option<PathBuf>,
-    /// Width of the figures, mm: a column of a paper, unless another width is given
-    #[arg(long, value_name = "MM", default_value_t = COLUMN_MM, value_parser = millimetres, requires = "figures")]
-    figure_width: f64,
-    /// Format of the trace, a row per receiver cycle: trace.mcap (docs/RECORDING.md) or trace.csv
-    #[arg(long, value_enum, default_value_t, conflicts_with = "no_trace")]
-    trace: TraceFormat,
-    /// Do not write the trace (gigabytes for a day), nor the raw arrivals of each receiver
-    /// (nodes/RECEIVER-arrivals.csv and -exchanges.csv)
-    #[arg(long)]
-    no_trace: bool,
-    /// Print the summary as JSON instead of a table
-    #[arg(long)]
-    json: bool,
-    /// Write a report in JUnit's format: a case for each expectation
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
-}
-
-/// A width that letters fit into.
-fn millimetres(text: &str) -> Result<f64, String> {
-    let width = text.parse().ok().filter(|mm| (40.0..=500.0).contains(mm));
-    width.ok_or_else(|| "expected a width from 40 to 500 mm".to_owned())
-}
-
-/// The run of the demonstration: pieces cut to length, with real processes.
-fn demonstration() -> RunArgs {
-    RunArgs {
-        scenario: "cut-to-length".to_owned(),
-        virtual_time: false,
-        processes: true,
-        seed: None,
-        overrides: Vec::new(),
-        receivers: Vec::new(),
-        out: None,
-        figures: None,
-        figure_width: COLUMN_MM,
-        trace: TraceFormat::default(),
-        no_trace: false,
-        json: false,
-        junit: None,
-    }
-}
-
 /// Runs the tool.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -262,8 +184,8 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
     let (good, otherwise) = match command {
         // Cargo names itself to the programs that it runs.
         None if std::env::var_os("CARGO").is_none() => (show_help()?, Exit::Failed),
-        None | Some(CoaxleCommand::Demo) => return run_scenario(&demonstration()),
-        Some(CoaxleCommand::Run(args)) => return run_scenario(&args),
+        None | Some(CoaxleCommand::Demo) => return run::run(&run::demonstration()),
+        Some(CoaxleCommand::Run(args)) => return run::run(&args),
         Some(CoaxleCommand::Sweep(args)) => return crate::sweep::run(&args),
         Some(CoaxleCommand::Soak(args)) => return crate::soak::run(&args),
         Some(CoaxleCommand::Scale(args)) => return scale::scale(&args),
@@ -316,7 +238,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
             return coaxle_receiver::run::run_with_service(&node, page.transport_service());
         }
         Some(CoaxleCommand::Gateway { node, page }) => {
-            return gateway::run(&node, page.transport_service());
+            return coaxle_gateway::host::run(&node, page.transport_service());
         }
     };
     Ok(otherwise.done_if(good))
@@ -372,85 +294,6 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
     Ok(good)
 }
 
-fn run_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
-    let suite = format!("run {}", args.scenario);
-    junit::report_error(args.junit.as_deref(), &suite, try_scenario(args))
-}
-
-fn try_scenario(args: &RunArgs) -> anyhow::Result<Exit> {
-    let source = catalog::find(&args.scenario)?;
-    let stage: &dyn Stage = if args.processes {
-        &Processes
-    } else {
-        &VirtualTime
-    };
-    let world = stage.world();
-    let default_out = || PathBuf::from("out").join(format!("{}-{}", source.name, world.name()));
-    let options = Options {
-        seed: args.seed,
-        overrides: args.overrides.clone(),
-        receivers: args.receivers.clone(),
-        out: args.out.clone().unwrap_or_else(default_out),
-        trace: (!args.no_trace).then_some(args.trace),
-    };
-    let presentation = Presentation {
-        command: command_of(args),
-        figures: (args.figures.clone()).map(|folder| (folder, args.figure_width)),
-    };
-    let scenario = run::prepare(&source, &options)?;
-    if !args.json {
-        print_text(&format!("{}: {}", source.name, scenario.title))?;
-        print_text(&announcement(
-            world,
-            scenario.duration_s.get(),
-            scenario.senders.len() + scenario.receivers.len(),
-        ))?;
-        let warning = (options.trace).and_then(|format| run::trace_warning(&scenario, format));
-        warning.map_or(Ok(()), |warning| print_text(&warning))?;
-    }
-    let mut bar = Bar::new(format!("of {} s", scenario.duration_s.get()))?;
-    let begin = machine::now();
-    let outcome = reported::run(
-        &source.name,
-        &scenario,
-        &options,
-        &presentation,
-        stage,
-        &mut bar,
-    );
-    bar.clear();
-    let outcome = outcome?;
-    if let Some(path) = &args.junit {
-        let (suite, took) = (format!("run {}", source.name), machine::now() - begin);
-        let cases = outcome.summary.expectations.iter().map(case);
-        junit::write(path, &suite, took.as_secs_f64(), cases)?;
-    }
-    if args.json {
-        let text = serde_json::to_string_pretty(&outcome.summary)
-            .context("cannot write the summary as JSON")?;
-        print_text(&text)?;
-    } else {
-        print_results(&outcome)?;
-    }
-    if let Some(at) = outcome.summary.interrupted_at_s {
-        tracing::warn!("interrupted after {at:.1} s: the results are of the time before");
-        return Ok(Exit::Interrupted);
-    }
-    Ok(Exit::NotMet.done_if(outcome.summary.failed().next().is_none()))
-}
-
-/// An expectation, for the report.
-fn case(verdict: &Verdict) -> JunitCase {
-    let failure = (!verdict.met).then(|| junit::JunitFailure {
-        message: verdict.to_string(),
-        text: String::new(),
-    });
-    JunitCase {
-        name: format!("{} {}", verdict.place(), verdict.expected),
-        failure,
-    }
-}
-
 fn record_arrivals(args: &recording::RecordArrivalsArgs) -> anyhow::Result<bool> {
     let said = match args.seconds() {
         Some(seconds) => {
@@ -478,46 +321,6 @@ fn man(out: &Path) -> anyhow::Result<bool> {
     clap_mangen::generate_to(Cli::command(), out).with_context(cannot)?;
     print_text(&format!("man pages: {}", out.display()))?;
     Ok(true)
-}
-
-fn announcement(world: World, seconds: f64, nodes: usize) -> String {
-    match world {
-        World::Virtual => format!("{nodes} nodes, {seconds} s of virtual time"),
-        World::Processes => {
-            format!("{nodes} processes over Zenoh on this machine, {seconds} s of real time")
-        }
-    }
-}
-
-fn print_results(outcome: &Outcome) -> anyhow::Result<()> {
-    let summary = &outcome.summary;
-    print_text(&format!("\n{}", table::results(summary)))?;
-    if let Some(conclusion) = table::conclusion(summary) {
-        print_text(&format!("\n{conclusion}"))?;
-    }
-    if !summary.routers.is_empty() {
-        print_text(&format!("\n{}", table::routers(summary)))?;
-    }
-    if !summary.expectations.is_empty() {
-        print_text(&format!("\n{}", table::verdicts(summary)))?;
-    }
-    print_text(&format!("\nreport: {}", outcome.report.display()))
-}
-
-/// The command that repeats a run, but for the folder.
-fn command_of(args: &RunArgs) -> String {
-    let mut words = vec!["coaxle".to_owned(), "run".to_owned(), args.scenario.clone()];
-    if args.processes {
-        words.push("--processes".to_owned());
-    }
-    if let Some(seed) = args.seed {
-        words.push(format!("--seed {seed}"));
-    }
-    words.extend(args.overrides.iter().map(|set| format!("--set '{set}'")));
-    if !args.receivers.is_empty() {
-        words.push(format!("--receivers {}", args.receivers.join(",")));
-    }
-    words.join(" ")
 }
 
 #[cfg(test)]

@@ -10,11 +10,11 @@ use std::time::SystemTime;
 
 use clap::Args;
 use coaxle_clock::Span;
-use coaxle_host::Exposure;
 use coaxle_host::cli::parse_duration;
-use coaxle_host::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
-use coaxle_host::fitness::{self, Finding, Severity};
-use coaxle_host::transport::is_local;
+use coaxle_host::machine::fitness::{self, Finding, Severity};
+use coaxle_host::network::credentials::{Credentials, KEY_FILE, PROFILE_FILE, RENEW_WITHIN, date};
+use coaxle_host::network::transport::Exposure;
+use coaxle_host::network::transport::is_local;
 use coaxle_node::keys::NodeName;
 use coaxle_node::lab::LabFields;
 use coaxle_os::machine;
@@ -327,7 +327,7 @@ fn of_credentials(
 mod tests {
     use super::*;
     use crate::secure::write_role;
-    use coaxle_host::credentials::{Authority, Validity};
+    use coaxle_host::network::credentials::{Authority, Validity};
     use coaxle_os::Readers;
     use std::time::Duration;
 

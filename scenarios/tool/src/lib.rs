@@ -2,8 +2,8 @@
 //!
 //! [`cli`] knows every command and does none of them itself. From the top down:
 //!
-//! * scenarios: `soak` and `sweep` beside `cli`, over the lab, the report and the trials;
-//! * running nodes: `status`, `command`, `scope`, `recorded`, `ros2`, `doctor`, and the `gateway` that is one itself;
+//! * scenarios: `run`, `soak` and `sweep`, over the lab, the report and the trials;
+//! * running nodes: `status`, `command`, `scope`, `recorded`, `ros2`, `doctor`;
 //! * files: `cam`, `saw` and `gear`, with pages to design them on (`edit`); `schema`, `signals`, `examples`, `node_config`;
 //! * [`secure`]: rights in a network, and the certificates for them.
 
@@ -13,12 +13,12 @@ pub mod command;
 pub mod doctor;
 mod edit;
 mod examples;
-mod gateway;
 pub mod gear;
 pub mod node_config;
 mod overview;
 mod recorded;
 mod ros2;
+mod run;
 #[cfg(test)]
 mod samples;
 pub mod saw;

@@ -1,8 +1,9 @@
 //! Destinations of a sender's cycles: trace and status.
 
 use coaxle_clock::Instant;
-use coaxle_host::transport::Publisher;
-use coaxle_host::{Record, Recorder, Rows};
+use coaxle_host::files::Rows;
+use coaxle_host::network::transport::Publisher;
+use coaxle_host::node::{Record, Recorder};
 use coaxle_node::fields_of;
 use coaxle_node::signal::{Group, Instance};
 use coaxle_os::Machine;
@@ -126,7 +127,7 @@ mod tests {
         #[derive(clap::Parser)]
         struct Cli {
             #[command(flatten)]
-            node: coaxle_host::NodeArgs,
+            node: coaxle_host::cli::NodeArgs,
         }
         let line = ["node", "s.toml"].iter().chain(line);
         let cli = <Cli as clap::Parser>::parse_from(line);

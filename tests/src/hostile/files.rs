@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use coaxle_clock::{Instant, Span};
+use coaxle_files::cam::CamFile;
+use coaxle_files::gear::GearFile;
+use coaxle_files::point_table::PointTable;
+use coaxle_files::saw::SawFile;
 use coaxle_lab::catalog::Source;
-use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::{TransportConfig, parse};
-use coaxle_node::gear_file::GearFile;
 use coaxle_node::lab::{NodeFile, WithLab};
 use coaxle_node::one_line;
-use coaxle_node::point_table::PointTable;
-use coaxle_node::saw_file::SawFile;
 use coaxle_plate::{
     Course, Demand, LawCriteria, LawLimits, PlateSource, SourceRows, ValueSelect, WrittenPoint,
 };
@@ -218,7 +218,7 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
 /// The transport section of a config, as far as Zenoh takes it without a network.
 pub(super) fn transport(data: &[u8]) -> Outcome {
     let config: TransportConfig = parse("node.toml", text(data)?).map_err(error_text)?;
-    let config = coaxle_host::zenoh_config(&config);
+    let config = coaxle_host::network::transport::zenoh_config(&config);
     config
         .map(drop)
         .map_err(|error| one_line(&format!("{error:#}")))

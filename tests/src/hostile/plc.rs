@@ -29,7 +29,7 @@ const INDEX_LEN: usize = 2;
 /// Most samples that a gateway is run for.
 const MOST_SAMPLES: usize = 1_000;
 /// Path of the recording of a connection, whose responses are good input.
-const RECORDED: &str = "scenarios/tool/src/gateway/ads/recorded.txt";
+const RECORDED: &str = "common/gateway/src/host/ads/recorded.txt";
 
 /// Samples that came, one for each cycle of the PLC.
 #[derive(Default)]

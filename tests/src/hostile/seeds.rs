@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_node::cam_file::CamFile;
+use coaxle_files::cam::CamFile;
+use coaxle_files::point_table::PointTable;
 use coaxle_node::exchange::{
     MAX_TIME_RESPONSES, ReceivedRequest, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY,
     TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
-use coaxle_node::point_table::PointTable;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
 
 use super::streams::subscription_to;

@@ -32,7 +32,7 @@ pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partiti
 pub use list::at_most;
 pub(crate) use load::part_of_table;
 pub use load::{from_table, load, parse, parse_table};
-pub(crate) use place::{Position, elements_of};
+pub use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;
 pub use term::{Between, Term, Wave};
 pub use timing::{TimingEndpoints, TimingLinkConfig, TimingServerConfig};

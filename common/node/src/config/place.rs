@@ -8,7 +8,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 /// A line and a column, both from 1; the column in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Position {
+pub struct Position {
     line: usize,
     column: usize,
 }
@@ -46,7 +46,7 @@ impl fmt::Display for Position {
 }
 
 /// Positions of the elements of a list at this path of keys; empty if there is no such list.
-pub(crate) fn elements_of(text: &str, path: &[&str]) -> Vec<Position> {
+pub fn elements_of(text: &str, path: &[&str]) -> Vec<Position> {
     let Ok(root) = DeTable::parse(text) else {
         return Vec::new();
     };

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use coaxle_node::cam_file::CamFile;
+use coaxle_files::cam::CamFile;
 use coaxle_plate::{Demand, LawAdvice, LawCriteria, LawLimits};
 use coaxle_report::inspect::{cells, name, right, shown, table};
 use serde_json::{Value, json};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use coaxle_curve::law::{Extreme, MinMax};
-use coaxle_node::cam_file::CamFile;
+use coaxle_files::cam::CamFile;
 use coaxle_plate::{Characteristics, PlateEnd};
 use coaxle_report::inspect::{QUANTITIES, cells, shown, table};
 use serde_json::{Value, json};

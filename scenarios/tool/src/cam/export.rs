@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use coaxle_node::point_table::{Format, PointTable};
+use coaxle_files::point_table::{Format, PointTable};
 use coaxle_plate::{Plate, ValueSelect};
 
 use super::format::FormatArg;

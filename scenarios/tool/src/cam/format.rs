@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
-use coaxle_node::point_table::Format;
+use coaxle_files::point_table::Format;
 
 /// The format of a point table, as the command line spells it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use coaxle_node::cam_file::{CamFile, MOST_BYTES};
-use coaxle_node::point_table::PointTable;
+use coaxle_files::cam::{CamFile, MOST_BYTES};
+use coaxle_files::point_table::PointTable;
 use coaxle_os::exit::wrong_argument;
 use coaxle_plate::{Course, WrittenPoint};
 use coaxle_report::inspect::name;
 
 use super::format::FormatArg;
-use super::new_file;
+use super::{mistake, new_file};
 
 /// The table to read, and the facts that it lacks.
 #[derive(Debug, Args)]
@@ -73,7 +73,8 @@ impl ImportArgs {
         // Errors name the table, as the user has no other file yet.
         let (file, folder) = (self.table.display().to_string(), Path::new(""));
         let parsed = text.parse().context("the cam file cannot be written")?;
-        CamFile::from_table(&file, folder, parsed)?.plate()?;
+        let cam = CamFile::from_table(&file, folder, parsed);
+        cam.and_then(|cam| cam.plate()).map_err(mistake)?;
         if text.len() as u64 > MOST_BYTES {
             return self.write_beside(&table, text.len(), out);
         }
@@ -103,7 +104,7 @@ impl ImportArgs {
         }
         new_file::write(Some(output), &self.text(table, Some(&name)), out)?;
         // The written file may be larger than the table, and is read to the end.
-        CamFile::load(output)?;
+        CamFile::load(output).map_err(mistake)?;
         Ok(())
     }
 

@@ -16,8 +16,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use coaxle_node::cam_file::{CamFile, CamFileError};
-use coaxle_os::exit::lines_of;
+use coaxle_files::cam::{CamFile, CamFileError};
+use coaxle_os::exit::{Mistake, lines_of};
 use coaxle_plate::Plate;
 use coaxle_report::inspect;
 
@@ -118,16 +118,21 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
 
 fn load(file: &Path) -> anyhow::Result<(CamFile, Plate)> {
     let cam = load_unchecked(file)?;
-    let plate = cam.plate()?;
+    let plate = cam.plate().map_err(mistake)?;
     Ok((cam, plate))
 }
 
 /// A file whose points need not make a plate.
 fn load_unchecked(file: &Path) -> anyhow::Result<CamFile> {
-    CamFile::load(file).map_err(|error| match error {
-        CamFileError::Config(error) => anyhow::Error::from(error),
-        error => error.into(),
-    })
+    CamFile::load(file).map_err(mistake)
+}
+
+/// The error with the exit code of a wrong file.
+fn mistake(error: CamFileError) -> anyhow::Error {
+    match error {
+        CamFileError::Config(error) => error.into(),
+        CamFileError::Plate { .. } => Mistake::in_file(error.to_string()).into(),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! `coaxle cam plot`: the course of a plate as a page for a browser.
 
-use coaxle_node::cam_file::{CamFile, Shape};
+use coaxle_files::cam::{CamFile, Shape};
 use coaxle_plate::{MotionPoint, Plate, PointType};
 use coaxle_report::figure::Figure;
 use coaxle_report::inspect::{Charts, Sampled, name};

@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 
 use clap::Parser;
 use coaxle_curve::law::MotionLaw;
-use coaxle_node::cam_file::Shape;
+use coaxle_files::cam::Shape;
 use coaxle_report::figure::Panel;
 use serde_json::Value;
 

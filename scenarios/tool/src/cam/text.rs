@@ -1,6 +1,6 @@
 //! Units and plates in words.
 
-use coaxle_node::cam_file::CamFile;
+use coaxle_files::cam::CamFile;
 use coaxle_plate::{Course, Plate, TableType};
 use coaxle_report::inspect::{QUANTITIES, shown};
 

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use coaxle_node::cam_file::CamFile;
+use coaxle_files::cam::CamFile;
 use coaxle_plate::{Plate, ValueSelect};
 use coaxle_report::inspect::{QUANTITIES, shown};
 

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use coaxle_node::cam_file::CamFile;
+use coaxle_files::cam::CamFile;
 use coaxle_node::command::{CamCommand, CamFigures, PlateOrder};
 use coaxle_report::inspect::shown;
 use serde_json::{Map, Value, json};

@@ -10,8 +10,8 @@ mod spelled;
 use clap::Args;
 use coaxle_axis::SyncPositions;
 use coaxle_clock::far_clock::DelaySource;
-use coaxle_host::Commander;
-use coaxle_host::NetworkArgs;
+use coaxle_host::cli::NetworkArgs;
+use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
     CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarName, FarOrder, FarView,

@@ -1,6 +1,6 @@
 //! Firewalls that keep others from the endpoints of a config.
 
-use coaxle_host::transport::{host_and_port, is_over_udp};
+use coaxle_host::network::transport::{host_and_port, is_over_udp};
 use coaxle_os::Firewall;
 
 use super::{ConfigFinding, note, shut};

@@ -2,8 +2,8 @@
 
 use coaxle_curve::law::Motion;
 use coaxle_curve::profile::Kinematics;
+use coaxle_files::gear::GearFile;
 use coaxle_gear::{FlyingGear, FlyingGearPhase, FlyingGearRange};
-use coaxle_node::gear_file::GearFile;
 
 /// Places on each leg of the way.
 const SAMPLES: usize = 2_000;

@@ -8,8 +8,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use coaxle_files::gear::GearFile;
 use coaxle_gear::FlyingGearError;
-use coaxle_node::gear_file::GearFile;
 use coaxle_report::inspect;
 use serde_json::{Value, json};
 

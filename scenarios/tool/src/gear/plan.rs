@@ -1,7 +1,7 @@
 //! `coaxle gear plan`, where the gear is possible.
 
+use coaxle_files::gear::GearFile;
 use coaxle_gear::{FlyingGear, FlyingGearRange};
-use coaxle_node::gear_file::GearFile;
 use coaxle_report::inspect::{cells, shown, table};
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! `coaxle gear plot`: the course of a flying gear as a page for a browser.
 
+use coaxle_files::gear::GearFile;
 use coaxle_gear::FlyingGear;
-use coaxle_node::gear_file::GearFile;
 use coaxle_report::figure::Figure;
 use coaxle_report::inspect::{Charts, LevelLine, Sampled};
 use coaxle_report::page::{HINT, document, escaped, figure_element};

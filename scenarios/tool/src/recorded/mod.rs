@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use coaxle_host::create_new;
+use coaxle_host::files::create_new;
 use coaxle_node::text_file;
 use coaxle_os::exit::{wrong_argument, wrong_file};
 use coaxle_recording::export::{Exported, Format};

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_host::SeenNode;
+use coaxle_host::client::SeenNode;
 use coaxle_node::Channel;
 use coaxle_node::keys::NodeName;
 use coaxle_ros::catalog::Catalog;

@@ -13,9 +13,10 @@ use std::time::Duration;
 
 use clap::Args;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::NetworkArgs;
-use coaxle_host::transport::{Transport, endpoint};
-use coaxle_host::{Commander, OverZenoh};
+use coaxle_host::cli::NetworkArgs;
+use coaxle_host::client::Commander;
+use coaxle_host::network::transport::OverZenoh;
+use coaxle_host::network::transport::{Transport, endpoint};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::{Exit, wrong_argument};

@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_host::Watcher;
-use coaxle_host::transport::{Declared, Transport};
+use coaxle_host::client::Watcher;
+use coaxle_host::network::transport::{Declared, Transport};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Machine;
 use coaxle_ros::message::JointState;

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
 use anyhow::Context;
-use coaxle_host::Commander;
+use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::CommandVerdict;
 use coaxle_ros::trajectory_queue::DueOrder;

@@ -2,7 +2,7 @@
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use coaxle_host::transport::{Declared, Publisher, Transport, Urgency};
+use coaxle_host::network::transport::{Declared, Publisher, Transport, Urgency};
 use coaxle_ros::attachment::Attachment;
 use coaxle_ros::entity::{Endpoint, EndpointRole, RosName, RosNode};
 use coaxle_ros::message::{JOINT_STATE, JOINT_TRAJECTORY, JointState};

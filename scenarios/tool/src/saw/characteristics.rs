@@ -1,6 +1,6 @@
 //! The characteristic values by name.
 
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::inspect::{name, right, shown, table};
 use coaxle_saw::{FlyingSawCharacteristics, SawTable};
 use comfy_table::Cell;

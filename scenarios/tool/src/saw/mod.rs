@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::inspect;
 
 /// Commands on a saw file.

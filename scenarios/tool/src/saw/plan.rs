@@ -1,7 +1,7 @@
 //! `coaxle saw plan`, where the synchronisation is possible.
 
 use coaxle_curve::law::Motion;
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::inspect::{cells, shown, table};
 use coaxle_saw::{SawForm, SawPlan};
 use serde_json::{Value, json};

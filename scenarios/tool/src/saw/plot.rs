@@ -1,6 +1,6 @@
 //! `coaxle saw plot`: the course of a synchronisation as a page for a browser.
 
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::figure::Figure;
 use coaxle_report::inspect::{Charts, LevelLine, Sampled};
 use coaxle_report::page::{HINT, document, escaped, figure_element};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::inspect::{QUANTITIES, name, shown};
 use coaxle_saw::{Check, SawCommand, SawRefusal, SyncMask, SyncStrategy, Violation};
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! Units and commands in words.
 
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::inspect::QUANTITIES;
 use coaxle_saw::{GearInSyncMode, SawCommand, SyncMode};
 

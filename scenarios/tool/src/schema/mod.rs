@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use coaxle_files::cam::CamFile;
+use coaxle_files::gear::GearFile;
+use coaxle_files::saw::SawFile;
 use coaxle_gateway::config::GatewayConfig;
 use coaxle_lab::scenario::Scenario;
-use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::schema_of;
-use coaxle_node::gear_file::GearFile;
 use coaxle_node::lab::NodeFile;
-use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_report::inspect::print_text;
 use coaxle_sender::config::SenderConfig;

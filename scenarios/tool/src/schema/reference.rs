@@ -4,13 +4,13 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use coaxle_files::cam::CamFile;
+use coaxle_files::gear::GearFile;
+use coaxle_files::saw::SawFile;
 use coaxle_gateway::config::{GatewayConfig, GatewayLab};
 use coaxle_lab::scenario::Scenario;
 use coaxle_lab::summary::{ReceiverSummary, SlaveSummary};
-use coaxle_node::cam_file::CamFile;
 use coaxle_node::config::schema::{alternatives, kind, resolved, schema_without_lab_fields};
-use coaxle_node::gear_file::GearFile;
-use coaxle_node::saw_file::SawFile;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::ReceiverLab;
 use coaxle_sender::config::{SenderConfig, SenderLab};

@@ -16,9 +16,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use coaxle_host::NetworkArgs;
-use coaxle_host::transport::Transport;
-use coaxle_host::{Commander, TransportService, Watcher};
+use coaxle_host::cli::NetworkArgs;
+use coaxle_host::client::{Commander, Watcher};
+use coaxle_host::network::transport::Transport;
+use coaxle_host::node::TransportService;
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 use coaxle_os::exit::Exit;

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use coaxle_host::transport::{host_and_port, is_local};
+use coaxle_host::network::transport::{host_and_port, is_local};
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::wrong_argument;
 use coaxle_os::machine;
@@ -18,7 +18,7 @@ use super::folder::{
 use super::member::{Member, Operator};
 use super::network::SecureNetwork;
 use super::profile::profile;
-use coaxle_host::credentials::{Authority, Validity};
+use coaxle_host::network::credentials::{Authority, Validity};
 
 /// Commands of `coaxle secure`.
 #[derive(Debug, Subcommand)]

@@ -5,14 +5,14 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use coaxle_host::credentials::{
+use coaxle_host::network::credentials::{
     AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
 };
 use coaxle_node::beacon::{BeaconSecret, SECRET_LEN};
 use coaxle_os::exit::wrong_file;
 use coaxle_os::{Os, Readers, System};
 
-use coaxle_host::credentials::{Authority, Issued};
+use coaxle_host::network::credentials::{Authority, Issued};
 
 /// The authority's folder.
 pub const AUTHORITY_FOLDER: &str = "authority";
@@ -132,7 +132,7 @@ fn write(file: &Path, text: &str, readers: Readers) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coaxle_host::credentials::{Credentials, CredentialsFault, Validity};
+    use coaxle_host::network::credentials::{Credentials, CredentialsFault, Validity};
     use coaxle_node::keys::NodeName;
     use coaxle_os::machine;
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv6Addr};
 
-use coaxle_host::transport::host_and_port;
+use coaxle_host::network::transport::host_and_port;
 use coaxle_node::keys::NodeName;
 
 use super::member::Member;

@@ -14,7 +14,7 @@ mod rights;
 #[cfg(test)]
 mod samples;
 
-pub use coaxle_host::credentials::{Authority, Issued, Validity};
+pub use coaxle_host::network::credentials::{Authority, Issued, Validity};
 pub use folder::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE, write_authority, write_role};
 pub use hosts::{Addresses, WrongNodeAddress};
 pub use member::{Member, Operator};

@@ -1,6 +1,6 @@
 //! Circles over running nodes, by their statuses.
 
-use coaxle_host::SeenNode;
+use coaxle_host::client::SeenNode;
 use coaxle_node::circles::{self, Circle, Follower};
 
 /// The circles among the axes of these nodes.

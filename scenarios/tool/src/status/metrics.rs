@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use coaxle_host::SeenNode;
+use coaxle_host::client::SeenNode;
 use coaxle_node::signal::{Group, Signal, Signals};
 use coaxle_receiver::signals as receiver;
 use coaxle_sender::signals as sender;

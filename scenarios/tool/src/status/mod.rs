@@ -16,8 +16,8 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
-use coaxle_host::NetworkArgs;
-use coaxle_host::{SeenNode, Watcher};
+use coaxle_host::cli::NetworkArgs;
+use coaxle_host::client::{SeenNode, Watcher};
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::{Exit, NodeNotFound};

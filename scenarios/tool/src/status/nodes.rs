@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 
-use coaxle_host::NetworkArgs;
-use coaxle_host::SeenNode;
+use coaxle_host::cli::NetworkArgs;
+use coaxle_host::client::SeenNode;
 use coaxle_os::exit::Exit;
 use coaxle_report::inspect::{self, right, table};
 use comfy_table::Cell;

@@ -1,7 +1,7 @@
 //! The status for people: each far clock and its accuracy, the counts of its messages, and the state of each slave.
 
 use coaxle_clock::Instant;
-use coaxle_host::SeenNode;
+use coaxle_host::client::SeenNode;
 use coaxle_os::Machine;
 use coaxle_report::inspect::{right, shown, table};
 use comfy_table::{Cell, Table};

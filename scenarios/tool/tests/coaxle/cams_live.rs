@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::shared::{text, written};
-use coaxle_host::Commander;
+use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use anyhow::Context;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::{Recorder, Setup};
+use coaxle_host::node::{Recorder, Setup};
 use coaxle_node::config::{RealTimeConfig, parse};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::{Channel, Node};

@@ -5,7 +5,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
-use coaxle_host::ZENOH_RUNTIME;
+use coaxle_host::network::transport::ZENOH_RUNTIME;
 use coaxle_os::{ChildSignal, Os, System};
 
 use super::plan::{PEER, PeerPlan, PeerReport, READY};

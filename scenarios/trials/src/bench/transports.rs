@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_clock::Span;
-use coaxle_host::credentials::{Authority, Validity};
+use coaxle_host::network::credentials::{Authority, Validity};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine;

@@ -1,7 +1,7 @@
 //! Lateness of threads at wake-up: the cycle of a node, a bare loop, and cyclictest.
 
 use coaxle_clock::Span;
-use coaxle_host::fitness;
+use coaxle_host::machine::fitness;
 use serde::Serialize;
 
 use super::cyclictest;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use coaxle_clock::Span;
-use coaxle_host::ZENOH_RUNTIME;
+use coaxle_host::network::transport::ZENOH_RUNTIME;
 use coaxle_os::machine;
 use coaxle_os::{ChildSignal, Os, System};
 

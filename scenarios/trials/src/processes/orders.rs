@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use anyhow::Context;
-use coaxle_host::Commander;
+use coaxle_host::client::Commander;
 use coaxle_lab::event::{Event, EventCommand, EventKind};
 use coaxle_lab::verdict::Verdict;
 use coaxle_node::CommandAnswer;

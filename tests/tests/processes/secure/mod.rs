@@ -9,7 +9,7 @@ mod network;
 mod processes;
 
 use coaxle::secure::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
-use coaxle_host::credentials::Authority;
+use coaxle_host::network::credentials::Authority;
 use coaxle_test_process::until;
 use network::{Session, TestNetwork, expired, year};
 

@@ -1,6 +1,6 @@
 //! Changes of the text of a cam file.
 
-use coaxle_node::cam_file::{CamFile, Shape};
+use coaxle_files::cam::{CamFile, Shape};
 use coaxle_plate::{MotionPoint, PointType};
 use serde::Deserialize;
 use serde_json::Value as Json;

@@ -12,7 +12,7 @@ mod view_settings;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coaxle_node::cam_file::{CamFile, MOST_BYTES};
+use coaxle_files::cam::{CamFile, MOST_BYTES};
 use coaxle_os::exit::Exit;
 use coaxle_plate::Plate;
 use serde_json::Value;

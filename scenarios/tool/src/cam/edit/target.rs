@@ -1,10 +1,10 @@
 //! A slave of a running receiver that the plate is loaded into.
 
 use clap::Args;
-use coaxle_host::Commander;
-use coaxle_host::NetworkArgs;
+use coaxle_files::cam::CamFile;
+use coaxle_host::cli::NetworkArgs;
+use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
-use coaxle_node::cam_file::CamFile;
 use coaxle_node::command::{PlateOrder, SlaveName};
 use coaxle_node::keys::NodeName;
 use serde_json::{Value, json};

@@ -38,7 +38,7 @@ fn a_plate_is_designed_from_scratch() {
     }
     let (cam, _) = design().plate(&text).unwrap();
     assert_eq!(cam.title, "Press");
-    let coaxle_node::cam_file::Shape::Points(points) = &cam.shape else {
+    let coaxle_files::cam::Shape::Points(points) = &cam.shape else {
         panic!("{text}");
     };
     let seen: Vec<_> = points

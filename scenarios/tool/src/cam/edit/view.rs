@@ -1,7 +1,7 @@
 //! View of a plate on the page.
 
 use coaxle_curve::law::{MinMax, MotionLaw};
-use coaxle_node::cam_file::{CamFile, Shape};
+use coaxle_files::cam::{CamFile, Shape};
 use coaxle_plate::{Characteristics, Demand, Joint, LawAdvice, MotionPoint, Plate, PointType};
 use coaxle_report::inspect::{QUANTITIES, name};
 use coaxle_report::plotting::short;

@@ -8,7 +8,7 @@ mod view;
 use std::path::PathBuf;
 
 use clap::Args;
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_node::text_file::MOST_CONFIG_BYTES;
 use coaxle_os::exit::Exit;
 use coaxle_saw::SyncMask;

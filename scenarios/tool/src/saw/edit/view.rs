@@ -1,6 +1,6 @@
 //! View of a saw on the page.
 
-use coaxle_node::saw_file::SawFile;
+use coaxle_files::saw::SawFile;
 use coaxle_report::inspect::LevelLine;
 use coaxle_saw::{SawCommand, SyncMask};
 use serde_json::{Value, json};

@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_host::transport::Publisher;
-use coaxle_host::{ArrivalRecord, InProcess, Record, Recorder, Setup, run_over};
+use coaxle_host::network::transport::InProcess;
+use coaxle_host::network::transport::Publisher;
+use coaxle_host::node::{ArrivalRecord, Record, Recorder, Setup, run_over};
 use coaxle_node::{Arrived, Message, Node, Outgoing};
 use coaxle_os::{Machine, machine};
 use coaxle_receiver::ReceiverSnapshot;
@@ -63,7 +64,7 @@ fn run<N: Node + Send + 'static>(
     kept: &SharedReport,
 ) -> anyhow::Result<PeerReport> {
     setup.run_for = Some(limit);
-    coaxle_host::run(setup)?;
+    coaxle_host::node::run(setup)?;
     Ok(std::mem::take(&mut *lock(kept)))
 }
 

@@ -8,8 +8,9 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Span};
-use coaxle_host::transport::{Transport, Urgency};
-use coaxle_host::{OverZenoh, real_time};
+use coaxle_host::machine::real_time;
+use coaxle_host::network::transport::OverZenoh;
+use coaxle_host::network::transport::{Transport, Urgency};
 use coaxle_node::config::{RealTimeConfig, TransportConfig};
 use coaxle_os::{Interrupt, Machine, machine};
 

@@ -14,9 +14,9 @@ mod tests;
 use anyhow::bail;
 use clap::Args;
 use coaxle_clock::{CycleTime, Span};
-use coaxle_host::NetworkArgs;
+use coaxle_host::cli::NetworkArgs;
 use coaxle_host::cli::parse_duration;
-use coaxle_host::{SeenNode, Watcher};
+use coaxle_host::client::{SeenNode, Watcher};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use coaxle_clock::Instant;
-use coaxle_host::transport::{Declared, Publisher, Transport, Urgency};
+use coaxle_host::network::transport::{Declared, Publisher, Transport, Urgency};
 use coaxle_node::Channel;
 use coaxle_os::{Interrupt, Machine, machine};
 use serde_json::{Map, Value};

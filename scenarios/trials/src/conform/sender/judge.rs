@@ -2,7 +2,7 @@
 //! arrivals.
 
 use coaxle_clock::Instant;
-use coaxle_host::transport::Delivery;
+use coaxle_host::network::transport::Delivery;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
 use coaxle_os::Machine;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::bail;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::transport::{Declared, Delivery, Publisher, Transport, Urgency};
+use coaxle_host::network::transport::{Declared, Delivery, Publisher, Transport, Urgency};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;

@@ -16,9 +16,9 @@ mod tests;
 
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
-use coaxle_host::NetworkArgs;
+use coaxle_host::cli::NetworkArgs;
 use coaxle_host::cli::parse_duration;
-use coaxle_host::{OverZenoh, Transport};
+use coaxle_host::network::transport::{OverZenoh, Transport};
 use coaxle_node::Channel;
 use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use coaxle_host::transport::Delivery;
+use coaxle_host::network::transport::Delivery;
 use coaxle_node::keys::NodeName;
 
 use super::rules::{ALIVE, QOS, RUN_TOKEN};

@@ -2,7 +2,7 @@
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_host::transport::Delivery;
+use coaxle_host::network::transport::Delivery;
 use coaxle_node::exchange::{
     ReceivedRequest, TIME_RESPONSES_CAPACITY, TimeResponsesHeader, encode_time_responses,
 };

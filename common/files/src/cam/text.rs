@@ -1,0 +1,179 @@
+//! The text format of a cam file.
+
+use std::path::{Path, PathBuf};
+
+use coaxle_node::config::ConfigError;
+use coaxle_node::two_columns;
+use coaxle_plate::{Course, Interpolation, WrittenPoint};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{CamFileError, Points, Shape, Table};
+use crate::point_table;
+
+/// A cam plate: a motion function of `[[point]]`s or of `[points]` elsewhere, or a `[table]`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) struct CamText {
+    /// A title of one line, such as the plate's purpose.
+    #[serde(default)]
+    pub(super) title: String,
+    /// Number of the plate, by which commands refer to it.
+    pub(super) table_id: Option<TableId>,
+    /// Unit of the master positions, for display; `x` by default.
+    #[serde(default = "any_master_unit")]
+    pub(super) master_unit: String,
+    /// Unit of the slave positions, for display; `u` by default.
+    #[serde(default = "any_slave_unit")]
+    pub(super) slave_unit: String,
+    /// Linear course, or cyclic: repeated from period to period.
+    #[serde(default)]
+    pub(super) course: Course,
+    /// Points of a motion function, in the order of the master.
+    #[serde(default)]
+    point: Vec<WrittenPoint>,
+    /// The points in a file of their own, instead: for large functions.
+    points: Option<PointsText>,
+    /// A table of positions, instead of points.
+    table: Option<TableText>,
+}
+
+fn any_master_unit() -> String {
+    "x".to_owned()
+}
+
+fn any_slave_unit() -> String {
+    "u".to_owned()
+}
+
+/// Number of a cam plate, 1 to 255.
+#[doc(alias = "MC_CAM_ID")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+#[serde(try_from = "i64")]
+#[schemars(inline, extend("minimum" = 1, "maximum" = 255))]
+pub struct TableId(u8);
+
+impl TableId {
+    /// The number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
+
+impl TryFrom<i64> for TableId {
+    type Error = String;
+    fn try_from(number: i64) -> Result<Self, String> {
+        match u8::try_from(number) {
+            Ok(id) if id > 0 => Ok(Self(id)),
+            _ => Err(format!("0x4b32: received {number}, expected 1 to 255")),
+        }
+    }
+}
+
+/// The points of a motion function in a CSV file next to this one.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "CamPoints")]
+struct PointsText {
+    /// A CSV file whose first line names the columns, `law`, `master` and `slave` among them; in
+    /// the folder of this file.
+    csv: PathBuf,
+}
+
+/// A table of positions, in the file or in a CSV file next to it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "CamTable")]
+struct TableText {
+    /// Master positions at equal distances, as is required then.
+    #[serde(default)]
+    equidistant: bool,
+    /// Motion of the slave between two rows.
+    #[serde(default)]
+    interpolation: Interpolation,
+    /// The rows: master position, x, and slave position, u.
+    rows: Option<Vec<(f64, f64)>>,
+    /// A CSV file with the columns `master` and `slave`, in the folder of this file.
+    csv: Option<PathBuf>,
+}
+
+impl CamText {
+    /// The points or table of the plate; a CSV file is searched for in `folder`.
+    pub(super) fn shape(&self, file: &str, folder: &Path) -> Result<Shape, CamFileError> {
+        match (&self.table, &self.points, &self.point[..]) {
+            (Some(table), None, []) => table.checked(file, folder).map(Shape::Table),
+            (None, Some(points), []) => points.load(folder).map(Shape::Points),
+            (None, None, points @ [_, ..]) => motion_points(file, points).map(Shape::Points),
+            (None, None, []) => Err(ConfigError::field(
+                file,
+                "point",
+                "0x4b35: received neither points nor a table, expected several [[point]], one [points] or one [table]",
+            )
+            .into()),
+            (Some(_), _, _) => Err(ConfigError::field(
+                file,
+                "table",
+                "0x4b35: received points and a table, expected either [[point]] or [table]",
+            )
+            .into()),
+            (None, Some(_), [_, ..]) => Err(ConfigError::field(
+                file,
+                "points",
+                "received points here and in a CSV file, expected either [[point]] or [points]",
+            )
+            .into()),
+        }
+    }
+}
+
+const NO_LAW: &str = "received none, expected one: only the last point and ignored ones need none";
+
+fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Points, CamFileError> {
+    let points = WrittenPoint::to_points(points)
+        .map_err(|row| ConfigError::field(file, format!("point[{row}].law"), NO_LAW))?;
+    Ok(Points {
+        points,
+        source: None,
+    })
+}
+
+impl PointsText {
+    fn load(&self, folder: &Path) -> Result<Points, CamFileError> {
+        let (written, source) = point_table::load_points(&folder.join(&self.csv))?;
+        let points = WrittenPoint::to_points(&written).map_err(|row| {
+            ConfigError::field(
+                &source.file,
+                format!("line {}, law", source.lines[row]),
+                NO_LAW,
+            )
+        })?;
+        Ok(Points {
+            points,
+            source: Some(source),
+        })
+    }
+}
+
+impl TableText {
+    fn checked(&self, file: &str, folder: &Path) -> Result<Table, CamFileError> {
+        let (rows, source) = match (&self.rows, &self.csv) {
+            (Some(rows), None) => (rows.clone(), None),
+            (None, Some(csv)) => {
+                let (rows, source) = two_columns::read(&folder.join(csv), ["master", "slave"])?;
+                (rows, Some(source))
+            }
+            (rows, _) => {
+                let received = if rows.is_some() { "both" } else { "neither" };
+                let reason = format!("received {received} of rows and csv, expected one of them");
+                return Err(ConfigError::field(file, "table", reason).into());
+            }
+        };
+        Ok(Table {
+            rows,
+            equidistant: self.equidistant,
+            interpolation: self.interpolation,
+            source,
+        })
+    }
+}

@@ -1,0 +1,127 @@
+//! Points and positions as CSV.
+
+use std::fmt::Write as _;
+
+use coaxle_node::config::ConfigError;
+use coaxle_node::two_columns;
+use coaxle_plate::WrittenPoint;
+
+use super::columns::Columns;
+use super::field::{Field, Value, default_point};
+use super::{MOST_ROWS, PointTable, too_many};
+
+pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
+    let mut lines = filled(text);
+    let first = lines.next();
+    let columns = first.and_then(|(number, header)| Some((number, Columns::of(header)?)));
+    match columns {
+        None => {
+            let (rows, _) = two_columns::parse(file.to_owned(), text, ["master", "slave"])?;
+            Ok(PointTable::Positions(rows))
+        }
+        Some((number, columns)) => {
+            let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
+            let (points, _) = points(file, &columns.map_err(wrong)?, lines)?;
+            Ok(PointTable::Points(points))
+        }
+    }
+}
+
+/// Reads points only, and the line of each.
+pub(super) fn read_points(file: &str, text: &str) -> Result<Points, ConfigError> {
+    let mut lines = filled(text);
+    let header = lines.next();
+    let columns = header.and_then(|(number, header)| Some((number, Columns::of(header)?)));
+    let Some((number, columns)) = columns else {
+        let place = format!("line {}", header.map_or(1, |(number, _)| number));
+        let reason = "received no column law, expected a header with law, master, slave and more";
+        return Err(ConfigError::field(file, place, reason));
+    };
+    let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
+    points(file, &columns.map_err(wrong)?, lines)
+}
+
+/// Points, and the line of each.
+type Points = (Vec<WrittenPoint>, Vec<usize>);
+
+/// The lines with contents, with their numbers.
+fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    // Tabs at the end of a line may separate cells that are empty.
+    let lines = text.trim_start_matches('\u{feff}').lines();
+    let lines = lines.map(|line| line.trim_matches([' ', '\r']));
+    let numbered = (1..).zip(lines);
+    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+}
+
+fn points<'a>(
+    file: &str,
+    columns: &Columns,
+    lines: impl Iterator<Item = (usize, &'a str)>,
+) -> Result<Points, ConfigError> {
+    let (mut points, mut numbers) = (Vec::new(), Vec::new());
+    for (number, line) in lines {
+        if points.len() == MOST_ROWS {
+            return Err(too_many(file));
+        }
+        let point = point(columns, line).map_err(|(field, reason)| {
+            let column = field.map_or(String::new(), |field| format!(", {}", field.name()));
+            ConfigError::field(file, format!("line {number}{column}"), reason)
+        })?;
+        points.push(point);
+        numbers.push(number);
+    }
+    Ok((points, numbers))
+}
+
+fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, String)> {
+    let cells: Vec<_> = columns.cells(line).collect();
+    let (received, expected) = (cells.len(), columns.fields.len());
+    if received != expected {
+        let reason = format!("received {received} columns, expected {expected}, as in the header");
+        return Err((None, reason));
+    }
+    let mut point = default_point();
+    for (field, cell) in columns.fields.iter().zip(cells) {
+        // An empty cell means the default, except for the positions.
+        if cell.is_empty() && !matches!(field, Field::Master | Field::Slave) {
+            continue;
+        }
+        let value = columns
+            .number(cell)
+            .map_or(Value::Word(cell), Value::Number);
+        let set = field.set(&mut point, value);
+        set.map_err(|reason| (Some(*field), reason))?;
+    }
+    Ok(point)
+}
+
+pub(super) fn write(table: &PointTable) -> String {
+    let mut text = String::new();
+    match table {
+        PointTable::Positions(rows) => {
+            text.push_str("master,slave\n");
+            for (master, slave) in rows {
+                let _ = writeln!(text, "{master},{slave}");
+            }
+        }
+        PointTable::Points(points) => {
+            text = Field::ALL.map(Field::name).join(",") + "\n";
+            for (row, point) in points.iter().enumerate() {
+                let _ = writeln!(
+                    text,
+                    "{},{},{},{},{},{},{},{},{}",
+                    point.index.unwrap_or(row as u32 + 1),
+                    point.law.map_or("", |law| law.file_name()),
+                    point.point_type.map_or("", |kind| kind.file_name()),
+                    point.relative_next,
+                    point.master,
+                    point.slave,
+                    point.velocity,
+                    point.acceleration,
+                    point.jerk,
+                );
+            }
+        }
+    }
+    text
+}

@@ -1,0 +1,219 @@
+//! The command line that all programs share: arguments of a node and of a client, the log, durations, the exit code.
+
+mod network_args;
+mod node_args;
+
+use std::io::{IsTerminal, Write};
+use std::process::{Command, ExitCode};
+
+use coaxle_clock::Span;
+use coaxle_os::exit::{Exit, exit_of, lines_of};
+use coaxle_os::{Os, System};
+use tracing_appender::non_blocking::WorkerGuard;
+use tracing_subscriber::EnvFilter;
+
+use crate::network::transport::ZENOH_RUNTIME;
+
+pub use network_args::NetworkArgs;
+pub use node_args::NodeArgs;
+
+/// Log verbosity; flatten it into the arguments of a program.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct LogArgs {
+    /// Log more; twice for everything. RUST_LOG has the last word
+    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    pub verbose: u8,
+    /// Log errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+}
+
+/// Logging guard: flushes the remaining lines when dropped.
+#[must_use]
+pub struct Logging {
+    _writer: WorkerGuard,
+}
+
+impl LogArgs {
+    /// Starts logging to standard error, until the result is dropped. Only the first call in a process has an effect.
+    ///
+    /// A separate thread writes, so no caller waits for a log that is full, closed or not read.
+    /// Lines without room are dropped.
+    pub fn init(self) -> Logging {
+        let filter = match std::env::var("RUST_LOG") {
+            Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
+            _ => EnvFilter::new(self.filter()),
+        };
+        let (writer, guard) = tracing_appender::non_blocking(std::io::stderr());
+        let _ = tracing_subscriber::fmt()
+            .with_env_filter(filter)
+            .with_writer(writer)
+            .log_internal_errors(false)
+            .with_ansi(std::io::stderr().is_terminal())
+            .with_target(self.verbose > 0)
+            .try_init();
+        Logging { _writer: guard }
+    }
+
+    /// Zenoh's own warnings repeat at every connection attempt; the nodes report the fault once.
+    fn filter(self) -> &'static str {
+        match (self.quiet, self.verbose) {
+            (true, _) => "error",
+            (false, 0) => "info,zenoh=error",
+            (false, 1) => "debug,zenoh=warn",
+            (false, _) => "trace,zenoh=debug",
+        }
+    }
+}
+
+/// Prints an error as one line, from the outermost context to the cause, and returns the exit code.
+/// Pending log lines are written first. For a config, every mistake has a line.
+#[must_use]
+pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
+    drop(logging);
+    let exit = result.unwrap_or_else(|error| {
+        // An error is ignored here: standard error may be closed.
+        for line in lines_of(&error) {
+            let _ = writeln!(std::io::stderr(), "error: {line}");
+        }
+        exit_of(&error)
+    });
+    ExitCode::from(exit as u8)
+}
+
+/// Restarts the calling program with Zenoh's threads set as in [`ZENOH_RUNTIME`], unless the
+/// environment sets them already. To be called first in `main`.
+///
+/// Zenoh reads only the environment for this, and a program cannot safely change its own. The
+/// process, its id, its arguments and its open files stay the same. Where a restart is not possible
+/// the program continues with Zenoh's defaults.
+pub fn tune_transport() {
+    let (name, value) = ZENOH_RUNTIME;
+    if std::env::var_os(name).is_some() {
+        return;
+    }
+    let Ok(program) = std::env::current_exe() else {
+        return;
+    };
+    let mut command = Command::new(program);
+    command.args(std::env::args_os().skip(1)).env(name, value);
+    // Returns only if it failed.
+    let _ = Os::replace_this_process(&mut command);
+}
+
+/// Parses `10s`, `500ms`, `250us`, `2min`, `1h`, or plain seconds, for clap's `value_parser`.
+///
+/// # Errors
+/// The text received and the expected form.
+pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
+    let bad = || BadDuration {
+        received: text.to_owned(),
+    };
+    let trimmed = text.trim();
+    let number_len = trimmed
+        .find(|c: char| !(c.is_ascii_digit() || c == '.'))
+        .unwrap_or(trimmed.len());
+    let (number, unit) = trimmed.split_at(number_len);
+    let seconds_per_unit = match unit.trim() {
+        "us" | "µs" => 1e-6,
+        "ms" => 1e-3,
+        "" | "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(bad()),
+    };
+    let number: f64 = number.parse().map_err(|_| bad())?;
+    let span = Span::from_secs_f64(number * seconds_per_unit);
+    if span > Span::ZERO && span < Span::MAX {
+        Ok(span)
+    } else {
+        Err(bad())
+    }
+}
+
+/// A text that is not a duration.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "received {received:?}, expected a duration above zero such as 10s, 500ms, 2min, 1h, or plain \
+     seconds"
+)]
+pub struct BadDuration {
+    received: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+    use coaxle_node::config::ConfigError;
+    use coaxle_os::exit::NodeNotFound;
+
+    #[derive(Parser)]
+    struct Args {
+        #[command(flatten)]
+        log: LogArgs,
+        #[arg(long = "for", value_parser = parse_duration)]
+        run_for: Option<Span>,
+    }
+
+    #[test]
+    fn durations_have_units() {
+        for (text, span) in [
+            ("10s", Span::from_secs(10)),
+            ("500ms", Span::from_millis(500)),
+            ("250us", Span::from_micros(250)),
+            ("2min", Span::from_secs(120)),
+            ("1.5h", Span::from_secs(5400)),
+            ("3", Span::from_secs(3)),
+            (" 0.5 s ", Span::from_millis(500)),
+        ] {
+            assert_eq!(parse_duration(text), Ok(span), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_duration_is_quoted() {
+        for text in [
+            "",
+            "s",
+            "10 parsecs",
+            "-3s",
+            "0s",
+            "1.2.3s",
+            "1e400h",
+            "99999999999h",
+        ] {
+            let error = parse_duration(text).unwrap_err().to_string();
+            assert!(error.contains(&format!("{text:?}")), "{error}");
+            assert!(error.contains("500ms"), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_command_line_takes_them() {
+        let args = Args::try_parse_from(["x", "-vv", "--for", "2s"]).unwrap();
+        assert_eq!(
+            (args.log.verbose, args.run_for),
+            (2, Some(Span::from_secs(2)))
+        );
+        let error = Args::try_parse_from(["x", "--for", "soon"]).err().unwrap();
+        assert!(error.to_string().contains("received \"soon\""), "{error}");
+        assert!(Args::try_parse_from(["x", "-q", "-v"]).is_err());
+    }
+
+    #[test]
+    fn an_error_fails_the_program() {
+        let code = |result| exit_code(result, LogArgs::default().init());
+        assert_eq!(code(Ok(Exit::Done)), ExitCode::SUCCESS);
+        assert_eq!(code(Ok(Exit::NoData)), ExitCode::from(5));
+        assert_eq!(code(Err(anyhow::anyhow!("no"))), ExitCode::FAILURE);
+        let wrong = ConfigError::whole("a.toml", "no").into();
+        assert_eq!(code(Err(wrong)), ExitCode::from(78));
+        assert_eq!(
+            code(Err(NodeNotFound("saw".to_owned()).into())),
+            ExitCode::from(5)
+        );
+        assert_eq!(Exit::NotMet.done_if(true), Exit::Done);
+        assert_eq!(Exit::NotMet.done_if(false), Exit::NotMet);
+    }
+}

@@ -1,0 +1,147 @@
+//! Commanding nodes from outside.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{anyhow, bail};
+use coaxle_clock::Span;
+use coaxle_node::config::TransportConfig;
+use coaxle_node::guess::did_you_mean;
+use coaxle_node::keys::NodeName;
+use coaxle_node::{CommandAnswer, CommandOrder};
+use coaxle_os::machine;
+
+use crate::client::watcher::Watcher;
+use crate::network::credentials::{BadCredentials, Credentials};
+use crate::network::transport::{Client, OverZenoh, Transport};
+
+/// Longest time to wait for a node to appear.
+const SEARCH: Span = Span::from_secs(5);
+/// Response timeout: nodes respond within a second; the rest is for a slow network.
+const ANSWER: Duration = Duration::from_secs(3);
+/// Time for other nodes to announce themselves.
+const ROUND: Span = Span::from_millis(600);
+/// Interval between checks for the node.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Client that sends orders; its calls block until the response.
+pub struct Commander {
+    transport: Arc<dyn Transport>,
+    operator: Option<NodeName>,
+}
+
+impl Commander {
+    /// Joins the network. With certificates, orders carry the name of their holder.
+    ///
+    /// # Errors
+    /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
+    /// endpoints.
+    pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
+        let operator = holder_of(transport.secure.as_deref())?;
+        Ok(Self {
+            transport: Arc::new(OverZenoh::open_and_wait(transport)?),
+            operator,
+        })
+    }
+
+    /// Sends orders over an existing transport, in the name of the operator of the secure profile
+    /// it was opened with, or without a name.
+    ///
+    /// # Errors
+    /// Certificates that cannot be read.
+    pub fn over(transport: Arc<dyn Transport>, secure: Option<&Path>) -> anyhow::Result<Self> {
+        Ok(Self {
+            operator: holder_of(secure)?,
+            transport,
+        })
+    }
+
+    /// Creates a commander with an operator's name that is not authenticated.
+    #[cfg(test)]
+    pub(crate) fn named(transport: Arc<dyn Transport>, operator: NodeName) -> Self {
+        Self {
+            transport,
+            operator: Some(operator),
+        }
+    }
+
+    /// Sends an order and waits for the node's response.
+    ///
+    /// # Errors
+    /// The node does not appear within five seconds, or does not respond within three; with the
+    /// node's name and the searched endpoints.
+    pub fn send(&self, node: &NodeName, order: &CommandOrder) -> anyhow::Result<CommandAnswer> {
+        let key = match &self.operator {
+            Some(operator) => node.operator_command_key(operator),
+            None => node.command_key(),
+        };
+        let client = self.transport.client(&key, ANSWER)?;
+        let place = format!("asked under {key}, {}", self.transport.whereabouts());
+        if !is_there(&*client) {
+            let others = self.others(node);
+            bail!("node {node} takes no orders: it is not there after {SEARCH}, {place}{others}");
+        }
+        let Some(payload) = client.request(order.to_json())? else {
+            bail!(
+                "node {node} did not answer, so it may or may not have the command after all; {place}"
+            );
+        };
+        CommandAnswer::from_json(&payload).map_err(|error| {
+            let text = String::from_utf8_lossy(&payload);
+            anyhow!("node {node} answered {text:?}, which is no answer: {error}; {place}")
+        })
+    }
+
+    /// Text on the nodes seen instead of the missing one, or on why none is seen; empty if neither
+    /// is known.
+    fn others(&self, node: &NodeName) -> String {
+        // In a secure network an operator may not list all nodes.
+        let names = match &self.operator {
+            Some(_) => Vec::new(),
+            None => self.nodes(),
+        };
+        if names.is_empty() {
+            let why = self.transport.invisibility_reason(node.as_str());
+            return why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+        }
+        let names: Vec<_> = names.iter().map(NodeName::as_str).collect();
+        let meant = did_you_mean(node.as_str(), names.iter().copied());
+        format!("; there are {}{meant}", names.join(", "))
+    }
+
+    /// The nodes that are announced.
+    fn nodes(&self) -> Vec<NodeName> {
+        let Ok(watcher) = Watcher::over(Arc::clone(&self.transport), &[]) else {
+            return Vec::new();
+        };
+        let seen = watcher.wait_for(ROUND, |_| false).into_iter();
+        seen.filter(|node| node.is_alive)
+            .map(|node| node.name)
+            .collect()
+    }
+
+    /// Leaves the network.
+    pub fn close(self) {
+        self.transport.close();
+    }
+}
+
+/// Name of the holder of a secure profile folder.
+fn holder_of(secure: Option<&Path>) -> Result<Option<NodeName>, BadCredentials> {
+    let credentials = secure.map(Credentials::open).transpose()?;
+    Ok(credentials.map(|found| found.name().clone()))
+}
+
+fn is_there(client: &dyn Client) -> bool {
+    let end = machine::now() + SEARCH;
+    loop {
+        if client.has_server() {
+            return true;
+        }
+        if machine::now() >= end {
+            return false;
+        }
+        std::thread::park_timeout(LOOK);
+    }
+}

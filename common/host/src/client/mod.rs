@@ -1,0 +1,7 @@
+//! Access to running nodes from outside: their presence, their statuses, commands to them.
+
+mod commander;
+mod watcher;
+
+pub use commander::Commander;
+pub use watcher::{SeenNode, Watcher};

@@ -1,0 +1,5 @@
+//! The PC on which a node runs: real-time settings, fitness for cycles, memory shared with a drive process.
+
+pub mod fitness;
+pub mod real_time;
+pub mod shared_memory;

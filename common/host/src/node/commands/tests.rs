@@ -1,0 +1,199 @@
+//! Command server and order queue without a network.
+
+use std::sync::{Arc, Mutex};
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
+use coaxle_node::keys::NodeName;
+use coaxle_node::{CommandAnswer, CommandOrder};
+use coaxle_os::machine::Machine;
+use coaxle_slave::Command;
+
+use super::*;
+use crate::network::transport::Request;
+
+/// A request that keeps its responses.
+struct Kept {
+    text: String,
+    answers: Answers,
+}
+
+type Answers = Arc<Mutex<Vec<(String, CommandAnswer)>>>;
+
+impl Request for Kept {
+    fn key(&self) -> &str {
+        "coaxle/toy/command"
+    }
+
+    fn payload(&self) -> std::borrow::Cow<'_, [u8]> {
+        self.text.as_bytes().into()
+    }
+
+    fn reply(&self, json: String, taken: bool) {
+        let answer = CommandAnswer::from_json(json.as_bytes()).unwrap();
+        assert_eq!(answer.is_taken(), taken);
+        let entry = (self.text.clone(), answer);
+        self.answers.lock().unwrap().push(entry);
+    }
+}
+
+struct Bench {
+    queue: OrderQueue,
+    server: CommandServer,
+    requests: RequestSender,
+    answers: Answers,
+}
+
+fn bench() -> Bench {
+    let (queue, server, requests) = commands(&NodeName::new("toy").unwrap());
+    Bench {
+        queue,
+        server,
+        requests,
+        answers: Answers::default(),
+    }
+}
+
+fn at(millis: i64) -> Instant<Machine> {
+    Instant::EPOCH + Span::from_millis(millis)
+}
+
+/// An order that is distinguished from others by its position.
+fn order(position: f64) -> String {
+    let order = SlaveOrder {
+        slave: SlaveName::new("carriage").unwrap(),
+        command: Command::Home { position },
+        dry_run: false,
+    };
+    CommandOrder::from(order).to_json()
+}
+
+impl Bench {
+    fn ask(&self, millis: i64, text: String) {
+        let answers = Arc::clone(&self.answers);
+        self.requests
+            .send(at(millis), Box::new(Kept { text, answers }), None);
+    }
+
+    /// A scan, with the positions that were executed in it.
+    fn scan(&mut self, millis: i64) -> Vec<f64> {
+        let mut executed = Vec::new();
+        self.queue.execute_all(at(millis), |order, _| {
+            if let CommandOrder::Slave(SlaveOrder {
+                command: Command::Home { position },
+                ..
+            }) = order
+            {
+                executed.push(*position);
+            }
+            order.without_addressee()
+        });
+        executed
+    }
+
+    fn reasons(&self) -> Vec<String> {
+        let answers = std::mem::take(&mut *self.answers.lock().unwrap());
+        let reason = |(_, answer): (_, CommandAnswer)| match answer.verdict {
+            CommandVerdict::NotTaken { reason, .. } => reason,
+            other => panic!("{other:?}"),
+        };
+        answers.into_iter().map(reason).collect()
+    }
+}
+
+#[test]
+fn each_order_is_executed_once_and_who_sent_it_gets_the_answer() {
+    let mut bench = bench();
+    bench.ask(0, order(1.0));
+    bench.ask(0, order(2.0));
+    bench.server.round(at(1));
+    assert_eq!(bench.scan(2), [1.0, 2.0]);
+    assert!(bench.scan(3).is_empty());
+    bench.server.round(at(4));
+    let asked: Vec<_> = std::mem::take(&mut *bench.answers.lock().unwrap())
+        .into_iter()
+        .map(|(by, _)| by)
+        .collect();
+    assert_eq!(asked, [order(1.0), order(2.0)]);
+}
+
+#[test]
+fn what_is_no_order_never_reaches_the_cycle() {
+    let mut bench = bench();
+    bench.ask(0, "{".to_owned());
+    bench.server.round(at(1));
+    assert_eq!(bench.reasons(), ["malformed"]);
+    assert!(bench.scan(2).is_empty());
+}
+
+#[test]
+fn a_cycle_that_stands_still_neither_answers_nor_executes_later() {
+    let mut bench = bench();
+    bench.ask(0, order(1.0));
+    bench.server.round(at(1));
+    bench.server.round(at(999));
+    assert!(bench.answers.lock().unwrap().is_empty());
+    bench.server.round(at(1_000));
+    assert_eq!(bench.reasons(), ["no-answer"]);
+    assert!(bench.scan(1_001).is_empty());
+
+    // The next order finds a working server.
+    bench.ask(1_002, order(2.0));
+    bench.server.round(at(1_003));
+    assert_eq!(bench.scan(1_004), [2.0]);
+    bench.server.round(at(1_005));
+    assert_eq!(bench.reasons(), ["no-slaves"]);
+}
+
+#[test]
+fn sixteen_wait_and_more_are_refused() {
+    let mut bench = bench();
+    for k in 0..MAX_WAITING {
+        bench.ask(0, order(k as f64));
+    }
+    // An order beyond the limit before the server's round, and another after.
+    bench.ask(0, order(100.0));
+    assert_eq!(bench.reasons(), ["busy"]);
+    bench.server.round(at(1));
+    bench.ask(1, order(101.0));
+    bench.server.round(at(2));
+    assert_eq!(bench.reasons(), ["busy"]);
+    assert_eq!(bench.scan(3).len(), MAX_WAITING);
+    bench.server.round(at(4));
+    assert_eq!(bench.reasons().len(), MAX_WAITING);
+}
+
+#[test]
+fn a_node_that_ends_says_so_to_those_who_wait() {
+    let mut bench = bench();
+    bench.ask(0, order(1.0));
+    // Between the server's last look at the clock and the end of the cycle.
+    bench.server.round(at(1));
+    bench.scan(2);
+    bench.ask(2, order(2.0));
+    let Bench {
+        queue,
+        server,
+        requests,
+        answers,
+    } = bench;
+    drop(queue);
+    server.work();
+    let reason = |entry: &(String, CommandAnswer)| match &entry.1.verdict {
+        CommandVerdict::NotTaken { reason, .. } => reason.clone(),
+        other => panic!("{other:?}"),
+    };
+    let reasons: Vec<_> = answers.lock().unwrap().iter().map(reason).collect();
+    assert_eq!(reasons, ["no-slaves", "stopped"]);
+
+    // The server is gone.
+    let late = Kept {
+        text: order(3.0),
+        answers: Arc::clone(&answers),
+    };
+    requests.send(at(3), Box::new(late), None);
+    assert_eq!(
+        answers.lock().unwrap().last().map(reason).unwrap(),
+        "stopped"
+    );
+}

@@ -1,0 +1,484 @@
+//! The status of a node: JSON, four times a second, and the log lines when its health changes.
+
+mod announcements;
+mod health;
+mod unseen;
+mod waiting;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::keys::NodeName;
+use coaxle_os::machine::Machine;
+use coaxle_os::{Os, System};
+use serde_json::{Map, Value, json};
+
+use crate::machine::real_time;
+use crate::network::transport::InvisibilityReason;
+use crate::node::circles::CircleSearch;
+use crate::node::counters::{Counters, read};
+use crate::node::reception::Contact;
+use crate::node::session::Session;
+
+use announcements::Announcements;
+pub use health::Health;
+use health::{Evidence, judge};
+use unseen::{Inquiry, Search};
+use waiting::{last_came, other_axes, others};
+
+/// Interval of the reminders that a node still waits.
+const REMINDER: Span = Span::from_secs(5);
+/// Time in which counterparts usually appear; until then waiting is not worth a warning.
+const STARTUP_GRACE: Span = Span::from_secs(2);
+
+/// Identity of the node in its status.
+pub(crate) struct Identity {
+    pub(crate) name: NodeName,
+    pub(crate) role: &'static str,
+    pub(crate) epoch: u64,
+    /// The followed nodes and the keys of their frames.
+    pub(crate) sources: Vec<(NodeName, String)>,
+    /// The keys under which this node publishes axes.
+    pub(crate) publishes: Vec<String>,
+    /// True if access control decides which data pass between the nodes.
+    pub(crate) in_secure_network: bool,
+    /// Injected faults and simulated inputs, if it was started for an experiment.
+    pub(crate) lab: Option<String>,
+}
+
+/// Publishes the status and watches the health.
+pub(crate) struct Reporter {
+    identity: Identity,
+    session: Arc<Session>,
+    counters: Arc<Counters>,
+    granted: Arc<real_time::Outcome>,
+    started: Instant<Machine>,
+    log: HealthLog,
+    /// Search state per source, in the order of the session's contacts.
+    searches: Vec<Search>,
+    inquiry: Inquiry,
+    announcements: Announcements,
+    circles: CircleSearch,
+    /// Search for the reason why no node receives the axes of this one although there is a subscriber.
+    unheard: Search,
+}
+
+impl Reporter {
+    pub(crate) fn new(
+        identity: Identity,
+        session: Arc<Session>,
+        counters: Arc<Counters>,
+        granted: Arc<real_time::Outcome>,
+        circles: CircleSearch,
+        started: Instant<Machine>,
+    ) -> Self {
+        Self {
+            searches: session
+                .contacts()
+                .iter()
+                .map(|_| Search::default())
+                .collect(),
+            identity,
+            session,
+            counters,
+            granted,
+            started,
+            log: HealthLog::new(started),
+            inquiry: Inquiry::default(),
+            announcements: Announcements::default(),
+            circles,
+            unheard: Search::default(),
+        }
+    }
+
+    /// Publishes the status at `now`, with the recorder's additions, and returns it: JSON.
+    pub(crate) fn report(
+        &mut self,
+        now: Instant<Machine>,
+        mut details: Map<String, Value>,
+    ) -> String {
+        self.look_for_circles(now, &mut details);
+        self.look_for_missing(now);
+        self.announce_received_nodes(now);
+        self.look_for_hearers(now);
+        let (evidence, source) = self.evidence(now);
+        let health = match (self.session.namesakes(), judge(evidence)) {
+            (0, Health::Waiting) if self.is_refused(source) => Health::Refused,
+            (0, Health::Ok) if self.unheard.reason().is_some() => Health::Refused,
+            (0, health) => health,
+            _ => Health::NameTaken,
+        };
+        self.log_health(now, health, (evidence, source), &details);
+        self.publish(now, health, details)
+    }
+
+    /// Publishes the last status.
+    pub(crate) fn report_end(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
+        self.publish(now, Health::Stopped, details);
+    }
+
+    /// Evidence for the health. A node that follows others needs the frames of all of them; any
+    /// other needs a follower. Returns the worst evidence, and the index of its source.
+    fn evidence(&self, now: Instant<Machine>) -> (Evidence, usize) {
+        let contacts = self.session.contacts().iter();
+        let evidence = contacts.map(|contact| evidence_of(contact, now));
+        let how_well = |evidence| match judge(evidence) {
+            Health::Ok => 2,
+            Health::NoData => 1,
+            Health::Waiting | Health::Refused | Health::NameTaken | Health::Stopped => 0,
+        };
+        let worst = evidence
+            .zip(0..)
+            .min_by_key(|(evidence, _)| how_well(*evidence));
+        let any = || self.session.has_follower();
+        worst.unwrap_or_else(|| (Evidence::Followers { any: any() }, 0))
+    }
+
+    /// Inquires why sources are not visible, one at a time, and logs each confirmed reason.
+    fn look_for_missing(&mut self, now: Instant<Machine>) {
+        let node = &self.identity.name;
+        if let Some((n, found)) = self.inquiry.take()
+            && self.searches[n].find(found)
+            && let Some(unseen) = self.searches[n].reason()
+        {
+            let (source, reason) = (&self.identity.sources[n].0, unseen.reason());
+            match unseen {
+                InvisibilityReason::Refused(_) => {
+                    tracing::error!(%node, "node {source} is not to be seen: {reason}")
+                }
+                InvisibilityReason::Unreachable(_) => {
+                    tracing::warn!(%node, "node {source} is not to be seen: {reason}")
+                }
+            }
+        }
+        for (n, contact) in self.session.contacts().iter().enumerate() {
+            let is_seen = judge(evidence_of(contact, now)) != Health::Waiting;
+            if self.searches[n].is_due(now, is_seen) && !self.inquiry.is_open() {
+                let (source, transport) = (&self.identity.sources[n].0, self.session.transport());
+                self.searches[n].ask(now);
+                self.inquiry.open(n, source, transport);
+            }
+        }
+    }
+
+    /// Announces for each source whether all followed frames of it arrive.
+    fn announce_received_nodes(&mut self, now: Instant<Machine>) {
+        let mut heard = BTreeMap::new();
+        let sources = self.identity.sources.iter().zip(self.session.contacts());
+        for ((source, _), contact) in sources {
+            *heard.entry(source).or_insert(true) &= judge(evidence_of(contact, now)) == Health::Ok;
+        }
+        let transport = &**self.session.transport();
+        for (source, is_heard) in heard {
+            self.announcements
+                .announce(source, is_heard, &self.identity.name, transport);
+        }
+    }
+
+    fn look_for_circles(&mut self, now: Instant<Machine>, details: &mut Map<String, Value>) {
+        let (sources, contacts) = (&self.identity.sources, self.session.contacts());
+        self.circles.look(now, details, |node| {
+            let mut of_node = sources
+                .iter()
+                .zip(contacts)
+                .filter(|((of, _), _)| of == node);
+            of_node.any(|(_, contact)| judge(evidence_of(contact, now)) == Health::Ok)
+        });
+    }
+
+    /// Outside a secure network all data pass, and a listener need not announce itself.
+    fn look_for_hearers(&mut self, now: Instant<Machine>) {
+        if !self.identity.in_secure_network {
+            return;
+        }
+        let is_well = !self.session.has_follower() || !self.session.seen_by().is_empty();
+        if !self.unheard.is_due(now, is_well) {
+            return;
+        }
+        self.unheard.ask(now);
+        let reason = format!(
+            "somebody subscribes to {}, and nobody says that anything arrives: the zenoh.json5 of one of \
+             the two gives no rights to the other",
+            self.identity.publishes.join(", ")
+        );
+        if self
+            .unheard
+            .find(Some(InvisibilityReason::Refused(reason.clone())))
+        {
+            tracing::error!(node = %self.identity.name, "{reason}");
+        }
+    }
+
+    fn is_refused(&self, source: usize) -> bool {
+        let search = self.searches.get(source);
+        matches!(
+            search.and_then(Search::reason),
+            Some(InvisibilityReason::Refused(_))
+        )
+    }
+
+    fn publish(
+        &self,
+        now: Instant<Machine>,
+        health: Health,
+        details: Map<String, Value>,
+    ) -> String {
+        let status = Value::Object(merged(self.facts(now), health, details)).to_string();
+        self.session.publish_status(status.clone());
+        status
+    }
+
+    fn facts(&self, now: Instant<Machine>) -> Map<String, Value> {
+        let counters = &self.counters;
+        let mut facts = Map::new();
+        let mut put = |name: &str, value: Value| facts.insert(name.to_owned(), value);
+        put("node", json!(self.identity.name.as_str()));
+        put("role", json!(self.identity.role));
+        if let Some(lab) = &self.identity.lab {
+            put("lab", json!(lab));
+        }
+        put("epoch", json!(format!("{:016x}", self.identity.epoch)));
+        put(
+            "uptime_s",
+            json!((now - self.started).as_nanos() as f64 / 1e9),
+        );
+        put("namesakes", json!(self.session.namesakes()));
+        put("cycles", json!(read(&counters.cycles)));
+        put(
+            "telemetry_dropped",
+            json!(read(&counters.telemetry_dropped)),
+        );
+        put("exchange_refused", json!(read(&counters.exchange_refused)));
+        put("real_time", real_time_of(&self.granted));
+        if !self.identity.publishes.is_empty() {
+            put("published", json!(read(&counters.published)));
+            put("publish_dropped", json!(read(&counters.publish_dropped)));
+            put("publish_failed", json!(read(&counters.publish_failed)));
+            put("followed", json!(self.session.has_follower()));
+            put("seen_by", json!(self.session.seen_by()));
+        }
+        if !self.identity.sources.is_empty() {
+            let sources = self.identity.sources.iter().zip(self.session.contacts());
+            let source = |(((node, _), contact), search): Source<'_>| {
+                let age = contact.frame_age(now).map(|age| age.as_micros_f64() * 1e-3);
+                let unseen = search.reason().map(InvisibilityReason::reason);
+                let seen =
+                    json!({ "alive": contact.is_alive(), "frame_age_ms": age, "unseen": unseen });
+                (node.to_string(), seen)
+            };
+            let sources = sources.zip(&self.searches).map(source).collect();
+            put("sources", Value::Object(sources));
+            put("received", json!(read(&counters.received)));
+            put("refused", json!(read(&counters.refused)));
+            put("mailbox_dropped", json!(read(&counters.mailbox_dropped)));
+            put("arrivals_dropped", json!(read(&counters.arrivals_dropped)));
+        }
+        facts
+    }
+
+    fn log_health(
+        &mut self,
+        now: Instant<Machine>,
+        health: Health,
+        evidence: (Evidence, usize),
+        details: &Map<String, Value>,
+    ) {
+        let word = word_for(health, details);
+        let Some(note) = self.log.next(now, health, &word) else {
+            return;
+        };
+        let node = &self.identity.name;
+        let wanted = self.wanted(evidence, now);
+        match note {
+            _ if health == Health::NameTaken => tracing::error!(
+                %node,
+                "another node is called {:?} too: whoever follows it keeps to the one that was there first; \
+                 give one of them another name, or end it",
+                node.as_str()
+            ),
+            Note::Changed if health == Health::Ok => tracing::info!(%node, "health is {word}"),
+            Note::Changed => tracing::warn!(%node, "health is {word}: needs {wanted}"),
+            Note::StillWaiting => tracing::warn!(%node, "still {word}: needs {wanted}"),
+        }
+    }
+
+    /// Text on the data that an unhealthy node lacks.
+    fn wanted(&self, (evidence, source): (Evidence, usize), now: Instant<Machine>) -> String {
+        let running = now - self.started;
+        let endpoints = self.session.whereabouts();
+        match (self.identity.sources.get(source), evidence) {
+            (Some((node, key)), Evidence::Source { alive: true, age }) => {
+                let refused = read(&self.counters.refused);
+                let other_axes = other_axes(&self.session.contacts()[source].other_axes());
+                let hint = if age.is_none() && refused == 0 && self.identity.in_secure_network {
+                    "; if its cycle runs, the zenoh.json5 of one of the two gives no rights to the other"
+                } else {
+                    ""
+                };
+                format!(
+                    "good frames on {key}, {}; node {node} is alive, {refused} of its frames were refused{other_axes}{hint}",
+                    last_came(age, running)
+                )
+            }
+            (Some((node, key)), evidence) => {
+                let last_came = match evidence {
+                    Evidence::Source { age, .. } => last_came(age, running),
+                    Evidence::Followers { .. } => String::new(),
+                };
+                let reason = self.searches[source]
+                    .reason()
+                    .map(InvisibilityReason::reason);
+                let reason = reason.map_or_else(String::new, |reason| format!("; {reason}"));
+                let others = others(node, &self.session.neighbours());
+                format!(
+                    "node {node}, whose frames come on {key}, {last_came}; {endpoints}{others}{reason}"
+                )
+            }
+            (None, Evidence::Followers { any: true }) => format!(
+                "somebody who hears {}; {endpoints}",
+                self.identity.publishes.join(", ")
+            ),
+            (None, _) => format!(
+                "somebody who subscribes to {}; {endpoints}",
+                self.identity.publishes.join(", ")
+            ),
+        }
+    }
+}
+
+/// Granted real-time priorities per thread, and denied settings.
+fn real_time_of(granted: &real_time::Outcome) -> Value {
+    let Some(denied) = granted.get() else {
+        return json!({ "priorities": {}, "denied": [] });
+    };
+    let denied: Vec<_> = denied.iter().map(ToString::to_string).collect();
+    let priorities: Map<_, _> = Os::priorities()
+        .into_iter()
+        .map(|(thread, priority)| (thread, json!(priority)))
+        .collect();
+    json!({ "priorities": priorities, "denied": denied })
+}
+
+/// A source: its node with the key of its frames, its contact, and the search for why it is not visible.
+type Source<'a> = ((&'a (NodeName, String), &'a Arc<Contact>), &'a Search);
+
+fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
+    Evidence::Source {
+        alive: contact.is_alive(),
+        age: contact.frame_age(now),
+    }
+}
+
+/// The recorder's details never overwrite the host's facts; its health only softens an "ok".
+fn merged(
+    facts: Map<String, Value>,
+    health: Health,
+    details: Map<String, Value>,
+) -> Map<String, Value> {
+    let word = word_for(health, &details);
+    let mut status = details;
+    status.extend(facts);
+    status.insert("health".to_owned(), json!(word));
+    status
+}
+
+fn word_for(health: Health, details: &Map<String, Value>) -> String {
+    match (health, details.get("health").and_then(Value::as_str)) {
+        (Health::Ok, Some(own)) => own.to_owned(),
+        (health, _) => health.to_string(),
+    }
+}
+
+/// Decides when a line about the health is due.
+struct HealthLog {
+    last_word: Option<String>,
+    next_reminder: Instant<Machine>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Note {
+    Changed,
+    StillWaiting,
+}
+
+impl HealthLog {
+    fn new(started: Instant<Machine>) -> Self {
+        Self {
+            last_word: None,
+            next_reminder: started + STARTUP_GRACE,
+        }
+    }
+
+    fn next(&mut self, now: Instant<Machine>, health: Health, word: &str) -> Option<Note> {
+        let first = self.last_word.is_none();
+        let changed = self.last_word.as_deref() != Some(word);
+        if changed {
+            self.last_word = Some(word.to_owned());
+        }
+        // In the first moment no counterpart is known: not worth a line.
+        if changed && !(first && health != Health::Ok) {
+            self.next_reminder = now + REMINDER;
+            return Some(Note::Changed);
+        }
+        if health != Health::Ok && now >= self.next_reminder {
+            self.next_reminder = now + REMINDER;
+            return Some(Note::StillWaiting);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn details(json: Value) -> Map<String, Value> {
+        json.as_object().unwrap().clone()
+    }
+
+    #[test]
+    fn a_recorder_can_worsen_the_health_but_never_better_it() {
+        let own = details(json!({ "health": "not-synced", "cycles": 0, "mode": "sync" }));
+        let facts = details(json!({ "cycles": 5 }));
+        let ok = merged(facts.clone(), Health::Ok, own.clone());
+        assert_eq!(ok["health"], "not-synced");
+        assert_eq!((&ok["cycles"], &ok["mode"]), (&json!(5), &json!("sync")));
+
+        let hopeful = details(json!({ "health": "ok" }));
+        assert_eq!(
+            merged(facts.clone(), Health::Waiting, hopeful)["health"],
+            "waiting"
+        );
+        assert_eq!(merged(facts, Health::Ok, Map::new())["health"], "ok");
+    }
+
+    #[test]
+    fn a_long_wait_is_reported_again_and_again_a_short_one_never() {
+        let start = Instant::EPOCH;
+        let mut log = HealthLog::new(start);
+        let at = |secs: f64| start + Span::from_secs_f64(secs);
+        let mut notes = Vec::new();
+        for tick in 0..60 {
+            let now = at(f64::from(tick) * 0.25);
+            notes.extend(
+                log.next(now, Health::Waiting, "waiting")
+                    .map(|note| (note, now)),
+            );
+        }
+        assert_eq!(
+            notes,
+            [2.0, 7.0, 12.0].map(|secs| (Note::StillWaiting, at(secs)))
+        );
+        assert_eq!(log.next(at(15.0), Health::Ok, "ok"), Some(Note::Changed));
+        assert_eq!(log.next(at(16.0), Health::Ok, "ok"), None);
+        assert_eq!(
+            log.next(at(16.5), Health::NoData, "no-data"),
+            Some(Note::Changed)
+        );
+
+        let mut quick = HealthLog::new(start);
+        assert_eq!(quick.next(at(0.1), Health::Waiting, "waiting"), None);
+        assert_eq!(quick.next(at(0.6), Health::Ok, "ok"), Some(Note::Changed));
+    }
+}

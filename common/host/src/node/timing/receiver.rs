@@ -1,0 +1,85 @@
+//! Receiving beacons.
+
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::Channel;
+use coaxle_node::beacon::BeaconLabel;
+use coaxle_os::machine;
+use coaxle_os::stamped_socket::{ReceivedDatagram, StampedSocket};
+
+use super::{LONGEST_BEACON, Peers};
+use crate::node::reception::Reception;
+
+/// Pause after a datagram that could not be received.
+const PAUSE: Span = Span::from_millis(100);
+
+/// A path by which beacons arrive.
+pub(crate) struct BeaconPath {
+    pub(crate) channel: Channel,
+    /// Required source address: responses come from the address that the beacons were sent to.
+    pub(crate) from: Option<SocketAddr>,
+    pub(crate) reception: Reception,
+}
+
+/// The receiving end of a timing channel.
+pub(crate) struct BeaconReceiver<S> {
+    socket: S,
+    peers: Peers,
+    paths: Vec<BeaconPath>,
+}
+
+impl<S: StampedSocket> BeaconReceiver<S> {
+    pub(super) const fn new(socket: S, peers: Peers) -> Self {
+        Self {
+            socket,
+            peers,
+            paths: Vec::new(),
+        }
+    }
+
+    /// Adds a path to receive by.
+    pub(crate) fn add(&mut self, path: BeaconPath) {
+        self.paths.push(path);
+    }
+
+    /// Receives until `stop` is set.
+    pub(crate) fn work(&mut self, stop: &AtomicBool) {
+        let mut buffer = [0; LONGEST_BEACON + 1];
+        while !stop.load(Ordering::Relaxed) {
+            match self.socket.receive(&mut buffer) {
+                Ok(Some(came)) => self.take(&came, &buffer[..came.length.min(buffer.len())]),
+                Ok(None) => {}
+                Err(error) => {
+                    tracing::debug!(%error, "the timing channel cannot receive");
+                    // Limits the rate of retries.
+                    machine::sleep_until(machine::now() + PAUSE);
+                }
+            }
+        }
+    }
+
+    /// Takes a datagram. One without a valid stamp is ignored, and so is one that is too long.
+    pub(super) fn take(&mut self, came: &ReceivedDatagram, bytes: &[u8]) {
+        let Some(at) = came.at_ns.filter(|_| bytes.len() <= LONGEST_BEACON) else {
+            return;
+        };
+        // Responses of a node come from its address; all else counts as beacons to this one.
+        let answers = |path: &&mut BeaconPath| path.from == Some(came.from);
+        let path = match self.paths.iter_mut().find(answers) {
+            Some(path) => Some(path),
+            None => self.paths.iter_mut().find(|path| path.from.is_none()),
+        };
+        let Some(path) = path else {
+            return;
+        };
+        let is_good = path.reception.take(Instant::from_nanos(at), bytes);
+        if is_good
+            && path.channel == Channel::BeaconRequests
+            && let Some(label) = BeaconLabel::of(path.channel, bytes)
+        {
+            self.peers.note(label, came.from);
+        }
+    }
+}
