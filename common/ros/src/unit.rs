@@ -27,6 +27,7 @@ impl UnitScale {
             "in" | "inch" => 0.0254,
             "°" | "deg" => PI / 180.0,
             "rev" => TAU,
+            // `u` and other texts are no error: values pass unchanged, and the log names the unit once.
             _ => return None,
         };
         Some(Self(scale))
