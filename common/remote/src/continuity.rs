@@ -114,7 +114,7 @@ impl Continuity {
         let passed = self.passed(cycle);
         let reach = &cycle.reach;
         let set = match (&mut self.motion, &self.last) {
-            // (_, None)| Without a previous position there is no step to avoid, so that an axis begins at its master.
+            // Without a previous position there is no step to avoid, so that an axis begins at its master.
             (Motion::Following, _) | (_, None) => {
                 self.motion = Motion::Following;
                 *master

@@ -113,7 +113,7 @@ impl FarCorrection {
 
     /// Correction for an axis whose newest values are older than those of its node by this time.
     pub fn for_older(&self, by: Seconds) -> Self {
-        // time| Older values lie further in the past of the instant wanted: a longer extrapolation.
+        // Older values lie further in the past of the instant wanted: a longer extrapolation.
         let later = |time: Option<Seconds>| time.map(|time| time + by);
         Self {
             times: CorrectionTimes {
@@ -277,7 +277,7 @@ impl FarSync {
 
     fn is_silent(&self) -> bool {
         let limit = self.age_limit();
-        // limit| Older than the limit, not as old: TS5066, iAgeOfDataLimit, permits that number of cycles.
+        // Older than the limit, not as old: TS5066, iAgeOfDataLimit, permits that number of cycles.
         limit.is_some_and(|limit| self.silence.cycles > limit)
     }
 

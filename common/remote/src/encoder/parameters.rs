@@ -112,7 +112,7 @@ impl EncoderParameters {
         const ABOVE_ZERO: &str = "a finite number above 0";
         const AT_LEAST_ZERO: &str = "a finite number of at least 0";
         const TIME: &str = "at most 0.1 s, above 0";
-        // x: f64| Both are false for NaN, which a comparison the other way round would let pass.
+        // Both are false for NaN, which a comparison the other way round would let pass.
         let above_zero = |x: f64| x.is_finite() && x > 0.0;
         let at_least_zero = |x: f64| x.is_finite() && x >= 0.0;
         let Seconds(sampling) = self.sampling_time;
