@@ -77,7 +77,7 @@ impl Link {
             }
             self.beacons.seal(outgoing, label, left, frame);
         } else {
-            // | !outgoing| The setting concerns frames of axes; responses to time requests are useless without their
+            // The setting concerns frames of axes; responses to time requests are useless without their
             // departure.
             let stamped = stamped || !outgoing.channel.carries_axes();
             let stamp = stamped.then(|| left - outgoing.ideal_start);

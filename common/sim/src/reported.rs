@@ -178,7 +178,7 @@ impl ReportedCheck {
         let mean = 0.5 * (set.velocity + last.velocity);
         let step = (set.velocity - last.velocity).abs();
         found((now.velocity - mean).abs(), beside, 0.0)
-            // | found(set.velocity| Order by cause: a velocity that does not match its positions mostly exceeds its
+            // Order by cause: a velocity that does not match its positions mostly exceeds its
             // limit as well.
             .or_else(|| found(set.velocity.abs(), self.velocity, beside))
             .or_else(|| found(step, by_acceleration, beside))
