@@ -187,7 +187,7 @@ impl<W: Write> Join<W> {
 
     /// Writes the facts of a piece about the node and its run.
     fn write_facts(&mut self, name: &str, facts: &Facts) -> Result<(), WriteError> {
-        // key| Facts about a piece are none about the joined recording, which has its own format.
+        // Facts about a piece are none about the joined recording, which has its own format.
         let is_ours = |key: &str| [FORMAT, PIECE].contains(&key);
         let of_many = self.of_many;
         let written = facts.iter().filter(|(key, _)| !is_ours(key));

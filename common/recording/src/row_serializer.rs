@@ -135,7 +135,7 @@ impl ser::Serializer for &mut RowSerializer<'_> {
     }
 
     fn serialize_none(self) -> Result<(), RowError> {
-        // _, _| {})| Nothing is written: an absent optional field is the encoding of an unknown value.
+        // Nothing is written: an absent optional field is the encoding of an unknown value.
         self.value(None, |_, _| {})
     }
 
