@@ -174,7 +174,6 @@ fn places(tables: &[ReadTable], table: usize, axis: &str) -> Option<Places> {
         .and_then(|rest| rest.strip_prefix('/'));
     let place = |signals: &[&str]| {
         let mut columns = of.columns.iter();
-        // column|| The first match wins, and a signal of the axis itself comes before the corrected one of another.
         columns.position(|column| {
             (column.instance == axis || Some(column.instance.as_str()) == own)
                 && signals.contains(&column.signal.as_str())
