@@ -163,6 +163,7 @@ mod tests {
         for status in [
             json!({}),
             json!({ "axes": 3 }),
+            // Ids that no u32 holds.
             json!({ "axes": { "a": 1, "b": { "id": -1 }, "c": { "id": 1e20 } } }),
         ] {
             assert_eq!(catalog(&saw, &status), Catalog::default(), "{status}");

@@ -85,6 +85,7 @@ mod tests {
             if count % 10 == 0 {
                 cycle_starts.cycle(cycle_start + Span::from_micros(700));
                 let late = cycle_starts.cycle_start(count, received_at) - cycle_start;
+                // Four seconds, twice as long as the clock needs to be known.
                 if count > 4_000 {
                     (least, most) = (least.min(late), most.max(late));
                 }

@@ -309,6 +309,7 @@ mod tests {
                 "{error}"
             );
         }
+        // Beyond the ports of DDS (232), and beyond u16.
         for wrong in ["", "-1", "233", "1.5", "70000"] {
             let error = RosDomain::new(wrong).unwrap_err().to_string();
             assert!(

@@ -249,6 +249,7 @@ mod tests {
             first,
             [Command::MoveAbsolute {
                 position: 300.0,
+                // 0.3 m in 3 s, in mm: v = 1.5·300/3, a = 9·300/3², j = 54·300/3³.
                 velocity: Some(150.0),
                 dynamics: Dynamics {
                     acceleration: Some(300.0),
@@ -260,6 +261,7 @@ mod tests {
         assert_eq!(queue.next_at(), Some(at(4000)));
         assert_eq!(commands(&mut queue, at(3999), 300.0), []);
         assert_eq!(commands(&mut queue, at(4000), 300.0), [], "it is there");
+        // A second late, as a thread may be: the segment is sent once.
         assert_eq!(commands(&mut queue, at(5001), 300.0).len(), 1);
         assert_eq!(queue.next_at(), None);
     }
@@ -308,6 +310,7 @@ mod tests {
             move_to(300.0, motion, Span::from_secs(3)),
             Some(Command::MoveAbsolute {
                 position: 300.0,
+                // Its own speed: 1.5·1/3 = 0.5 mm/s would brake it first.
                 velocity: Some(80.0),
                 dynamics: Dynamics::default()
             })
