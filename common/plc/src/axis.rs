@@ -38,6 +38,7 @@ impl CommandBlock {
             execute,
             axis,
             |axis| {
+                // Cleared first: after a refusal the block must not hold the stop of an earlier command.
                 *job = None;
                 let accepted = axis.command(command)?;
                 *job = Some(accepted);
@@ -45,6 +46,7 @@ impl CommandBlock {
             },
             |axis, job| axis.progress(*job),
         );
+        // Only while its own job still moves the axis: another block may have taken over.
         if matches!(command, Command::Stop { .. }) && self.job.is_some() && self.job == axis.job().0
         {
             axis.hold_stop(execute);
@@ -76,6 +78,7 @@ pub struct PowerOutputs {
 impl Power {
     /// Runs one scan.
     pub fn scan(&mut self, enable: bool, axis: &mut SlaveAxis) -> PowerOutputs {
+        // Tried again in each scan until accepted: a level wants a state, not an event.
         if enable != self.enabled && axis.command(&Command::Power(enable)).is_ok() {
             self.enabled = enable;
         }
@@ -139,6 +142,7 @@ impl EnableFlyingGear {
     }
 
     fn disable(&mut self, axis: &mut SlaveAxis) {
+        // A falling edge must not uncouple what another block has coupled meanwhile.
         let coupled = self.accepted.is_some()
             && self.accepted == axis.job().0
             && axis.coupling_phase().is_some();
@@ -150,11 +154,13 @@ impl EnableFlyingGear {
 
     fn outputs(&self, axis: &SlaveAxis) -> FlyingGearOutputs {
         let state = match (self.accepted, self.refused) {
+            // A refusal first: the job of an earlier command says nothing of the refused one.
             (_, Some(refusal)) => CommandState::Failed(JobError::Refused(refusal)),
             (Some(job), None) => axis.progress(job),
             (None, None) => CommandState::Idle,
         };
         let shown = Outputs::of(&state, JobError::code);
+        // Busy belongs to this block's job; the axis may be coupled by another.
         let phase = axis.coupling_phase().filter(|_| shown.busy);
         FlyingGearOutputs {
             start_sync: phase.is_some_and(CouplingPhase::is_synchronizing),

@@ -31,11 +31,14 @@ impl EnableMultiMasterGear {
                 Ok(job) => self.job = Some(job),
                 Err(refusal) => self.refused = Some(refusal),
             },
+            // A dynamic gear reads its ratios in each scan; one that was replaced by another command must not take
+            // the axis back.
             (true, true) if self.couples(axis) => {
                 let again = axis.command(&Command::GearInMultiMaster(*command));
                 self.refused = again.err();
             }
             (true, false) => {
+                // Asked before the block forgets its job.
                 let couples = self.couples(axis);
                 *self = Self::default();
                 if couples {
@@ -46,6 +49,7 @@ impl EnableMultiMasterGear {
         }
         self.enabled = enable;
         let state = match (self.refused, self.job) {
+            // Refused ratios are an error although the previous ones still move the axis.
             (Some(refusal), _) => CommandState::Failed(JobError::Refused(refusal)),
             (None, Some(job)) => axis.progress(job),
             (None, None) => CommandState::Idle,

@@ -36,6 +36,7 @@ impl FlyingSawBlock {
     ) -> FlyingSawOutputs {
         let state = self.block.scan(execute, &command.into(), axis);
         FlyingSawOutputs {
+            // From the begin of the synchronisation on, as long as the command controls the axis.
             start_sync: matches!(state, CommandState::Active | CommandState::InSync),
             common: Outputs::of(&state, JobError::code),
         }
@@ -64,10 +65,12 @@ impl ReadFlyingSawCharacteristicsBlock {
             &mut (),
             |()| {
                 let plan = axis.saw_plan().ok_or(Refusal::NoCharacteristics)?;
+                // No table of the axis is taken: the values are read, and no table is made.
                 let table = saw_table_id(axis_id, |_| false).map_err(CouplingRefusal::Saw)?;
                 Ok(plan.characteristics(table))
             },
             |(), values| {
+                // Values of the rising edge, held by the block: the plan may have changed since.
                 read = Some(*values);
                 CommandState::Done
             },

@@ -81,6 +81,7 @@ fn a_flying_saw_does_not_allocate() {
         gear_in_pos(300.0, SyncMask::OVERSHOOT_VELO | SyncMask::MAX_JERK, None),
         gear_in_pos(300.0, SyncMask::PREFER_CONST_VELO, None),
         gear_in_pos(300.0, SyncMask::empty(), Some(250.0)),
+        // A position too near, and one already passed: refusals must not allocate either.
         gear_in_pos(1.0, all, None),
         gear_in_pos(-1.0, all, None),
     ];
@@ -94,6 +95,7 @@ fn a_flying_saw_does_not_allocate() {
             let command = saw(at, axis.set().position);
             let tried = axis.plan(&command).is_ok();
             let accepted = axis.command(&command).is_ok();
+            // Formatted messages would allocate, so that this has none.
             assert!(tried == accepted);
             coupled[n] = accepted;
             lead(&mut axis, 500.0, 800);

@@ -25,6 +25,7 @@ fn a_pulse_moves_the_axis_and_shows_done_for_one_scan() {
     let command = move_absolute(1.0);
     assert_eq!(block.scan(true, &command, &mut axis), CommandState::Active);
     let mut done = 0;
+    // Far longer than 1 u takes: Done must not come back.
     for _ in 0..500 {
         axis.update(None, CYCLE);
         done += u32::from(block.scan(false, &command, &mut axis) == CommandState::Done);
@@ -67,6 +68,7 @@ fn a_stop_that_is_executed_keeps_the_axis_in_stopping() {
     start(&mut axis, &move_velocity(100.0));
     run(&mut axis, 500);
     let mut state = CommandState::Idle;
+    // Long after the axis stands: only Execute keeps the state.
     for _ in 0..1_000 {
         state = stop.scan(true, &STOP, &mut axis);
         run(&mut axis, 1);
@@ -118,6 +120,7 @@ fn the_flying_gear_block_shows_its_windows() {
     assert_eq!(
         seen,
         [
+            // Enabled and waiting, engaging, coupled, releasing, and past the stop position.
             [false, false, false, true],
             [true, false, true, true],
             [false, true, true, true],

@@ -32,8 +32,10 @@ fn ratios_are_read_in_every_scan_and_the_falling_edge_uncouples() {
     }
     let outputs = block.scan(true, &gear(2.0), &mut axis);
     assert!(outputs.in_sync && outputs.busy);
+    // 2·100 + 1·50.
     assert_eq!(axis.set().velocity, 250.0);
     // Too fast: the previous ratios stay in force.
+    // 20·100 + 50 = 2050, above the limit of 1000.
     let outputs = block.scan(true, &gear(20.0), &mut axis);
     assert_eq!((outputs.error, outputs.error_id), (true, 0x42dd));
     assert!(block.scan(true, &gear(2.0), &mut axis).in_sync);

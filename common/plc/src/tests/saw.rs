@@ -36,6 +36,7 @@ fn a_program_couples_reads_and_uncouples() {
     let out = Command::GearOut {};
     let command = SawCommand::GearInPos(to_position((100.0, 80.0), SyncMask::empty()));
 
+    // Without a plan there are no values.
     assert_eq!(read.scan(true, 2, &axis).0.error_id, 0x4216);
     let refused = gear_out.scan(true, &out, &mut axis);
     assert_eq!(Outputs::of(&refused, JobError::code).error_id, 0x424d);
@@ -58,6 +59,7 @@ fn a_program_couples_reads_and_uncouples() {
     assert_eq!(read.scan(false, 256, &axis).1, None);
     assert_eq!(read.scan(true, 256, &axis).0.error_id, 0x4a00);
 
+    // The sync position 100 is reached after 1 s.
     master.lead(&mut axis, 1_500);
     let outputs = gear_in.scan(true, command, &mut axis);
     assert!(outputs.common.in_sync && outputs.common.busy);
@@ -74,6 +76,7 @@ fn a_refused_block_leaves_the_running_one() {
     let (mut first, mut second) = (FlyingSawBlock::default(), FlyingSawBlock::default());
     let good = to_position((100.0, 80.0), SyncMask::empty());
     let bad = GearInPos {
+        // The simplest refusal: a ratio of 0 moves nothing.
         ratio: Ratio::of(0.0),
         ..good
     };

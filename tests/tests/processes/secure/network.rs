@@ -215,6 +215,7 @@ impl Session {
         let (seen, of) = (Arc::clone(&self.seen), key.to_owned());
         let keep = move |_, bytes: &[u8]| {
             let text = String::from_utf8_lossy(bytes);
+            // Megabytes in the message of a failed test help nobody.
             let text = if text.len() < 100 {
                 text.into_owned()
             } else {
@@ -291,6 +292,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
+        // Declarations end before their session.
         self.declared.clear();
         self.publishers.clear();
         self.transport.close();
