@@ -45,7 +45,7 @@ macro_rules! couplings {
         }
 
         /// The couplings of a slave, at most one of them engaged.
-        #[derive(Debug)]
+        #[derive(Debug, Default)]
         pub(super) struct Couplings {
             $( pub(super) $field: $coupling, )*
         }
@@ -237,11 +237,8 @@ impl Couplings {
     /// Creates the couplings, none of them engaged. The axis uses its master for a saw in this way.
     pub(super) fn new(saw: Saw) -> Self {
         Self {
-            gear: Gear::default(),
-            flying_gear: FlyingGearCoupling::default(),
-            multi_master_gear: MultiMasterGear::default(),
-            cam: Cam::default(),
             saw,
+            ..Self::default()
         }
     }
 

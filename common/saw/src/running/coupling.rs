@@ -19,7 +19,7 @@ use crate::rollback::RollbackReaction;
 const RESERVE: f64 = 0.01;
 
 /// The coupling of a slave axis by flying saws, one after the other.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Saw {
     master_noise: f64,
     master_increment: Option<f64>,

@@ -47,6 +47,9 @@ impl SlaveAxis {
     fn effect_of(&self, plates: &Tables, command: &Command) -> Result<(Effect, Awaits), Refusal> {
         let couplings = &self.couplings;
         let gear = |command| couplings.gear(plates, command, &self.plan_inputs(Kind::Gear));
+        let sum = |command| {
+            couplings.multi_master_gear(plates, command, &self.plan_inputs(Kind::MultiMasterGear))
+        };
         let cam = |command| couplings.cam(plates, &command, &self.plan_inputs(Kind::Cam));
         let saw = |command| self.plan_saw(plates, &command, &self.plan_inputs(Kind::Saw));
         match *command {
@@ -100,10 +103,7 @@ impl SlaveAxis {
             }
             Command::GearIn(ref command) => return coupled(gear(command)),
             Command::FlyingGear(ref command) => return self.plan_flying_gear(plates, command),
-            Command::GearInMultiMaster(ref command) => {
-                let inputs = self.plan_inputs(Kind::MultiMasterGear);
-                return coupled(couplings.multi_master_gear(plates, command, &inputs));
-            }
+            Command::GearInMultiMaster(ref command) => return coupled(sum(command)),
             Command::GearInPos(ref command) => return self.plan_gear_in_pos(plates, command),
             Command::GearInVelo(command) => return coupled(saw(SawCommand::GearInVelo(command))),
             Command::CamIn(command) => return coupled(cam(command.into())),
