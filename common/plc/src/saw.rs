@@ -2,6 +2,7 @@
 //! [`CommandBlock`].
 
 use coaxle_axis::CommandState;
+use coaxle_cam::Tables;
 use coaxle_saw::{FlyingSawCharacteristics, SawCommand, saw_table_id};
 use coaxle_slave::{CouplingRefusal, JobError, Refusal, SlaveAxis};
 
@@ -33,8 +34,9 @@ impl FlyingSawBlock {
         execute: bool,
         command: SawCommand,
         axis: &mut SlaveAxis,
+        plates: &mut Tables,
     ) -> FlyingSawOutputs {
-        let state = self.block.scan(execute, &command.into(), axis);
+        let state = self.block.scan(execute, &command.into(), axis, plates);
         FlyingSawOutputs {
             // From the begin of the synchronisation on, as long as the command controls the axis.
             start_sync: matches!(state, CommandState::Active | CommandState::InSync),

@@ -111,8 +111,9 @@ fn axis() -> SlaveAxis {
     let drive = SimulatedDrive::new(DriveParameters::default()).expect("in range");
     let cycle = CycleTime::new(Span::from_millis(1)).expect("in range");
     let mut axis = SlaveAxis::new(&parameters, Box::new(drive), cycle).expect("in range");
-    axis.command(&Command::Power(true)).expect("is off");
-    axis.update(Some(&master(0)), CYCLE);
+    axis.command(&mut Tables::new(0), &Command::Power(true))
+        .expect("is off");
+    axis.update(&mut Tables::new(0), Some(&master(0)), CYCLE);
     axis
 }
 
@@ -143,10 +144,10 @@ pub(super) fn slave(calls: u32) {
         ratio: 1.0,
         dynamics: Dynamics::default(),
     });
-    axis.command(&gear).expect("couples");
+    axis.command(&mut Tables::new(0), &gear).expect("couples");
     // In both runs of the measurement, so that settling cancels out.
     for cycle in 1..=SETTLED + calls {
-        let _ = black_box(axis.update(Some(black_box(&master(cycle))), CYCLE));
+        let _ = black_box(axis.update(&mut Tables::new(0), Some(black_box(&master(cycle))), CYCLE));
     }
 }
 
@@ -163,8 +164,9 @@ pub(super) fn slave_life(calls: u32) {
                 velocity: None,
                 dynamics: Dynamics::default(),
             };
-            axis.command(&there).expect("is accepted");
+            axis.command(&mut Tables::new(0), &there)
+                .expect("is accepted");
         }
-        let _ = black_box(axis.update(Some(black_box(&master(cycle))), CYCLE));
+        let _ = black_box(axis.update(&mut Tables::new(0), Some(black_box(&master(cycle))), CYCLE));
     }
 }
