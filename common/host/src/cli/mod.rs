@@ -1,6 +1,5 @@
 //! The command line that all programs share: arguments of a node and of a client, the log, durations, the exit code.
 
-mod log_writer;
 mod network_args;
 mod node_args;
 
@@ -10,11 +9,11 @@ use std::process::{Command, ExitCode};
 use coaxle_clock::Span;
 use coaxle_os::exit::{Exit, exit_of, lines_of};
 use coaxle_os::{Os, System};
+use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
 use crate::network::transport::ZENOH_RUNTIME;
 
-use log_writer::{WriterGuard, lines_to};
 pub use network_args::NetworkArgs;
 pub use node_args::NodeArgs;
 
@@ -32,7 +31,7 @@ pub struct LogArgs {
 /// Logging guard: flushes the remaining lines when dropped.
 #[must_use]
 pub struct Logging {
-    _writer: WriterGuard,
+    _writer: WorkerGuard,
 }
 
 impl LogArgs {
@@ -45,10 +44,10 @@ impl LogArgs {
             Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
             _ => EnvFilter::new(self.filter()),
         };
-        let (lines, guard) = lines_to(std::io::stderr());
+        let (writer, guard) = tracing_appender::non_blocking(std::io::stderr());
         let _ = tracing_subscriber::fmt()
             .with_env_filter(filter)
-            .with_writer(move || lines.clone())
+            .with_writer(writer)
             .log_internal_errors(false)
             .with_ansi(std::io::stderr().is_terminal())
             .with_target(self.verbose > 0)
