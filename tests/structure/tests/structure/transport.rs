@@ -11,7 +11,7 @@ const WITHOUT: [&str; 4] = [
 ];
 
 /// First words of crates of a server or a transport.
-const NOT_THERE: [&str; 2] = ["zenoh", "axum"];
+const NOT_THERE: [&str; 2] = ["zenoh", "hyper"];
 
 /// Finds crates with such a dependency, by the tree of cargo.
 #[test]

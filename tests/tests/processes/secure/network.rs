@@ -9,8 +9,9 @@ use std::time::{Duration, SystemTime};
 
 use coaxle::secure::{Member, SecureNetwork, profile, write_role};
 use coaxle_host::network::credentials::{Authority, Validity};
-use coaxle_host::network::transport::{Declared, Publisher, Request, Urgency};
-use coaxle_host::network::transport::{OverZenoh, Transport};
+use coaxle_host::network::transport::{
+    Declared, OverZenoh, Publisher, Request, Transport, Urgency,
+};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine;
