@@ -45,8 +45,8 @@ pub use names::{
 };
 pub use node::{Receiver, ReceiverError};
 pub use program::{
-    BlockedProgram, Otherwise, Outcome, PlateCommand, ProgramSnapshot, ProgramState, StepCommand,
-    StepConfig, Trouble, WaitsFor, When, WrongStep,
+    BlockedProgram, Otherwise, Outcome, ProgramSnapshot, ProgramState, StepCommand, StepConfig,
+    Trouble, WaitsFor, When, WrongStep,
 };
 pub use slaves::SlaveNumber;
 pub use snapshot::{Health, ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

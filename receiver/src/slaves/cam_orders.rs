@@ -3,7 +3,7 @@
 use coaxle_axis::Awaits;
 use coaxle_cam::{CouplingError, PlateReading};
 use coaxle_node::CommandOutcome;
-use coaxle_node::command::{CamCommand, CamOrder, OrderCargo};
+use coaxle_node::command::{CamOrder, OrderCargo, PlateCommand, PlateWork};
 use coaxle_slave::{CouplingRefusal, Refusal};
 
 use super::slave::Slave;
@@ -17,8 +17,9 @@ impl Slave {
         cargo: &mut OrderCargo,
         room: usize,
     ) -> CommandOutcome {
+        let work = order.command.row().traits;
         let done = match &order.command {
-            CamCommand::CamInfo {
+            PlateCommand::CamInfo {
                 table,
                 master_position,
             } => match self.axis.cam_info(*table, *master_position) {
@@ -28,24 +29,19 @@ impl Slave {
                 }
                 Err(error) => Err(error),
             },
-            CamCommand::CamTableSelect { replace, .. } => self.select(order, *replace, cargo, room),
-            CamCommand::CamTableDelete { table } => match cargo {
+            PlateCommand::CamTableSelect { replace, .. } => {
+                self.select(order, *replace, cargo, room)
+            }
+            PlateCommand::CamTableDelete { table } => match cargo {
                 OrderCargo::Table(deleted) if !order.dry_run => {
                     self.axis.delete_cam(*table, deleted)
                 }
                 _ => self.axis.plan_delete_cam(*table),
             },
-            CamCommand::ReadMotionFunction { table, .. }
-            | CamCommand::ReadMotionFunctionPoint { table, .. }
-            | CamCommand::ReadMotionFunctionValues { table, .. }
-            | CamCommand::ReadCamTableSlaveDynamics { table, .. }
-            | CamCommand::ReadCamTableCharacteristics { table, .. }
-            | CamCommand::ReadCamTableMasterPosition { table, .. } => self.read(*table, cargo),
+            // Its values are calculated from the plate that it takes back.
+            reading => self.read(reading.table(), cargo),
         };
-        let changes = matches!(
-            order.command,
-            CamCommand::CamTableSelect { .. } | CamCommand::CamTableDelete { .. }
-        );
+        let changes = work == PlateWork::Changes;
         if let (Err(error), true) = (done, changes && !order.dry_run) {
             self.note_refusal(refusal_of(error));
         }

@@ -14,7 +14,7 @@ use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
 use coaxle_node::circles::CircleState;
-use coaxle_node::command::{CamCommand, CamOrder, OrderCargo, SlaveOrder};
+use coaxle_node::command::{CamOrder, OrderCargo, PlateCommand, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
@@ -110,7 +110,7 @@ impl Slaves {
         cargo: &mut OrderCargo,
     ) -> CommandOutcome {
         let room = match (&order.command, &self.plates) {
-            (CamCommand::CamTableSelect { .. }, Some(plates)) => room(plates),
+            (PlateCommand::CamTableSelect { .. }, Some(plates)) => room(plates),
             _ => 0,
         };
         self.turn(n, |slave| slave.execute_cam(order, cargo, room))
