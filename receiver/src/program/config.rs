@@ -312,7 +312,7 @@ fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
     if step.at_mark && !step.slave_command().is_some_and(at_mark::has_positions) {
         let received = step.command.as_ref();
         let received = received.map_or("no command", StepCommand::name);
-        let expected = at_mark::THOSE_WITH_POSITIONS;
+        let expected = at_mark::keys_with_positions();
         return Err((
             "at-mark",
             format!("received {received}, expected one of: {expected}"),
