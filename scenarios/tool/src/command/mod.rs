@@ -2,6 +2,8 @@
 
 mod blocks;
 mod cam;
+#[cfg(test)]
+mod every_command;
 mod far;
 mod options;
 mod saw;
