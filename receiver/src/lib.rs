@@ -47,8 +47,8 @@ pub use drives::Drives;
 pub use health::{Health, HealthName};
 pub use node::{Receiver, ReceiverError};
 pub use program::{
-    BlockedProgram, Otherwise, Outcome, PlateCommand, ProgramSnapshot, ProgramState, StepCommand,
-    StepConfig, Trouble, WaitsFor, When, WrongStep,
+    BlockedProgram, Otherwise, Outcome, ProgramSnapshot, ProgramState, StepCommand, StepConfig,
+    Trouble, WaitsFor, When, WrongStep,
 };
 pub use slaves::SlaveNumber;
 pub use snapshot::{ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

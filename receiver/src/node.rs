@@ -350,21 +350,23 @@ impl Node for Receiver {
 
     fn execute_with(&mut self, order: &CommandOrder, cargo: &mut OrderCargo) -> CommandOutcome {
         match order {
-            CommandOrder::Slave(order) => match self.slave_number(order.slave.as_str()) {
+            CommandOrder::Slave(order) => match self.slave_number(order.addressee.as_str()) {
                 Some(number) => self.pipeline.slaves.execute(number, order),
-                None => self.unknown_slave(order.slave),
+                None => self.unknown_slave(order.addressee),
             },
-            CommandOrder::Cam(order) => match self.slave_number(order.slave.as_str()) {
+            CommandOrder::Plate(order) => match self.slave_number(order.addressee.as_str()) {
                 Some(number) => self.pipeline.slaves.execute_cam(number, order, cargo),
-                None => self.unknown_slave(order.slave),
+                None => self.unknown_slave(order.addressee),
             },
-            CommandOrder::Far(order) => match number_of(&self.far_names, order.far.as_str()) {
-                Some(number) => self.pipeline.far[number].execute(order),
-                None => CommandOutcome::NotTaken(NotTaken::UnknownFarNode {
-                    received: order.far,
-                    known: known(&self.far_names, FarName::new),
-                }),
-            },
+            CommandOrder::Far(order) => {
+                match number_of(&self.far_names, order.addressee.as_str()) {
+                    Some(number) => self.pipeline.far[number].execute(order),
+                    None => CommandOutcome::NotTaken(NotTaken::UnknownFarNode {
+                        received: order.addressee,
+                        known: known(&self.far_names, FarName::new),
+                    }),
+                }
+            }
         }
     }
 

@@ -142,7 +142,7 @@ impl RunningTrajectory {
                 joint: address.joint.clone(),
                 node: address.node.clone(),
                 order: SlaveOrder {
-                    slave: address.slave,
+                    addressee: address.slave,
                     command,
                     dry_run: false,
                 },

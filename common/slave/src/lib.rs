@@ -141,7 +141,10 @@ pub use cam_points::{CamPoints, WrongNumberOfPoints};
 pub use change::Change;
 pub use circle::{CIRCLE_CODE, CircleState};
 pub use coaxle_axis::{CouplingPhase, Dynamics};
-pub use command::Command;
+#[doc(hidden)]
+pub use command::key;
+pub use command::table::CommandRow;
+pub use command::{Command, CommandTraits};
 pub use couplings::{CouplingFault, CouplingRefusal};
 pub use error::SlaveError;
 pub use job::{EndedJob, JobError, JobState};

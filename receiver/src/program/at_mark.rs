@@ -8,20 +8,16 @@ use coaxle_slave::{CamPoints, Command, SyncPosition};
 
 use super::sensor::SensorMark;
 
-/// True if a command has such positions.
-pub(super) const fn has_positions(command: &Command) -> bool {
-    matches!(
-        command,
-        Command::GearInPos(_)
-            | Command::FlyingGear(_)
-            | Command::CamIn(_)
-            | Command::WriteMotionFunction { .. }
-    )
+/// Keys of the commands that have such positions.
+pub(super) fn keys_with_positions() -> String {
+    let rows = Command::ROWS.iter().filter(|row| row.traits.at_mark);
+    rows.map(|row| row.key).collect::<Vec<_>>().join(", ")
 }
 
-/// Commands for which [`has_positions`] is true, as written in a config.
-pub(super) const THOSE_WITH_POSITIONS: &str =
-    "gear-in-pos, flying-gear, cam-in, write-motion-function";
+/// True if a command has such positions.
+pub(super) const fn has_positions(command: &Command) -> bool {
+    command.row().traits.at_mark
+}
 
 /// Returns the command with its positions on the master's axis.
 ///
@@ -109,6 +105,29 @@ mod tests {
         let file: File = coaxle_node::config::parse("c", text).expect("a command");
         assert!(has_positions(&file.command));
         file.command
+    }
+
+    #[test]
+    fn each_command_with_positions_counts_them_from_the_mark() {
+        let commands = [
+            "gear-in-pos = { ratio = { numerator = 1 }, master-sync-position = 250, slave-sync-position = 250 }",
+            "flying-gear = { ratio = 1, master-sync-position = 30, slave-sync-position = 0, \
+             slave-desync-position = 50, slave-stop-position = 60 }",
+            "cam-in = { table = 1 }",
+            "write-motion-function = { table = 1, points = [{ index = 4, law = 'polynom1', master = 0, slave = 360 }] }",
+        ];
+        let commands = commands.map(|text| command(&format!("command.{text}")));
+        for command in &commands {
+            assert_ne!(placed(command, &MARK, 1.0), *command);
+        }
+        let mut keys: Vec<_> = commands.iter().map(Command::key).collect();
+        keys.sort_unstable();
+        let mut known: Vec<_> = keys_with_positions()
+            .split(", ")
+            .map(str::to_owned)
+            .collect();
+        known.sort_unstable();
+        assert_eq!(keys, known);
     }
 
     #[test]

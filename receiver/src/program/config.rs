@@ -1,6 +1,7 @@
 //! `[[slave.step]]`
 
 use coaxle_cam::{ReservedPlate, TableId};
+use coaxle_node::command::PlateCommand;
 use coaxle_node::config::{Positive, did_you_mean};
 use coaxle_slave::Command;
 use schemars::JsonSchema;
@@ -9,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::branches::Branches;
 use super::condition::When;
 use super::due::Due;
-use super::step_command::{PlateCommand, StepCommand};
-use super::{Step, at_mark};
+use super::step_command::{StepCommand, StepCommandSchema};
+use super::{Step, at_mark, step_command};
 use crate::cam_source::CamSource;
 
 /// Most steps of a program.
@@ -28,7 +29,12 @@ pub struct StepConfig {
     #[serde(skip_serializing_if = "When::is_empty")]
     pub when: When,
     /// The command to the slave, or on the cam plates. A step without one only waits.
-    #[serde(rename = "do", skip_serializing_if = "Option::is_none")]
+    #[serde(
+        rename = "do",
+        deserialize_with = "step_command::read",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(with = "Option<StepCommandSchema>")]
     pub command: Option<StepCommand>,
     /// Master positions of the command count from the oldest unused mark detected, and the mark is
     /// used up. The step waits for a mark.
@@ -68,7 +74,7 @@ impl StepConfig {
     pub const fn slave_command(&self) -> Option<&Command> {
         match &self.command {
             Some(StepCommand::Slave(command)) => Some(command),
-            Some(StepCommand::Plate(_)) | None => None,
+            Some(StepCommand::Plate(_) | StepCommand::Far(_)) | None => None,
         }
     }
 
@@ -214,6 +220,13 @@ fn due(step: &StepConfig, plate: Option<ReservedPlate>) -> Result<Option<Due>, W
         (Some(StepCommand::Plate(PlateCommand::CamTableSelect { .. })), None) => {
             return Err(("do", "expected a store of plates".to_owned()));
         }
+        (Some(other @ (StepCommand::Plate(_) | StepCommand::Far(_))), _) => {
+            let received = other.name();
+            let reason = format!(
+                "received {received}, expected a command to the slave, or one that changes the cam plates"
+            );
+            return Err(("do", reason));
+        }
     }))
 }
 
@@ -299,7 +312,7 @@ fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
     if step.at_mark && !step.slave_command().is_some_and(at_mark::has_positions) {
         let received = step.command.as_ref();
         let received = received.map_or("no command", StepCommand::name);
-        let expected = at_mark::THOSE_WITH_POSITIONS;
+        let expected = at_mark::keys_with_positions();
         return Err((
             "at-mark",
             format!("received {received}, expected one of: {expected}"),

@@ -37,7 +37,7 @@ pub(crate) use due::Due;
 pub use outcome::{Outcome, Trouble};
 pub(crate) use situation::Situation;
 pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
-pub use step_command::{PlateCommand, StepCommand};
+pub use step_command::StepCommand;
 
 /// A program and its progress.
 #[derive(Clone, Debug)]

@@ -157,7 +157,7 @@ impl Line {
         let slave = SlaveName::new("loop").unwrap();
         let dry_run = false;
         let order = SlaveOrder {
-            slave,
+            addressee: slave,
             command,
             dry_run,
         };

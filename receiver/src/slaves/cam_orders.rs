@@ -3,7 +3,7 @@
 use coaxle_axis::Awaits;
 use coaxle_cam::{CouplingError, Tables};
 use coaxle_node::CommandOutcome;
-use coaxle_node::command::{CamCommand, CamOrder, OrderCargo};
+use coaxle_node::command::{CamOrder, OrderCargo, PlateCommand, PlateWork};
 use coaxle_slave::{CouplingRefusal, Refusal};
 
 use super::slave::Slave;
@@ -18,8 +18,9 @@ impl Slave {
         cargo: &mut OrderCargo,
         room: usize,
     ) -> CommandOutcome {
+        let work = order.command.row().traits;
         let done = match &order.command {
-            CamCommand::CamInfo {
+            PlateCommand::CamInfo {
                 table,
                 master_position,
             } => match self.axis.cam_info(plates, *table, *master_position) {
@@ -29,24 +30,17 @@ impl Slave {
                 }
                 Err(error) => Err(error),
             },
-            CamCommand::CamTableSelect { replace, .. } => {
+            PlateCommand::CamTableSelect { replace, .. } => {
                 select(plates, order, *replace, cargo, room)
             }
-            CamCommand::CamTableDelete { table } => match cargo {
+            PlateCommand::CamTableDelete { table } => match cargo {
                 OrderCargo::Table(deleted) if !order.dry_run => plates.delete(*table, deleted),
                 _ => plates.plan_delete(*table),
             },
-            CamCommand::ReadMotionFunction { table, .. }
-            | CamCommand::ReadMotionFunctionPoint { table, .. }
-            | CamCommand::ReadMotionFunctionValues { table, .. }
-            | CamCommand::ReadCamTableSlaveDynamics { table, .. }
-            | CamCommand::ReadCamTableCharacteristics { table, .. }
-            | CamCommand::ReadCamTableMasterPosition { table, .. } => read(plates, *table, cargo),
+            // Its values are calculated from the plate that it takes back.
+            reading => read(plates, reading.table(), cargo),
         };
-        let changes = matches!(
-            order.command,
-            CamCommand::CamTableSelect { .. } | CamCommand::CamTableDelete { .. }
-        );
+        let changes = work == PlateWork::Changes;
         if let (Err(error), true) = (done, changes && !order.dry_run) {
             self.note_refusal(refusal_of(error));
         }

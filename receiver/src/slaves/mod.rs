@@ -14,7 +14,7 @@ use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
 use coaxle_node::circles::CircleState;
-use coaxle_node::command::{CamCommand, CamOrder, OrderCargo, SlaveOrder};
+use coaxle_node::command::{CamOrder, OrderCargo, PlateCommand, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
@@ -107,7 +107,7 @@ impl Slaves {
         cargo: &mut OrderCargo,
     ) -> CommandOutcome {
         let room = match &order.command {
-            CamCommand::CamTableSelect { .. } => room(&self.plates),
+            PlateCommand::CamTableSelect { .. } => room(&self.plates),
             _ => 0,
         };
         self.slaves[n].execute_cam(&mut self.plates, order, cargo, room)

@@ -78,7 +78,7 @@ fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
     let commander = Commander::open(&transport).expect("a session");
     let order = |node: &NodeName, command| {
         let order = SlaveOrder {
-            slave: SlaveName::new("loop").expect("a name"),
+            addressee: SlaveName::new("loop").expect("a name"),
             command,
             dry_run: false,
         };

@@ -48,7 +48,7 @@ fn order(slave: &str, command: Command) -> CommandOrder {
 
 fn slave_order(slave: &str, command: Command) -> SlaveOrder {
     SlaveOrder {
-        slave: SlaveName::new(slave).unwrap(),
+        addressee: SlaveName::new(slave).unwrap(),
         command,
         dry_run: false,
     }

@@ -1,18 +1,12 @@
 //! Events of a scenario.
 
-use std::fmt;
-
 use coaxle_clock::Span;
 use coaxle_node::command::{
-    CamCommand, CamOrder, CommandAnswer, CommandOrder, CommandVerdict, FarCommand, FarName,
-    FarOrder, SlaveName, SlaveOrder,
+    Addressee, AnyCommand, CommandAnswer, CommandOrder, CommandVerdict, FarName, SlaveName,
 };
 use coaxle_node::keys::NodeName;
-use coaxle_slave::Command;
 use schemars::JsonSchema;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::verdict::Verdict;
@@ -89,9 +83,10 @@ impl EventCommand {
         let met = received == expected;
         let command = self.order.command_name();
         let (slave, what) = match &self.order {
-            CommandOrder::Slave(order) => (Some(order.slave.to_string()), command.to_owned()),
-            CommandOrder::Cam(order) => (Some(order.slave.to_string()), command.to_owned()),
-            CommandOrder::Far(order) => (None, format!("{}.{command}", order.far)),
+            CommandOrder::Slave(_) | CommandOrder::Plate(_) => {
+                (Some(self.order.addressee().to_owned()), command.to_owned())
+            }
+            CommandOrder::Far(order) => (None, format!("{}.{command}", order.addressee)),
         };
         Verdict {
             receiver: event.node.to_string(),
@@ -135,85 +130,13 @@ struct EventInFile {
     dry_run: bool,
     /// The command, by its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    command: Option<CommandInFile>,
+    command: Option<AnyCommand>,
 }
-
-/// A command, identified by its name.
-#[derive(Clone, Serialize, JsonSchema)]
-#[serde(untagged)]
-#[schemars(rename = "AnyCommand")]
-enum CommandInFile {
-    /// To a slave.
-    Slave(Command),
-    /// To a slave about its cam plates.
-    Cam(CamCommand),
-    /// About a far node.
-    Far(FarCommand),
-}
-
-impl<'de> Deserialize<'de> for CommandInFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(ByName)
-    }
-}
-
-struct ByName;
-
-impl<'de> Visitor<'de> for ByName {
-    type Value = CommandInFile;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a command, such as { halt = {} }")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut rest: A) -> Result<CommandInFile, A::Error> {
-        let key: Option<String> = rest.next_key()?;
-        let is_one_of = |names: &[&str]| key.as_deref().is_some_and(|name| names.contains(&name));
-        // By the name and not by trying each type: an untagged enum would lose the field that is wrong inside a command.
-        let (is_far, is_cam) = (is_one_of(&FarCommand::NAMES), is_one_of(&CamCommand::NAMES));
-        // The name was taken out of the map, and is put in front of it again for the type that it names.
-        let again = MapAccessDeserializer::new(PeekedMap { key, rest });
-        if is_far {
-            FarCommand::deserialize(again).map(CommandInFile::Far)
-        } else if is_cam {
-            CamCommand::deserialize(again).map(CommandInFile::Cam)
-        } else {
-            Command::deserialize(again).map(CommandInFile::Slave)
-        }
-    }
-}
-
-/// A map whose first key was read.
-struct PeekedMap<A> {
-    key: Option<String>,
-    rest: A,
-}
-
-impl<'de, A: MapAccess<'de>> MapAccess<'de> for PeekedMap<A> {
-    type Error = A::Error;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, A::Error> {
-        match self.key.take() {
-            Some(key) => seed.deserialize(key.into_deserializer()).map(Some),
-            None => self.rest.next_key_seed(seed),
-        }
-    }
-
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
-        self.rest.next_value_seed(seed)
-    }
-}
-
-const WRONG_ADDRESSEE: &str = "expected slave beside a command to a slave, or far beside a command about a far \
-     node: enable, disable, filter-mode, re-initialise, set-parameters or set-delay";
 
 impl TryFrom<EventInFile> for Event {
-    type Error = &'static str;
+    type Error = String;
 
-    fn try_from(file: EventInFile) -> Result<Self, &'static str> {
+    fn try_from(file: EventInFile) -> Result<Self, String> {
         // Each arm names every field of the other kind, so that one of them is refused and not ignored.
         let what = match file {
             EventInFile {
@@ -236,32 +159,14 @@ impl TryFrom<EventInFile> for Event {
                 command: Some(command),
                 ..
             } => EventKind::Command(EventCommand {
-                order: match (slave, far, command) {
-                    (Some(slave), None, CommandInFile::Slave(command)) => SlaveOrder {
-                        slave,
-                        command,
-                        dry_run,
-                    }
-                    .into(),
-                    (Some(slave), None, CommandInFile::Cam(command)) => CamOrder {
-                        slave,
-                        command,
-                        dry_run,
-                    }
-                    .into(),
-                    (None, Some(far), CommandInFile::Far(command)) => FarOrder {
-                        far,
-                        command,
-                        dry_run,
-                    }
-                    .into(),
-                    _ => return Err(WRONG_ADDRESSEE),
-                },
+                order: CommandOrder::new(addressee(slave, far)?, command, dry_run)
+                    .map_err(|wrong| wrong.to_string())?,
                 expect_refusal,
             }),
             _ => {
                 return Err(
-                    "expected either action and for-s, or command and slave, or command and far",
+                    "expected either action and for-s, or command and slave, or command and far"
+                        .into(),
                 );
             }
         };
@@ -270,6 +175,17 @@ impl TryFrom<EventInFile> for Event {
             node: file.node,
             what,
         })
+    }
+}
+
+/// The addressee of a command.
+fn addressee(slave: Option<SlaveName>, far: Option<FarName>) -> Result<Addressee, String> {
+    match (slave, far) {
+        (Some(slave), None) => Ok(Addressee::Slave(slave)),
+        (None, Some(far)) => Ok(Addressee::Far(far)),
+        _ => Err(
+            "expected slave beside a command to a slave, or far beside one about a far node".into(),
+        ),
     }
 }
 
@@ -296,20 +212,12 @@ impl From<Event> for EventInFile {
                 expect_refusal,
             }) => {
                 file.dry_run = order.is_dry_run();
-                match order {
-                    CommandOrder::Slave(order) => {
-                        file.slave = Some(order.slave);
-                        file.command = Some(CommandInFile::Slave(order.command));
-                    }
-                    CommandOrder::Cam(order) => {
-                        file.slave = Some(order.slave);
-                        file.command = Some(CommandInFile::Cam(order.command));
-                    }
-                    CommandOrder::Far(order) => {
-                        file.far = Some(order.far);
-                        file.command = Some(CommandInFile::Far(order.command));
-                    }
+                let (addressee, command) = order.into_parts();
+                match addressee {
+                    Addressee::Slave(slave) => file.slave = Some(slave),
+                    Addressee::Far(far) => file.far = Some(far),
                 }
+                file.command = Some(command);
                 file.expect_refusal = expect_refusal;
             }
         }

@@ -176,7 +176,7 @@ fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static s
     let slaves = |config: &ReceiverConfig| names(config.slaves.iter().map(|slave| &slave.name));
     let far = |config: &ReceiverConfig| names(config.far.iter().map(|far| &far.node));
     let (field, what, known): (_, _, Vec<_>) = match commanded.order {
-        CommandOrder::Slave(_) | CommandOrder::Cam(_) => {
+        CommandOrder::Slave(_) | CommandOrder::Plate(_) => {
             ("slave", "a slave of", told.flat_map(slaves).collect())
         }
         CommandOrder::Far(_) => ("far", "a node followed by", told.flat_map(far).collect()),

@@ -65,7 +65,7 @@ impl Node for Toy {
     /// Executes an order for its slave `toy`, which accepts a new position and no other command.
     fn execute_with(&mut self, order: &CommandOrder, _: &mut OrderCargo) -> CommandOutcome {
         let order = match order {
-            CommandOrder::Slave(order) if order.slave.as_str() == "toy" => order,
+            CommandOrder::Slave(order) if order.addressee.as_str() == "toy" => order,
             other => return other.without_addressee(),
         };
         let mut slave = SlaveView {

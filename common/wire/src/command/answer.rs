@@ -6,12 +6,12 @@ use coaxle_saw::SawRefusal;
 use coaxle_slave::{CouplingRefusal, Refusal};
 use serde::{Deserialize, Serialize};
 
-use super::COMMAND_VERSION;
 use super::cam::{self, CamFigures, OrderCargo};
 use super::far::{FarRefusal, FarView};
+use super::order::CommandOrder;
 use super::outcome::{CommandOutcome, NotTaken, SlaveView};
 use super::saw::{SawFigures, SawRefused};
-use super::{CommandOrder, InvalidOrder};
+use super::{COMMAND_VERSION, InvalidOrder};
 
 /// Response to an order, with its version.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ impl CommandAnswer {
         let dry_run = order.is_dry_run();
         let (command, reading) = match order {
             CommandOrder::Slave(order) => (Some(&order.command), None),
-            CommandOrder::Cam(order) => (None, Some(&order.command)),
+            CommandOrder::Plate(order) => (None, Some(&order.command)),
             CommandOrder::Far(_) => (None, None),
         };
         match *outcome {

@@ -10,8 +10,8 @@ use serde::{Deserialize, Deserializer};
 pub(super) struct CommandName(Option<String>);
 
 impl CommandName {
-    pub(super) fn is_one_of(&self, names: &[&str]) -> bool {
-        self.0.as_deref().is_some_and(|name| names.contains(&name))
+    pub(super) fn as_deref(&self) -> Option<&str> {
+        self.0.as_deref()
     }
 }
 

@@ -3,66 +3,31 @@
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_remote::{AxisSyncChanges, FilterMode};
+use coaxle_slave::commands;
 use serde::{Deserialize, Serialize};
 
-use super::name::FarName;
+commands! {
+    /// An input of `FB_AxisSync`, for all axes of a far node.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+    #[serde(rename_all = "kebab-case")]
+    pub enum FarCommand, each () = ();
 
-/// Order to a node about a node that it follows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FarOrder {
-    /// Far node.
-    pub far: FarName,
-    /// Command for that far node.
-    pub command: FarCommand,
-    /// True for a dry run, which only reports the result.
-    pub dry_run: bool,
-}
-
-/// An input of `FB_AxisSync`, for all axes of a far node.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum FarCommand {
     /// `bEnable` = TRUE: a disabled far node restarts.
     #[doc(alias = "bEnable")]
-    Enable {},
+    "enable" Enable {},
     /// `bEnable` = FALSE: the axes pass through as they come.
-    Disable {},
+    "disable" Disable {},
     /// `eFilterMode`: how the set values are calculated.
     #[doc(alias = "eFilterMode")]
-    FilterMode(FilterMode),
+    "filter-mode" FilterMode(FilterMode),
     /// FALSE and TRUE again at `bEnable`: learnt values are discarded and the latched error is reset.
-    ReInitialise {},
+    "re-initialise" ReInitialise {},
     /// `stAxisSyncParameters`: omitted fields keep their values.
     #[doc(alias = "stAxisSyncParameters")]
-    SetParameters(AxisSyncChanges),
+    "set-parameters" SetParameters(AxisSyncChanges),
     /// Source of the constant part of the delay, in observer mode.
-    SetDelay(DelaySource),
-}
-
-impl FarCommand {
-    /// Names of all commands on the wire.
-    pub const NAMES: [&str; 6] = [
-        "enable",
-        "disable",
-        "filter-mode",
-        "re-initialise",
-        "set-parameters",
-        "set-delay",
-    ];
-
-    /// Returns the name of the command on the wire.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Enable {} => "enable",
-            Self::Disable {} => "disable",
-            Self::FilterMode(_) => "filter-mode",
-            Self::ReInitialise {} => "re-initialise",
-            Self::SetParameters(_) => "set-parameters",
-            Self::SetDelay(_) => "set-delay",
-        }
-    }
+    "set-delay" SetDelay(DelaySource),
 }
 
 /// State of a far node in a response.

@@ -1,33 +1,41 @@
 //! Commands to the slaves of a node, and about the nodes that it follows, from anywhere in the network:
 //! `docs/WIRE.md` describes them.
 //!
+//! Commands are rows of three tables: to slaves ([`Command`](coaxle_slave::Command)), about cam plates
+//! ([`PlateCommand`]), about far nodes ([`FarCommand`]). [`ListedCommand::all`] walks them, and
+//! [`AnyCommand`] is read by its name wherever a command is written.
+//!
 //! An order arrives as JSON, so that any tool can send it, and is decoded before it gets near a cycle. A
 //! [`CommandOrder`] is plain data of fixed size except for a cam plate, which it shares, and so is the
 //! [`CommandOutcome`] of the node. Memory for it is allocated in its [`OrderCargo`]. The
 //! [`CommandAnswer`] is the response.
 
 mod answer;
+mod any_command;
+mod by_name;
 mod cam;
 mod command_name;
 mod far;
 mod name;
+mod order;
 mod outcome;
 mod saw;
 
-use coaxle_slave::Command;
 use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::one_line::one_line;
 use command_name::CommandName;
 
 pub use answer::{CommandAnswer, CommandVerdict};
+pub use any_command::{AnyCommand, CommandFamily, ListedCommand};
 pub use cam::{
-    CamCommand, CamFigures, CamOrder, CharacteristicFigures, MAX_POINTS_READ, MAX_VALUES_READ,
-    MasterFigures, OrderCargo, PlateOrder, SelectedValues,
+    CamFigures, CharacteristicFigures, MAX_POINTS_READ, MAX_VALUES_READ, MasterFigures, OrderCargo,
+    PlateCommand, PlateOrder, PlateWork, SelectedValues,
 };
-pub use far::{FarCommand, FarOrder, FarRefusal, FarView, ParameterPart};
+pub use far::{FarCommand, FarRefusal, FarView, ParameterPart};
 pub use name::{FarName, InvalidName, SlaveName};
+pub use order::{Addressee, CamOrder, CommandOrder, FarOrder, Order, SlaveOrder, WrongAddressee};
 pub use outcome::{CommandOutcome, MAX_KNOWN, NotTaken, SlaveView};
 pub use saw::{NamedValue, SawAttempt, SawFigures, SawRefused, SawView, ViolatedCheck};
 
@@ -39,28 +47,6 @@ pub const MAX_ORDER_BYTES: usize = 4096;
 
 /// Greatest length of an order with a plate, in bytes of JSON: some ten thousand points.
 pub const MAX_PLATE_ORDER_BYTES: usize = 1 << 20;
-
-/// Order to a node.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CommandOrder {
-    /// Order to one of its slaves.
-    Slave(SlaveOrder),
-    /// Order to one of its slaves about its cam plates.
-    Cam(CamOrder),
-    /// Order about a node that it follows.
-    Far(FarOrder),
-}
-
-/// Order to a slave.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlaveOrder {
-    /// Slave of the node.
-    pub slave: SlaveName,
-    /// Command to the slave.
-    pub command: Command,
-    /// True for a dry run, which only reports the result.
-    pub dry_run: bool,
-}
 
 impl CommandOrder {
     /// Reads an order.
@@ -84,97 +70,23 @@ impl CommandOrder {
             far,
             command,
         } = read(bytes)?;
-        match far {
-            None if command.is_one_of(&CamCommand::NAMES) => {
-                read::<CamOrderOnWire>(bytes).map(|order| Self::Cam(order.into()))
-            }
-            None => read::<SlaveOrderOnWire>(bytes).map(|order| Self::Slave(order.into())),
-            Some(_) if slave.is_some() => Err(InvalidOrder::TwoAddressees),
-            Some(_) => read::<FarOrderOnWire>(bytes).map(|order| Self::Far(order.into())),
+        if slave.is_some() && far.is_some() {
+            return Err(InvalidOrder::TwoAddressees);
         }
+        // The addressee decides which commands an error lists, wherever it stands in the order.
+        let is_for_addressee = |family: CommandFamily| family.is_about_far_node() == far.is_some();
+        if let Some(name) = command.as_deref() {
+            by_name::find(name, is_for_addressee)
+                .map_err(|reason| malformed("command", &reason))?;
+        }
+        read::<OrderOnWire>(bytes)?.try_into()
     }
 
     /// Writes the order. The reader refuses numbers that are not finite.
     #[must_use]
     pub fn to_json(&self) -> String {
-        match self {
-            Self::Slave(order) => serde_json::to_string(&SlaveOrderOnWire {
-                version: COMMAND_VERSION,
-                slave: order.slave,
-                command: order.command,
-                dry_run: order.dry_run,
-            }),
-            Self::Cam(order) => serde_json::to_string(&CamOrderOnWire {
-                version: COMMAND_VERSION,
-                slave: order.slave,
-                command: order.command.clone(),
-                dry_run: order.dry_run,
-            }),
-            Self::Far(order) => serde_json::to_string(&FarOrderOnWire {
-                version: COMMAND_VERSION,
-                far: order.far,
-                command: order.command,
-                dry_run: order.dry_run,
-            }),
-        }
-        .expect("all keys of an order are texts")
-    }
-
-    /// True for a dry run.
-    #[must_use]
-    pub const fn is_dry_run(&self) -> bool {
-        match self {
-            Self::Slave(order) => order.dry_run,
-            Self::Cam(order) => order.dry_run,
-            Self::Far(order) => order.dry_run,
-        }
-    }
-
-    /// Returns the slave or far node that the order is for.
-    #[must_use]
-    pub fn addressee(&self) -> &str {
-        match self {
-            Self::Slave(order) => order.slave.as_str(),
-            Self::Cam(order) => order.slave.as_str(),
-            Self::Far(order) => order.far.as_str(),
-        }
-    }
-
-    /// Returns the name of the command: its block, or its name on the wire.
-    #[must_use]
-    pub fn command_name(&self) -> &'static str {
-        match self {
-            Self::Slave(order) => order.command.name(),
-            Self::Cam(order) => order.command.name(),
-            Self::Far(order) => order.command.name(),
-        }
-    }
-
-    /// Returns the outcome at a node that has no slaves or no far nodes.
-    #[must_use]
-    pub const fn without_addressee(&self) -> CommandOutcome {
-        CommandOutcome::NotTaken(match self {
-            Self::Slave(_) | Self::Cam(_) => NotTaken::NoSlaves,
-            Self::Far(_) => NotTaken::NoFarNodes,
-        })
-    }
-}
-
-impl From<SlaveOrder> for CommandOrder {
-    fn from(order: SlaveOrder) -> Self {
-        Self::Slave(order)
-    }
-}
-
-impl From<CamOrder> for CommandOrder {
-    fn from(order: CamOrder) -> Self {
-        Self::Cam(order)
-    }
-}
-
-impl From<FarOrder> for CommandOrder {
-    fn from(order: FarOrder) -> Self {
-        Self::Far(order)
+        let order = OrderOnWire::from(self.clone());
+        serde_json::to_string(&order).expect("all keys of an order are texts")
     }
 }
 
@@ -233,78 +145,83 @@ struct Addressed {
 
 /// True if the order may bring a plate, and may therefore be longer than others.
 fn brings_plate(bytes: &[u8]) -> bool {
-    read::<Addressed>(bytes).is_ok_and(|order| order.command.is_one_of(&["cam-table-select"]))
+    read::<Addressed>(bytes).is_ok_and(|order| order.command.as_deref() == Some("cam-table-select"))
 }
 
+/// An order as JSON.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-struct SlaveOrderOnWire {
+struct OrderOnWire {
     version: u32,
-    slave: SlaveName,
-    command: Command,
+    #[serde(
+        default,
+        deserialize_with = "given",
+        skip_serializing_if = "Option::is_none"
+    )]
+    slave: Option<SlaveName>,
+    #[serde(
+        default,
+        deserialize_with = "given",
+        skip_serializing_if = "Option::is_none"
+    )]
+    far: Option<FarName>,
+    command: AnyCommand,
     #[serde(default)]
     dry_run: bool,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-struct CamOrderOnWire {
-    version: u32,
-    slave: SlaveName,
-    command: CamCommand,
-    #[serde(default)]
-    dry_run: bool,
+/// Reads a field that may be absent, but not null.
+fn given<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    deserializer: D,
+) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-struct FarOrderOnWire {
-    version: u32,
-    far: FarName,
-    command: FarCommand,
-    #[serde(default)]
-    dry_run: bool,
-}
+impl TryFrom<OrderOnWire> for CommandOrder {
+    type Error = InvalidOrder;
 
-impl From<SlaveOrderOnWire> for SlaveOrder {
-    fn from(order: SlaveOrderOnWire) -> Self {
-        Self {
-            slave: order.slave,
-            command: order.command,
-            dry_run: order.dry_run,
-        }
+    fn try_from(order: OrderOnWire) -> Result<Self, InvalidOrder> {
+        let addressee = match (order.slave, order.far) {
+            (Some(_), Some(_)) => return Err(InvalidOrder::TwoAddressees),
+            (Some(slave), None) => Addressee::Slave(slave),
+            (None, Some(far)) => Addressee::Far(far),
+            (None, None) => return Err(malformed(".", "missing field `slave`")),
+        };
+        let order = Self::new(addressee, order.command, order.dry_run);
+        order.map_err(|wrong| malformed("command", &wrong.to_string()))
     }
 }
 
-impl From<CamOrderOnWire> for CamOrder {
-    fn from(order: CamOrderOnWire) -> Self {
+impl From<CommandOrder> for OrderOnWire {
+    fn from(order: CommandOrder) -> Self {
+        let dry_run = order.is_dry_run();
+        let (addressee, command) = order.into_parts();
+        let (slave, far) = match addressee {
+            Addressee::Slave(slave) => (Some(slave), None),
+            Addressee::Far(far) => (None, Some(far)),
+        };
         Self {
-            slave: order.slave,
-            command: order.command,
-            dry_run: order.dry_run,
-        }
-    }
-}
-
-impl From<FarOrderOnWire> for FarOrder {
-    fn from(order: FarOrderOnWire) -> Self {
-        Self {
-            far: order.far,
-            command: order.command,
-            dry_run: order.dry_run,
+            version: COMMAND_VERSION,
+            slave,
+            far,
+            command,
+            dry_run,
         }
     }
 }
 
 fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, InvalidOrder> {
-    let malformed = |field: String, reason: &serde_json::Error| InvalidOrder::Malformed {
-        field: one_line(&field),
-        reason: one_line(&reason.to_string()),
-    };
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let value = serde_path_to_error::deserialize(&mut json)
-        .map_err(|error| malformed(error.path().to_string(), error.inner()))?;
+        .map_err(|error| malformed(&error.path().to_string(), &error.inner().to_string()))?;
     json.end()
-        .map_err(|error| malformed(".".to_owned(), &error))?;
+        .map_err(|error| malformed(".", &error.to_string()))?;
     Ok(value)
+}
+
+fn malformed(field: &str, reason: &str) -> InvalidOrder {
+    InvalidOrder::Malformed {
+        field: one_line(field),
+        reason: one_line(reason),
+    }
 }

@@ -10,8 +10,8 @@ use coaxle_axis::{Awaits, AxisStatus};
 use coaxle_cam::Tables;
 use coaxle_plate::MotionPoint;
 use coaxle_wire::command::{
-    CamCommand, CamFigures, CamOrder, CommandVerdict, InvalidOrder, MAX_ORDER_BYTES,
-    MAX_PLATE_ORDER_BYTES, MAX_VALUES_READ, OrderCargo, SlaveView,
+    CamFigures, CamOrder, CommandVerdict, InvalidOrder, MAX_ORDER_BYTES, MAX_PLATE_ORDER_BYTES,
+    MAX_VALUES_READ, OrderCargo, PlateCommand, SlaveView,
 };
 use coaxle_wire::{CommandAnswer, CommandOrder, CommandOutcome};
 use serde_json::{Value, json};
@@ -23,7 +23,7 @@ fn order(command: &str) -> Result<CommandOrder, InvalidOrder> {
 
 fn cam(command: &str) -> CamOrder {
     match order(command) {
-        Ok(CommandOrder::Cam(order)) => order,
+        Ok(CommandOrder::Plate(order)) => order,
         other => panic!("{command}: {other:?}"),
     }
 }
@@ -39,12 +39,18 @@ fn every_documented_order_is_read_and_written_again() {
         let order = CommandOrder::from(order);
         let again = CommandOrder::from_json(order.to_json().as_bytes());
         assert_eq!(again.as_ref(), Ok(&order), "{}", row[0]);
-        if let (CommandOrder::Cam(order), true) = (&order, row[1].starts_with("MC_")) {
+        if let (CommandOrder::Plate(order), true) = (&order, row[1].starts_with("MC_")) {
             assert!(row[1].contains(order.command.name()), "{row:?}");
         }
     }
     let is_documented = |name: &&str| seen.iter().any(|other| other == name);
-    assert!(CamCommand::NAMES.iter().all(is_documented), "{seen:?}");
+    assert!(
+        <PlateCommand>::ROWS
+            .iter()
+            .map(|row| row.key)
+            .all(|key| is_documented(&key)),
+        "{seen:?}"
+    );
 }
 
 const SELECT: &str = r#"{"cam-table-select":{"table":3,"plate":{"course":"cyclic","point":[

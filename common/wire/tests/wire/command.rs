@@ -19,10 +19,11 @@ use coaxle_saw::{CouplingMoment, LimitGuard, SlaveLimits};
 use coaxle_slave::{Command, CouplingPhase, Dynamics, Refusal};
 use coaxle_wire::command::{
     CommandAnswer, CommandOrder, CommandOutcome, CommandVerdict, FarCommand, FarName, FarOrder,
-    FarRefusal, FarView, InvalidOrder, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken, ParameterPart,
-    SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
+    FarRefusal, FarView, InvalidOrder, ListedCommand, MAX_KNOWN, MAX_ORDER_BYTES, NotTaken,
+    ParameterPart, PlateCommand, SawAttempt, SawRefused, SawView, SlaveName, SlaveOrder, SlaveView,
 };
 use proptest::prelude::*;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 fn name(name: &str) -> SlaveName {
@@ -40,7 +41,7 @@ fn example(n: usize) -> &'static str {
 
 fn documented_order() -> SlaveOrder {
     SlaveOrder {
-        slave: name("carriage"),
+        addressee: name("carriage"),
         command: Command::MoveAbsolute {
             position: 100.0,
             velocity: Some(200.0),
@@ -238,7 +239,8 @@ fn every_command_about_a_far_node_is_documented_with_an_example_that_is_one() {
         let again = CommandOrder::from_json(CommandOrder::from(order).to_json().as_bytes());
         assert_eq!(again, Ok(order.into()), "written as it is read");
     }
-    assert_eq!(documented, BTreeSet::from(FarCommand::NAMES));
+    let keys = FarCommand::ROWS.iter().map(|row| row.key);
+    assert_eq!(documented, keys.collect());
     let error = far_order(r#"{ "dance": {} }"#).unwrap_err().to_string();
     let (_, known) = error.split_once("expected one of").unwrap();
     let known: BTreeSet<_> = known.split('`').skip(1).step_by(2).collect();
@@ -331,18 +333,60 @@ fn an_order_is_for_a_slave_or_a_far_node() {
     );
 }
 
-/// Returns the names of all commands, as the code lists them.
+/// Returns the keys of all commands to slaves but those about plates, as the code lists them.
 fn commands() -> BTreeSet<String> {
-    let text = r#"{ "version": 1, "slave": "s", "command": { "dance": {} } }"#;
-    let error = CommandOrder::from_json(text.as_bytes()).unwrap_err();
-    let text = error.to_string();
-    let (_, known) = text.split_once("expected one of").unwrap();
-    known
-        .split('`')
-        .skip(1)
-        .step_by(2)
-        .map(str::to_owned)
-        .collect()
+    let keys = Command::ROWS.iter().map(|row| row.key.to_owned());
+    keys.collect()
+}
+
+/// Names in an error that lists the expected ones.
+fn expected_in(error: &str) -> Vec<&str> {
+    let (_, known) = error.split_once("expected one of").unwrap();
+    known.split('`').skip(1).step_by(2).collect()
+}
+
+fn serde_error<T: DeserializeOwned>(command: Value) -> String {
+    serde_json::from_value::<T>(command)
+        .err()
+        .unwrap()
+        .to_string()
+}
+
+#[test]
+fn the_keys_in_the_table_are_those_that_serde_reads() {
+    let dance = json!({ "dance": {} });
+    let slave = Command::ROWS.iter().map(|row| row.key);
+    let error = serde_error::<Command>(dance.clone());
+    assert_eq!(expected_in(&error), slave.collect::<Vec<_>>());
+    let plate = <PlateCommand>::ROWS.iter().map(|row| row.key);
+    let error = serde_error::<PlateCommand>(dance.clone());
+    assert_eq!(expected_in(&error), plate.collect::<Vec<_>>());
+    let far = FarCommand::ROWS.iter().map(|row| row.key);
+    let error = serde_error::<FarCommand>(dance);
+    assert_eq!(expected_in(&error), far.collect::<Vec<_>>());
+}
+
+#[test]
+fn an_unknown_command_is_answered_with_those_of_its_addressee() {
+    for addressee in ["slave", "far"] {
+        let order = json!({ "command": { "dance": {} }, addressee: "x", "version": 1 });
+        let error = CommandOrder::from_json(order.to_string().as_bytes()).unwrap_err();
+        let text = error.to_string();
+        let expected = ListedCommand::all()
+            .filter(|command| command.family.is_about_far_node() == (addressee == "far"))
+            .map(|command| command.key);
+        assert_eq!(expected_in(&text), expected.collect::<Vec<_>>(), "{text}");
+        assert!(
+            text.starts_with("command: unknown variant `dance`"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_key_belongs_to_a_single_command() {
+    let keys: BTreeSet<_> = ListedCommand::all().map(|command| command.key).collect();
+    assert_eq!(keys.len(), ListedCommand::all().count());
 }
 
 #[test]

@@ -44,22 +44,29 @@ const NAMED_BY_PART: [(&str, &str); 13] = [
 /// A field that TwinCAT reserves, and no option sets.
 const RESERVED: &str = "sys-cmd";
 
-/// Returns the commands of a type: the variants of an enum, each with its fields.
+/// Returns the commands of a type: the variants of an enum, or of several kinds of commands, each with its fields.
 pub(super) fn blocks_of<T: JsonSchema>() -> Vec<Block> {
     let root = schema_of::<T>().to_value();
-    let variants = alternatives(&root).into_iter().flatten();
-    variants
-        .filter_map(|variant| {
-            let (name, fields) = variant["properties"].as_object()?.iter().next()?;
+    let mut blocks = Vec::new();
+    add_blocks(&root, &root, &mut blocks);
+    blocks
+}
+
+fn add_blocks(root: &Value, commands: &Value, blocks: &mut Vec<Block>) {
+    for command in alternatives(commands).into_iter().flatten() {
+        let command = resolved(root, command);
+        add_blocks(root, command, blocks);
+        let fields = command["properties"].as_object();
+        if let Some((name, fields)) = fields.and_then(|fields| fields.iter().next()) {
             let mut options = Vec::new();
-            add_options(&root, fields, "", true, &mut options);
-            Some(Block {
+            add_options(root, fields, "", true, &mut options);
+            blocks.push(Block {
                 name: name.clone(),
-                about: statement(variant),
+                about: statement(command),
                 options,
-            })
-        })
-        .collect()
+            });
+        }
+    }
 }
 
 /// Adds the options of a part of a command, whose path is `of`.

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use coaxle_files::cam::CamFile;
-use coaxle_node::command::{CamCommand, CamFigures, PlateOrder};
+use coaxle_node::command::{CamFigures, PlateCommand, PlateOrder};
 use coaxle_report::inspect::shown;
 use serde_json::{Map, Value, json};
 
@@ -17,7 +17,7 @@ const SELECT: &str = "cam-table-select";
 
 /// Every command about a plate but `cam-table-select`, whose plate comes from a file.
 static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| {
-    let mut blocks = blocks_of::<CamCommand>();
+    let mut blocks = blocks_of::<PlateCommand>();
     blocks.retain(|block| block.name != SELECT);
     blocks
 });
@@ -46,10 +46,6 @@ pub(super) fn subcommands() -> impl Iterator<Item = Command> {
                 .help("It may take the place of a plate of that id"),
         );
     [select].into_iter().chain(BLOCKS.iter().map(subcommand))
-}
-
-pub(super) fn has(name: &str) -> bool {
-    CamCommand::NAMES.contains(&name)
 }
 
 /// The fields that the options set.

@@ -2,6 +2,8 @@
 
 mod blocks;
 mod cam;
+#[cfg(test)]
+mod every_command;
 mod far;
 mod options;
 mod saw;
@@ -14,13 +16,12 @@ use coaxle_host::cli::NetworkArgs;
 use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::command::{
-    CamCommand, CamOrder, CommandAnswer, CommandVerdict, FarCommand, FarName, FarOrder, FarView,
-    SlaveName, SlaveOrder, SlaveView,
+    Addressee, AnyCommand, CommandAnswer, CommandVerdict, FarName, FarView, SlaveName, SlaveView,
+    WrongAddressee,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect::{self, shown};
-use serde::de::DeserializeOwned;
 
 use spelled::SpelledCommand;
 
@@ -83,83 +84,40 @@ pub fn print(args: &CommandArgs) -> anyhow::Result<bool> {
 
 impl CommandArgs {
     fn order(&self) -> anyhow::Result<CommandOrder> {
-        let dry_run = self.dry_run;
-        Ok(match (self.slave, self.far) {
-            (Some(slave), _) => self.order_to(slave)?,
-            (None, Some(far)) => CommandOrder::Far(FarOrder {
-                far,
-                command: self.far_command()?,
-                dry_run,
-            }),
+        let addressee = match (self.slave, self.far) {
+            (Some(slave), _) => Addressee::Slave(slave),
+            (None, Some(far)) => Addressee::Far(far),
             (None, None) => return wrong_argument("expected a slave, or --far"),
+        };
+        let order = CommandOrder::new(addressee, self.command()?, self.dry_run);
+        order.or_else(|wrong| {
+            wrong_argument(match wrong {
+                WrongAddressee::Slave { command } => {
+                    format!("received {command} for a slave, expected --far with it")
+                }
+                WrongAddressee::Far { command } => {
+                    format!("received {command} with --far, expected a slave for it")
+                }
+            })
         })
     }
 
-    fn order_to(&self, slave: SlaveName) -> anyhow::Result<CommandOrder> {
-        let dry_run = self.dry_run;
-        let of_slave = |command| SlaveOrder {
-            slave,
-            command,
-            dry_run,
-        };
-        let of_cam = |command| CamOrder {
-            slave,
-            command,
-            dry_run,
-        };
-        Ok(match self.spelled()? {
-            Some(SpelledCommand::Slave(command)) => of_slave(*command).into(),
-            Some(SpelledCommand::Cam(command)) => of_cam(command.clone()).into(),
-            Some(SpelledCommand::Far(command)) => {
-                let name = command.name();
-                return wrong_argument(format!(
-                    "received {name} for a slave, expected --far with it"
-                ));
-            }
-            None if self.is_cam_order() => of_cam(self.read_order()?).into(),
-            None => of_slave(self.read_order()?).into(),
-        })
-    }
-
-    /// True if the JSON is about a cam plate.
-    fn is_cam_order(&self) -> bool {
-        let json = self.order.as_deref().unwrap_or_default();
-        let command: serde_json::Map<String, serde_json::Value> =
-            serde_json::from_str(json).unwrap_or_default();
-        let names = |name: &String| CamCommand::NAMES.contains(&name.as_str());
-        command.keys().any(names)
-    }
-
-    fn far_command(&self) -> anyhow::Result<FarCommand> {
-        let of_slave = match self.spelled()? {
-            Some(SpelledCommand::Far(command)) => return Ok(*command),
-            None => return self.read_order(),
-            Some(SpelledCommand::Slave(command)) => command.name(),
-            Some(SpelledCommand::Cam(command)) => command.name(),
-        };
-        wrong_argument(format!(
-            "received {of_slave} with --far, expected a slave for it"
-        ))
-    }
-
-    /// Absent where the command is given as JSON.
-    fn spelled(&self) -> anyhow::Result<Option<&SpelledCommand>> {
+    /// Returns the command, spelled out or as JSON.
+    fn command(&self) -> anyhow::Result<AnyCommand> {
         match (&self.spelled, &self.order) {
+            (Some(SpelledCommand(command)), None) => Ok(command.clone()),
+            (None, Some(json)) => {
+                let mut json = serde_json::Deserializer::from_str(json);
+                serde_path_to_error::deserialize(&mut json)
+                    .or_else(|reason| wrong_argument(format!("--order: {reason}")))
+            }
             (None, None) => {
                 wrong_argument("expected a command, or --order; see coaxle command --help")
             }
             (Some(_), Some(_)) => {
                 wrong_argument("received a command and --order, expected one of them")
             }
-            (spelled, _) => Ok(spelled.as_ref()),
         }
-    }
-
-    fn read_order<T: DeserializeOwned>(&self) -> anyhow::Result<T> {
-        let json = self.order.as_deref().unwrap_or_default();
-        let mut json = serde_json::Deserializer::from_str(json);
-        serde_path_to_error::deserialize(&mut json)
-            .or_else(|reason| wrong_argument(format!("--order: {reason}")))
     }
 }
 
@@ -249,7 +207,9 @@ mod tests {
     use super::*;
     use clap::Parser;
     use coaxle_axis::{Awaits, AxisStatus};
-    use coaxle_node::command::{CommandOutcome, FarRefusal, NotTaken};
+    use coaxle_node::command::{
+        CommandOutcome, FarCommand, FarOrder, FarRefusal, NotTaken, SlaveOrder,
+    };
     use coaxle_slave as slave;
     use coaxle_slave::{Dynamics, Refusal};
 
@@ -318,7 +278,7 @@ mod tests {
     #[test]
     fn answers_are_one_line() {
         let order = SlaveOrder {
-            slave: SlaveName::new("carriage").unwrap(),
+            addressee: SlaveName::new("carriage").unwrap(),
             command: slave::Command::Reset {},
             dry_run: false,
         };
@@ -371,7 +331,7 @@ mod tests {
     #[test]
     fn a_far_node_is_commanded_with_far_and_a_slave_without() {
         let expected = FarOrder {
-            far: FarName::new("belt").unwrap(),
+            addressee: FarName::new("belt").unwrap(),
             command: FarCommand::FilterMode(coaxle_receiver::FilterMode::Pt1),
             dry_run: true,
         };

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
-use coaxle_node::command::{CamCommand, FarCommand};
+use coaxle_node::command::{AnyCommand, CommandFamily, ListedCommand};
 use coaxle_slave as slave;
 use serde_json::{Value, json};
 
@@ -18,11 +18,7 @@ use super::options::{fields_of, subcommand};
 /// Built from the schema of the commands and read by the rules of the network, so that nothing about a
 /// command is written down twice.
 #[derive(Clone, Debug)]
-pub(super) enum SpelledCommand {
-    Slave(slave::Command),
-    Cam(CamCommand),
-    Far(FarCommand),
-}
+pub(super) struct SpelledCommand(pub(super) AnyCommand);
 
 const POWER: &str = "power";
 
@@ -50,10 +46,7 @@ impl Subcommand for SpelledCommand {
     }
 
     fn has_subcommand(name: &str) -> bool {
-        name == POWER
-            || far::has(name)
-            || cam::has(name)
-            || BLOCKS.iter().any(|block| block.name == name)
+        ListedCommand::of(name).is_some()
     }
 }
 
@@ -62,17 +55,10 @@ impl FromArgMatches for SpelledCommand {
         let Some((name, options)) = matches.subcommand() else {
             return Err(clap::Error::new(ErrorKind::MissingSubcommand));
         };
-        let read = if far::has(name) {
-            let order = json!({ name: far::fields(name, options) });
-            serde_path_to_error::deserialize(order).map(Self::Far)
-        } else if cam::has(name) {
-            let order = json!({ name: cam::fields(name, options)? });
-            serde_path_to_error::deserialize(order).map(Self::Cam)
-        } else {
-            let order = json!({ name: fields(name, options) });
-            serde_path_to_error::deserialize(order).map(Self::Slave)
-        };
-        read.map_err(|error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")))
+        let command = json!({ name: fields(name, options)? });
+        serde_path_to_error::deserialize(command)
+            .map(Self)
+            .map_err(|error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -82,12 +68,16 @@ impl FromArgMatches for SpelledCommand {
 }
 
 /// The fields of the command that the options set.
-fn fields(name: &str, options: &ArgMatches) -> Value {
-    if name == POWER {
-        let state = options.get_one::<String>("state");
-        return json!(state.is_some_and(|state| state == "on"));
+fn fields(name: &str, options: &ArgMatches) -> Result<Value, clap::Error> {
+    match ListedCommand::of(name).map(|command| command.family) {
+        Some(CommandFamily::Plate(_)) => cam::fields(name, options),
+        Some(CommandFamily::Far) => Ok(far::fields(name, options)),
+        Some(CommandFamily::Slave) if name == POWER => {
+            let state = options.get_one::<String>("state");
+            Ok(json!(state.is_some_and(|state| state == "on")))
+        }
+        Some(CommandFamily::Slave) | None => Ok(fields_of(&BLOCKS, name, options)),
     }
-    fields_of(&BLOCKS, name, options)
 }
 
 #[cfg(test)]
@@ -100,10 +90,9 @@ mod tests {
     fn parsed(line: &[&str]) -> Result<slave::Command, clap::Error> {
         let command = SpelledCommand::augment_subcommands(Command::new("command"));
         let matches = command.try_get_matches_from(["command"].iter().chain(line))?;
-        SpelledCommand::from_arg_matches(&matches).map(|spelled| match spelled {
-            SpelledCommand::Slave(command) => command,
-            SpelledCommand::Cam(command) => panic!("{command:?}"),
-            SpelledCommand::Far(command) => panic!("{command:?}"),
+        SpelledCommand::from_arg_matches(&matches).map(|SpelledCommand(command)| match command {
+            AnyCommand::Slave(command) => command,
+            other => panic!("{other:?}"),
         })
     }
 

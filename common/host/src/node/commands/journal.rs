@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn who_gave_it_is_named() {
         let mut order = SlaveOrder {
-            slave: SlaveName::new("carriage").unwrap(),
+            addressee: SlaveName::new("carriage").unwrap(),
             command: Command::Power(true),
             dry_run: false,
         };

@@ -182,7 +182,7 @@ impl CommandServer {
         if let (CommandOrder::Slave(order), CommandVerdict::Refused { code, text, .. }) =
             (order, &mut answer.verdict)
             && *code == format!("{CIRCLE_CODE:#06x}")
-            && let Some(circle) = self.circles.of(order.slave.as_str())
+            && let Some(circle) = self.circles.of(order.addressee.as_str())
         {
             text.push_str(": ");
             text.push_str(&circle);

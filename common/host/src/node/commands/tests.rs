@@ -61,7 +61,7 @@ fn at(millis: i64) -> Instant<Machine> {
 /// An order that is distinguished from others by its position.
 fn order(position: f64) -> String {
     let order = SlaveOrder {
-        slave: SlaveName::new("carriage").unwrap(),
+        addressee: SlaveName::new("carriage").unwrap(),
         command: Command::Home { position },
         dry_run: false,
     };

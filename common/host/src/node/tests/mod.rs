@@ -133,7 +133,7 @@ fn order(slave: &str, command: Command) -> CommandOrder {
     let slave = SlaveName::new(slave).unwrap();
     let dry_run = false;
     SlaveOrder {
-        slave,
+        addressee: slave,
         command,
         dry_run,
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use coaxle_cam::{PlateReading, PreparedTable};
 use coaxle_plate::CamError;
 
-use super::CamCommand;
+use super::{PlateCommand, PlateWork};
 use crate::command::CommandOrder;
 
 /// Memory of an order, allocated before it reaches a cycle and freed after it has left it.
@@ -26,11 +26,11 @@ impl CommandOrder {
     /// Makes the cargo of the order. Allocates, and calculates a plate that comes with it.
     #[must_use]
     pub fn cargo(&self) -> OrderCargo {
-        let Self::Cam(order) = self else {
+        let Self::Plate(order) = self else {
             return OrderCargo::Nothing;
         };
-        match &order.command {
-            CamCommand::CamTableSelect { plate, .. } => {
+        match (order.command.row().traits, &order.command) {
+            (_, PlateCommand::CamTableSelect { plate, .. }) => {
                 let source = plate.source();
                 let prepared = source
                     .check_size()
@@ -39,14 +39,9 @@ impl CommandOrder {
                     OrderCargo::Table(Some(Box::new(table)))
                 })
             }
-            CamCommand::CamTableDelete { .. } => OrderCargo::Table(None),
-            CamCommand::CamInfo { .. } => OrderCargo::Nothing,
-            CamCommand::ReadMotionFunction { .. }
-            | CamCommand::ReadMotionFunctionPoint { .. }
-            | CamCommand::ReadMotionFunctionValues { .. }
-            | CamCommand::ReadCamTableSlaveDynamics { .. }
-            | CamCommand::ReadCamTableCharacteristics { .. }
-            | CamCommand::ReadCamTableMasterPosition { .. } => OrderCargo::Reading(Box::default()),
+            (PlateWork::Changes, _) => OrderCargo::Table(None),
+            (PlateWork::ReadsPlate, _) => OrderCargo::Reading(Box::default()),
+            (PlateWork::ReadsCoupling, _) => OrderCargo::Nothing,
         }
     }
 }

@@ -4,11 +4,12 @@ use coaxle_cam::{CamInfo, CouplingError};
 use coaxle_curve::law::MinMax;
 use coaxle_curve::profile::Kinematics;
 use coaxle_plate::{
-    CamError, Characteristics, Course, MasterPosition, Plate, TableType, VelocityStep, WrittenPoint,
+    CamError, Characteristics, Course, MasterPosition, MasterQuery, Plate, TableType, VelocityStep,
+    WrittenPoint,
 };
 use serde::{Deserialize, Serialize};
 
-use super::{CamCommand, OrderCargo, SelectedValues};
+use super::{OrderCargo, PlateCommand, SelectedValues};
 use crate::command::saw::NamedValue;
 
 /// Greatest number of points in a response. More are read by several orders.
@@ -110,7 +111,7 @@ pub struct MasterFigures {
 /// Executes a reading command on the plate that came with it; none for another command or without a
 /// plate.
 pub(in crate::command) fn read(
-    command: &CamCommand,
+    command: &PlateCommand,
     cargo: &OrderCargo,
 ) -> Result<Option<CamFigures>, CouplingError> {
     let OrderCargo::Reading(reading) = cargo else {
@@ -126,16 +127,16 @@ pub(in crate::command) fn read(
         acceleration: 0.0,
     };
     Ok(Some(match *command {
-        CamCommand::ReadMotionFunction { point, number, .. } => points(&plate, point, number)?,
-        CamCommand::ReadMotionFunctionPoint { point, .. } => points(&plate, point, 1)?,
-        CamCommand::ReadMotionFunctionValues {
+        PlateCommand::ReadMotionFunction { point, number, .. } => points(&plate, point, number)?,
+        PlateCommand::ReadMotionFunctionPoint { point, .. } => points(&plate, point, 1)?,
+        PlateCommand::ReadMotionFunctionValues {
             from,
             to,
             increment,
             values: selected,
             ..
         } => values(&plate, [from, to, increment], selected)?,
-        CamCommand::ReadCamTableSlaveDynamics {
+        PlateCommand::ReadCamTableSlaveDynamics {
             master_position,
             master_velocity,
             ..
@@ -149,23 +150,40 @@ pub(in crate::command) fn read(
                 acceleration: slave.acceleration,
             }
         }
-        CamCommand::ReadCamTableCharacteristics {
+        PlateCommand::ReadCamTableCharacteristics {
             table,
             master_velocity,
         } => {
             let found = plate.characteristics(master_velocity)?;
             CamFigures::Characteristics(Box::new(CharacteristicFigures::of(table, &plate, &found)))
         }
-        _ => match command.master_query() {
-            Some(query) => {
-                let [low, high] = plate.master_positions(&query)?;
-                CamFigures::MasterPosition {
-                    low: low.map(MasterFigures::from),
-                    high: high.map(MasterFigures::from),
-                }
+        PlateCommand::ReadCamTableMasterPosition {
+            table: _,
+            slave_position,
+            master_start_position,
+            master_offset,
+            slave_offset,
+            master_scaling,
+            slave_scaling,
+            master_accuracy,
+        } => {
+            let [low, high] = plate.master_positions(&MasterQuery {
+                slave_position,
+                master_offset,
+                slave_offset,
+                master_scaling,
+                slave_scaling,
+                master_start: master_start_position,
+                accuracy: master_accuracy,
+            })?;
+            CamFigures::MasterPosition {
+                low: low.map(MasterFigures::from),
+                high: high.map(MasterFigures::from),
             }
-            None => return Ok(None),
-        },
+        }
+        PlateCommand::CamTableSelect { .. }
+        | PlateCommand::CamTableDelete { .. }
+        | PlateCommand::CamInfo { .. } => return Ok(None),
     }))
 }
 

@@ -9,10 +9,8 @@ mod plate;
 mod values;
 
 use coaxle_cam::TableId;
-use coaxle_plate::MasterQuery;
+use coaxle_slave::commands;
 use serde::{Deserialize, Serialize};
-
-use super::name::SlaveName;
 
 pub use cargo::OrderCargo;
 pub(super) use figures::read;
@@ -22,31 +20,25 @@ pub use figures::{
 pub use plate::PlateOrder;
 pub use values::SelectedValues;
 
-/// Order to a slave about its cam plates.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CamOrder {
-    /// Slave of the node.
-    pub slave: SlaveName,
-    /// Command to the slave.
-    pub command: CamCommand,
-    /// True for a dry run, which only reports the result.
-    pub dry_run: bool,
-}
+commands! {
+    /// A block of TF5050 that is about a plate and not about a motion.
+    ///
+    /// Masters are in x and slaves in u of the plate, raw, unless axes are named.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[cfg_attr(
+        feature = "schema",
+        derive(schemars::JsonSchema),
+        schemars(rename = "PlateCommand")
+    )]
+    #[serde(
+        rename_all = "kebab-case",
+        rename_all_fields = "kebab-case",
+        deny_unknown_fields
+    )]
+    pub enum PlateCommand<P = PlateOrder>, each PlateWork = PlateWork::ReadsPlate;
 
-/// A block of TF5050 that is about a plate and not about a motion.
-///
-/// Masters are in x and slaves in u of the plate, raw, unless axes are named.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(
-    rename_all = "kebab-case",
-    rename_all_fields = "kebab-case",
-    deny_unknown_fields
-)]
-pub enum CamCommand {
     /// `MC_CamTableSelect`: loads a plate, or replaces one.
-    #[doc(alias = "MC_CamTableSelect")]
-    CamTableSelect {
+    "MC_CamTableSelect" CamTableSelect {
         /// Number of the plate, 1 to 255; by default the number in the plate.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         table: Option<TableId>,
@@ -54,16 +46,15 @@ pub enum CamCommand {
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         replace: bool,
         /// Plate, with the fields of a cam file.
-        plate: PlateOrder,
-    },
+        plate: P,
+    } => PlateWork::Changes,
     /// Deletes a plate. TF5050 has no block for it: ADS deletes tables there.
-    CamTableDelete {
+    "cam-table-delete" CamTableDelete {
         /// Number of the plate.
         table: TableId,
-    },
+    } => PlateWork::Changes,
     /// `MC_ReadMotionFunction`: points in force.
-    #[doc(alias = "MC_ReadMotionFunction")]
-    ReadMotionFunction {
+    "MC_ReadMotionFunction" ReadMotionFunction {
         /// Number of the plate.
         table: TableId,
         /// First point.
@@ -74,16 +65,14 @@ pub enum CamCommand {
         number: usize,
     },
     /// `MC_ReadMotionFunctionPoint`: one point in force.
-    #[doc(alias = "MC_ReadMotionFunctionPoint")]
-    ReadMotionFunctionPoint {
+    "MC_ReadMotionFunctionPoint" ReadMotionFunctionPoint {
         /// Number of the plate.
         table: TableId,
         /// Number of the point.
         point: u32,
     },
     /// `MC_ReadMotionFunctionValues`: the plate as a table of values.
-    #[doc(alias = "MC_ReadMotionFunctionValues")]
-    ReadMotionFunctionValues {
+    "MC_ReadMotionFunctionValues" ReadMotionFunctionValues {
         /// Number of the plate.
         table: TableId,
         /// First master position, x.
@@ -97,8 +86,7 @@ pub enum CamCommand {
         values: SelectedValues,
     },
     /// `MC_ReadCamTableSlaveDynamics`: the slave's values at a master position and velocity.
-    #[doc(alias = "MC_ReadCamTableSlaveDynamics")]
-    ReadCamTableSlaveDynamics {
+    "MC_ReadCamTableSlaveDynamics" ReadCamTableSlaveDynamics {
         /// Number of the plate.
         table: TableId,
         /// Position of the master, x.
@@ -108,8 +96,7 @@ pub enum CamCommand {
         master_velocity: f64,
     },
     /// `MC_ReadCamTableCharacteristics`: the demands of the plate on the slave.
-    #[doc(alias = "MC_ReadCamTableCharacteristics")]
-    ReadCamTableCharacteristics {
+    "MC_ReadCamTableCharacteristics" ReadCamTableCharacteristics {
         /// Number of the plate.
         table: TableId,
         /// Velocity of the master, x/s.
@@ -117,8 +104,7 @@ pub enum CamCommand {
         master_velocity: f64,
     },
     /// `MC_ReadCamTableMasterPosition`: the master position for a position of the slave axis.
-    #[doc(alias = "MC_ReadCamTableMasterPosition")]
-    ReadCamTableMasterPosition {
+    "MC_ReadCamTableMasterPosition" ReadCamTableMasterPosition {
         /// Number of the plate.
         table: TableId,
         /// Position of the slave axis, u.
@@ -143,16 +129,26 @@ pub enum CamCommand {
         master_accuracy: f64,
     },
     /// `MC_CamInfo`, `MC_CamInfo_V2`: state of the coupling; after an error, its last state.
-    #[doc(alias = "MC_CamInfo")]
     #[doc(alias = "MC_CamInfo_V2")]
-    CamInfo {
+    "MC_CamInfo" CamInfo {
         /// Number of the plate; 0 if the slave has only one.
         #[serde(default)]
         table: TableId,
         /// Assumed position of the master axis, u; by default its actual position.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         master_position: Option<f64>,
-    },
+    } => PlateWork::ReadsCoupling,
+}
+
+/// Work of a command on the cam plates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlateWork {
+    /// It brings a plate or takes one away.
+    Changes,
+    /// It reads values of a plate, which are calculated outside of the cycle.
+    ReadsPlate,
+    /// It reads the state of the coupling.
+    ReadsCoupling,
 }
 
 const fn first_point() -> u32 {
@@ -163,36 +159,7 @@ const fn one() -> f64 {
     1.0
 }
 
-impl CamCommand {
-    /// Names of all commands on the wire.
-    pub const NAMES: [&str; 9] = [
-        "cam-table-select",
-        "cam-table-delete",
-        "read-motion-function",
-        "read-motion-function-point",
-        "read-motion-function-values",
-        "read-cam-table-slave-dynamics",
-        "read-cam-table-characteristics",
-        "read-cam-table-master-position",
-        "cam-info",
-    ];
-
-    /// Returns the PLC name of the command.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::CamTableSelect { .. } => "MC_CamTableSelect",
-            Self::CamTableDelete { .. } => "cam-table-delete",
-            Self::ReadMotionFunction { .. } => "MC_ReadMotionFunction",
-            Self::ReadMotionFunctionPoint { .. } => "MC_ReadMotionFunctionPoint",
-            Self::ReadMotionFunctionValues { .. } => "MC_ReadMotionFunctionValues",
-            Self::ReadCamTableSlaveDynamics { .. } => "MC_ReadCamTableSlaveDynamics",
-            Self::ReadCamTableCharacteristics { .. } => "MC_ReadCamTableCharacteristics",
-            Self::ReadCamTableMasterPosition { .. } => "MC_ReadCamTableMasterPosition",
-            Self::CamInfo { .. } => "MC_CamInfo",
-        }
-    }
-
+impl PlateCommand {
     /// Returns the plate that the command is about; 0 if none is named.
     #[must_use]
     pub fn table(&self) -> TableId {
@@ -208,31 +175,6 @@ impl CamCommand {
             | Self::ReadCamTableCharacteristics { table, .. }
             | Self::ReadCamTableMasterPosition { table, .. }
             | Self::CamInfo { table, .. } => *table,
-        }
-    }
-
-    /// Returns the query for a master position; none for another command.
-    const fn master_query(&self) -> Option<MasterQuery> {
-        match *self {
-            Self::ReadCamTableMasterPosition {
-                slave_position,
-                master_start_position,
-                master_offset,
-                slave_offset,
-                master_scaling,
-                slave_scaling,
-                master_accuracy,
-                ..
-            } => Some(MasterQuery {
-                slave_position,
-                master_offset,
-                slave_offset,
-                master_scaling,
-                slave_scaling,
-                master_start: master_start_position,
-                accuracy: master_accuracy,
-            }),
-            _ => None,
         }
     }
 }

@@ -304,10 +304,10 @@ fn command_of<'a>(
 ) -> Option<&'a Command> {
     match &event.what {
         EventKind::Command(commanded) if event.node == receiver.name => match &commanded.order {
-            CommandOrder::Slave(order) if order.slave.as_str() == slave.name.as_str() => {
+            CommandOrder::Slave(order) if order.addressee.as_str() == slave.name.as_str() => {
                 Some(&order.command)
             }
-            CommandOrder::Slave(_) | CommandOrder::Cam(_) | CommandOrder::Far(_) => None,
+            CommandOrder::Slave(_) | CommandOrder::Plate(_) | CommandOrder::Far(_) => None,
         },
         _ => None,
     }
