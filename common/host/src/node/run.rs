@@ -41,12 +41,14 @@ use crate::node::timing::TimingChannel;
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
 /// Axes in these messages: 128 frames of the longest kind, or all messages with few axes each.
+// Room for all messages at full length would be 262 144 axes in each subscription.
 const MAILBOX_AXES: usize = 128 * MAX_AXES;
 /// Requests or responses between two scans: those of a hundred nodes in a second, at ten each.
 const MAILBOX_EXCHANGES: usize = 1024;
 /// Forty of the longest frames.
 const OUTBOX_BYTES: usize = 1 << 20;
 /// Arrivals that telemetry may lag behind: nearly a second's worth at the shortest cycle time, and a second's worth in one burst besides.
+// The shortest cycle of 100 µs makes 10 000 a second.
 const ARRIVAL_RECORDS: usize = 8192 + 1024;
 
 /// A node and all it needs of the real world.
@@ -123,6 +125,7 @@ pub fn run<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
 {
+    // Before the session opens: the warning stands above the first failure of a network.
     warn_of_exposure(&setup.name, &setup.transport)?;
     let config = setup.transport.clone();
     let opening = async move { OverZenoh::open(&config).await };
@@ -143,6 +146,7 @@ where
 /// Logs one warning per security risk of the transport.
 fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Result<()> {
     let exposure = Exposure::of(transport)?;
+    // Endpoints that it connects to are left out: they let nobody in.
     let open = exposure.without_mutual_tls(&exposure.listens);
     if !open.is_empty() {
         tracing::warn!(
@@ -156,6 +160,7 @@ fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Res
     };
     let credentials = Credentials::open(folder)?;
     let now = machine::wall_clock();
+    // An error, not an end: the node may run, alone.
     if let Err(fault) = credentials.check(now) {
         tracing::error!(%node, "no other node lets this one in: {fault}");
     } else if credentials.check(now + RENEW_WITHIN).is_err() {
@@ -171,6 +176,7 @@ fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Res
 fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
     // Zenoh panics on a runtime with one thread only.
     tokio::runtime::Builder::new_multi_thread()
+        // Zenoh has threads of its own. The host waits for signals and for the ends of threads only.
         .worker_threads(1)
         .thread_name("host")
         .enable_all()
@@ -346,10 +352,12 @@ fn timing_channel(
     transport: &TransportConfig,
     seed: u64,
 ) -> anyhow::Result<Option<TimingChannel>> {
+    // Neither listens nor asks: without a configured endpoint there is no socket at all.
     if endpoints.is_none() {
         return Ok(None);
     }
     let mut secret = None;
+    // A plain network has no secret: its beacons carry a check sum, as its frames do.
     if let Some(folder) = &transport.secure {
         secret = timing_secret(folder)?;
         if secret.is_none() {
@@ -359,6 +367,7 @@ fn timing_channel(
                  `coaxle secure renew` writes one",
                 folder.display()
             );
+            // A channel without authentication would let any datagram move the clock of a secured node.
             return Ok(None);
         }
     }
@@ -372,6 +381,7 @@ fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
         .wiring
         .publications
         .iter()
+        // Requests and responses are left out: a node that only asks for the time is followed by nobody.
         .filter(|p| p.channel.carries_axes());
     Identity {
         name: setup.name.clone(),
@@ -390,7 +400,9 @@ fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
 fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>, Vec<Mailbox>) {
     let mailbox = |subscription: &Subscription| {
         let (messages, axes) = match subscription.reader.axes() {
+            // Time requests carry no axes, and come ten times a second instead of a thousand.
             0 => (MAILBOX_EXCHANGES, 0),
+            // Few axes: as many places as all messages could fill.
             axes => (MAILBOX_MESSAGES, MAILBOX_AXES.min(MAILBOX_MESSAGES * axes)),
         };
         mailbox(messages, axes, Arc::clone(&counters.mailbox_dropped))
@@ -404,6 +416,7 @@ fn outcome(ended: EndReason, epoch: u64, counters: &Counters) -> Outcome {
         epoch,
         cycles: read(&counters.cycles),
         published: read(&counters.published),
+        // Either way the frame did not leave.
         not_published: read(&counters.publish_dropped) + read(&counters.publish_failed),
         received: read(&counters.received),
         refused: read(&counters.refused),

@@ -22,11 +22,13 @@ pub(crate) use queue::OrderQueue;
 pub(crate) use server::{CommandServer, RequestSender, answer};
 
 /// Greatest number of orders waiting for an outcome; further ones are rejected as busy.
+// Each costs a request with its memory. Clients wait for their response, so that sixteen at once is many people.
 const MAX_WAITING: usize = 16;
 
 /// The cycle's end and the server's end of a node, and the sender that accepts requests.
 pub(crate) fn commands(node: &NodeName) -> (OrderQueue, CommandServer, RequestSender) {
     let (order_in, order_out) = RingBuffer::new(MAX_WAITING);
+    // As many places as for orders, so that executed orders find one.
     let (outcome_in, outcome_out) = RingBuffer::new(MAX_WAITING);
     let (sender, requests) = server::requests(MAX_WAITING);
     let queue = OrderQueue::new(order_out, outcome_in);

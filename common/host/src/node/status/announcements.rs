@@ -22,9 +22,11 @@ impl Announcements {
         own: &NodeName,
         transport: &dyn Transport,
     ) {
+        // Withdrawn by dropping it.
         if !is_heard {
             self.0.remove(source);
         }
+        // Most calls find nothing to do: no token is declared again four times a second.
         if is_heard == self.0.contains_key(source) {
             return;
         }
