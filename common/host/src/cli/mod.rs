@@ -41,7 +41,6 @@ impl LogArgs {
     /// Lines without room are dropped.
     pub fn init(self) -> Logging {
         let filter = match std::env::var("RUST_LOG") {
-            // An empty variable is a habit of scripts, and would be a filter that lets nothing through.
             Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
             _ => EnvFilter::new(self.filter()),
         };
@@ -84,7 +83,6 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
         }
         exit_of(&error)
     });
-    // The exit codes are declared within 0 to 255, so that nothing is cut.
     ExitCode::from(exit as u8)
 }
 

@@ -20,7 +20,7 @@ use crate::network::transport::{Client, OverZenoh, Transport};
 // Longer than Zenoh's scouting delay (0.5 s) and the first round of its retries (0.25, 0.5 and 1 s).
 const SEARCH: Span = Span::from_secs(5);
 /// Response timeout: nodes respond within a second; the rest is for a slow network.
-// Must exceed the second within which a command server responds by itself, or no reply would ever say so.
+// Longer than the second within which a command server reports a cycle that hangs.
 const ANSWER: Duration = Duration::from_secs(3);
 /// Time for other nodes to announce themselves.
 // Longer than Zenoh's scouting delay of 500 ms.

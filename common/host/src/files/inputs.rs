@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_scan_that_has_no_room_for_all_is_left_out_and_said() {
         let (mut tap, mut inputs) = inputs();
-        // One message per entry fills the ring to the last place.
+        // A message per entry fills the ring to the last place.
         for _ in 0..ENTRIES {
             tap.received(at(1), 0, &REFUSED);
         }

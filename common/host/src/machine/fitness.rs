@@ -188,7 +188,7 @@ impl WakeUps {
 
 fn of_firewall(known: Result<Firewall, String>) -> Finding {
     let (severity, text, remedy) = match known {
-        // Without a drop no rule can keep a frame out, whatever the rules say.
+        // Without a rule that drops, nothing is kept out.
         Ok(Firewall { sources, drops, .. }) if !drops => {
             let sources = sources.join(", ");
             (

@@ -81,8 +81,8 @@ impl Drop for Raised {
     fn drop(&mut self) {
         if self.is_raised
             && let Err(reason) = Os::drop_priority()
-        // A thread that cannot go back keeps its priority for the run, which may starve others: the log says so.
         {
+            // A thread that cannot go back keeps its priority for the run, which may starve others: the log says so.
             tracing::warn!("the main thread keeps its real-time priority: {reason}");
         }
     }

@@ -16,7 +16,7 @@ use crate::node::outbox::{OutgoingFrame, OutgoingFrames};
 use crate::node::timing::{BeaconSender, Socket};
 
 /// Longest sleep without a wake-up.
-// The wake-up may come before the park of an abandoned ring; its end is noticed within this time.
+// The last wake-up may come before the ring counts as abandoned: its end is noticed within this time.
 const IDLE: Duration = Duration::from_millis(50);
 
 /// Greatest number of bytes that sealing adds to a body, with a margin.
@@ -83,7 +83,6 @@ pub(crate) fn publish_waiting(
             } else {
                 &counters.publish_failed
             });
-            // Counted already.
             continue;
         }
         let found = channels.iter_mut().find(|channel| channel.is_for(&frame));

@@ -124,7 +124,6 @@ impl Session {
     ) -> anyhow::Result<Vec<PublishedChannel>> {
         let mut channels = Vec::new();
         // Beacons do not pass through the transport.
-        // The socket of the timing channel sends them.
         for publication in publications.iter().filter(|p| !p.channel.is_timing()) {
             let channel = publication.channel;
             let key = publication.node.channel_key(channel);

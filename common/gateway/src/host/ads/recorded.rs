@@ -61,7 +61,6 @@ fn recorded() -> VecDeque<RecordedPacket> {
         let (who, hex) = line.split_once(' ').unwrap();
         let byte = |n: usize| u8::from_str_radix(&hex[2 * n..2 * n + 2], 16).unwrap();
         RecordedPacket {
-            // Two hexadecimal digits per byte.
             is_of_gateway: who == ">",
             bytes: (0..hex.len() / 2).map(byte).collect(),
         }

@@ -77,7 +77,7 @@ fn opened(path: &Path) -> Result<File, Reason> {
 }
 
 fn open_file(path: &Path, make: bool) -> Result<File, Reason> {
-    // The link itself is looked at: all users may write in /dev/shm, and one of them could lead to any file.
+    // The link itself is looked at: any user may put one into /dev/shm that leads to another file.
     let found = std::fs::symlink_metadata(path).ok();
     if let Some(received) = found.as_ref().and_then(Os::kind_of) {
         return Err(Reason::NoFile { received });
@@ -105,7 +105,7 @@ fn check(file: &File, length: u64) -> Result<(), Reason> {
             expected: VERSION,
         });
     }
-    // Both lengths: that of the file, and the one its header claims. A difference would map beyond the end.
+    // Both lengths: that of the file, and the one its header claims. A shorter file would be mapped beyond its end.
     let said = word(file, SIZE_FIELD.offset());
     match [length, said].into_iter().find(|size| *size != SIZE as u64) {
         Some(received) => Err(Reason::Size {

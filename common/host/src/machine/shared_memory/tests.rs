@@ -200,7 +200,7 @@ fn a_file_that_cannot_be_is_refused_with_what_was_found_and_expected() {
         std::fs::write(&path, &found).unwrap();
         let error = attach(&path).unwrap_err();
         assert!(error.starts_with(&at(expected)), "{error}");
-        // A crashed node leaves a whole file, and a full disk an empty one: a node takes over both.
+        // A crashed node leaves a whole file, and a failed reservation an empty one: a node takes over both.
         let is_left_behind = expected.starts_with("was left") || found.is_empty();
         match create(&path) {
             Ok(_) => assert!(is_left_behind, "{expected}"),

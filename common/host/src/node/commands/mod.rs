@@ -22,7 +22,6 @@ pub(crate) use queue::OrderQueue;
 pub(crate) use server::{CommandServer, RequestSender, answer};
 
 /// Greatest number of orders waiting for an outcome; further ones are rejected as busy.
-// Each costs a request with its memory. Clients wait for their response, so that sixteen at once is many people.
 const MAX_WAITING: usize = 16;
 
 /// The cycle's end and the server's end of a node, and the sender that accepts requests.

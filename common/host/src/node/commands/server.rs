@@ -229,7 +229,6 @@ impl CommandServer {
                 request,
                 by,
             };
-            // The ring was checked above.
             // There is room: no other thread pushes orders.
             if self.orders.push(queued).is_ok() {
                 self.taken += 1;

@@ -22,7 +22,6 @@ impl Announcements {
         own: &NodeName,
         transport: &dyn Transport,
     ) {
-        // Withdrawn by dropping it.
         if !is_heard {
             self.0.remove(source);
         }

@@ -429,7 +429,6 @@ impl HealthLog {
     }
 
     fn next(&mut self, now: Instant<Machine>, health: Health, word: &str) -> Option<Note> {
-        // Read before `last_word` is set.
         let first = self.last_word.is_none();
         let changed = self.last_word.as_deref() != Some(word);
         if changed {

@@ -215,7 +215,6 @@ fn an_order_to_nobody_says_who_was_asked_and_where() {
 
 #[test]
 fn a_port_in_use_is_an_error_that_names_it() {
-    // Held until the end of the test.
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = format!("tcp/{}", taken.local_addr().unwrap());
     let error = run(setup("second", listening(&at), 5, &Memory::default())).unwrap_err();

@@ -8,7 +8,7 @@ use anyhow::bail;
 #[must_use]
 pub fn host_and_port(endpoint: &str) -> Option<(&str, u16)> {
     let (_, rest) = endpoint.split_once('/')?;
-    // Zenoh appends metadata after `?` and a config after `#`, which may hold colons of their own.
+    // An endpoint of Zenoh may have metadata after `?` and a config after `#`, with colons of their own.
     // The last colon: an IPv6 address has more of them, within its brackets.
     let (host, port) = rest.split(['?', '#']).next()?.rsplit_once(':')?;
     Some((host, port.parse().ok()?))
