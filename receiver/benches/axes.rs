@@ -26,6 +26,7 @@ impl Bench {
         for first in (0..axes).step_by(AXES_OF_A_NODE) {
             let count = AXES_OF_A_NODE.min(axes - first);
             let node = nodes.len();
+            // Without time requests, whose responses would have to be simulated too.
             text += &format!("[[far]]\nnode = 'n{node}'\naxes = ['1-{count}']\ndelay = 'off'\n");
             nodes.push(vec![Some(AxisSample::default()); count]);
         }
@@ -41,6 +42,7 @@ impl Bench {
             cycle: 0,
         };
         // Until the far clocks are known and all slaves coupled.
+        // Three seconds of the receiver: clocks are known after one or two, and slaves couple then.
         (0..3_000).for_each(|_| bench.scan());
         bench
     }
@@ -69,6 +71,7 @@ impl Bench {
         }
         let _ = self.receiver.cycle(at);
         while let Some(outgoing) = self.receiver.transmit() {
+            // Otherwise the encoding of an output that nobody reads could be optimised away.
             std::hint::black_box(outgoing.body);
         }
         self.cycle += 1;
@@ -76,6 +79,7 @@ impl Bench {
 }
 
 fn axes(c: &mut Criterion) {
+    // High enough for the guard to pass the coupled motion: the cost of passing is the usual one.
     const LIMITS: &str = "limits = { velocity = 2000, acceleration = 100000, jerk = 1e7 }";
     let mut whole = |name: &str, counts: &[usize], bench: fn(usize) -> Bench| {
         let mut group = c.benchmark_group(name);

@@ -224,13 +224,13 @@ impl Receiver {
     /// # Panics
     /// If the number is one of another receiver's, which has more slaves.
     pub fn command(&mut self, slave: SlaveNumber, command: &Command) -> Result<Job, Refusal> {
-        self.pipeline.command(slave, command)
+        self.pipeline.slaves.command(slave, command)
     }
 
     /// Virtual axes in the newest cycle, in the order of the config.
     #[must_use]
     pub fn virtual_axes(&self) -> &[NcToPlcAxis] {
-        self.pipeline.virtual_axes()
+        self.pipeline.virtual_axes.axes()
     }
 
     fn unknown_slave(&self, received: SlaveName) -> CommandOutcome {
@@ -251,7 +251,7 @@ impl Receiver {
             send_stamp: None,
         };
         let (pipeline, snapshot) = (&mut self.pipeline, &self.snapshot);
-        self.slaves.encode(&header, || pipeline.slave_axes());
+        self.slaves.encode(&header, || pipeline.slaves.axes());
         self.far_axes
             .encode(&header, || pipeline.corrected_axes(snapshot));
     }
@@ -325,19 +325,25 @@ impl Node for Receiver {
             (Message::Rejected(reason), Some(Source::Requests)) => {
                 self.refused_requests.count(*reason);
             }
-            (message, Some(Source::Beacons(far))) => match message {
-                Message::BeaconResponse(response) => self.pipeline.store_beacon(*far, at, response),
-                Message::Rejected(_) => self.pipeline.reject_beacon(*far),
-                _ => {}
-            },
-            (message, Some(Source::Far(far))) => match message {
-                Message::Frame(frame) => self.pipeline.store(*far, at, frame, due),
-                Message::TimeResponse(response) => self.pipeline.store_response(*far, at, response),
-                Message::Rejected(reason) => self.pipeline.reject(*far, *reason),
-                Message::TimeRequest(_)
-                | Message::BeaconRequest(_)
-                | Message::BeaconResponse(_) => {}
-            },
+            (message, Some(Source::Beacons(number))) => {
+                let node = self.pipeline.received_from(*number);
+                match message {
+                    Message::BeaconResponse(response) => node.store_beacon(at, response),
+                    Message::Rejected(_) => node.reject_beacon(),
+                    _ => {}
+                }
+            }
+            (message, Some(Source::Far(number))) => {
+                let node = self.pipeline.received_from(*number);
+                match message {
+                    Message::Frame(frame) => node.store(at, frame, due),
+                    Message::TimeResponse(response) => node.store_response(at, response),
+                    Message::Rejected(reason) => node.reject(*reason),
+                    Message::TimeRequest(_)
+                    | Message::BeaconRequest(_)
+                    | Message::BeaconResponse(_) => {}
+                }
+            }
             (_, Some(Source::Requests) | None) => {}
         }
     }
@@ -345,15 +351,15 @@ impl Node for Receiver {
     fn execute_with(&mut self, order: &CommandOrder, cargo: &mut OrderCargo) -> CommandOutcome {
         match order {
             CommandOrder::Slave(order) => match self.slave_number(order.slave.as_str()) {
-                Some(number) => self.pipeline.execute(number, order),
+                Some(number) => self.pipeline.slaves.execute(number, order),
                 None => self.unknown_slave(order.slave),
             },
             CommandOrder::Cam(order) => match self.slave_number(order.slave.as_str()) {
-                Some(number) => self.pipeline.execute_cam(number, order, cargo),
+                Some(number) => self.pipeline.slaves.execute_cam(number, order, cargo),
                 None => self.unknown_slave(order.slave),
             },
             CommandOrder::Far(order) => match number_of(&self.far_names, order.far.as_str()) {
-                Some(number) => self.pipeline.execute_far(number, order),
+                Some(number) => self.pipeline.far[number].execute(order),
                 None => CommandOutcome::NotTaken(NotTaken::UnknownFarNode {
                     received: order.far,
                     known: known(&self.far_names, FarName::new),
@@ -368,10 +374,10 @@ impl Node for Receiver {
         self.encode_axes();
         self.time_server.respond(&self.tick, now);
         for (far, due) in self.due.iter_mut().enumerate() {
-            *due = self.pipeline.ask(far, &self.tick);
+            *due = self.pipeline.received_from(far).ask(&self.tick);
         }
         for (far, due) in self.due_beacons.iter_mut().enumerate() {
-            *due = self.pipeline.due_beacon(far, &self.tick);
+            *due = self.pipeline.received_from(far).due_beacon(&self.tick);
         }
         self.next_asked = 0;
         self.show(now);
@@ -418,7 +424,7 @@ impl Node for Receiver {
     }
 
     fn arrival(&mut self) -> Option<Arrival> {
-        self.pipeline.arrival()
+        self.pipeline.arrivals.next()
     }
 
     fn next_cycle(&self) -> Instant<Local> {

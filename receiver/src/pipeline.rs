@@ -1,21 +1,18 @@
 //! The data flow: far axes and virtual axes in, set values of the slaves out. One scan, top to bottom.
 
-use coaxle_axis::{Job, NcToPlcAxis};
+use coaxle_axis::NcToPlcAxis;
+use coaxle_clock::Seconds;
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
-use coaxle_clock::{Instant, Local, Seconds};
+use coaxle_node::Channel;
 use coaxle_node::circles::{CircleChange, CircleState};
-use coaxle_node::command::{CamOrder, FarOrder, OrderCargo, SlaveOrder};
-use coaxle_node::{Arrival, BeaconResponse, Channel, CommandOutcome, Frame, Rejection};
-use coaxle_slave::{Command, Refusal};
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
 use crate::far::{Candidate, FarNode, FarOutputs};
 use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
-use crate::slaves::{Master, SlaveNumber, Slaves};
+use crate::slaves::{Master, Slaves};
 use crate::snapshot::ReceiverSnapshot;
 use crate::virtual_axes::VirtualAxes;
 
@@ -23,19 +20,20 @@ use crate::virtual_axes::VirtualAxes;
 #[derive(Debug)]
 pub(crate) struct Pipeline {
     cycle_s: f64,
-    far: Box<[FarNode]>,
+    pub(crate) far: Box<[FarNode]>,
     /// Far node of each node received from, and its place there: the far node itself or a standby.
-    heard: Box<[(usize, usize)]>,
+    received_from: Box<[(usize, usize)]>,
     /// First axis of each far node among all axes, and one past its last.
     ranges: Box<[(usize, usize)]>,
     /// Every far axis as a master.
     masters: Box<[Option<Master>]>,
-    virtual_axes: VirtualAxes,
-    slaves: Slaves,
+    pub(crate) virtual_axes: VirtualAxes,
+    pub(crate) slaves: Slaves,
     far_axes: PublishedFarAxes,
     /// True for each published far axis that is in a circle across nodes.
     far_axes_in_circles: Box<[bool]>,
-    arrivals: ArrivalLog,
+    /// Measurements of the newest cycle.
+    pub(crate) arrivals: ArrivalLog,
 }
 
 impl Pipeline {
@@ -47,8 +45,8 @@ impl Pipeline {
         run: u64,
     ) -> Result<Self, (usize, WrongParameter)> {
         let cycle_time = config.cycle_time_us.0;
-        let heard = config.received_nodes().into_iter();
-        let heard: Box<[_]> = heard.map(|node| (node.far, node.place)).collect();
+        let nodes = config.received_nodes().into_iter();
+        let received_from: Box<[_]> = nodes.map(|node| (node.far, node.place)).collect();
         let far = (config.far.iter().enumerate())
             .map(|(n, far)| {
                 let numbers = config.numbers_of(n);
@@ -68,71 +66,15 @@ impl Pipeline {
             slaves,
             far_axes: PublishedFarAxes::new(config),
             far_axes_in_circles: config.published_far_axes().iter().map(|_| false).collect(),
-            arrivals: ArrivalLog::new(heard.len()),
-            heard,
+            arrivals: ArrivalLog::new(received_from.len()),
+            received_from,
         })
     }
 
-    /// Stores a frame of the node with this number that arrived at `at`. The next cycle begins at
-    /// `due`, or later.
-    pub(crate) fn store(
-        &mut self,
-        number: usize,
-        at: Instant<Local>,
-        frame: &Frame<'_>,
-        due: Instant<Local>,
-    ) {
-        self.heard(number).store(at, frame, due);
-    }
-
-    /// Stores a response of the node with this number that arrived at `at`.
-    pub(crate) fn store_response(
-        &mut self,
-        number: usize,
-        at: Instant<Local>,
-        response: &TimeResponse,
-    ) {
-        self.heard(number).store_response(at, response);
-    }
-
-    /// Stores the response to a beacon from the node with this number that arrived at `at`.
-    pub(crate) fn store_beacon(
-        &mut self,
-        number: usize,
-        at: Instant<Local>,
-        response: &BeaconResponse,
-    ) {
-        self.heard(number).store_beacon(at, response);
-    }
-
-    /// Counts a rejected beacon from the node with this number.
-    pub(crate) fn reject_beacon(&mut self, number: usize) {
-        self.heard(number).reject_beacon();
-    }
-
-    /// Counts a rejected message from the node with this number.
-    pub(crate) fn reject(&mut self, number: usize, reason: Rejection) {
-        self.heard(number).reject(reason);
-    }
-
-    fn heard(&mut self, number: usize) -> &mut Candidate {
-        let (far, place) = self.heard[number];
+    /// The node with this number among those received from.
+    pub(crate) fn received_from(&mut self, number: usize) -> &mut Candidate {
+        let (far, place) = self.received_from[number];
         self.far[far].node(place)
-    }
-
-    /// Takes the next measurement of the newest cycle.
-    pub(crate) fn arrival(&mut self) -> Option<Arrival> {
-        self.arrivals.next()
-    }
-
-    /// Sequence number of the time request due to the node with this number, if one is due.
-    pub(crate) fn ask(&mut self, number: usize, tick: &Tick) -> Option<u32> {
-        self.heard(number).ask(tick)
-    }
-
-    /// Sequence number of the beacon due to the node with this number, if one is due.
-    pub(crate) fn due_beacon(&mut self, number: usize, tick: &Tick) -> Option<u32> {
-        self.heard(number).due_beacon(tick)
     }
 
     /// Runs one scan.
@@ -162,35 +104,6 @@ impl Pipeline {
             data_cycle_times: &mut shown.data_cycle_times,
         };
         self.far[n].scan(tick, &mut self.arrivals, outputs);
-    }
-
-    /// Executes a command to a slave that does not come from its program.
-    pub(crate) fn command(
-        &mut self,
-        slave: SlaveNumber,
-        command: &Command,
-    ) -> Result<Job, Refusal> {
-        self.slaves.command(slave, command)
-    }
-
-    /// Executes an order from the network to a slave.
-    pub(crate) fn execute(&mut self, slave: SlaveNumber, order: &SlaveOrder) -> CommandOutcome {
-        self.slaves.execute(slave, order)
-    }
-
-    /// Executes an order on the cam plates of a slave, with its cargo.
-    pub(crate) fn execute_cam(
-        &mut self,
-        slave: SlaveNumber,
-        order: &CamOrder,
-        cargo: &mut OrderCargo,
-    ) -> CommandOutcome {
-        self.slaves.execute_cam(slave, order, cargo)
-    }
-
-    /// Executes an order from the network on a far node.
-    pub(crate) fn execute_far(&mut self, far: usize, order: &FarOrder) -> CommandOutcome {
-        self.far[far].execute(order)
     }
 
     /// Takes the circle across nodes that an axis is in.
@@ -230,16 +143,6 @@ impl Pipeline {
             Health::Ok => self.slaves.behind().unwrap_or(Health::Ok),
             worse => worse,
         }
-    }
-
-    /// The virtual axes in the newest cycle, in the order of the config.
-    pub(crate) fn virtual_axes(&self) -> &[NcToPlcAxis] {
-        self.virtual_axes.axes()
-    }
-
-    /// Published axes of the slaves, by axis id.
-    pub(crate) fn slave_axes(&mut self) -> &[NcToPlcAxis] {
-        self.slaves.axes()
     }
 
     /// Published far axes, in the cycle that is shown.

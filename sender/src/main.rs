@@ -18,6 +18,7 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    // Before anything else: the runtimes of the transport read their settings once.
     tune_transport();
     let cli = Cli::parse();
     let logging = cli.log.init();

@@ -60,7 +60,9 @@ impl Sender {
             .enumerate()
             .map(|(axis, config)| Axis::new(axis, config))
             .collect::<Result<Vec<_>, _>>()?;
+        // Receivers look axes up by id, and the trace has them in this order.
         axes.sort_by_key(|axis| axis.source.id());
+        // After sorting, which moves the axes.
         place_shown(&mut axes, config)?;
         let mut snapshot = SenderSnapshot::new(config, start);
         snapshot.signals.node.run = epoch;
@@ -79,9 +81,11 @@ impl Sender {
                 send_stamp: None,
             },
             shown: vec![NcToPlcAxis::default(); axes.len()],
+            // Sized once, because the cycle must not allocate.
             body: vec![0; body_capacity(axes.len())],
             axes,
             waiting: None,
+            // The start of cycle 0, which lies before the node's own start if counting begins later.
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
             beacon_server: BeaconServer::new(sender, epoch, schedule.start(), cycle_time),
             schedule,
@@ -97,6 +101,7 @@ impl Sender {
 
     fn move_axes(&mut self, since_start: Span) {
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
+            // At the ideal start, not at the late wake-up: receivers extrapolate from there.
             let sample = axis.source.at(since_start, shown);
             if let Some(slot) = axis.slot {
                 self.snapshot.signals.axes[slot] = signals_of(&sample);
@@ -155,15 +160,19 @@ impl Node for Sender {
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         let tick = self.schedule.take(now);
+        // Skipped cycles are in the difference: after a stall the axis is where time has taken it.
         self.move_axes(tick.ideal_start - self.start);
         self.encode(&tick);
+        // After the axes: the response must not delay them, and carries its own time.
         self.time_server.respond(&tick, now);
         self.beacon_server.respond(&tick, now);
+        // Last, so that the counters are those after this cycle.
         self.show(&tick, now);
         tick
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        // The frame of axes leaves before all responses, which may be many.
         let Some(length) = self.waiting.take() else {
             let responses = self.time_server.transmit();
             return responses.or_else(|| self.beacon_server.transmit());
@@ -200,6 +209,7 @@ impl Axis {
 /// Assigns the axes to be shown their places in the snapshot.
 fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), SenderError> {
     let is_there = |id: &NonZeroU32| axes.iter().any(|axis| axis.source.id() == id.get());
+    // Refused at the start: an axis that is never shown would look like a fault in the status.
     if let Some(missing) = config.show_axes.ids().iter().find(|id| !is_there(id)) {
         return Err(SenderError::NoSuchAxis {
             received: missing.get(),

@@ -35,14 +35,17 @@ pub fn run_with_service(
     transport_service: Option<TransportService>,
 ) -> anyhow::Result<Exit> {
     let NodeFile { mut config, lab } = args.load::<SenderConfig>()?;
+    // Before the check as well, since checking reads the files.
     config.relative_to(args.folder());
     config.transport = args.transport(&config.name, &config.transport)?;
     if args.check {
+        // Built and dropped: only building finds an unreadable recording.
         build(args, &config, Instant::EPOCH, 0)?;
         return args.report_valid().map(|()| Exit::Done);
     }
     args.die_with_parent()?;
     let recorder = SenderRecorder::new(&config, rows(args, &config)?);
+    // Owned by the closure, which builds the node on the cycle thread.
     let (args_of_node, node) = (args.clone(), config.clone());
     let build = move |start, epoch| build(&args_of_node, &node, start, epoch);
     let outcome = coaxle_host::node::run(Setup {

@@ -28,6 +28,7 @@ signals! {
     }
 }
 
+// Truth, since runs judge receivers by these signals and not by readings.
 signals! {
     /// An axis of its own, by its true motion: with an encoder, the measured one.
     pub struct AxisSignals of Axis {

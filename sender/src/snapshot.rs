@@ -53,6 +53,7 @@ impl SenderConfig {
         let mut shown: Vec<&AxisConfig> = Vec::new();
         if self.show_axes.is_default() {
             shown.extend(self.axes.iter());
+            // By id, because the order of a file is of no meaning for receivers.
             shown.sort_by_key(|axis| axis.id);
             shown.truncate(SHOWN_BY_DEFAULT);
         } else {
@@ -68,6 +69,7 @@ impl SenderConfig {
     pub fn instances(&self) -> Vec<Instance> {
         let shown: Vec<_> = self.shown_axes().collect();
         let instance = |axis: &&AxisConfig| {
+            // Names are for people and may repeat; a column needs one of its own.
             let same = shown.iter().filter(|other| other.name == axis.name);
             let name = match same.count() {
                 1 => axis.name.clone(),
@@ -135,6 +137,7 @@ impl Clone for SenderSnapshot {
     fn clone_from(&mut self, other: &Self) {
         self.ideal_start = other.ideal_start;
         self.woke = other.woke;
+        // Without the ids, which are equal in snapshots of one config.
         self.signals.clone_from(&other.signals);
     }
 }

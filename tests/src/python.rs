@@ -10,6 +10,7 @@ use std::process::Command;
 pub fn with(module: &str) -> Option<PathBuf> {
     let wish = std::env::var_os("COAXLE_PYTHON").map(PathBuf::from);
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/python/bin/python3");
+    // The most explicit first.
     let mut all = wish.into_iter().chain([own, PathBuf::from("python3")]);
     let found = all.find(|python| can_import(python, module));
     if found.is_none() {

@@ -28,9 +28,11 @@ fn processor_time() -> Duration {
 fn corpus(target: &Target) -> Vec<(PathBuf, Vec<u8>)> {
     let folder = root().join("tests/corpus").join(target.name);
     let Ok(entries) = std::fs::read_dir(&folder) else {
+        // A new target has no corpus yet.
         return Vec::new();
     };
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    // Folders are listed in another order on each machine, and cases depend on the order.
     paths.sort();
     let read = |path: PathBuf| {
         let data = std::fs::read(&path).unwrap();
@@ -50,6 +52,7 @@ struct Tally {
 impl Tally {
     fn examine(&mut self, target: &'static Target, data: &[u8], name: &str) -> Outcome {
         let begin = processor_time();
+        // A panic would end the test before the input is in a file.
         let outcome = catch_unwind(|| target.examine(data));
         let took = processor_time() - begin;
         self.slowest = self.slowest.max(took);
@@ -72,6 +75,7 @@ impl Tally {
 
 /// Stores an input that fails in a file, to examine and to add to the corpus.
 fn kept(target: &Target, data: &[u8]) -> String {
+    // Targets are examined in parallel, and several runs may share the folder.
     let name = format!("coaxle-hostile-{}-{}", target.name, std::process::id());
     let path = std::env::temp_dir().join(name);
     std::fs::write(&path, data).unwrap();
@@ -79,6 +83,7 @@ fn kept(target: &Target, data: &[u8]) -> String {
 }
 
 fn mutations(target: &'static Target, cases: usize, seed: u64) -> Tally {
+    // Mutations of past failures find their neighbours.
     let stored = corpus(target).into_iter().map(|(_, data)| data);
     let seeds = (target.seeds)().into_iter().map(|(_, data)| data);
     let inputs: Vec<Vec<u8>> = stored.chain(seeds).collect();
@@ -86,6 +91,7 @@ fn mutations(target: &'static Target, cases: usize, seed: u64) -> Tally {
     let mut mutator = Mutator::new(seed, target.kind);
     for case in 0..cases {
         let data = mutator.next(&inputs);
+        // A refusal is as good as any other outcome.
         let _ = tally.examine(target, &data, &format!("case {case} of seed {seed}"));
     }
     tally
@@ -97,6 +103,7 @@ fn what_is_shipped_is_taken() {
         for (name, data) in (target.seeds)() {
             let outcome = target.examine(&data);
             assert!(
+                // Examples of refusals are shipped with the saw and gear files.
                 outcome.is_ok() || ["saw-file", "gear-file"].contains(&target.name),
                 "{}: {name}: {outcome:?}",
                 target.name
@@ -126,8 +133,10 @@ fn the_stored_corpus_holds() {
 
 /// A message without the folders of this machine.
 fn without_places(message: &str) -> String {
+    // The snapshot names no folder of a developer.
     let message = message.replace(&format!("{}/", root().display()), "");
     match message.split_once(".csv") {
+        // The path has the number of the process in it.
         Some((scratch, rest)) if scratch.contains("coaxle-hostile-") => {
             format!("scratch.csv{rest}")
         }
@@ -152,6 +161,7 @@ macro_rules! mutations_hold {
         $(
             #[test]
             fn $test() {
+                // A test for each target: they run in parallel, and a failure names its own.
                 let target = target($name);
                 mutations(target, cases(target), 1);
             }
@@ -160,6 +170,7 @@ macro_rules! mutations_hold {
         #[test]
         fn every_target_is_tried() {
             let tried = [$($name),*];
+            // A new target without a test fails here.
             assert!(TARGETS.iter().map(|target| target.name).eq(tried));
         }
     };
@@ -197,8 +208,10 @@ fn many_mutations() {
             .map(|text| text.parse::<u64>().unwrap())
     };
     let only = std::env::var("HOSTILE_TARGET").ok();
+    // Seed 1 is that of the ordinary tests, so 2 tries new inputs.
     let seed = number("HOSTILE_SEED").unwrap_or(2);
     for target in TARGETS {
+        // A target that fails is run again without the hours of the others.
         if only.as_ref().is_some_and(|only| only != target.name) {
             continue;
         }

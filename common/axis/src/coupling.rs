@@ -14,42 +14,17 @@ use crate::job::Job;
 use crate::masters::Masters;
 use crate::state::StateWord;
 
-/// A coupling of a slave to its masters: their set values in, the slave's out.
+/// State of a coupling of a slave to its masters, of any kind.
 ///
 /// An instance lives as long as its slave and is engaged repeatedly, so that its last results can
-/// still be read afterwards, as in a PLC block. It computes the wanted position of the slave; the
-/// axis decides whether it is possible.
+/// still be read afterwards, as in a PLC block.
 pub trait Coupling: Send {
-    /// Runs one cycle. Called only while it is engaged, or brings the slave to rest.
-    fn update(&mut self, scan: &Scan) -> Step;
-
     /// Phase of the coupling; none unless it is engaged.
     fn phase(&self) -> Option<CouplingPhase>;
-
-    /// Ends the coupling: another motion moves the slave from now on. Idempotent.
-    fn end(&mut self);
-
-    /// Error stop of the axis, with this NC code: pending changes are dropped, readable values are
-    /// kept until [`end`](Self::end).
-    fn fail(&mut self, code: u32) {
-        // Without changes that wait or values to keep, an error ends the coupling as anything else does.
-        let _ = code;
-        self.end();
-    }
-
-    /// The bits of `nStateDWord` for its pending changes.
-    fn queued(&self) -> StateWord {
-        StateWord::empty()
-    }
 
     /// Slave units per unit of its first master, as far as that is constant.
     fn gain(&self) -> Option<f64> {
         None
-    }
-
-    /// Scaling of its master positions; 1 without one.
-    fn master_scaling(&self) -> f64 {
-        1.0
     }
 
     /// Position of rest, u, while the slave is being brought to rest.
@@ -81,7 +56,10 @@ pub struct SyncPositions {
     pub slave: f64,
 }
 
-/// Engaging and changing a coupling: plan, then apply.
+/// Work of a coupling: planned, applied, then run in each cycle; the masters' set values in, the
+/// slave's out.
+///
+/// It computes the wanted position of the slave; the axis decides whether it is possible.
 pub trait Engage: Coupling {
     /// Commands of the coupling.
     type Command;
@@ -91,6 +69,9 @@ pub trait Engage: Coupling {
     type Refusal;
     /// Fault of the coupling.
     type Fault;
+    /// Store that the couplings of several axes use, always the same one: the cam plates of a node.
+    /// `()` for a coupling that needs none.
+    type Shared;
 
     /// Plans a command.
     ///
@@ -98,12 +79,38 @@ pub trait Engage: Coupling {
     /// [`NotPlanned`].
     fn plan(
         &self,
+        shared: &Self::Shared,
         command: &Self::Command,
         inputs: &PlanInputs,
     ) -> Result<Planned<Self::Change>, NotPlanned<Self::Refusal>>;
 
     /// Applies a change that was planned against the same state.
-    fn apply(&mut self, change: &Self::Change, job: Job);
+    fn apply(&mut self, shared: &mut Self::Shared, change: &Self::Change, job: Job);
+
+    /// Runs one cycle. Called only while it is engaged, or brings the slave to rest.
+    fn update(&mut self, shared: &mut Self::Shared, scan: &Scan) -> Step;
+
+    /// Ends the coupling: another motion moves the slave from now on. Idempotent.
+    fn end(&mut self, shared: &mut Self::Shared);
+
+    /// Error stop of the axis, with this NC code: pending changes are dropped, readable values are
+    /// kept until [`end`](Self::end).
+    fn fail(&mut self, shared: &mut Self::Shared, code: u32) {
+        let _ = code;
+        self.end(shared);
+    }
+
+    /// The bits of `nStateDWord` for its pending changes.
+    fn queued(&self, shared: &Self::Shared) -> StateWord {
+        let _ = shared;
+        StateWord::empty()
+    }
+
+    /// Scaling of its master positions; 1 without one.
+    fn master_scaling(&self, shared: &Self::Shared) -> f64 {
+        let _ = shared;
+        1.0
+    }
 
     /// Reason why it was [`Refused`](Step::Refused) when due; none for a kind that never waits.
     fn refusal(&self) -> Option<Self::Refusal> {

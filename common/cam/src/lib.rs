@@ -34,8 +34,7 @@
 //! # Ok::<(), coaxle_cam::CouplingError>(())
 //! ```
 //!
-//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling; [`Cam`] is both, for a slave
-//! axis. They take commands as values; `coaxle-plc` wraps them as PLC function blocks.
+//! [`Tables`] holds the plates, [`CamCoupling`] is one slave's coupling; [`Cam`] is that of a slave axis. They take commands as values; `coaxle-plc` wraps them as PLC function blocks.
 //!
 //! | PLC name | TF5050 | here |
 //! |--|--|--|

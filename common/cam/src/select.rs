@@ -40,6 +40,7 @@ impl Tables {
         room: usize,
     ) -> Result<(), CouplingError> {
         let selection = self.selection_of(id, replace, table.as_deref(), room)?;
+        self.note_change();
         let Some(mut new) = table.take() else {
             return Err(CouplingError::NoTable);
         };
@@ -95,7 +96,7 @@ impl Tables {
         // A slot becomes free, but the others keep their numbers: references of couplings stay valid.
         let deleted = self.slots[slot].take();
         *table = deleted.and_then(|table| self.reserve.exchange(table.prepared));
-        self.note_selection();
+        self.note_change();
         Ok(())
     }
 

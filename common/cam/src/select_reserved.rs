@@ -57,6 +57,7 @@ impl Tables {
         replace: bool,
     ) -> Result<(), CouplingError> {
         let selection = self.selection_of_reserved(reserved, replace)?;
+        self.note_change();
         let Some(kept) = self.reserve.kept.get_mut(reserved.0) else {
             return Err(CouplingError::NoTable);
         };
@@ -116,7 +117,7 @@ impl Tables {
         if let Some(table) = self.slots[slot].take() {
             self.reserve.return_or_queue(table.prepared);
         }
-        self.note_selection();
+        self.note_change();
         Ok(())
     }
 

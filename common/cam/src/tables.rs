@@ -30,8 +30,8 @@ pub struct Tables {
     pub(super) slots: Vec<Option<StoredTable>>,
     /// Counter of writes, so that couplings need not look for them in every cycle.
     writes: u32,
-    /// Counter of inserted and removed tables, for readers of the ids.
-    selections: u32,
+    /// Counter of all changes, so that no outdated plan is applied.
+    revision: u32,
     /// Tables that programs load repeatedly, and tables that they took out.
     pub(super) reserve: Reserve,
 }
@@ -59,7 +59,7 @@ impl Tables {
         Self {
             slots,
             writes: 0,
-            selections: 0,
+            revision: 0,
             reserve: Reserve::default(),
         }
     }
@@ -88,7 +88,7 @@ impl Tables {
         let TableRef { slot, .. } = self.find(id)?;
         match self.slots[slot].take() {
             Some(table) if table.uses == 0 => {
-                self.note_selection();
+                self.note_change();
                 let plate = table.prepared.versions.plate().clone();
                 self.reserve.return_or_queue(table.prepared);
                 Ok(plate)
@@ -188,11 +188,10 @@ impl Tables {
         Ok(self.function(id)?.read(first, count)?)
     }
 
-    /// Returns the number of tables inserted and removed so far, wrapping around: while it is unchanged,
-    /// so are the ids.
+    /// Returns the number of changes so far, wrapping around: while it is unchanged, plans can be applied.
     #[must_use]
-    pub const fn selections(&self) -> u32 {
-        self.selections
+    pub const fn revision(&self) -> u32 {
+        self.revision
     }
 
     /// True if points wait for their activation.
@@ -227,17 +226,20 @@ impl Tables {
     }
 
     pub(super) fn versions_mut(&mut self, table: &TableRef) -> Option<&mut Versions> {
+        self.note_change();
         Some(&mut self.slots.get_mut(table.slot)?.as_mut()?.prepared.versions)
     }
 
     /// Keeps a table from being removed.
     pub(super) fn hold(&mut self, table: &TableRef) {
+        self.note_change();
         if let Some(Some(table)) = self.slots.get_mut(table.slot) {
             table.uses += 1;
         }
     }
 
     pub(super) fn release(&mut self, table: &TableRef) {
+        self.note_change();
         if let Some(Some(table)) = self.slots.get_mut(table.slot) {
             // A store passed in by mistake may count fewer uses, and must not underflow in the cycle.
             table.uses = table.uses.saturating_sub(1);
@@ -278,14 +280,14 @@ impl Tables {
         if let Some(free) = self.slots.iter_mut().find(|slot| slot.is_none()) {
             let uses = 0;
             *free = Some(StoredTable { id, prepared, uses });
-            self.note_selection();
+            self.note_change();
         }
     }
 
-    /// Counts an inserted or removed table.
-    pub(super) const fn note_selection(&mut self) {
+    /// Counts a change.
+    pub(super) const fn note_change(&mut self) {
         // Readers compare for equality only, so wrapping around is harmless.
-        self.selections = self.selections.wrapping_add(1);
+        self.revision = self.revision.wrapping_add(1);
     }
 
     /// Makes couplings look for changes again.
@@ -303,6 +305,7 @@ impl Tables {
     }
 
     pub(super) fn get_mut(&mut self, id: TableId) -> Result<&mut StoredTable, CouplingError> {
+        self.note_change();
         let TableRef { slot, .. } = self.find(id)?;
         let unknown = CouplingError::TableUnknown { table: id };
         self.slots[slot].as_mut().ok_or(unknown)

@@ -96,9 +96,11 @@ impl Engage for Gear {
     type Change = GearChange;
     type Refusal = RatioZero;
     type Fault = NoFault;
+    type Shared = ();
 
     fn plan(
         &self,
+        (): &(),
         command: &GearIn,
         inputs: &PlanInputs,
     ) -> Result<Planned<GearChange>, NotPlanned<RatioZero>> {
@@ -123,24 +125,11 @@ impl Engage for Gear {
         })
     }
 
-    fn apply(&mut self, change: &GearChange, _: Job) {
+    fn apply(&mut self, (): &mut (), change: &GearChange, _: Job) {
         self.state = change.state;
     }
-}
 
-/// True if the slave moves with its gear, but for a small part of its limits per cycle: of its jerk, and
-/// of its acceleration where the jerk is not the limit.
-fn moves_like(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
-    let cycle = inputs.cycle.0;
-    // A jerk that means "none" would call any difference of velocities small; the binding one does not.
-    let jerk = NEGLIGIBLE_PART * inputs.guard.limits().binding_in_cycles(cycle).jerk();
-    // A jerk j changes the acceleration by j·T within a cycle, and the velocity by j·T².
-    (gear.velocity - slave.velocity).abs() <= jerk * cycle * cycle
-        && (gear.acceleration - slave.acceleration).abs() <= jerk * cycle
-}
-
-impl Coupling for Gear {
-    fn update(&mut self, scan: &Scan) -> Step {
+    fn update(&mut self, (): &mut (), scan: &Scan) -> Step {
         let Some(master) = scan.masters.first() else {
             return Step::MasterLost;
         };
@@ -161,16 +150,27 @@ impl Coupling for Gear {
         }
     }
 
+    fn end(&mut self, (): &mut ()) {
+        self.state = GearState::Idle;
+    }
+}
+
+/// True if the slave moves with its gear, but for a small part of its limits per cycle: of its jerk, and
+/// of its acceleration where the jerk is not the limit.
+fn moves_like(slave: &Kinematics, gear: &Kinematics, inputs: &PlanInputs) -> bool {
+    let cycle = inputs.cycle.0;
+    let jerk = NEGLIGIBLE_PART * inputs.guard.limits().binding_in_cycles(cycle).jerk();
+    (gear.velocity - slave.velocity).abs() <= jerk * cycle * cycle
+        && (gear.acceleration - slave.acceleration).abs() <= jerk * cycle
+}
+
+impl Coupling for Gear {
     fn phase(&self) -> Option<CouplingPhase> {
         match self.state {
             GearState::Idle => None,
             GearState::Ramping(_) => Some(CouplingPhase::Synchronizing),
             GearState::Rigid(_) => Some(CouplingPhase::InSync),
         }
-    }
-
-    fn end(&mut self) {
-        self.state = GearState::Idle;
     }
 
     fn gain(&self) -> Option<f64> {

@@ -248,9 +248,11 @@ impl Engage for MultiMasterGear {
     type Change = MultiMasterChange;
     type Refusal = WrongRatios;
     type Fault = NoFault;
+    type Shared = ();
 
     fn plan(
         &self,
+        (): &(),
         command: &GearInMultiMaster,
         inputs: &PlanInputs,
     ) -> Result<Planned<MultiMasterChange>, NotPlanned<WrongRatios>> {
@@ -283,7 +285,7 @@ impl Engage for MultiMasterGear {
         })
     }
 
-    fn apply(&mut self, change: &MultiMasterChange, _: Job) {
+    fn apply(&mut self, (): &mut (), change: &MultiMasterChange, _: Job) {
         let MultiMasterChange {
             ratios,
             limits,
@@ -298,6 +300,17 @@ impl Engage for MultiMasterGear {
                 .with(approach, limits, ratios == engaged.ratios),
         };
         self.engaged = Some(Engaged { ratios, approach });
+    }
+
+    fn update(&mut self, (): &mut (), scan: &Scan) -> Step {
+        let Some(engaged) = &mut self.engaged else {
+            return Step::Failed;
+        };
+        engaged.update(scan).map_or(Step::MasterLost, Step::Set)
+    }
+
+    fn end(&mut self, (): &mut ()) {
+        self.engaged = None;
     }
 }
 
@@ -414,23 +427,12 @@ impl ToPosition {
 }
 
 impl Coupling for MultiMasterGear {
-    fn update(&mut self, scan: &Scan) -> Step {
-        let Some(engaged) = &mut self.engaged else {
-            return Step::Failed;
-        };
-        engaged.update(scan).map_or(Step::MasterLost, Step::Set)
-    }
-
     fn phase(&self) -> Option<CouplingPhase> {
         Some(if self.engaged?.approach.is_in_sync() {
             CouplingPhase::InSync
         } else {
             CouplingPhase::Synchronizing
         })
-    }
-
-    fn end(&mut self) {
-        self.engaged = None;
     }
 
     fn gain(&self) -> Option<f64> {

@@ -73,6 +73,7 @@ pub fn arrivals_beside(trace: &Path) -> PathBuf {
 #[must_use]
 pub fn exchanges_beside(arrivals: &Path) -> PathBuf {
     renamed(arrivals, |stem| {
+        // Both names come from one trace: `saw-arrivals-exchanges.csv` would be nobody's guess.
         let stem = stem.strip_suffix(ARRIVALS).unwrap_or(stem);
         format!("{stem}{EXCHANGES}")
     })

@@ -70,6 +70,7 @@ impl Mistake {
 #[must_use]
 pub fn exit_of(error: &anyhow::Error) -> Exit {
     let is = |test: fn(&(dyn std::error::Error + 'static)) -> bool| error.chain().any(test);
+    // Any depth of the chain: contexts are added on the way up, and the mistake is the innermost.
     let mistake = (error.chain()).find_map(|cause| cause.downcast_ref::<Mistake>());
     if let Some(mistake) = mistake {
         mistake.exit
@@ -104,6 +105,7 @@ pub fn lines_of(error: &anyhow::Error) -> Vec<String> {
     match error.downcast_ref::<ConfigError>() {
         Some(config) => config.lines(),
         None => {
+            // The remedy belongs to the error of the system, which is below the contexts.
             let by_system = error.chain().find_map(|cause| cause.downcast_ref());
             vec![one_line(&format!(
                 "{error:#}{}",

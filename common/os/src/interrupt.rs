@@ -20,17 +20,20 @@ impl Interrupt {
     pub fn listen() -> anyhow::Result<Self> {
         let interrupt = Self::default();
         let received = Arc::clone(&interrupt.0);
+        // A runtime of its own: a tool has none, and signals must arrive while it works.
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
             .build();
         let runtime = runtime.context("cannot listen for signals")?;
         let mut signals = {
+            // Signals register with the runtime that is entered, here before the thread: no signal is missed.
             let _entered = runtime.enter();
             Os::end_signals().context("cannot listen for signals")?
         };
         let listening = move || {
             runtime.block_on(async {
                 let _ = signals.next().await;
+                // A flag alone, which orders no other data: relaxed suffices.
                 received.store(true, Ordering::Relaxed);
                 let _ = signals.next().await;
             });

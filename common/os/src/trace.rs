@@ -39,6 +39,7 @@ impl Trace {
     /// The file that cannot be written.
     pub fn with_columns(path: &Path, columns: &[String]) -> anyhow::Result<Self> {
         let mut trace = Self::open(path, false)?;
+        // A full disk at the very start is reported as any later one, when the first rows come.
         trace.failure = trace.writer.write_record(columns).err();
         Ok(trace)
     }
@@ -60,6 +61,7 @@ impl Trace {
     /// Adds the rows of the cycle that began at `at` on the clock of all cycles. A full disk is reported
     /// once in the log, and again by [`Self::finish`].
     pub fn write<D: Domain>(&mut self, at: Instant<D>, rows: impl IntoIterator<Item: Serialize>) {
+        // Rows after a gap would look as if they followed each other.
         if self.failure.is_some() {
             return;
         }
@@ -92,6 +94,7 @@ impl Trace {
         for row in rows {
             self.writer.serialize(row)?;
         }
+        // By the clock of the rows: a simulation in virtual time flushes as often per row as a real run.
         if at - *self.flushed.get_or_insert(at) >= FLUSH_PERIOD {
             self.flushed = Some(at);
             self.writer.flush()?;
@@ -102,6 +105,7 @@ impl Trace {
 
 /// Returns the error of the system, which has a remedy, in place of the error of the CSV writer.
 fn by_system(error: csv::Error) -> io::Error {
+    // Only errors of the system have a remedy for the user.
     if !error.is_io_error() {
         return io::Error::other(error);
     }

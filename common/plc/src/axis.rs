@@ -1,6 +1,7 @@
 //! Function blocks of a slave axis, called by a PLC program once per scan, with levels.
 
 use coaxle_axis::{CommandState, CouplingPhase, Job};
+use coaxle_cam::Tables;
 use coaxle_gear::FlyingGearParameters;
 use coaxle_slave::{Command, JobError, Refusal, SlaveAxis};
 
@@ -32,19 +33,22 @@ impl CommandBlock {
         execute: bool,
         command: &Command,
         axis: &mut SlaveAxis,
+        plates: &mut Tables,
     ) -> CommandState<JobError> {
         let job = &mut self.job;
         let state = *self.execute.scan(
             execute,
             axis,
             |axis| {
+                // Cleared first: after a refusal the block must not hold the stop of an earlier command.
                 *job = None;
-                let accepted = axis.command(command)?;
+                let accepted = axis.command(plates, command)?;
                 *job = Some(accepted);
                 Ok(accepted)
             },
             |axis, job| axis.progress(*job),
         );
+        // Only while its own job still moves the axis: another block may have taken over.
         if matches!(command, Command::Stop { .. }) && self.job.is_some() && self.job == axis.job().0
         {
             axis.hold_stop(execute);
@@ -75,8 +79,14 @@ pub struct PowerOutputs {
 
 impl Power {
     /// Runs one scan.
-    pub fn scan(&mut self, enable: bool, axis: &mut SlaveAxis) -> PowerOutputs {
-        if enable != self.enabled && axis.command(&Command::Power(enable)).is_ok() {
+    pub fn scan(
+        &mut self,
+        enable: bool,
+        axis: &mut SlaveAxis,
+        plates: &mut Tables,
+    ) -> PowerOutputs {
+        // Tried again in each scan until accepted: a level wants a state, not an event.
+        if enable != self.enabled && axis.command(plates, &Command::Power(enable)).is_ok() {
             self.enabled = enable;
         }
         PowerOutputs {
@@ -121,40 +131,49 @@ impl EnableFlyingGear {
         enable: bool,
         parameters: &FlyingGearParameters,
         axis: &mut SlaveAxis,
+        plates: &mut Tables,
     ) -> FlyingGearOutputs {
         match (self.enabled, enable) {
-            (false, true) => self.enable(parameters, axis),
-            (true, false) => self.disable(axis),
+            (false, true) => self.enable(parameters, axis, plates),
+            (true, false) => self.disable(axis, plates),
             _ => {}
         }
         self.enabled = enable;
         self.outputs(axis)
     }
 
-    fn enable(&mut self, parameters: &FlyingGearParameters, axis: &mut SlaveAxis) {
-        match axis.command(&(*parameters).into()) {
+    fn enable(
+        &mut self,
+        parameters: &FlyingGearParameters,
+        axis: &mut SlaveAxis,
+        plates: &mut Tables,
+    ) {
+        match axis.command(plates, &(*parameters).into()) {
             Ok(job) => self.accepted = Some(job),
             Err(refusal) => self.refused = Some(refusal),
         }
     }
 
-    fn disable(&mut self, axis: &mut SlaveAxis) {
+    fn disable(&mut self, axis: &mut SlaveAxis, plates: &mut Tables) {
+        // A falling edge must not uncouple what another block has coupled meanwhile.
         let coupled = self.accepted.is_some()
             && self.accepted == axis.job().0
             && axis.coupling_phase().is_some();
         *self = Self::default();
         if coupled {
-            self.refused = axis.command(&Command::GearOut {}).err();
+            self.refused = axis.command(plates, &Command::GearOut {}).err();
         }
     }
 
     fn outputs(&self, axis: &SlaveAxis) -> FlyingGearOutputs {
         let state = match (self.accepted, self.refused) {
+            // A refusal first: the job of an earlier command says nothing of the refused one.
             (_, Some(refusal)) => CommandState::Failed(JobError::Refused(refusal)),
             (Some(job), None) => axis.progress(job),
             (None, None) => CommandState::Idle,
         };
         let shown = Outputs::of(&state, JobError::code);
+        // Busy belongs to this block's job; the axis may be coupled by another.
         let phase = axis.coupling_phase().filter(|_| shown.busy);
         FlyingGearOutputs {
             start_sync: phase.is_some_and(CouplingPhase::is_synchronizing),

@@ -97,9 +97,11 @@ impl<T> TableBlock<T> {
             execute,
             axis,
             |axis| {
+                // An error leaves the last value: the outputs say that it is not of this run.
                 *value = Some(run(axis)?);
                 Ok(())
             },
+            // Done in the scan in which it starts, so that there is no progress to follow.
             |_, ()| CommandState::Done,
         );
         Outputs::of(state, CouplingError::code)

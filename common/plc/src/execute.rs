@@ -42,6 +42,7 @@ impl Outputs {
         let off = Self::default();
         match state {
             CommandState::Idle => off,
+            // Outputs exclude each other as in PLCopen, except Busy, Active and InSync of a command in progress.
             CommandState::Waiting => Self { busy: true, ..off },
             CommandState::Active => Self {
                 busy: true,
@@ -104,19 +105,23 @@ impl<K, E> Execute<K, E> {
     ) -> &CommandState<E> {
         let rising = execute && !self.level;
         self.level = execute;
+        // A rising edge before the results: it ends their display, even if they were never read.
         if rising {
             self.result_shown = false;
             match start(axis) {
                 Ok(command) => self.command = Some(command),
                 Err(error) => {
+                    // The previous command goes on in the axis, but this block shows the refusal.
                     self.command = None;
                     self.state = CommandState::Failed(error);
                 }
             }
+        // Only after one scan with the result: a short pulse of Execute would otherwise miss it.
         } else if self.result_shown && !execute {
             self.command = None;
             self.state = CommandState::Idle;
         }
+        // In the starting scan too: a command that is done at once shows Done at once.
         if let Some(command) = &self.command {
             self.state = state(axis, command);
         }
@@ -134,6 +139,8 @@ impl<K, E> Execute<K, E> {
 const fn is_result<E>(state: &CommandState<E>) -> bool {
     !matches!(
         state,
+        // InSync counts as a result: a fallen Execute clears the outputs, and the coupling
+        // goes on.
         CommandState::Idle | CommandState::Waiting | CommandState::Active
     )
 }

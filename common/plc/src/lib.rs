@@ -6,6 +6,7 @@
 //!
 //! ```
 //! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
+//! use coaxle_cam::Tables;
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_plc::{CommandBlock, Outputs, Power};
 //! use coaxle_slave::{Command, Dynamics, JobError, SlaveAxis, SlaveParameters};
@@ -14,14 +15,15 @@
 //! let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
 //! let cycle = CycleTime::new(Span::from_millis(1))?;
 //! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
+//! let mut plates = Tables::new(0); // without cam plates
 //!
 //! let (mut power, mut go) = (Power::default(), CommandBlock::default());
 //! let there = Command::MoveAbsolute { position: 50.0, velocity: None, dynamics: Dynamics::default() };
 //! let mut shown = Outputs::default();
 //! for _ in 0..1_000 {
-//!     let ready = power.scan(true, &mut axis).status;
-//!     shown = Outputs::of(&go.scan(ready, &there, &mut axis), JobError::code);
-//!     axis.update(None, Seconds(0.001));
+//!     let ready = power.scan(true, &mut axis, &mut plates).status;
+//!     shown = Outputs::of(&go.scan(ready, &there, &mut axis, &mut plates), JobError::code);
+//!     axis.update(&mut plates, None, Seconds(0.001));
 //! }
 //! assert!(shown.done && axis.set().position == 50.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,6 +1,7 @@
 //! `MC_GearInMultiMaster` as a PLC function block.
 
 use coaxle_axis::{CommandState, Job};
+use coaxle_cam::Tables;
 use coaxle_gear::GearInMultiMaster;
 use coaxle_slave::{Command, JobError, Refusal, SlaveAxis};
 
@@ -25,27 +26,32 @@ impl EnableMultiMasterGear {
         enable: bool,
         command: &GearInMultiMaster,
         axis: &mut SlaveAxis,
+        plates: &mut Tables,
     ) -> Outputs {
         match (self.enabled, enable) {
-            (false, true) => match axis.command(&Command::GearInMultiMaster(*command)) {
+            (false, true) => match axis.command(plates, &Command::GearInMultiMaster(*command)) {
                 Ok(job) => self.job = Some(job),
                 Err(refusal) => self.refused = Some(refusal),
             },
+            // A dynamic gear reads its ratios in each scan; one that was replaced by another command must not take
+            // the axis back.
             (true, true) if self.couples(axis) => {
-                let again = axis.command(&Command::GearInMultiMaster(*command));
+                let again = axis.command(plates, &Command::GearInMultiMaster(*command));
                 self.refused = again.err();
             }
             (true, false) => {
+                // Asked before the block forgets its job.
                 let couples = self.couples(axis);
                 *self = Self::default();
                 if couples {
-                    self.refused = axis.command(&Command::GearOut {}).err();
+                    self.refused = axis.command(plates, &Command::GearOut {}).err();
                 }
             }
             _ => {}
         }
         self.enabled = enable;
         let state = match (self.refused, self.job) {
+            // Refused ratios are an error although the previous ones still move the axis.
             (Some(refusal), _) => CommandState::Failed(JobError::Refused(refusal)),
             (None, Some(job)) => axis.progress(job),
             (None, None) => CommandState::Idle,

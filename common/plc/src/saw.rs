@@ -2,6 +2,7 @@
 //! [`CommandBlock`].
 
 use coaxle_axis::CommandState;
+use coaxle_cam::Tables;
 use coaxle_saw::{FlyingSawCharacteristics, SawCommand, saw_table_id};
 use coaxle_slave::{CouplingRefusal, JobError, Refusal, SlaveAxis};
 
@@ -33,9 +34,11 @@ impl FlyingSawBlock {
         execute: bool,
         command: SawCommand,
         axis: &mut SlaveAxis,
+        plates: &mut Tables,
     ) -> FlyingSawOutputs {
-        let state = self.block.scan(execute, &command.into(), axis);
+        let state = self.block.scan(execute, &command.into(), axis, plates);
         FlyingSawOutputs {
+            // From the begin of the synchronisation on, as long as the command controls the axis.
             start_sync: matches!(state, CommandState::Active | CommandState::InSync),
             common: Outputs::of(&state, JobError::code),
         }
@@ -64,10 +67,12 @@ impl ReadFlyingSawCharacteristicsBlock {
             &mut (),
             |()| {
                 let plan = axis.saw_plan().ok_or(Refusal::NoCharacteristics)?;
+                // No table of the axis is taken: the values are read, and no table is made.
                 let table = saw_table_id(axis_id, |_| false).map_err(CouplingRefusal::Saw)?;
                 Ok(plan.characteristics(table))
             },
             |(), values| {
+                // Values of the rising edge, held by the block: the plan may have changed since.
                 read = Some(*values);
                 CommandState::Done
             },

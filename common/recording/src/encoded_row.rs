@@ -54,6 +54,7 @@ impl EncodedRow {
         Self {
             at_ns,
             woke_ns,
+            // Rows of a table are alike: the longest one so far mostly avoids growing.
             bytes: Vec::with_capacity(bytes),
             ends: Vec::new(),
         }
@@ -75,6 +76,7 @@ impl EncodedRow {
 
     /// Returns the messages of the row, in the order of the instances.
     pub(crate) fn messages(&self) -> impl Iterator<Item = &[u8]> {
+        // Only the ends are kept: each message begins where the one before it ends.
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let ranges = starts.zip(&self.ends);
         ranges.map(|(start, end)| &self.bytes[start as usize..*end as usize])

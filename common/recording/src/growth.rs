@@ -21,6 +21,7 @@ impl Growth {
     pub fn expected(table: &Table, cycle_s: f64) -> Self {
         let signals: usize = table.instances.iter().map(|of| of.signals.len()).sum();
         Self {
+            // 53 + 2·126 = 305 bytes of the measured receiver, 53 + 2·10 = 73 of the sender.
             bytes_per_s: (CYCLE_BYTES + SIGNAL_BYTES * signals as f64) / cycle_s,
         }
     }
@@ -37,6 +38,7 @@ impl Growth {
 impl fmt::Display for Growth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let per_hour = self.bytes_per_s * 3_600.0;
+        // Below 0.95 GB, which would be shown as 0.9 or 1.0 GB, megabytes are the better unit.
         match per_hour < 0.95e9 {
             true => write!(f, "about {:.0} MB per hour", (per_hour * 1e-6).max(1.0)),
             false => write!(f, "about {:.1} GB per hour", per_hour * 1e-9),

@@ -69,6 +69,7 @@ impl<W: Write> Join<W> {
             flushed_ns: None,
         };
         if of_many {
+            // Times of pieces are times of day already: monotonic clocks of several PCs have no common offset.
             join.write_metadata([(CLOCK_OFFSET, "0")])?;
         }
         Ok(join)
@@ -84,15 +85,18 @@ impl<W: Write> Join<W> {
             let expected = name.to_owned();
             return Err(JoinError::Foreign { received, expected });
         }
+        // Taken out, because adding borrows the whole recording.
         let mut node = match self.nodes.remove(name) {
             Some(node) => node,
             None => self.add_node(name, &piece)?,
         };
+        // A file has one schema for each channel, and other signals would be read by the wrong one.
         let is_changed = node.channels != piece.channels;
         let added = match is_changed {
             true => Ok(()),
             false => self.add(name, &mut node, &piece),
         };
+        // Put back in every case, also after an error: the part before it is in the file.
         self.nodes.insert(name.to_owned(), node);
         match is_changed {
             true => Err(JoinError::Changed {
@@ -119,6 +123,7 @@ impl<W: Write> Join<W> {
     /// [`WriteError`].
     pub fn finish(mut self) -> Result<W, WriteError> {
         for node in self.nodes() {
+            // At the end, when the number is final; the last fact of a name counts.
             let key = self.fact_of(&node.name, "missing");
             self.write_metadata([(key.as_str(), node.missing.to_string().as_str())])?;
         }
@@ -161,11 +166,13 @@ impl<W: Write> Join<W> {
         for (header, data) in &piece.messages {
             let known = node.channels.iter().zip(&node.to);
             let mut known = known.map(|(described, to)| (&described.channel, to));
+            // A message of a channel that is not described in the piece cannot be read by anybody.
             let Some((channel, to)) = known.find(|(known, _)| known.id == header.channel_id) else {
                 continue;
             };
             if begins_a_row(channel) {
                 let expected = node.next_row.unwrap_or(header.sequence);
+                // Wrapping as the numbers do, which reach the end of u32 after seven weeks at 1 kHz.
                 node.missing += u64::from(header.sequence.wrapping_sub(expected));
                 node.next_row = Some(header.sequence.wrapping_add(1));
                 node.rows += 1;
@@ -180,9 +187,11 @@ impl<W: Write> Join<W> {
 
     /// Writes the facts of a piece about the node and its run.
     fn write_facts(&mut self, name: &str, facts: &Facts) -> Result<(), WriteError> {
+        // Facts about a piece are none about the joined recording, which has its own format.
         let is_ours = |key: &str| [FORMAT, PIECE].contains(&key);
         let of_many = self.of_many;
         let written = facts.iter().filter(|(key, _)| !is_ours(key));
+        // The offset of one PC's clock would shift the times of all others.
         let written = written.filter(|(key, _)| !of_many || *key != CLOCK_OFFSET);
         let written: Vec<_> = written
             .map(|(key, fact)| (self.fact_of(name, key), fact.as_str()))
@@ -211,6 +220,8 @@ impl<W: Write> Join<W> {
 
     fn flush_at(&mut self, log_time: u64) -> Result<(), WriteError> {
         let flushed = *self.flushed_ns.get_or_insert(log_time);
+        // Clocks of several nodes differ: behind the time of a fast one a signed difference stays below the period
+        // for long.
         if log_time.abs_diff(flushed) >= FLUSH_PERIOD_NS.unsigned_abs() {
             self.flushed_ns = Some(log_time);
             self.mcap.flush()?;
@@ -235,6 +246,7 @@ struct NodeState {
 /// True for the first message of a row, which is of the first instance.
 fn begins_a_row(channel: &Channel) -> bool {
     let of = &channel.metadata;
+    // Once per row, or a row of n instances would count n times.
     of.contains_key(INSTANCE) && of.get(PLACE).is_some_and(|place| place == "0")
 }
 
@@ -276,6 +288,7 @@ impl ReadPiece {
                     schemas.insert(header.id, schema);
                 }
                 Record::Channel(channel) => {
+                    // A channel may have no schema, as that of the inputs.
                     let schema = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
                     piece.channels.push(TypedChannel { channel, schema });
                 }
@@ -292,6 +305,7 @@ impl ReadPiece {
     fn foreign(&self, name: &str) -> Option<String> {
         let tables = self.channels.iter();
         let mut tables = tables.map(|described| described.channel.metadata.get(TABLE));
+        // A channel without a table belongs to no node, which is foreign as well.
         let other = tables.find(|table| table.is_none_or(|table| table != name))?;
         Some(other.cloned().unwrap_or_default())
     }

@@ -47,6 +47,7 @@ impl Level {
 
     const fn of(number: u64) -> Self {
         match number {
+            // Other writers use all six levels of the schema; those without a counterpart go to the nearest one.
             0..=2 => Self::Info,
             3 => Self::Warning,
             _ => Self::Error,
@@ -60,6 +61,7 @@ const NANOS: u64 = 1_000_000_000;
 pub(crate) fn encode(line: &LogLine, log_time: u64) -> Vec<u8> {
     let mut out = Vec::new();
     put_message(&mut out, 1, |timestamp| {
+        // Field numbers are those of google/protobuf/timestamp.proto and of foxglove/Log.proto.
         put_count(timestamp, 1, log_time / NANOS);
         put_count(timestamp, 2, log_time % NANOS);
     });
@@ -77,9 +79,11 @@ pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
         name: String::new(),
         text: String::new(),
     };
+    // A damaged rest loses its fields only: a line of the log is worth reading even in part.
     for field in MessageFields(message).map_while(Result::ok) {
         match field {
             (2, WireValue::Varint(level)) => line.level = Level::of(level),
+            // Text of another program may be no UTF-8, and is still shown.
             (3, WireValue::Bytes(text)) => line.text = String::from_utf8_lossy(text).into_owned(),
             (4, WireValue::Bytes(name)) => line.name = String::from_utf8_lossy(name).into_owned(),
             _ => {}
@@ -91,6 +95,7 @@ pub(crate) fn decode(message: &[u8], at_ns: i64) -> LogLine {
 /// Returns the schema as published by Foxglove, preceded by its imports.
 pub(crate) fn schema() -> Schema {
     let mut data = Vec::new();
+    // FileDescriptorSet: field 1 is a file. An imported file has to come before the one that imports it.
     put_message(&mut data, 1, |file| {
         put_file(file, "google/protobuf/timestamp.proto", "google.protobuf");
         put_message(file, 4, |message| {
@@ -101,6 +106,7 @@ pub(crate) fn schema() -> Schema {
     });
     put_message(&mut data, 1, |file| {
         put_file(file, "foxglove/Log.proto", "foxglove");
+        // FileDescriptorProto: 1 name, 2 package, 3 dependency, 4 message, 12 syntax.
         put_bytes(file, 3, b"google/protobuf/timestamp.proto");
         put_message(file, 4, put_log);
     });
@@ -126,6 +132,7 @@ fn put_log(message: &mut Vec<u8>) {
     ] {
         put_message(message, 2, |f| put_field(f, number, name, type_, type_name));
     }
+    // DescriptorProto: 1 name, 2 field, 4 nested enum. An enum has 1 name and 2 value.
     put_message(message, 4, |levels| {
         put_bytes(levels, 1, b"Level");
         for (name, number) in LEVELS {

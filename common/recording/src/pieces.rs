@@ -66,6 +66,7 @@ impl Pieces {
         let Some(writer) = self.open.take() else {
             return Ok(None);
         };
+        // Sequence numbers go on in the next piece, and a gap in them shows a lost one.
         self.written = writer.written(0);
         writer.finish().map(Some)
     }
@@ -93,6 +94,7 @@ impl Pieces {
 /// Returns the options of a piece: it is read completely, and needs no index.
 fn options() -> WriteOptions {
     writer::options()
+        // A summary repeats schemas and channels, which are at the beginning of each piece anyway.
         .emit_summary_records(false)
         .emit_summary_offsets(false)
         .emit_message_indexes(false)

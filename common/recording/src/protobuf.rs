@@ -21,6 +21,7 @@ const BYTES: u32 = 2;
 const FIXED32: u32 = 5;
 
 pub(crate) fn put_varint(out: &mut Vec<u8>, mut value: u64) {
+    // Seven bits per byte, lowest first; the highest bit says that another byte follows.
     while value >= 0x80 {
         out.push(value as u8 | 0x80);
         value >>= 7;
@@ -55,12 +56,14 @@ pub(crate) fn put_bytes(out: &mut Vec<u8>, number: u32, value: &[u8]) {
 
 /// Writes a message within a message.
 pub(crate) fn put_message(out: &mut Vec<u8>, number: u32, fill: impl FnOnce(&mut Vec<u8>)) {
+    // The length precedes the content, and has itself a length that depends on it.
     let mut inner = Vec::new();
     fill(&mut inner);
     put_bytes(out, number, &inner);
 }
 
 const fn zigzag(value: i64) -> u64 {
+    // 0, -1, 1, -2 … become 0, 1, 2, 3 …: a plain negative number would take ten bytes.
     (value << 1 ^ value >> 63) as u64
 }
 
@@ -74,6 +77,7 @@ pub(crate) struct MessageFields<'a>(pub(crate) &'a [u8]);
 impl<'a> MessageFields<'a> {
     fn varint(&mut self) -> Option<u64> {
         let mut value = 0;
+        // Ten bytes at most: a longer one is no varint of 64 bits, and would shift beyond the width.
         for shift in (0..64).step_by(7) {
             let (byte, rest) = self.0.split_first()?;
             self.0 = rest;
@@ -92,6 +96,7 @@ impl<'a> MessageFields<'a> {
     }
 
     fn bytes(&mut self) -> Option<&'a [u8]> {
+        // Compared with what is there before it is used: a forged length allocates nothing.
         let length = usize::try_from(self.varint()?).ok()?;
         let (bytes, rest) = self.0.split_at_checked(length)?;
         self.0 = rest;
@@ -105,6 +110,7 @@ impl<'a> MessageFields<'a> {
             FIXED64 => WireValue::Fixed64(u64::from_le_bytes(self.array()?)),
             BYTES => WireValue::Bytes(self.bytes()?),
             FIXED32 => WireValue::Fixed32(u32::from_le_bytes(self.array()?)),
+            // Groups (3 and 4) have no length, and are no longer written since proto3.
             _ => return None,
         };
         Some((tag >> 3, wire))

@@ -115,6 +115,7 @@ impl<R: Read> Reader<R> {
 
     fn advance(&mut self) -> Option<Result<Item, Damage>> {
         loop {
+            // Taken before the record is read: damage is reported at its beginning.
             let offset = self.records.offset();
             let record = match self.records.next()? {
                 Ok(record) => record,
@@ -153,11 +154,13 @@ impl<R: Read> Reader<R> {
 
     fn facts(&mut self, facts: Facts) -> Facts {
         let offset = facts.get(CLOCK_OFFSET).and_then(|ns| ns.parse().ok());
+        // Facts without an offset, as those of `missing` at the end, leave the clock as it is.
         self.clock_offset_ns = offset.unwrap_or(self.clock_offset_ns);
         facts
     }
 
     fn channel(&mut self, channel: Channel) -> Result<(), Fault> {
+        // MCAP permits a channel to be repeated, for example in each chunk; a second one would double its columns.
         if self.channels.contains_key(&channel.id) {
             return Ok(());
         }
@@ -181,6 +184,7 @@ impl<R: Read> Reader<R> {
         if channel.message_encoding == INPUTS_ENCODING {
             return Ok(ChannelContent::Inputs(name.as_str().into()));
         }
+        // Channels of other programs are no error: any MCAP file can be read.
         Ok(match schema {
             "foxglove.Log" => ChannelContent::Log,
             "coaxle.Status" => ChannelContent::Status(name.as_str().into()),
@@ -207,6 +211,7 @@ impl<R: Read> Reader<R> {
         };
         let (place, of) = (count(PLACE)?, count(INSTANCES)?);
         self.signals += fields.len();
+        // Before anything is allocated for them: a small file can describe very many.
         if self.signals > MOST_SIGNALS {
             return Err(Fault::TooManySignals);
         }
@@ -220,6 +225,7 @@ impl<R: Read> Reader<R> {
         });
         let instance = OpenInstance::new(columns.collect(), fields);
         let open = &mut self.open[table];
+        // Two channels in one place would overwrite each other's values, and the row never be complete.
         if place >= open.expected || open.instances.contains_key(&place) {
             return Err(Fault::Channel {
                 topic: channel.topic.clone(),
@@ -240,6 +246,7 @@ impl<R: Read> Reader<R> {
 
     /// Returns the table of this name, a new one if there is none yet.
     fn table(&mut self, name: &str, role: &str, instances: usize) -> usize {
+        // By name, because the channels of a table come in any order, one by one.
         if let Some(known) = self.tables.iter().position(|table| table.name == name) {
             return known;
         }
@@ -276,7 +283,9 @@ impl<R: Read> Reader<R> {
                 topic,
             } => {
                 let open = &mut self.open[table];
+                // Messages of a row share one number: another number means that the rest of the last row is lost.
                 if open.sequence != Some(header.sequence) {
+                    // After a complete row `received` is 0, so that only a row that has begun counts.
                     self.incomplete += u64::from(open.received > 0);
                     open.begin(header.sequence);
                     open.at_ns = at_ns;
@@ -295,6 +304,7 @@ impl<R: Read> Reader<R> {
 
     /// Converts the time in the file to that of the clock of the rows.
     fn clock_ns(&self, time: u64) -> i64 {
+        // A forged time must not overflow: u64 nanoseconds reach twice as far as i64.
         let time = i64::try_from(time).unwrap_or(i64::MAX);
         time.saturating_sub(self.clock_offset_ns)
     }

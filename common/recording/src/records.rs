@@ -130,29 +130,35 @@ impl<R: Read> RecordReader<R> {
         }
         let frame = self.frame();
         let Ok((opcode, data)) = frame else {
+            // Records form a chain of lengths: after a failed one the beginning of the next is unknown.
             self.state = ReadState::Over;
             return frame.map(|_| None);
         };
         match opcode {
             op::DATA_END => {
+                // Only the summary follows, which repeats what has been read.
                 self.state = ReadState::Over;
                 Ok(None)
             }
             op::CHUNK => {
+                // On damage the chunk is skipped as a whole and reading goes on behind it: its length was good.
                 self.chunk = records_of(&data)?.into();
                 Ok(None)
             }
             op::METADATA | op::ATTACHMENT | op::SCHEMA | op::CHANNEL | op::MESSAGE => {
                 Ok(Some(parse_record(opcode, &data)?.into_owned()))
             }
+            // Indexes serve seeking, and unknown records are to be ignored by the specification of MCAP.
             _ => Ok(None),
         }
     }
 
     fn begin(&mut self) -> Result<(), Fault> {
+        // Set first, so that every early return below ends the reading.
         self.state = ReadState::Over;
         let mut magic = [0; MAGIC.len()];
         match self.fill(&mut magic) {
+            // An empty or very short file is none of MCAP, rather than an unfinished one.
             Err(Fault::CutOff | Fault::Unfinished) => return Err(Fault::NoMcap),
             other => other?,
         }
@@ -169,6 +175,7 @@ impl<R: Read> RecordReader<R> {
         self.fill(&mut head)?;
         let [opcode, length @ ..] = head;
         let length = u64::from_le_bytes(length);
+        // Checked before reading: a damaged length may be any number of 64 bits.
         if length > MOST_BYTES as u64 {
             return Err(Fault::TooLong(length));
         }
@@ -189,9 +196,11 @@ impl<R: Read> RecordReader<R> {
         let mut filled = 0;
         while filled < length {
             match self.input.read(&mut buffer[filled..]) {
+                // Between two records the file is unfinished, within one it is cut off.
                 Ok(0) if filled == 0 => return Err(Fault::Unfinished),
                 Ok(0) => return Err(Fault::CutOff),
                 Ok(read) => filled += read,
+                // A signal during the read is no error of the file.
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error.into()),
             }
@@ -211,12 +220,14 @@ impl<R: Read> Iterator for RecordReader<R> {
 
 /// Returns the records of a chunk completely, or none: its check sum is verified first.
 fn records_of(chunk: &[u8]) -> Result<Vec<Record<'static>>, Fault> {
+    // The chunk is parsed as a file of its own, without the magic bytes around it.
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true)
         .with_record_length_limit(MOST_BYTES);
     let mut reader = LinearReader::new_with_options(options);
+    // Opcode and length were consumed by the frame, but the reader of the library expects them.
     let head = [&[op::CHUNK], (chunk.len() as u64).to_le_bytes().as_slice()].concat();
     let mut input = head.as_slice().chain(chunk);
     let mut records = Vec::new();

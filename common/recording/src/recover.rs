@@ -36,6 +36,8 @@ impl Recovered {
 
     fn note(&mut self, damage: Damage) {
         if self.damage.len() == MOST_DAMAGE {
+            // The newest replaces the last of the list: the end of the file, mostly the cause of interest, stays
+            // visible.
             self.damage.pop();
             self.more_damage += 1;
         }
@@ -76,6 +78,7 @@ fn copy<W: Write>(
     recovered: &mut Recovered,
 ) -> Result<(), McapError> {
     let copied = match record {
+        // Numbers are kept: messages refer to them, and some may come before a repeated schema.
         Record::Schema { header, data } => writer
             .add_schema_with_id(header.id, &header.name, &header.encoding, &data)
             .map(|_| ()),
@@ -90,6 +93,7 @@ fn copy<W: Write>(
             .map(|_| ()),
         Record::Message { header, data } => {
             let written = writer.write_to_known_channel(&header, &data);
+            // Counted after writing, so that the range covers only messages that can be read again.
             if written.is_ok() {
                 recovered.keep(header.log_time);
             }

@@ -55,6 +55,7 @@ impl OpenTable {
         if self.instances.len() < self.expected {
             return;
         }
+        // In the order of the places, which is that of the columns of a trace, whatever order the channels came in.
         for instance in self.instances.values_mut() {
             instance.start = table.columns.len();
             table.columns.append(&mut instance.columns);
@@ -65,6 +66,7 @@ impl OpenTable {
     pub(crate) fn begin(&mut self, sequence: u32) {
         self.sequence = Some(sequence);
         self.received = 0;
+        // An absent field is an unknown value: the last row's must not remain.
         self.values.fill(None);
         for instance in self.instances.values_mut() {
             instance.is_received = false;
@@ -78,6 +80,8 @@ impl OpenTable {
         for field in MessageFields(data) {
             let (number, wire) = field?;
             let known = instance.fields.binary_search_by_key(&number, |f| f.number);
+            // A field that is not in the schema comes from a later version, and is ignored as Protocol Buffers
+            // demand.
             let Ok(known) = known else {
                 continue;
             };
@@ -87,6 +91,7 @@ impl OpenTable {
                 *place = Some(value);
             }
         }
+        // A duplicate counts once, or a row would be complete without all of its instances.
         if !instance.is_received {
             instance.is_received = true;
             self.received += 1;
@@ -100,6 +105,7 @@ impl OpenTable {
             return None;
         }
         self.received = 0;
+        // A repetition of the row's messages then begins a row of its own, instead of completing none.
         self.sequence = None;
         Some(Row {
             table,

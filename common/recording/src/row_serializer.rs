@@ -52,12 +52,15 @@ impl<'a> RowSerializer<'a> {
                 expected: self.slots.len(),
             });
         };
+        // An unknown value has no kind to compare.
         if let Some(kind) = kind
             && kind != slot.kind
         {
             return Err(self.wrong_kind(kind, slot.kind));
         }
         put(self.row.open_message(), slot.number);
+        // By the slot, not by structures: groups may be nested in any way, and an absent last value ends its message
+        // too.
         if slot.is_last {
             self.row.end_message();
         }
@@ -132,6 +135,7 @@ impl ser::Serializer for &mut RowSerializer<'_> {
     }
 
     fn serialize_none(self) -> Result<(), RowError> {
+        // Nothing is written: an absent optional field is the encoding of an unknown value.
         self.value(None, |_, _| {})
     }
 
@@ -153,6 +157,7 @@ impl ser::Serializer for &mut RowSerializer<'_> {
         _: u32,
         variant: &'static str,
     ) -> Result<(), RowError> {
+        // States are recorded by name, which stays readable when numbers change.
         self.serialize_str(variant)
     }
 

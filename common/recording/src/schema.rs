@@ -76,6 +76,7 @@ impl Schema {
         let package = format!("coaxle.{}", identifier(role));
         let mut message = message_name(instance.group).to_owned();
         if variant > 0 {
+            // The first has no number, so that the usual case of one variant has the plain name.
             message += &(variant + 1).to_string();
         }
         let mut data = Vec::new();
@@ -85,6 +86,7 @@ impl Schema {
             put_bytes(file, 2, package.as_bytes());
             put_message(file, 4, |out| put_signals(out, &message, instance.signals));
             put_message(file, 9, |out| put_meanings(out, instance.signals));
+            // FileDescriptorProto: 1 name, 2 package, 4 message, 9 comments, 12 syntax.
             put_bytes(file, 12, b"proto3");
         });
         let name = format!("{package}.{message}");
@@ -106,7 +108,9 @@ fn put_signals(out: &mut Vec<u8>, name: &str, signals: &[Signal]) {
     put_bytes(out, 1, name.as_bytes());
     for (n, signal) in (0..).zip(signals) {
         put_message(out, 2, |field| {
+            // Field numbers begin at 1; 0 is not permitted.
             put_field(field, n + 1, signal.name, type_of(signal.kind), None);
+            // 9 is the index of its `oneof`, 17 marks it as `optional`: readers need both to report presence.
             put_count(field, 9, u64::from(n));
             put_count(field, 17, 1);
         });
@@ -128,6 +132,7 @@ pub(crate) fn put_field(
 ) {
     put_bytes(out, 1, name.as_bytes());
     put_count(out, 3, u64::from(number));
+    // FieldDescriptorProto: 3 number, 4 label (1 is at most once), 5 type, 6 name of the type.
     put_count(out, 4, 1);
     put_count(out, 5, type_);
     if let Some(type_name) = type_name {
@@ -145,6 +150,7 @@ fn put_meanings(out: &mut Vec<u8>, signals: &[Signal]) {
                     put_varint(path, part);
                 }
             });
+            // A span is required, but there is no text to which it could refer.
             put_message(location, 2, |span| span.extend([0, 0, 0]));
             let meaning = match signal.unit {
                 "" => format!(" {}\n", signal.meaning()),
@@ -183,6 +189,7 @@ fn signals_of(message: &[u8]) -> Result<Vec<SchemaField>, InvalidMessage> {
             fields.push(SchemaField { number, name, kind });
         }
     }
+    // Sorted for the binary search of each value; descriptors may come in any order.
     fields.sort_by_key(|field| field.number);
     Ok(fields)
 }

@@ -32,6 +32,7 @@ impl RowEncoder {
     pub fn of(table: &Table) -> Self {
         let slots = table.instances.iter().flat_map(|instance| {
             let count = instance.signals.len() as u32;
+            // Numbers restart with each instance, which is a message of its own.
             (1..)
                 .zip(instance.signals)
                 .map(move |(number, signal)| Slot {

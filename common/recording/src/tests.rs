@@ -14,6 +14,7 @@ const CYCLE_NS: i64 = 10_000_000;
 /// Makes a recording of this number of rows, and its length after each flush.
 fn recording(tables: &[Table], rows: u64) -> Vec<u8> {
     let facts = Facts::from([("scenario".to_owned(), "beat".to_owned())]);
+    // An offset other than 0, which reading has to take off again.
     let mut writer = Writer::create(Vec::new(), tables, &facts, 1_000).unwrap();
     writer
         .attach("boiler.toml", "application/toml", b"name = 'b'")
@@ -163,6 +164,7 @@ fn what_was_flushed_is_there_whatever_becomes_of_the_rest() {
     let all = rows(&read(&whole).0).len();
     assert_eq!(all, 100);
     let mut kept = Vec::new();
+    // Any place of a power cut; 7 is a compromise with the time that each takes.
     for end in (0..whole.len()).step_by(7) {
         let (items, damage) = read(&whole[..end]);
         let rows = rows(&items);
@@ -187,6 +189,7 @@ fn what_is_recovered_is_finished_and_the_same() {
     let (items, damage) = read(&finished);
     assert_eq!(damage, 0);
     assert_eq!(items, read(broken).0);
+    // A row is three messages: the boiler and two valves.
     let of_rows = 3 * rows(&items).len() as u64;
     assert!(of_rows >= 3 * 51 && recovered.messages == of_rows);
     let again = recover(finished.as_slice(), Vec::new()).unwrap();
@@ -198,6 +201,7 @@ fn what_is_recovered_is_finished_and_the_same() {
 #[test]
 fn of_a_damaged_piece_nothing_is_used_and_all_that_follows() {
     let mut file = recording(&[boiler()], 100);
+    // Inside a compressed chunk, whose check sum then fails.
     let middle = file.len() / 2;
     file[middle] ^= 0xff;
     let (items, damage) = read(&file);
@@ -228,6 +232,7 @@ proptest! {
         position: f64,
         steps in proptest::option::of(any::<i32>()),
         open in proptest::option::of(any::<bool>()),
+        // Before the wall clock's zero by the offset at most, since a file has no earlier time.
         at in -1_000_i64..1 << 60,
     ) {
         let mut row = row(1);
@@ -264,6 +269,7 @@ proptest! {
         let _ = recover(file.as_slice(), &mut finished).unwrap();
         let (again, damage) = read(&finished);
         prop_assert!(damage == 0 || damage <= items.len() + 2);
+        // Damage never makes rows.
         prop_assert!(rows(&again).len() <= 40);
     }
 }
@@ -318,6 +324,7 @@ fn every_piece_is_a_recording_and_all_together_are_one() {
 fn rows_that_never_came_are_counted_and_a_new_run_is_no_gap() {
     let mut join = Join::create(Vec::new(), false).unwrap();
     let first = pieces("1", 30, 10);
+    // The second is lost on the way, with its ten rows.
     for piece in [&first[0], &first[2]] {
         join.piece("boiler", piece).unwrap();
     }

@@ -79,6 +79,7 @@ pub(crate) fn options() -> WriteOptions {
         .compression(Some(Compression::Lz4))
         .chunk_size(Some(CHUNK_BYTES))
         .library(concat!("coaxle ", env!("CARGO_PKG_VERSION")))
+        // The destination need not seek, and what was flushed must be readable without later corrections.
         .disable_seeking(true)
 }
 
@@ -117,6 +118,7 @@ impl<W: Write> Writer<W> {
         let mut schemas = Schemas::default();
         for table in tables {
             let prefix = match tables {
+                // The usual file of one node has short topics; several need the name to tell them apart.
                 [_] => String::new(),
                 _ => format!("{}/", table.name),
             };
@@ -145,6 +147,7 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// [`WriteError`].
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
+        // An attachment has no time of its own; that of the last flush keeps the file's range as it is.
         let time = self.log_time(self.flushed_ns.unwrap_or_default());
         Ok(self.mcap.attach(&Attachment {
             log_time: time,
@@ -173,6 +176,7 @@ impl<W: Write> Writer<W> {
             };
             self.mcap.write_to_known_channel(&header, message)?;
         }
+        // After all messages of the row, which share the number. It wraps after seven weeks at 1 kHz.
         channels.written.rows = channels.written.rows.wrapping_add(1);
         self.flush_at(row.at_ns)
     }
@@ -233,11 +237,14 @@ impl<W: Write> Writer<W> {
         };
         let channel_id = match channels.inputs {
             Some(channel) => channel,
+            // Added with the first inputs: only a receiver that records itself has any.
             None => {
                 let topic = format!("{}/{INPUTS}", channels.name);
                 let metadata = &channels.metadata;
                 let added = self
                     .mcap
+                    // Schema 0 means none by the specification of MCAP: the bytes describe themselves to `coaxle
+                    // replay` only.
                     .add_channel(0, &topic, INPUTS_ENCODING, metadata)?;
                 *channels.inputs.insert(added)
             }
@@ -348,6 +355,7 @@ impl<W: Write> Writer<W> {
 fn topic(table: &Table, instance: &Instance, prefix: &str) -> String {
     let is_taken = |name: &str| table.instances.iter().any(|other| other.name == name);
     match instance.name.as_str() {
+        // An axis may be named like its node, and two channels of one topic would be merged by viewers.
         "" if is_taken(&table.name) => format!("{prefix}{} (node)", table.name),
         "" => format!("{prefix}{}", table.name),
         name => format!("{prefix}{name}"),

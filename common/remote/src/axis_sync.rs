@@ -99,6 +99,7 @@ impl AxisSync {
     /// # Errors
     /// [`WrongParameter`] (0x4b56); the block is disabled then.
     pub fn enable(&mut self) -> Result<(), WrongParameter> {
+        // Wrong parameters leave the block disabled instead of running with the previous ones.
         self.enabled = None;
         self.enabled = Some(Enabled {
             clock: FarSync::start(self.task_cycle_time, &self.parameters)?,
@@ -115,6 +116,7 @@ impl AxisSync {
     /// Changes `fDelayTimeOffset` while running. The change acts at once: slew it.
     pub fn set_delay_time_offset(&mut self, offset: Seconds) {
         self.parameters.time_sync.delay_time_offset = offset;
+        // A disabled block has no clock; the stored offset applies from the next rising edge.
         if let Some(enabled) = &mut self.enabled {
             enabled.clock.set_delay_time_offset(offset);
         }
@@ -128,6 +130,7 @@ impl AxisSync {
     /// [`WrongParameter`] (0x4b56) names the parameter that is out of its range; nothing is changed then.
     #[doc(alias = "stAxisSyncParameters")]
     pub fn set_parameters(&mut self, parameters: AxisSyncParameters) -> Result<(), WrongParameter> {
+        // Everything is checked before anything changes: otherwise clock and axis would differ after a refusal.
         let checked = parameters.checked(self.task_cycle_time)?;
         if let Some(Enabled { clock, axis }) = &mut self.enabled {
             clock.set_parameters(&checked);
@@ -184,6 +187,7 @@ impl Enabled {
         correction: &FarCorrection,
         elapsed: u32,
     ) -> AxisSyncOutput {
+        // The correction of this very cycle: one from the previous cycle is off by a cycle's drift and every beat.
         let moved = self.axis.update(&set_of(axis_in), correction, elapsed);
         if moved.re_initialised {
             // The block is a unit: its clock restarts with its axis.

@@ -29,6 +29,7 @@ macro_rules! changes {
             /// Completes these parameters with those of `whole`.
             #[must_use]
             pub fn over(&self, whole: $whole) -> $whole {
+                // Every field is named, so that a parameter added to the block but not here does not compile.
                 $whole { $($field: self.$field.unwrap_or(whole.$field),)* }
             }
         }

@@ -114,24 +114,29 @@ impl Continuity {
         let passed = self.passed(cycle);
         let reach = &cycle.reach;
         let set = match (&mut self.motion, &self.last) {
+            // Without a previous position there is no step to avoid, so that an axis begins at its master.
             (Motion::Following, _) | (_, None) => {
                 self.motion = Motion::Following;
                 *master
             }
+            // A plan stays in force while its master stays alike: planned again in each cycle it would never arrive.
             (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * reach.velocity => {
                 rejoin.since += passed;
                 rejoin.over(master)
             }
             (Motion::Braking { .. } | Motion::Returning | Motion::Rejoining(_), Some(_)) => {
+                // The difference starts at the position at which the axis would be now, not where it was a cycle ago.
                 let standing = self
                     .moving(reach)
                     .map_or(*master, |last| moved_on(&last, passed));
+                // Velocities beyond those of the master are of a jump, and the plan would begin with them.
                 let master = reach.possible(master);
                 let rejoin = self.rejoin_from(&standing, &master, reach);
                 self.motion = Motion::Rejoining(rejoin);
                 rejoin.over(&master)
             }
         };
+        // Past its length the curve is the master itself, and from then on set values pass through to the bit.
         if let Motion::Rejoining(rejoin) = &self.motion
             && rejoin.since >= rejoin.length
         {
@@ -146,9 +151,11 @@ impl Continuity {
         let passed = self.passed(cycle);
         let last = self.moving(&cycle.reach)?;
         let (braking, since) = match self.motion {
+            // A braking once begun keeps its curve, whose start is the last state with data.
             Motion::Braking { braking, since } => (braking, since + passed),
             Motion::Following | Motion::Returning | Motion::Rejoining(_) => {
                 let length = BRAKING;
+                // The braking begins at the last set values, which are one call ago: the first step has that length.
                 (Braking { from: last, length }, passed)
             }
         };
@@ -180,6 +187,7 @@ impl Continuity {
 
     fn keep(&mut self, set: Kinematics, cycle: &MasterCycle) {
         let passed = self.passed(cycle);
+        // A pause's mean velocity and the jumps of beats would be mistaken for the velocity at its end.
         let says_velocity = (1..=SAID_OVER).contains(&cycle.elapsed) && !cycle.shows_beats;
         let beside = match &self.last {
             Some((last, _)) if says_velocity => {
@@ -193,9 +201,11 @@ impl Continuity {
     /// The motion of the axis by its positions, within its limits.
     fn moving(&self, reach: &Reach) -> Option<Kinematics> {
         let (last, beside) = self.last?;
+        // Positions win over the reported velocity: a drive follows positions.
         let is_true = beside.abs() <= CONTRADICTION * reach.velocity;
         let (velocity, acceleration) = match is_true {
             true => (last.velocity, last.acceleration),
+            // An acceleration reported beside a wrong velocity deserves no more trust than it.
             false => (last.velocity + beside, 0.0),
         };
         Some(reach.possible(&Kinematics {
@@ -218,11 +228,13 @@ impl Continuity {
             acceleration: hardest,
         } = *reach;
         let velocity = fastest.max(hardest * BRAKING / BRAKED);
+        // Both 0 is a master that never moved: 0/0 would be NaN.
         let share = if velocity > 0.0 {
             (ahead.velocity.abs() / velocity).min(1.0)
         } else {
             1.0
         };
+        // A small difference of the velocity takes a share of the time, so that its acceleration stays alike.
         let slowing = Braking {
             from: Kinematics {
                 position: 0.0,
@@ -230,16 +242,22 @@ impl Continuity {
             },
             length: (BRAKING * share).max(self.shortest),
         };
+        // The difference of the velocity travels a way by itself while it fades, which the second curve includes.
         let way = ahead.position + slowing.way();
         let longest = if fastest > 0.0 {
             LONGEST
         } else {
             TO_A_RESTING_MASTER
         };
+        // A way so long that it would take more than the longest time is covered faster instead.
         let faster = (FASTER * fastest).max(STEEPEST * way.abs() / longest);
+        // A master that has moved at constant speed only has shown no acceleration to take as a measure.
         let harder = hardest.max(BRAKED * fastest / BRAKING);
+        // Without a measure neither bounds the time: 0/0 would be NaN, and a way over 0 endless.
         let by = |most: f64, length: f64| if most > 0.0 { length } else { 0.0 };
+        // Quintic over the way w in the time t: largest velocity 1.875·w/t, …
         let for_velocity = by(faster, STEEPEST * way.abs() / faster);
+        // … and largest acceleration 10/√3·w/t².
         let for_acceleration = by(harder, libm::sqrt(MOST_CURVED * way.abs() / harder));
         let for_way = for_velocity.max(for_acceleration.min(longest));
         Rejoin {
@@ -256,6 +274,7 @@ impl Reach {
     /// Set values with a velocity and an acceleration that the axis can have. A position that jumped says nothing of either: an axis
     /// that took the jump for its velocity went on at 100 m/s.
     fn possible(&self, set: &Kinematics) -> Kinematics {
+        // An axis brought back may be half as fast again as its master.
         let (fastest, hardest) = ((1.0 + FASTER) * self.velocity, self.hardest());
         Kinematics {
             velocity: set.velocity.clamp(-fastest, fastest),
@@ -266,6 +285,7 @@ impl Reach {
 
     /// The greatest acceleration of an axis that is braked or brought back, u/s².
     fn hardest(&self) -> f64 {
+        // Velocity of a braking from v over t: v·(1 - 3x² + 2x³), whose slope is largest at x = ½, 1.5·v/t.
         let by_braking = BRAKED * (1.0 + FASTER) * self.velocity / BRAKING;
         self.acceleration.max(by_braking)
     }
@@ -287,12 +307,14 @@ struct Rejoin {
 impl Rejoin {
     /// The master, with the rest of the difference on top.
     fn over(&self, master: &Kinematics) -> Kinematics {
+        // The sum below leaves a rounding residue, and the end is the master exactly.
         if self.since >= self.length {
             return *master;
         }
         let slowing = self.slowing.at(self.since);
         let left = self.way_left();
         Kinematics {
+            // The differences are added up first: they vanish together, and only their sum meets the large position.
             position: master.position + (slowing.position - self.slowing.way() + left.position),
             velocity: master.velocity + slowing.velocity + left.velocity,
             acceleration: master.acceleration + slowing.acceleration + left.acceleration,
@@ -305,6 +327,7 @@ impl Rejoin {
         let x = self.since / t;
         let y = 1.0 - x;
         Kinematics {
+            // 1 - 10x³ + 15x⁴ - 6x⁵, with the triple root at x = 1 taken out: the expanded form cancels near the end.
             position: way * y * y * y * (1.0 + x * (3.0 + 6.0 * x)),
             velocity: -30.0 * way * x * x * y * y / t,
             acceleration: -60.0 * way * x * y * (1.0 - 2.0 * x) / (t * t),
@@ -328,6 +351,7 @@ impl Braking {
             return Kinematics::at_rest(self.from.position + self.way());
         }
         let (v, a) = self.scaled();
+        // Conditions at x = 1: v + 2c₂ + 3c₃ + 4c₄ = 0 and 2c₂ + 6c₃ + 12c₄ = 0, with c₂ = a/2.
         let (c2, c3, c4) = (0.5 * a, -v - 2.0 / 3.0 * a, 0.5 * v + 0.25 * a);
         let velocity = v + x * (2.0 * c2 + x * (3.0 * c3 + x * 4.0 * c4));
         let acceleration = 2.0 * c2 + x * (6.0 * c3 + x * 12.0 * c4);
@@ -341,6 +365,7 @@ impl Braking {
     /// Distance to rest, u.
     fn way(&self) -> f64 {
         let (v, a) = self.scaled();
+        // The quartic at x = 1: v + c₂ + c₃ + c₄.
         0.5 * v + a / 12.0
     }
 

@@ -83,6 +83,7 @@ impl ExtrapolateParameters {
             ("blending-time-s", self.blending_time.0),
         ];
         for (parameter, received) in checks {
+            // NaN compares false with everything: the negated form refuses it.
             if !(received.is_finite() && received >= 0.0) {
                 return Err(WrongParameter {
                     parameter,
@@ -257,6 +258,7 @@ struct Candidates {
 impl Candidates {
     /// Set values of a mode; none if it has no correction time.
     fn of(&self, mode: ExtrapolateMode) -> Option<SetValues> {
+        // Bypass and PT1 need no correction: only these two can always be fallen back to.
         let Seconds(dt) = match mode {
             ExtrapolateMode::Bypass => return Some(self.received),
             ExtrapolateMode::Pt1 => return Some(self.filtered),
@@ -283,6 +285,7 @@ impl Candidates {
             ExtrapolateMode::Time => self.corrections.time,
             ExtrapolateMode::Observer => self.corrections.observer,
         };
+        // No correction moves the values by nothing: the acceleration is as received.
         let Seconds(age) = age.unwrap_or(Seconds::ZERO);
         moved_on(received, age).acceleration
     }
@@ -330,6 +333,8 @@ impl AxisExtrapolate {
     /// Restarts with an axis that may be moving: no blend, and a settled filter.
     pub(super) fn begin_anew(&mut self) {
         self.restart();
+        // Without its lag at a moving axis the filter would fall behind within its time constant, which is a step of
+        // the velocity.
         self.pt1.restart_settled(self.task_cycle_time);
     }
 
@@ -375,8 +380,10 @@ impl AxisExtrapolate {
         fall_back: FallBackMode,
         elapsed: u32,
     ) -> Moved {
+        // The PT1 filter runs in every mode: a fallback must find it settled.
         let candidates = self.candidates(received, corrections, elapsed);
         let error = self.position_error(mode, &candidates);
+        // Both reasons end in the fallback, but only the first is an error.
         let usable = error.is_none() && candidates.of(mode).is_some();
         let mode = if usable { mode } else { fall_back.into() };
         let set = self.blended(mode, &candidates, elapsed);
@@ -408,6 +415,8 @@ impl AxisExtrapolate {
         let (position, velocity) = self
             .pt1
             .update(received.position, received.velocity, elapsed);
+        // The acceleration of an encoder or interpolated axis may be noise, of which Δt²/2 would be added to the
+        // position.
         let acceleration = if self.parameters.use_acc_for_extrapolation {
             axis.acceleration
         } else {
@@ -424,6 +433,7 @@ impl AxisExtrapolate {
     fn position_error(&self, mode: ExtrapolateMode, candidates: &Candidates) -> Option<SyncError> {
         let limit = self.parameters.max_position_diff;
         let extrapolates = !matches!(mode, ExtrapolateMode::Bypass | ExtrapolateMode::Pt1);
+        // The manual monitors the extrapolation; the lag of the PT1 filter is wanted and no error.
         let extrapolated = candidates.of(mode).filter(|_| extrapolates)?;
         let difference = (extrapolated.position - candidates.received.position).abs();
         (limit > 0.0 && difference > limit).then_some(SyncError::MaxPositionDiffExceeded)
@@ -437,6 +447,7 @@ impl AxisExtrapolate {
     ) -> SetValues {
         let aim = candidates.of(mode).unwrap_or(candidates.received);
         let passed = f64::from(elapsed) * self.task_cycle_time;
+        // Advances first: the rest that a new blend takes over is that of this cycle, not of the last.
         self.blend.go_on(passed);
         let before = Kinematics {
             position: self.aim.position,
@@ -452,6 +463,8 @@ impl AxisExtrapolate {
             _ => None,
         };
         if let Some(from) = from {
+            // The rest of a blend is added to the new difference once. A difference of already blended values would
+            // count it again with every change.
             let difference = from.position - aim.position + self.blend.rest();
             self.blend = Blend::starting(difference, self.parameters.blending_time.0);
         }

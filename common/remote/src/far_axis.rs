@@ -62,6 +62,7 @@ impl FarAxis {
     ) -> FarAxisOutput {
         let fall_back = correction.fall_back;
         let was_latched = self.position_error.is_some();
+        // Read before this cycle's error: an error is seen by its own cycle's fallback inside the extrapolation.
         let mode = match correction.on_position_error {
             OnPositionError::FallBack if was_latched => fall_back.into(),
             _ => correction.mode,
@@ -77,7 +78,9 @@ impl FarAxis {
                 self.position_error
             }
         };
+        // The clock's error comes first: a position error mostly follows from it.
         let error = correction.error.or(position_error);
+        // An error is reported for at least one whole cycle before the restart, so that no scan misses it.
         let re_initialised = was_latched && self.automatic_re_init;
         if re_initialised {
             self.position_error = None;
@@ -87,6 +90,7 @@ impl FarAxis {
             state: moved.state,
             synced: correction.synced && error.is_none(),
             error,
+            // That of the mode actually used, which differs from the selected one in the fallback.
             correction_time: correction.time(moved.state),
             diagnostic: moved.diagnostic,
             re_initialised,
@@ -126,6 +130,7 @@ impl FarAxis {
         moved: &FarAxisOutput,
         elapsed: u32,
     ) -> FarAxisOutput {
+        // The cycle is calculated a second time, and must not find the state that its first pass left.
         self.begin_anew();
         let (times, fall_back) = (correction.times, correction.fall_back);
         let again =

@@ -64,6 +64,8 @@ struct Silence {
 impl Silence {
     fn count(&mut self, index: CycleIndex, elapsed: u32) {
         self.cycles = match self.index.replace(index) {
+            // A node that is silent for seven weeks at 1 kHz reaches the end of u32; wrapped, it would count as
+            // fresh.
             Some(last) if last == index => self.cycles.saturating_add(elapsed),
             _ => 0,
         };
@@ -111,6 +113,7 @@ impl FarCorrection {
 
     /// Correction for an axis whose newest values are older than those of its node by this time.
     pub fn for_older(&self, by: Seconds) -> Self {
+        // Older values lie further in the past of the instant wanted: a longer extrapolation.
         let later = |time: Option<Seconds>| time.map(|time| time + by);
         Self {
             times: CorrectionTimes {
@@ -127,6 +130,7 @@ impl FarCorrection {
         Self {
             synced: false,
             is_silent: true,
+            // A pace of the frames that contradicts the cycle time is a wrong parameter: the manual's 0x4b56.
             error: Some(SyncError::WrongParameter),
             mode: self.fall_back.into(),
             ..*self
@@ -138,6 +142,7 @@ impl FarCorrection {
         Self {
             is_silent: true,
             error: self.error.or(Some(SyncError::MaxDataAgeExceeded)),
+            // A mode that was selected explicitly stays in force on errors.
             mode: match self.on_position_error {
                 OnPositionError::KeepMode => self.mode,
                 OnPositionError::FallBack | OnPositionError::Forget => self.fall_back.into(),
@@ -203,6 +208,7 @@ impl FarSync {
         filter_mode: FilterMode,
         elapsed: u32,
     ) -> FarCorrection {
+        // Counted here too: the time sync restarts in observer mode, and its own age with it.
         self.silence.count(index, elapsed);
         let time = self.time_sync.update(index, elapsed);
         let (mode, on_position_error) = self.mode(filter_mode, &time);
@@ -237,6 +243,7 @@ impl FarSync {
         elapsed: u32,
     ) -> FarCorrection {
         self.silence.count(index, elapsed);
+        // Runs in observer mode as well, so that time mode can bridge at any moment.
         let time = self.time_sync.update(index, elapsed);
         if let TimeSyncState::Failed(_) = time.state {
             // The time sync only bridges: after any loss it restarts.
@@ -250,6 +257,7 @@ impl FarSync {
             // A drift warning from beats is obsolete once the observer knows the clock.
             warning: time.warning.filter(|_| clock.is_none()),
             mode: match clock {
+                // Silence first: a clock that is still known moves old values ever further.
                 _ if silent => self.fall_back_mode.into(),
                 Some(_) => ExtrapolateMode::Observer,
                 None => self.start_up_mode.into(),
@@ -258,6 +266,8 @@ impl FarSync {
             times: CorrectionTimes {
                 sync: None,
                 time: time.time_mode_correction,
+                // The phase is known up to a constant delay, which this offset adds. The corrections of the time sync
+                // contain it.
                 observer: clock.map(|clock| clock + self.delay_time_offset),
             },
             on_position_error: OnPositionError::Forget,
@@ -267,6 +277,7 @@ impl FarSync {
 
     fn is_silent(&self) -> bool {
         let limit = self.age_limit();
+        // Older than the limit, not as old: TS5066, iAgeOfDataLimit, permits that number of cycles.
         limit.is_some_and(|limit| self.silence.cycles > limit)
     }
 
@@ -277,6 +288,7 @@ impl FarSync {
     ) -> (ExtrapolateMode, OnPositionError) {
         use OnPositionError::{FallBack, KeepMode};
         match (filter_mode, time.state) {
+            // Explicit modes before the failure: they need no clock, so that its failure changes nothing for them.
             (FilterMode::Bypass, _) => (ExtrapolateMode::Bypass, KeepMode),
             (FilterMode::Pt1, _) => (ExtrapolateMode::Pt1, KeepMode),
             (_, TimeSyncState::Failed(_)) => (self.fall_back_mode.into(), FallBack),

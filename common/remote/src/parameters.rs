@@ -56,6 +56,7 @@ impl AxisSyncParameters {
         self.extrapolate.check()?;
         Ok(CheckedParameters {
             whole: self,
+            // Limits in cycles depend on the ratio of both cycle times, which only this check knows.
             time_sync: self.time_sync.checked(task_cycle_time)?,
         })
     }

@@ -21,6 +21,8 @@ pub const LASTING: f64 = FULL + FADING;
 /// with its acceleration.
 pub(super) fn moved_on(set: &Kinematics, age: f64) -> Kinematics {
     if age < 0.0 {
+        // Reversed in time the velocity changes its sign and the acceleration does not: one formula serves both
+        // directions.
         return turned_round(&moved_on(&turned_round(set), -age));
     }
     let whole = age.min(FULL);
@@ -53,6 +55,7 @@ fn accelerated(set: &Kinematics, passed: f64) -> Kinematics {
 /// State with an acceleration that decreases as exp(−t / FADING).
 fn faded(set: &Kinematics, passed: f64) -> Kinematics {
     let gone = -libm::expm1(-passed / FADING);
+    // Integral of a·e^(-t/F): the velocity gains a·F·(1 - e^(-t/F)), the position its integral on top.
     let gained = set.acceleration * FADING;
     Kinematics {
         position: set.position + set.velocity * passed + gained * (passed - FADING * gone),

@@ -51,6 +51,7 @@ impl Pt1 {
         let (old_position, old_velocity) = self
             .value
             .unwrap_or_else(|| (self.first(position, velocity, elapsed), velocity));
+        // Two exponentials per axis and cycle are saved in all cycles but those after a stall.
         let (of_position, of_velocity) = match elapsed {
             1 => self.shares,
             _ => (
@@ -72,6 +73,7 @@ impl Pt1 {
             return position;
         };
         let (share, _) = self.shares;
+        // On a ramp the lag L before an input satisfies (1 - share)·L + v·T = L: v·T/share.
         let behind = cycle_time * velocity / share;
         position - behind - cycle_time * velocity * f64::from(elapsed.saturating_sub(1))
     }
@@ -80,6 +82,8 @@ impl Pt1 {
 /// Share of a step that is passed in `elapsed` cycles with a time constant of `factor` cycles.
 fn share(factor: f64, elapsed: u32) -> f64 {
     if factor > 0.0 {
+        // Exact for an input held over the cycle; the usual T/(T + τ) is its first approximation. `expm1` keeps a
+        // long time constant's digits.
         -libm::expm1(-f64::from(elapsed) / factor)
     } else {
         1.0

@@ -23,6 +23,7 @@ impl Attachment {
         let mut bytes = [0; ATTACHMENT_BYTES];
         bytes[..8].copy_from_slice(&self.sequence.to_le_bytes());
         bytes[8..16].copy_from_slice(&self.published.to_le_bytes());
+        // A sequence in CDR begins with its length; 16 fits one byte.
         bytes[16] = self.gid.len() as u8;
         bytes[17..].copy_from_slice(&self.gid);
         bytes

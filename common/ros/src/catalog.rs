@@ -36,6 +36,7 @@ impl RosJoint {
 
     fn new(node: &NodeName, channel: Channel, axis: &str, unit: Option<&str>) -> Self {
         Self {
+            // An axis that is followed may have the name of a slave of the same receiver.
             name: match channel {
                 Channel::FarAxes => format!("{node}/far/{axis}"),
                 _ => format!("{node}/{axis}"),
@@ -57,6 +58,7 @@ impl Catalog {
         let mut joints = BTreeMap::new();
         let mut add = |channel: Channel, id: &str, axis: &str, fields: &Value| {
             let id = fields.get(id).and_then(Value::as_u64);
+            // A status of a later version may lack the field: the joint is then named by its id.
             if let Some(id) = id.and_then(|id| u32::try_from(id).ok()) {
                 let unit = fields.get("unit").and_then(Value::as_str);
                 let joint = RosJoint::new(node, channel, axis, unit);
@@ -161,6 +163,7 @@ mod tests {
         for status in [
             json!({}),
             json!({ "axes": 3 }),
+            // Ids that no u32 holds.
             json!({ "axes": { "a": 1, "b": { "id": -1 }, "c": { "id": 1e20 } } }),
         ] {
             assert_eq!(catalog(&saw, &status), Catalog::default(), "{status}");

@@ -39,6 +39,7 @@ pub enum CdrError {
 impl CdrError {
     /// Returns the error with the field inside an outer one.
     pub(crate) fn within(mut self, outer: &str) -> Self {
+        // The other errors concern the message as a whole and have no field.
         if let Self::Truncated { field, .. } | Self::NotText { field } = &mut self {
             *field = format!("{outer}.{field}");
         }
@@ -48,7 +49,7 @@ impl CdrError {
 
 /// Header of every message: low bytes first, no options.
 const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
-/// Greatest padding: a writer may append up to four bytes.
+/// Greatest padding: a writer may fill up to a multiple of four bytes.
 const MOST_PADDING: usize = 3;
 
 /// Writes a message.
@@ -75,12 +76,14 @@ impl CdrWriter {
     pub(crate) fn f64s(&mut self, values: &[f64]) {
         self.length(values.len());
         for value in values {
+            // Inside the loop: an empty sequence has no padding behind its length.
             self.align(8);
             self.0.extend(value.to_le_bytes());
         }
     }
 
     pub(crate) fn text(&mut self, text: &str) {
+        // The zero at the end counts.
         self.length(text.len() + 1);
         self.0.extend(text.as_bytes());
         self.0.push(0);
@@ -116,6 +119,8 @@ pub(crate) struct CdrReader<'a> {
 impl<'a> CdrReader<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, CdrError> {
         let low_first = match bytes {
+            // Representations 0 and 1 are plain CDR; the two bytes behind are options, which readers
+            // ignore.
             [0, order @ (0 | 1), _, _, ..] => *order == 1,
             other => {
                 let received = other.iter().copied().take(4).collect();
@@ -132,6 +137,7 @@ impl<'a> CdrReader<'a> {
     /// Ends reading; the rest may only be padding.
     pub(crate) fn finish(self) -> Result<(), CdrError> {
         match self.rest.len() {
+            // More is a field that this version of the type does not have.
             received if received > MOST_PADDING => Err(CdrError::Trailing { received }),
             _ => Ok(()),
         }
@@ -160,6 +166,7 @@ impl<'a> CdrReader<'a> {
             field: field.to_owned(),
         };
         let text = match self.take(length, field)? {
+            // A length of 0 leaves no room for the zero: an empty text, not a malformed one.
             [] => &[],
             [text @ .., 0] => text,
             _ => return Err(not_text()),
@@ -176,6 +183,7 @@ impl<'a> CdrReader<'a> {
     /// Reads the length of a sequence with elements of at least `least` bytes.
     pub(crate) fn length(&mut self, field: &str, least: usize) -> Result<usize, CdrError> {
         let length = self.u32(field)? as usize;
+        // A forged length of four thousand million must fail here, and not allocate.
         let expected = length.saturating_mul(least);
         self.has(expected, field).map(|()| length)
     }
@@ -189,6 +197,7 @@ impl<'a> CdrReader<'a> {
     }
 
     fn aligned<const N: usize>(&mut self, field: &str) -> Result<[u8; N], CdrError> {
+        // Relative to the end of the header, as in the writer, and not to the address of the buffer.
         let padding = self.read.next_multiple_of(N) - self.read;
         self.take(padding, field)?;
         let mut bytes = [0; N];

@@ -19,8 +19,10 @@ impl CycleStarts {
     /// Takes the arrival of a frame.
     pub fn frame(&mut self, header: &FrameHeader, at: Instant<Local>) {
         let cycle_time = header.cycle_time.span();
+        // A node restarted with another cycle time counts in other units: its clock begins again.
         if self.clock.as_ref().is_none_or(|(of, _)| *of != cycle_time) {
             let parameters = ObserverParameters::default();
+            // `DelaySource::Off`: no time requests are sent, so that the path delay stays in the stamps.
             let clock = FarClock::new(header.cycle_time, parameters, DelaySource::Off, 0);
             self.clock = clock.ok().map(|clock| (cycle_time, clock));
         }
@@ -83,6 +85,7 @@ mod tests {
             if count % 10 == 0 {
                 cycle_starts.cycle(cycle_start + Span::from_micros(700));
                 let late = cycle_starts.cycle_start(count, received_at) - cycle_start;
+                // Four seconds, twice as long as the clock needs to be known.
                 if count > 4_000 {
                     (least, most) = (least.min(late), most.max(late));
                 }

@@ -86,6 +86,7 @@ impl RosNamespace {
     /// [`WrongName`] unless it is a namespace. The first slash may be omitted.
     pub fn new(text: &str) -> Result<Self, WrongName> {
         let inner = text.strip_prefix('/').unwrap_or(text);
+        // Less, because the slash in front counts as well.
         let is_good = inner.len() < LONGEST && inner.split('/').all(is_name);
         if inner.is_empty() || is_good {
             return Ok(Self(format!("/{inner}")));
@@ -108,6 +109,7 @@ impl RosNamespace {
 fn is_name(name: &str) -> bool {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let starts_well = name.starts_with(|c: char| !c.is_ascii_digit());
+    // Bytes are characters here, since only ASCII passes.
     starts_well && name.len() <= LONGEST && name.chars().all(is_plain)
 }
 
@@ -205,6 +207,7 @@ impl RosNode {
         );
         Endpoint {
             key: format!("{}{topic}/{name}/{hash}", self.domain),
+            // rmw_zenoh derives the gid of an endpoint from its token in the same way.
             gid: XxHash3_128::oneshot(token.as_bytes()).to_le_bytes(),
             token,
         }
@@ -306,6 +309,7 @@ mod tests {
                 "{error}"
             );
         }
+        // Beyond the ports of DDS (232), and beyond u16.
         for wrong in ["", "-1", "233", "1.5", "70000"] {
             let error = RosDomain::new(wrong).unwrap_err().to_string();
             assert!(

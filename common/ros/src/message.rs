@@ -86,6 +86,7 @@ impl Time {
     /// Converts nanoseconds. Times beyond the year 2038 become the last instant before it.
     #[must_use]
     pub fn from_nanos(nanos: i64) -> Self {
+        // Euclidean: nanoseconds are added to the seconds, also before 1970.
         let sec = nanos.div_euclid(NANOS);
         let nanosec = nanos.rem_euclid(NANOS) as u32;
         Self {
@@ -97,6 +98,7 @@ impl Time {
     /// Converts to nanoseconds.
     #[must_use]
     pub fn as_nanos(self) -> i64 {
+        // Nanoseconds of a second and more are accepted: u32 has room for 4.3 s, and the sum is the same.
         i64::from(self.sec) * NANOS + i64::from(self.nanosec)
     }
 
@@ -119,6 +121,7 @@ impl JointState {
         self.stamp.write(&mut writer);
         writer.text(&self.frame_id);
         writer.texts(&self.name);
+        // The order of the fields is part of the format; names do not travel.
         for values in [&self.position, &self.velocity, &self.effort] {
             writer.f64s(values);
         }
@@ -134,11 +137,13 @@ impl JointState {
         let message = Self {
             stamp: Time::read(&mut reader, "header.stamp")?,
             frame_id: reader.text("header.frame_id")?,
+            // Struct fields are evaluated in the order written here, which is that of the message.
             name: reader.texts("name")?,
             position: reader.f64s("position")?,
             velocity: reader.f64s("velocity")?,
             effort: reader.f64s("effort")?,
         };
+        // Bytes left over are another type with the same beginning.
         reader.finish().map(|()| message)
     }
 }
@@ -167,6 +172,7 @@ impl JointTrajectory {
         let stamp = Time::read(&mut reader, "header.stamp")?;
         let frame_id = reader.text("header.frame_id")?;
         let joint_names = reader.texts("joint_names")?;
+        // Each point has at least this size, so that a forged number of points allocates nothing.
         let length = reader.length("points", JointTrajectoryPoint::LEAST_BYTES)?;
         let point = |k| {
             JointTrajectoryPoint::read(&mut reader)

@@ -71,16 +71,20 @@ impl FrameSource {
     pub fn frame(&mut self, received_at: Instant<Local>, payload: &[u8]) -> Result<(), Rejection> {
         let mut axes = Vec::new();
         let header = self.seal.open(payload, |axis| axes.push(*axis))?;
+        // The seal holds for the key; the sender in the frame must be that of the key too.
         if header.sender != self.sender {
             return Err(Rejection::ForeignSender);
         }
+        // Late frames as well: their arrivals are measurements of the clock.
         self.cycle_starts.frame(&header, received_at);
         let is_late = |newest: &NewestFrame| {
+            // Another epoch is a restarted node, whose counts begin again.
             newest.header.epoch == header.epoch && newest.header.count >= header.count
         };
         if self.newest.as_ref().is_some_and(is_late) {
             return Ok(());
         }
+        // Without an implausible axis the other joints of the message stay usable.
         axes.retain(|axis| axis.implausible_field().is_none());
         self.newest = Some(NewestFrame {
             header,
@@ -101,6 +105,7 @@ impl FrameSource {
         unix: Span,
     ) -> Option<JointState> {
         self.cycle_starts.cycle(now);
+        // A state that was published already would be one more with an old stamp.
         if !std::mem::take(&mut self.is_new) {
             return None;
         }

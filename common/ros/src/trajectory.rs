@@ -95,6 +95,7 @@ pub fn plan(
     unix_now: i64,
     known: &[Address],
 ) -> Result<TrajectoryPlan, TrajectoryRefusal> {
+    // Joints first: every further check needs their number and scales.
     let joints = joints(&trajectory.joint_names, known)?;
     let begins = begins(trajectory.stamp, unix_now)?;
     let mut before = Span::ZERO;
@@ -120,10 +121,12 @@ fn joints(names: &[String], known: &[Address]) -> Result<Vec<Address>, Trajector
         let expected = format!("1 to {MOST_JOINTS}");
         return Err(TrajectoryRefusal::new("joint_names", names.len(), expected));
     }
+    // Bounded above before this allocates by a number from outside.
     let mut found: Vec<Address> = Vec::with_capacity(names.len());
     for (k, name) in names.iter().enumerate() {
         let field = format!("joint_names[{k}]");
         let received = one_line(&format!("{name:?}"));
+        // Two positions for one joint at one time contradict each other.
         if found.iter().any(|address| address.joint == *name) {
             return Err(TrajectoryRefusal::new(
                 field,
@@ -157,11 +160,13 @@ fn list_joints(known: &[Address]) -> String {
 
 fn begins(stamp: Time, unix_now: i64) -> Result<Span, TrajectoryRefusal> {
     let nanos = stamp.as_nanos();
+    // An empty stamp means now in ROS, not 1970.
     if nanos == 0 {
         return Ok(Span::ZERO);
     }
     let ahead = nanos.saturating_sub(unix_now);
     if (-OLDEST_S * NANOS..=FARTHEST_S * NANOS).contains(&ahead) {
+        // A stamp of `now` is some milliseconds old on arrival.
         return Ok(Span::from_nanos(ahead.max(0)));
     }
     let received = match ahead {
@@ -175,6 +180,7 @@ fn begins(stamp: Time, unix_now: i64) -> Result<Span, TrajectoryRefusal> {
 /// Returns the time of the `k`-th point; that of the first one may be zero.
 fn time_from_start(k: usize, time: Time, before: Span) -> Result<Span, TrajectoryRefusal> {
     let span = Span::from_nanos(time.as_nanos());
+    // Only the first point may have no time of its own: then it is reached as fast as limits allow.
     let is_later = span > before || (k == 0 && span == before);
     if is_later && span <= Span::from_secs(LONGEST_S) {
         return Ok(span);
@@ -218,6 +224,8 @@ fn positions(
         check_standstill(&format!("points[{k}].{name}"), values)?;
     }
     if !point.effort.is_empty() {
+        // An effort that is ignored might be one on which somebody relies: refused like every field without a meaning
+        // here.
         let received = format!("{} numbers", point.effort.len());
         let expected = "none: a slave is ordered to a position";
         return Err(TrajectoryRefusal::new(
@@ -229,6 +237,7 @@ fn positions(
     let each = point.positions.iter().zip(joints).enumerate();
     let position = |(n, (ros, joint)): (usize, (&f64, &Address))| {
         let position = joint.scale.from_ros(*ros);
+        // Larger ones are refused by receivers of axes as implausible; NaN fails as well.
         if position.abs() <= NcToPlcAxis::LARGEST {
             return Ok(position);
         }
@@ -244,6 +253,7 @@ fn positions(
 
 /// Checks that a point requires a standstill: a slave stands at the end of a move.
 fn check_standstill(field: &str, values: &[f64]) -> Result<(), TrajectoryRefusal> {
+    // NaN differs from 0, too, and is refused.
     match values.iter().position(|value| *value != 0.0) {
         None => Ok(()),
         Some(n) => {

@@ -53,6 +53,7 @@ impl TrajectoryQueue {
     /// from 1 on.
     pub fn begin(&mut self, plan: TrajectoryPlan, now: Instant<Local>) -> u64 {
         let is_shared = |other: &Address| plan.joints.iter().any(|own| own.joint == other.joint);
+        // A joint in two trajectories would get orders of both, each undoing the other.
         self.running
             .retain(|running| !running.plan.joints.iter().any(is_shared));
         self.begun += 1;
@@ -74,6 +75,7 @@ impl TrajectoryQueue {
     ) -> (Vec<DueOrder>, Vec<LostTrajectory>) {
         let (mut due, mut lost) = (Vec::new(), Vec::new());
         self.running.retain_mut(|running| {
+            // A thread that was late finds several segments due; the last order wins at the slave.
             while running.next_at().is_some_and(|at| at <= now) {
                 match running.orders(&motion) {
                     Ok(orders) => due.extend(orders),
@@ -107,6 +109,7 @@ impl RunningTrajectory {
     /// Returns the time of its next orders; none if all have been returned.
     fn next_at(&self) -> Option<Instant<Local>> {
         let next = match self.plan.segments.as_slice() {
+            // A trajectory without points is one halt, at once.
             [] if self.ordered == 0 => Some(Span::ZERO),
             segments => segments.get(self.ordered).map(|segment| segment.begins),
         };
@@ -126,6 +129,7 @@ impl RunningTrajectory {
                     dynamics: Dynamics::default(),
                 }),
                 Some(segment) => {
+                    // Without its position neither distance nor velocity of the move can be calculated.
                     let motion = motion(address).ok_or_else(|| LostTrajectory {
                         trajectory: self.number,
                         joint: address.joint.clone(),
@@ -161,6 +165,7 @@ const STANDSTILL: f64 = 0.05;
 /// present one if greater, within its limits.
 fn move_to(position: f64, motion: SlaveMotion, lasts: Span) -> Option<Command> {
     let distance = (position - motion.position).abs();
+    // A move of no distance would be refused for its velocity of 0.
     if motion.velocity == 0.0 && distance <= REACHED * position.abs().max(1.0) {
         return None;
     }
@@ -168,16 +173,21 @@ fn move_to(position: f64, motion: SlaveMotion, lasts: Span) -> Option<Command> {
     let mut velocity = None;
     let mut dynamics = Dynamics::default();
     if time > 0.0 {
+        // The mean is 2/3 of the peak: all of it over the middle third, half of it over the other two.
         let peak = 1.5 * distance / time;
+        // Below that the start differs too little from standstill for the time to be off by more than some percent.
         if motion.velocity.abs() <= STANDSTILL * peak {
+            // Velocity v in a third of the time by a triangle of acceleration: a = 2·v/(T/3) = 9·d/T².
             let acceleration = 9.0 * distance / (time * time);
             velocity = Some(peak);
             dynamics = Dynamics {
                 acceleration: Some(acceleration),
                 deceleration: Some(acceleration),
+                // The triangle rises within a sixth of the time.
                 jerk: Some(6.0 * acceleration / time),
             };
         } else {
+            // Less than the present velocity would brake first, and take longer still.
             velocity = Some(peak.max(motion.velocity.abs()));
         }
     }
@@ -239,6 +249,7 @@ mod tests {
             first,
             [Command::MoveAbsolute {
                 position: 300.0,
+                // 0.3 m in 3 s, in mm: v = 1.5·300/3, a = 9·300/3², j = 54·300/3³.
                 velocity: Some(150.0),
                 dynamics: Dynamics {
                     acceleration: Some(300.0),
@@ -250,6 +261,7 @@ mod tests {
         assert_eq!(queue.next_at(), Some(at(4000)));
         assert_eq!(commands(&mut queue, at(3999), 300.0), []);
         assert_eq!(commands(&mut queue, at(4000), 300.0), [], "it is there");
+        // A second late, as a thread may be: the segment is sent once.
         assert_eq!(commands(&mut queue, at(5001), 300.0).len(), 1);
         assert_eq!(queue.next_at(), None);
     }
@@ -298,6 +310,7 @@ mod tests {
             move_to(300.0, motion, Span::from_secs(3)),
             Some(Command::MoveAbsolute {
                 position: 300.0,
+                // Its own speed: 1.5·1/3 = 0.5 mm/s would brake it first.
                 velocity: Some(80.0),
                 dynamics: Dynamics::default()
             })

@@ -27,6 +27,7 @@ impl UnitScale {
             "in" | "inch" => 0.0254,
             "°" | "deg" => PI / 180.0,
             "rev" => TAU,
+            // `u` and other texts are no error: values pass unchanged, and the log names the unit once.
             _ => return None,
         };
         Some(Self(scale))
@@ -68,6 +69,7 @@ mod tests {
             let unit = KNOWN.split(", ").nth(known).unwrap();
             let scale = UnitScale::of(unit).unwrap();
             let back = scale.from_ros(scale.to_ros(value));
+            // A product and a quotient are each rounded once, to 1e-16.
             prop_assert!((back - value).abs() <= 1e-12 * value.abs());
         }
     }

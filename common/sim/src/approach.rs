@@ -41,7 +41,9 @@ impl ApproachCheck {
     /// Creates the check of an axis with these limits, in a node of this cycle time, s.
     #[must_use]
     pub fn new(limits: &Limits, cycle_time: f64) -> Self {
+        // The larger one: the check does not know whether the axis has to speed up or to brake.
         let acceleration = limits.acceleration().max(limits.deceleration());
+        // From the largest acceleration away to the largest towards it at full jerk: 2·a/j.
         let turns = 2.0 * acceleration / (limits.jerk() * cycle_time);
         Self {
             acceleration,
@@ -61,17 +63,21 @@ impl ApproachCheck {
 
     /// Takes the next set position and its distance from the target, a cycle after the last.
     pub fn push(&mut self, position: f64, distance: f64) -> Option<Divergence> {
+        // Distance is the axis minus the target, so that the target's position follows from both.
         let now = [distance, position - distance];
         let [last, first] = self.last;
         let second = |n: usize| {
             let time = self.cycle_time * self.cycle_time;
             (now[n] - 2.0 * last[n] + first[n]) / time
         };
+        // An acceleration of the distance in the direction of the distance itself leads away.
         let [away, target] = [second(0) * distance.signum(), second(1)];
+        // Without a change of sign: an axis that overshoots has reached its target.
         let grows = distance.abs() > last[0].abs() && distance * last[0] > 0.0;
         let is_away = self.known >= 2
             && grows
             && away > AWAY * self.acceleration
+            // A target that accelerates leaves by itself, which is no fault of the axis.
             && target.abs() < EVEN * self.acceleration;
         self.away = if is_away { self.away + 1 } else { 0 };
         self.last = [now, last];

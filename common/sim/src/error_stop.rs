@@ -57,11 +57,13 @@ impl ErrorStopCheck {
             Some(stop) => stop,
             None => Stop {
                 from: set.position,
+                // An axis that catches up covers its distance to the target as well.
                 most: self.longest_way_of_target(set, distances) + behind,
             },
         };
         self.stop = Some(stop);
         let way = (set.position - stop.from).abs();
+        // Rest of the distance now: the target itself may have gone on by as much.
         let most = stop.most + behind;
         (way > most).then_some(DistanceExceeded { way, most })
     }
@@ -82,19 +84,24 @@ impl ErrorStopCheck {
     fn longest_way(&self, set: &Kinematics) -> f64 {
         let jerk = self.limits.jerk();
         let acceleration = set.acceleration.abs();
+        // The direction of the acceleration counts as forward, which halves the cases.
         let speed = set.velocity * set.acceleration.signum();
         let until_even = acceleration / jerk;
+        // Speed once the acceleration is 0: the jerk removes it in a/j, over which its mean is a/2.
         let even = speed + 0.5 * acceleration * until_even;
         let (way, fastest) = if even < 0.0 {
             // The axis brakes already, and not too hard.
             (self.way_from_even(-speed), -speed)
         } else {
+            // v·t + a·t²/2 - j·t³/6 with t = a/j: the last two terms are a³/(3·j²).
             let first = speed * until_even + acceleration.powi(3) / (3.0 * jerk * jerk);
             let on = first.max(0.0) + self.way_from_even(even);
+            // An axis that moves against its acceleration first goes on backwards, and only one of both ways counts.
             let back = (-speed).max(0.0);
             (on.max(back * until_even), even.max(back))
         };
         let late = LATE * self.cycle_time * fastest;
+        // Positions carry a relative rounding of 2e-16 per operation; sums of them stay far below this.
         let rounding = 1e-9 * (1.0 + set.position.abs());
         way * (1.0 + LONGER) + late + rounding
     }
@@ -102,9 +109,11 @@ impl ErrorStopCheck {
     /// Distance to rest from a constant speed.
     fn way_from_even(&self, speed: f64) -> f64 {
         let (jerk, deceleration) = (self.limits.jerk(), self.limits.deceleration());
+        // The ramps of the jerk alone take the speed d²/j. Above it the deceleration d is held in between.
         if speed * jerk >= deceleration * deceleration {
             0.5 * speed * (speed / deceleration + deceleration / jerk)
         } else {
+            // Two ramps of √(v/j) each, at v/2 on average.
             speed * (speed / jerk).sqrt()
         }
     }

@@ -36,6 +36,8 @@ impl<E> EventQueue<E> {
             }
         };
         self.slots[slot] = Some(event);
+        // The running number decides between equal instants: the order of a heap's equals is not defined, and the
+        // same seed must give the same bytes.
         self.heap.push(Reverse((at, self.added, slot)));
         self.added += 1;
     }

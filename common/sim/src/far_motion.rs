@@ -172,34 +172,41 @@ impl FarMotionCheck {
         let passed = f64::from(now.cycles.max(1)) * self.bounds.cycle_time;
         self.learn(now, passed);
         self.followed = match now.follows {
+            // Counts to just beyond the limit, so that u8 never overflows.
             true => (self.followed + 1).min(LANDED + 1),
             false => 0,
         };
         let last = self.last.replace(*now);
         self.learn_mode(now, last.as_ref(), passed);
+        // A position that is no number makes every difference one that exceeds nothing; other checks report it.
         if !now.position.is_finite() {
             self.last = None;
         }
+        // Bounds taken from too few frames are those of chance.
         if self.last.is_none() || self.frames < KNOWN {
             return None;
         }
         let beside = (now.position - now.received.position).abs();
         self.farthest = match self.followed > LANDED {
+            // Reset by settling, kept over an excursion: the return is as steep as its largest distance requires.
             true => beside,
             false => self.farthest.max(beside),
         };
         let largest = now.position.abs().max(now.received.position.abs());
+        // Above 0 even at the position 0, where a relative tolerance vanishes.
         let rounding = ROUNDING * largest + f64::MIN_POSITIVE;
         let way = last.map(|last| FarMotionFault {
             value: (now.position - last.position).abs(),
             limit: self.way(now, passed),
         });
         let is_settled = self.followed > LANDED && !self.is_blending();
+        // An axis made of increments is off by its smoothing, which the bounds do not contain.
         let beside = (is_settled && !self.bounds.is_smoothed).then(|| FarMotionFault {
             value: (now.position - now.received.position).abs(),
             limit: self.leaves(),
         });
         let is_beyond = |fault: &FarMotionFault| fault.value > fault.limit + rounding;
+        // A jump explains the distance that follows from it, and is reported first.
         way.filter(is_beyond).or(beside.filter(is_beyond))
     }
 
@@ -232,10 +239,12 @@ impl FarMotionCheck {
         self.corrections
             .push(now.correction.unwrap_or(0.0).abs(), passed);
         let frame = now.received;
+        // Greatest ever, not the newest: an axis may still be on its way from a fast phase of its master.
         self.fastest = self.fastest.max(frame.velocity.abs());
         let mut seen = [0.0; 4];
         if let Some(before) = self.frame.replace(frame)
             && before.run == frame.run
+            // Frames of other runs, repeated and overtaken ones have no difference that is a motion.
             && frame.at > before.at
         {
             let time = frame.at - before.at;
@@ -282,7 +291,10 @@ impl FarMotionCheck {
             ..
         } = self.bounds;
         let correction = self.corrections.largest();
+        // An extrapolation over the correction adds the acceleration to the velocity for that time.
         let velocity = self.fastest + self.acceleration * correction;
+        // Largest difference between two modes: correction, lag of the filter, and cycles in which each reads its
+        // data.
         let blended = velocity * (correction + filter_time + 3.0 * cycle_time);
         let pace = match now.mode {
             FarAxisMode::Bypass | FarAxisMode::Pt1 => 0.0,
@@ -297,7 +309,9 @@ impl FarMotionCheck {
         let velocity = velocity * (1.0 + pace + REJOINING)
             + BRAKING * self.acceleration
             + STEEPEST * self.farthest / longest
+            // Slope of a straight blend. A blending time of 0 is a step within one cycle.
             + blended / blending_time.max(cycle_time);
+        // A limited axis catches up with its own velocity, whatever its master does.
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
         // A blend from a mode that shows received values still contains a part of them.
         let at_once = if self.shown_ago <= self.blended_for() {
@@ -317,6 +331,7 @@ impl FarMotionCheck {
             cycle_time,
             ..
         } = self.bounds;
+        // Twice the filter: the axis lags behind, and the newest frame itself may be late by as much.
         velocity * (correction + 2.0 * filter_time + 3.0 * cycle_time)
             + self.noise()
             + 2.0 * self.received_steps.largest()
@@ -325,6 +340,7 @@ impl FarMotionCheck {
     /// Unexplained motion in its frames, extrapolated by the correction, u.
     fn noise(&self) -> f64 {
         let correction = self.corrections.largest();
+        // Both ends of a step are off by it.
         2.0 * self.position_noise.largest()
             + self.velocity_noise.largest() * correction
             + self.acceleration_noise.largest() * correction * correction
@@ -342,6 +358,7 @@ struct Recent {
 impl Recent {
     fn push(&mut self, value: f64, passed: f64) {
         self.since += passed;
+        // Two windows instead of a list: the maximum over one to two seconds in constant memory.
         if self.since >= MEMORY {
             (self.before, self.now, self.since) = (self.now, 0.0, 0.0);
         }

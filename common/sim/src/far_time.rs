@@ -51,13 +51,16 @@ impl FarTimeCheck {
         cycles: u32,
     ) -> Option<FarTimeFault> {
         let (run_before, before) = self.last.replace((run, far_time))?;
+        // A restarted node counts from its own beginning: the difference of both times means nothing.
         if run_before != run {
             return None;
         }
         let gained = (far_time - before).as_secs_f64();
+        // Standing still counts as a fault as well: extrapolated set values would repeat.
         if gained <= 0.0 {
             return Some(FarTimeFault::NotLater(-gained));
         }
+        // Never 0, by which the rate would be divided.
         let passed = f64::from(cycles.max(1)) * self.cycle_time;
         let rate = gained / passed - 1.0;
         self.largest = self.largest.max(rate.abs());

@@ -62,6 +62,7 @@ impl Hop {
         at: Instant<True>,
         bytes: usize,
     ) -> impl Iterator<Item = Instant<True>> {
+        // The line first, then the delay: a message occupies the line whether or not it is lost further on.
         let left = self.line.pass(at, bytes);
         match left {
             Some(_) => self.sent.add(Load {
@@ -71,6 +72,7 @@ impl Hop {
             None => self.dropped += 1,
         }
         let arrivals = left.map(|left| {
+            // Delays are those of the instant at which it leaves the line, as its behaviour varies over time.
             let delays = self.model.offer(left.since_epoch());
             delays.map(move |delay| left + delay)
         });
@@ -101,6 +103,7 @@ impl Throttle {
     /// End of the passage of a message that arrives at `at`; none if it would have to wait too long.
     pub(crate) fn pass(&mut self, at: Instant<True>, bytes: usize) -> Option<Instant<True>> {
         let begin = at.max(self.free_at);
+        // A refused message must not move `free_at`: otherwise a full queue would never drain.
         if begin - at > self.most_wait {
             return None;
         }

@@ -85,6 +85,7 @@ fn breach(
 ) -> Option<Breach> {
     let Tick { count, elapsed, .. } = tick;
     if let Some(last) = last {
+        // The count first: with a wrong one the times say nothing.
         if count != last.count + u64::from(elapsed) {
             let last = last.count;
             return Some(Breach::Miscounted {
@@ -100,6 +101,7 @@ fn breach(
     if due <= tick.ideal_start {
         return Some(Breach::NextNotLater { count });
     }
+    // Checked last, because a due time before this cycle's own start is past as well and deserves its own name.
     (due <= now).then_some(Breach::NextIsPast { count, due, now })
 }
 

@@ -33,6 +33,7 @@ impl Link {
         let models = behaviour().map(|(config, seed)| LinkModel::new(config, *seed));
         let tampering = behaviour();
         let tampering =
+            // Not every behaviour tampers with bytes, but each has a delay: the two lists differ in length.
             tampering.filter_map(|(config, seed)| Tampering::new(config, *seed, &setup.key));
         let (models, tampering) = (models.collect::<Result<_, _>>()?, tampering.collect());
         Ok(Self {
@@ -70,11 +71,14 @@ impl Link {
     ) -> Option<&'a [u8]> {
         if outgoing.channel.is_timing() {
             let label = BeaconLabel::of(outgoing.channel, outgoing.body)?;
+            // Beacons of a node leave in one stream for all; each link carries those of its own recipient only.
             if !self.reader.concerns(&label) {
                 return None;
             }
             self.beacons.seal(outgoing, label, left, frame);
         } else {
+            // The setting concerns frames of axes; responses to time requests are useless without their
+            // departure.
             let stamped = stamped || !outgoing.channel.carries_axes();
             let stamp = stamped.then(|| left - outgoing.ideal_start);
             self.seal.seal(outgoing.body, stamp, frame);
@@ -100,6 +104,7 @@ impl Link {
         frame: &[u8],
         mut deliver: impl FnMut(Instant<True>, &Message<'_>),
     ) {
+        // Split into fields: the closures below borrow the models and the reader at once.
         let Self {
             reader,
             tampering,
@@ -109,9 +114,12 @@ impl Link {
         } = self;
         let sent = now.since_epoch();
         tamper(tampering, counts, sent, frame, &mut |frame| {
+            // Tampering precedes the delays: a duplicated frame is two messages, each with a delay of its own.
             pass(models, counts, sent, Span::ZERO, &mut |delay| {
                 let mut messages = 0;
                 reader.read(frame, |message| {
+                    // A frame may hold several messages or, damaged, none at all: counted, so that the sums still
+                    // agree.
                     messages += 1;
                     deliver(now + delay, message);
                 });
@@ -138,6 +146,7 @@ impl Beacons {
     ) {
         let ideal_start = outgoing.ideal_start;
         let before = self.before.replace((label, left));
+        // A departure reported for a beacon of an earlier run would pair stamps of two clocks.
         let before = before.filter(|(before, _)| before.run == label.run);
         let departure = Departure {
             left: left - ideal_start,
@@ -154,6 +163,7 @@ fn tamper(
     counts: &LinkCounts,
     sent: Span,
     frame: &[u8],
+    // A type parameter would be a new closure type in every stage, without end.
     arrive: &mut dyn FnMut(&[u8]),
 ) {
     match tampering.split_first_mut() {
@@ -182,6 +192,7 @@ fn pass(
         None => arrive(delayed),
         Some((model, others)) => {
             let mut messages = 0;
+            // An iterator, because a model may lose a message or duplicate it.
             for delay in model.offer(sent) {
                 messages += 1;
                 pass(others, counts, sent, delayed + delay, arrive);

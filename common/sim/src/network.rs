@@ -90,6 +90,7 @@ pub struct RouterTraffic {
 
 impl Network {
     pub(crate) fn add_router(&mut self, setup: RouterSetup) -> usize {
+        // Zero time per byte: forwarding costs the same for every size, the line behind it does not.
         let forwarding = Throttle::new(setup.forwarding, 0.0, setup.longest_queue);
         self.routers.push(Router {
             setup,
@@ -113,6 +114,7 @@ impl Network {
     ) -> Result<(), WrongTerm> {
         let [a, b] = routers;
         for ((from, to), seed) in [(a, b), (b, a)].into_iter().zip(seeds) {
+            // Each direction has the line of the router that sends, as with full duplex.
             let line = self.line_of(from);
             let hop = self.add_hop(End::Router(to), config, seed, line)?;
             self.routers[from].neighbours.push((to, hop));
@@ -169,6 +171,7 @@ impl Network {
     ) -> Option<usize> {
         self.home(from)?;
         self.home(to)?;
+        // Beacons are datagrams from node to node, stamped by the kernel; no router sees them.
         if channel.is_timing() {
             return None;
         }
@@ -198,6 +201,7 @@ impl Network {
 
     /// True if this link represents its whole flow: a frame leaves its node only once.
     pub(crate) fn is_first(&self, flow: usize, link: usize) -> bool {
+        // Any fixed link would do; the first exists as soon as the flow does.
         self.flows[flow].links.first().map(|(first, _)| *first) == Some(link)
     }
 
@@ -251,6 +255,7 @@ impl Network {
                 });
                 self.forward(now, router, &transit, lives, on_its_way);
             }
+            // A frozen process keeps its sockets, which go on filling; a dead one has none.
             RouterState::Frozen(waiting) if waiting.len() < MOST_WAITING => waiting.push(transit),
             RouterState::Frozen(_) | RouterState::Dead => {
                 at.dropped += 1;
@@ -268,11 +273,14 @@ impl Network {
         lives: impl Fn(usize) -> bool,
         on_its_way: &mut impl FnMut(Instant<True>, Transit),
     ) {
+        // Taken out and put back: sending borrows the whole network, and a new list per frame would allocate.
         let mut next_hops = std::mem::take(&mut self.next_hops);
         next_hops.clear();
         for (_, node) in &self.flows[transit.flow].links {
             let way = || self.way_on(transit.flow, transit.hop, router, *node);
+            // Subscriptions of a dead node are withdrawn, and a router forwards nothing without a subscriber.
             let hop = lives(*node).then(way).flatten();
+            // Several subscribers behind one hop share a single frame.
             next_hops.extend(hop.filter(|hop| !next_hops.contains(hop)));
         }
         self.counts.became(next_hops.len() as u64);
@@ -295,9 +303,12 @@ impl Network {
     fn way_on(&self, flow: usize, came: usize, router: usize, node: usize) -> Option<usize> {
         let source = self.home(self.flows[flow].from)?;
         let (mut at, mut by) = (source.router, source.up);
+        // A path visits each router at most once; the bound ends the search if paths changed while a frame was under
+        // way.
         for _ in 0..self.routers.len() {
             let next = self.hop_to(at, node)?;
             if at == router {
+                // The router is on the path, but a frame that came another way is a copy.
                 return (by == came).then_some(next);
             }
             let End::Router(after) = self.hops[next].to else {
@@ -338,6 +349,7 @@ impl Network {
         let at = &mut self.routers[router];
         if let RouterState::Frozen(waiting) = &at.state {
             at.dropped += waiting.len() as u64;
+            // Every message ends in exactly one count, or the sums of the traffic do not agree.
             waiting.iter().for_each(|_| self.counts.became(0));
         }
         at.state = RouterState::Dead;
@@ -347,6 +359,7 @@ impl Network {
     /// Restarts a dead router.
     pub(crate) fn start(&mut self, router: usize) {
         let at = &mut self.routers[router];
+        // Starting a frozen router would silently lose the frames that wait there.
         if matches!(at.state, RouterState::Dead) {
             at.state = RouterState::Running;
             self.find_ways();
@@ -375,6 +388,7 @@ impl Network {
         };
         let waiting = std::mem::take(waiting);
         at.state = RouterState::Running;
+        // The state is changed before: in a frozen state each frame would wait again.
         for transit in waiting {
             self.reach(now, router, transit, &lives, on_its_way);
         }
@@ -419,12 +433,15 @@ impl Network {
     /// connected first.
     fn find_ways(&mut self) {
         for from in 0..self.routers.len() {
+            // Breadth first: the first way that reaches a router has the fewest hops.
             let mut ways = vec![None; self.routers.len()];
             let mut queue = VecDeque::from([from]);
             while let Some(at) = queue.pop_front() {
                 for (to, hop) in &self.routers[at].neighbours {
+                    // Without the first condition the start would get a way to itself over a neighbour.
                     let is_new = *to != from && ways[*to].is_none();
                     if is_new && !matches!(self.routers[*to].state, RouterState::Dead) {
+                        // Only the first hop of a way is stored; each router on it has its own table.
                         ways[*to] = if at == from { Some(*hop) } else { ways[at] };
                         queue.push_back(*to);
                     }

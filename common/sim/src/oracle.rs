@@ -36,6 +36,7 @@ impl Truth {
     /// Lead of `far_time` over the true reading of the sender's clock.
     #[must_use]
     pub fn error_of(&self, far_time: Instant<Remote>) -> Seconds {
+        // Subtracted as integers: a count of nanoseconds of days in f64 has lost its fraction.
         let whole = (far_time - self.far_time).as_nanos() as f64;
         Seconds((whole - self.far_fraction) * 1e-9)
     }
@@ -102,6 +103,7 @@ impl<R: Domain> Oracle<R> {
         });
         match to {
             Some(to) => Some(self.between(from, to, at)),
+            // The newest sample itself is known even though nothing follows it.
             None => (from.at == at).then(|| self.between(from, from, at)),
         }
     }
@@ -110,6 +112,7 @@ impl<R: Domain> Oracle<R> {
     fn first_after(&self, at: Instant<R>) -> usize {
         let newest = self.samples.iter().rev().take(NEAR);
         match newest.take_while(|sample| sample.at > at).count() {
+            // All of the near ones are later: only now is a search of the whole memory due.
             NEAR => self.samples.partition_point(|sample| sample.at <= at),
             later => self.samples.len() - later,
         }
@@ -124,11 +127,13 @@ impl<R: Domain> Oracle<R> {
         };
         let (position, velocity) = hermite(&from.axis, &to.axis, length, share);
         let cycle = self.cycle_time.span().as_nanos();
+        // Linear in the sender's time between two cycles: a change of its drift within milliseconds is far below a nanosecond.
         let beyond = share * (to.count - from.count) as f64 * cycle as f64;
         Truth {
             epoch: from.epoch,
             position,
             velocity,
+            // Whole cycles exactly, the rest in a float that stays small.
             far_time: Instant::from_nanos(cycle * from.count as i64 + beyond.trunc() as i64),
             far_fraction: beyond.fract(),
         }
@@ -137,6 +142,7 @@ impl<R: Domain> Oracle<R> {
 
 /// The quintic through both states; exact for constant velocity and constant acceleration.
 fn hermite(from: &Kinematics, to: &Kinematics, length: f64, x: f64) -> (f64, f64) {
+    // The last sample alone, between itself.
     if length <= 0.0 {
         return (from.position, from.velocity);
     }
@@ -144,6 +150,7 @@ fn hermite(from: &Kinematics, to: &Kinematics, length: f64, x: f64) -> (f64, f64
         from.velocity * length,
         0.5 * from.acceleration * length * length,
     );
+    // Conditions at x = 1 minus what the terms up to x² already fulfil: position d, slope e, second derivative f.
     let d = to.position - from.position - c1 - c2;
     let e = to.velocity * length - c1 - 2.0 * c2;
     let f = to.acceleration * length * length - 2.0 * c2;

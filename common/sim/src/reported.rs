@@ -134,6 +134,7 @@ impl ReportedCheck {
         let before = self.difference.replace(now);
         let skipped = before.map_or(0.0, |before| before.time - self.cycle_time);
         self.skipped = [skipped, self.skipped[0], self.skipped[1]];
+        // Divided as the positions are: of a velocity, and again below for an acceleration.
         let rounding = self.rounding(set, &last) / time;
         let found = [
             self.of_velocity(set, &last, now, rounding),
@@ -150,10 +151,12 @@ impl ReportedCheck {
         now: Difference,
         rounding: f64,
     ) -> Option<ReportedMismatch> {
+        // The longest gap among the last ones counts: the axis may have used its limits anywhere within it.
         let time = now.time + self.skipped.into_iter().fold(0.0, f64::max);
         let by_acceleration = self.acceleration * time;
         let free = FREE * by_acceleration;
         let by_jerk = match self.has_jerk() {
+            // A jerk too high to matter would otherwise allow more than the acceleration limit can cause.
             true => free.min(VELOCITIES * self.jerk * time * time),
             false => free,
         };
@@ -162,6 +165,7 @@ impl ReportedCheck {
             .abs()
             .max(set.velocity.abs())
             .max(last.velocity.abs());
+        // A slewed master runs at another pace than its velocities, by at most this share.
         let beside = by_jerk + PACE * fastest;
         let found = |value: f64, limit: f64, more: f64| {
             let most = limit + more + RELATIVE * self.velocity + rounding;
@@ -174,6 +178,8 @@ impl ReportedCheck {
         let mean = 0.5 * (set.velocity + last.velocity);
         let step = (set.velocity - last.velocity).abs();
         found((now.velocity - mean).abs(), beside, 0.0)
+            // Order by cause: a velocity that does not match its positions mostly exceeds its
+            // limit as well.
             .or_else(|| found(set.velocity.abs(), self.velocity, beside))
             .or_else(|| found(step, by_acceleration, beside))
     }
@@ -186,7 +192,9 @@ impl ReportedCheck {
         rounding: f64,
     ) -> Option<ReportedMismatch> {
         let spanned = now.time + before.time;
+        // Second divided difference for unequal cycles: 2·(v₁ - v₀)/(t₁ + t₀).
         let second = 2.0 * (now.velocity - before.velocity) / spanned;
+        // Mean of the three instants 0, -t₁ and -(t₁ + t₀), to which a second difference belongs.
         let to_middle = (2.0 * now.time + before.time) / 3.0;
         let most = 2.0 * self.acceleration;
         let beside = match self.has_jerk() {
@@ -194,6 +202,7 @@ impl ReportedCheck {
             false => most,
         };
         let found = |value: f64, limit: f64, more: f64| {
+            // Both velocities are off by up to r = `rounding`: 2·(r + r) over the time that they span.
             let rounding = RELATIVE * self.acceleration + 4.0 * rounding / spanned;
             (value > limit * (1.0 + RELATIVE) + more + rounding).then_some(ReportedMismatch {
                 what: ReportedValue::Acceleration,
@@ -201,12 +210,14 @@ impl ReportedCheck {
                 limit,
             })
         };
+        // The pace changes velocity and time alike, so that it enters twice.
         let slewed = 2.0 * PACE * second.abs();
         found((set.acceleration - second).abs(), beside + slewed, 0.0)
             .or_else(|| found(set.acceleration.abs(), self.acceleration, beside))
     }
 
     const fn has_jerk(&self) -> bool {
+        // Three positions after the free one span only cycles in which the jerk was bounded.
         self.since_free >= 3
     }
 

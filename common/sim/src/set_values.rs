@@ -132,6 +132,7 @@ impl SetValueCheck {
     /// Takes the next set position, u, `cycles` cycles after the one before. Reports each exceeded bound.
     pub fn push(&mut self, position: f64, cycles: u32, mut exceeded: impl FnMut(Excess)) {
         if !position.is_finite() {
+            // Differences with a position that is no number would report every bound in the next three cycles.
             self.restart();
             exceeded(Excess {
                 bound: SetValueBound::Finite,
@@ -164,6 +165,7 @@ impl SetValueCheck {
         let mut check = |bound, value: f64, limit: f64, rounding: f64, share: &mut f64| {
             let value = value.abs();
             *share = share.max(value / limit);
+            // Infinite minus infinite is NaN, which exceeds nothing by comparison.
             if value > limit * (1.0 + RELATIVE) + rounding || value.is_nan() {
                 exceeded(Excess {
                     bound,
@@ -173,6 +175,7 @@ impl SetValueCheck {
             }
         };
         let velocity = (position - self.last[0]) / (cycles * time);
+        // Divided differences times 2: (v₁ - v₀)·2/(t₁ + t₀), and times 6 in all for the jerk: 2·3.
         let acceleration = (velocity - self.velocity_before) * 2.0 / (two * time);
         let jerk = (acceleration - self.acceleration_before) * 3.0 / (three * time);
         let (largest, known) = (&mut self.largest, self.known);
@@ -192,6 +195,7 @@ impl SetValueCheck {
                 &mut largest.acceleration,
             );
         }
+        // Four positions make a third difference, and none of its cycles may be one of free jerk.
         if known >= 3 && self.since_free >= 3 {
             check(
                 SetValueBound::Jerk,
@@ -208,6 +212,7 @@ impl SetValueCheck {
     fn check_software_limits(&self, position: f64, exceeded: &mut impl FnMut(Excess)) {
         let (mut low, mut high) = (self.min, self.max);
         if self.known > 0 {
+            // An axis beyond a limit is to return: the last position is its limit then.
             (low, high) = (low.min(self.last[0]), high.max(self.last[0]));
         }
         let rounding = WALL_ROUNDING / ROUNDING * self.rounding(position);

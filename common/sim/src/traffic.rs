@@ -24,6 +24,7 @@ pub struct Traffic {
 /// Counts of one link.
 #[derive(Debug, Default)]
 pub(crate) struct LinkCounts {
+    // Cells, because nested closures count while each of them holds the counts.
     sent: Cell<u64>,
     added: Cell<u64>,
     lost: Cell<u64>,
@@ -36,6 +37,8 @@ impl LinkCounts {
 
     /// Notes that one message has become this number.
     pub(crate) fn became(&self, messages: u64) {
+        // Without any it is lost, one is unchanged, n are n - 1 added: so `sent + added` stays the sum of all
+        // others.
         match messages.checked_sub(1) {
             None => self.lost.update(|count| count + 1),
             Some(more) => self.added.update(|count| count + more),

@@ -107,6 +107,7 @@ impl<N: Node> World<N> {
     /// # Errors
     /// [`WrongTerm`]: a file that its clock's drift names cannot be used.
     pub fn add_node(&mut self, setup: NodeSetup<N>) -> Result<usize, WrongTerm> {
+        // Streams of their own: a draw more of the jitter leaves the clock's drift as it was.
         let clock_seed = seed_of(setup.seed, "clock");
         let jitter_seed = seed_of(setup.seed, "jitter");
         self.nodes.push(SimulatedNode {
@@ -174,6 +175,7 @@ impl<N: Node> World<N> {
         link.flow = self.network.flow_of((from, channel, far), number, to);
         self.links.push(link);
         self.links_of[from].push(number);
+        // A node may skip the encoding of a channel that has no subscriber.
         if let Some(node) = self.node_mut(from) {
             node.set_subscribed(channel, true);
         }
@@ -245,6 +247,7 @@ impl<N: Node> World<N> {
         end: Instant<True>,
         observer: &mut impl Observer<N>,
     ) -> Result<(), Violation> {
+        // An event exactly at the end belongs to the next call: each event runs once, however a run is divided.
         while self.queue.next_at().is_some_and(|at| at < end) {
             let Some((at, event)) = self.queue.pop() else {
                 break;
@@ -257,6 +260,7 @@ impl<N: Node> World<N> {
                 WorldEvent::Hop(transit) => self.hop(transit),
             }
         }
+        // Time passes even without events.
         self.now = end;
         Ok(())
     }
@@ -265,6 +269,7 @@ impl<N: Node> World<N> {
     pub fn kill(&mut self, node: usize) {
         let simulated = &mut self.nodes[node];
         if let SimulatedState::Stopped(_, waiting) = &simulated.state {
+            // The messages die with the process, and must appear in one of the counts.
             self.dropped += waiting.len() as u64;
         }
         simulated.state = SimulatedState::Dead;
@@ -285,9 +290,11 @@ impl<N: Node> World<N> {
         let now = self.now;
         let simulated = &mut self.nodes[node];
         simulated.run += 1;
+        // Cycle counts restart with the process; compared with the old ones they would be a breach.
         simulated.watch = Watch::default();
         let start = simulated.clock.local_at(now) + simulated.start_phase;
         let mut built = (simulated.build)(start, simulated.run);
+        // Links outlive the processes at their ends: a restarted node finds its subscribers at once.
         for channel in Channel::ALL {
             let mut links = self.links_of[node].iter();
             let is_subscribed = links.any(|link| self.links[*link].channel == channel);
@@ -300,6 +307,7 @@ impl<N: Node> World<N> {
     /// Freezes a node, like a debugger. Messages wait for it.
     pub fn stop(&mut self, node: usize) {
         let state = &mut self.nodes[node].state;
+        // Dead is only a placeholder while the node is moved from one state into the other.
         *state = match std::mem::replace(state, SimulatedState::Dead) {
             SimulatedState::Running(node) => SimulatedState::Stopped(node, Vec::new()),
             other => other,
@@ -335,6 +343,7 @@ impl<N: Node> World<N> {
                     }
                     self.queue.add(at, WorldEvent::Drain { link, message });
                 }
+                // Messages sent meanwhile must not overtake the backlog: a link never reorders.
                 self.nodes[node].drained_at = at;
                 self.schedule(node);
             }
@@ -371,7 +380,9 @@ impl<N: Node> World<N> {
         let simulated = &mut self.nodes[node];
         if let SimulatedState::Running(running) = &simulated.state {
             let wake = running.next_cycle() + simulated.jitter.next();
+            // A node that was frozen is due in the past, and true time does not run back.
             let at = simulated.clock.reference_at(wake).max(self.now);
+            // An event in the queue cannot be withdrawn; the number makes an older one void.
             simulated.scheduled += 1;
             let scheduled = simulated.scheduled;
             self.queue.add(at, WorldEvent::Cycle { node, scheduled });
@@ -389,11 +400,13 @@ impl<N: Node> World<N> {
         let SimulatedState::Running(node) = &mut simulated.state else {
             return Ok(());
         };
+        // A node stopped and resumed within one cycle would otherwise have two.
         if scheduled != simulated.scheduled {
             return Ok(());
         }
         let local = simulated.clock.local_at(now);
         for (number, order) in simulated.orders.drain(..) {
+            // Before the cycle, so that an order acts in the one that follows it.
             observer.order_executed(number, &node.execute(&order));
         }
         let tick = node.cycle(local);
@@ -402,6 +415,7 @@ impl<N: Node> World<N> {
             let stamped = simulated.send_stamps;
             for &link in &self.links_of[index] {
                 let by = &mut self.links[link];
+                // A frame behind a router leaves its node once for all subscribers; the routers multiply it.
                 let is_sent = by.flow.is_none_or(|flow| self.network.is_first(flow, link));
                 if !(is_sent && by.takes(index, &outgoing)) {
                     continue;
@@ -422,6 +436,7 @@ impl<N: Node> World<N> {
                 });
             }
         }
+        // The ideal start, not the actual one: truth is judged without the jitter of waking.
         let ideal_start = simulated.clock.reference_at(tick.ideal_start);
         while let Some(arrival) = node.arrival() {
             observer.arrived(index, ideal_start, &tick, &arrival);
@@ -433,6 +448,7 @@ impl<N: Node> World<N> {
             ideal_start,
             woke: now,
         });
+        // Last, because only the finished cycle decides on the start of the next one.
         self.schedule(index);
         Ok(())
     }
@@ -460,6 +476,7 @@ impl<N: Node> World<N> {
 
     fn deliver(&mut self, link: usize, message: Box<KeptMessage>) {
         let until = self.nodes[self.links[link].to].drained_at;
+        // Behind a backlog that is still being delivered.
         if self.now < until {
             self.queue.add(until, WorldEvent::Drain { link, message });
         } else {
@@ -525,6 +542,7 @@ fn deliver_later(
     link: usize,
     message: &Message<'_>,
 ) {
+    // Checked before the copy: a flood must not cost memory.
     if queue.len() >= MOST_UNDER_WAY {
         *dropped += 1;
         return;

@@ -7,6 +7,7 @@
 
 use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_axis::{CommandState, Job, Origin};
+use coaxle_cam::Tables;
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_saw::{GearInPos, Ratio, SyncLimits, SyncMode};
@@ -39,6 +40,8 @@ pub(crate) struct Cut {
 /// A saw with its conveyor.
 pub(crate) struct Station {
     axis: SlaveAxis,
+    /// Store of cam plates: this axis needs none.
+    plates: Tables,
     task: Task,
     next_cut: f64,
     began: f64,
@@ -57,9 +60,11 @@ impl Station {
         };
         let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
         let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
-        axis.command(&Command::Power(true))?;
+        let mut plates = Tables::new(0);
+        axis.command(&mut plates, &Command::Power(true))?;
         Ok(Self {
             axis,
+            plates,
             task: Task::Synchronise,
             next_cut: LENGTH,
             began: 0.0,
@@ -76,7 +81,7 @@ impl Station {
         conveyor: &Kinematics,
         elapsed: Seconds,
     ) -> Result<(Kinematics, Option<Cut>), Refusal> {
-        let set = self.axis.update(Some(conveyor), elapsed);
+        let set = self.axis.update(&mut self.plates, Some(conveyor), elapsed);
         Ok((set, self.work(conveyor, elapsed)?))
     }
 
@@ -96,8 +101,8 @@ impl Station {
                     limits: SyncLimits::default(),
                 });
                 // Plan, then apply: a plan that is dropped was a dry run.
-                let change = self.axis.plan(&saw)?;
-                let job = self.axis.apply(change, Origin::Program);
+                let change = self.axis.plan(&self.plates, &saw)?;
+                let job = self.axis.apply(&mut self.plates, change, Origin::Program);
                 self.task = Task::WaitUntilSynchronous(job);
             }
             Task::WaitUntilSynchronous(job) => {
@@ -114,7 +119,7 @@ impl Station {
                         velocity: None,
                         dynamics: Dynamics::default(),
                     };
-                    self.task = Task::Return(self.axis.command(&home)?);
+                    self.task = Task::Return(self.axis.command(&mut self.plates, &home)?);
                     self.next_cut += LENGTH;
                     let slip = blade - self.began;
                     return Ok(Some(Cut { place: blade, slip }));

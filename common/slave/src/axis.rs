@@ -19,6 +19,7 @@ use coaxle_axis::{
     AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, SyncPositions,
     Transition, WindowMonitor,
 };
+use coaxle_cam::Tables;
 use coaxle_curve::profile::Kinematics;
 use coaxle_saw::{CouplingMoment, SawPlan};
 
@@ -80,10 +81,8 @@ pub struct SlaveAxis {
     masters: Masters,
     /// The modulo periods of the axis and its first master.
     turns: SyncPeriods,
-    /// Axis id, set when its plates are selected.
+    /// Axis id, set when it is prepared for plates.
     axis_id: u32,
-    /// The [`Tables::selections`](coaxle_cam::Tables::selections) known to its flying saw.
-    selections: Option<u32>,
     error: Option<SlaveError>,
     /// The circle that it and its masters form.
     circle: CircleState,
@@ -147,7 +146,6 @@ impl SlaveAxis {
             masters: Masters::default(),
             turns: SyncPeriods::default(),
             axis_id: 0,
-            selections: None,
             error: None,
             circle: CircleState::None,
             set_anew: 0,
@@ -161,22 +159,29 @@ impl SlaveAxis {
     /// The masters are [`Masters`], or an `Option<&Kinematics>` for a single one: none when it is
     /// lost or in error. An axis that is coupled to it then stops, and is in error stop until
     /// reset; any other is not affected.
-    pub fn update(&mut self, masters: impl Into<Masters>, elapsed: Seconds) -> Kinematics {
+    ///
+    /// `plates` are those of its node, always the same ones.
+    pub fn update(
+        &mut self,
+        plates: &mut Tables,
+        masters: impl Into<Masters>,
+        elapsed: Seconds,
+    ) -> Kinematics {
         self.masters = masters.into();
         self.revision = self.revision.wrapping_add(1);
         if !(elapsed.0 > 0.0 && elapsed.0.is_finite()) {
             return self.set;
         }
         let (before, stood) = (self.set.position, self.stands());
-        if let Err(error) = self.advance(elapsed) {
-            self.fail(error);
+        if let Err(error) = self.advance(plates, elapsed) {
+            self.fail(plates, error);
             self.run_plan(elapsed);
         }
         self.mean_velocity = (self.set.position - before) / elapsed.0;
         self.newest_cycle = elapsed.0;
-        self.finish(stood);
-        self.move_drive(elapsed);
-        self.wait_for_drive();
+        self.finish(plates, stood);
+        self.move_drive(plates, elapsed);
+        self.wait_for_drive(plates);
         self.set
     }
 
@@ -330,9 +335,9 @@ impl SlaveAxis {
 
     /// Scaling of the master positions by the coupling: 1 without one.
     #[must_use]
-    pub fn master_scaling(&self) -> f64 {
-        let coupling = self.engaged().map(|kind| self.couplings.get(kind));
-        coupling.map_or(1.0, |coupling| coupling.master_scaling())
+    pub fn master_scaling(&self, plates: &Tables) -> f64 {
+        let scaling = |kind| self.couplings.master_scaling(kind, plates);
+        self.engaged().map_or(1.0, scaling)
     }
 
     /// The plan of the flying saw that couples the axis; while it waits, the expected plan. Without
@@ -432,9 +437,9 @@ impl SlaveAxis {
     }
 
     /// The bits of `nStateDWord` for pending changes of the coupling.
-    pub(super) fn queued(&self) -> StateWord {
-        let coupling = self.engaged().map(|kind| self.couplings.get(kind));
-        coupling.map_or(StateWord::empty(), |coupling| coupling.queued())
+    pub(super) fn queued(&self, plates: &Tables) -> StateWord {
+        let queued = |kind| self.couplings.queued(kind, plates);
+        self.engaged().map_or(StateWord::empty(), queued)
     }
 
     /// The coupling that moves the axis.

@@ -19,8 +19,8 @@ pub struct Change {
     pub(super) transition: Option<Transition>,
     pub(super) effect: Effect,
     pub(super) awaits: Awaits,
-    /// Revision of the axis it was planned for.
-    pub(super) revision: u32,
+    /// Revisions of the axis and of the plates it was planned for.
+    pub(super) revisions: [u32; 2],
 }
 
 /// Effect of a command.

@@ -234,36 +234,7 @@ impl Command {
     /// PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Power(_) => "MC_Power",
-            Self::Reset {} => "MC_Reset",
-            Self::Home { .. } => "MC_Home",
-            Self::MoveAbsolute { .. } => "MC_MoveAbsolute",
-            Self::MoveRelative { .. } => "MC_MoveRelative",
-            Self::MoveVelocity { .. } => "MC_MoveVelocity",
-            Self::Halt { .. } => "MC_Halt",
-            Self::Stop { .. } => "MC_Stop",
-            Self::GearIn(_) => "MC_GearIn",
-            Self::GearInMultiMaster(_) => "MC_GearInMultiMaster",
-            Self::PhasingAbsolute { .. } => "MC_PhasingAbsolute",
-            Self::PhasingRelative { .. } => "MC_PhasingRelative",
-            Self::MoveSuperimposed { .. } => "MC_MoveSuperImposed",
-            Self::GearOut {} => "MC_GearOut",
-            Self::FlyingGear(_) => "MC_FlyingGear",
-            Self::GearInPos(_) => "MC_GearInPos",
-            Self::GearInVelo(_) => "MC_GearInVelo",
-            Self::ReadFlyingSawCharacteristics {} => "MC_ReadFlyingSawCharacteristics",
-            Self::CamIn(_) => CamIn::NAME,
-            Self::CamOut {} => CamOut::NAME,
-            Self::CamScaling(_) => CamScaling::NAME,
-            Self::CamInV2(_) => CamInV2::NAME,
-            Self::CamAdd(_) => CamAdd::NAME,
-            Self::CamExchange(_) => CamExchange::NAME,
-            Self::CamRemove(_) => CamRemove::NAME,
-            Self::CamScalingV2(_) => CamScalingV2::NAME,
-            Self::SetCamOnlineChangeMode { .. } => "MC_SetCamOnlineChangeMode",
-            Self::WriteMotionFunction { .. } => "MC_WriteMotionFunction",
-        }
+        self.entry(false).0
     }
 
     /// The command as one to a flying saw, if it is one with absolute positions.
@@ -284,33 +255,42 @@ impl Command {
     /// Arrow in the state diagram, for an axis with or without power; none for a command to a
     /// plate, or one that only reads.
     pub(super) const fn transition(&self, powered: bool) -> Option<Transition> {
-        Some(match self {
-            Self::Power(true) => Transition::PowerOn,
-            Self::Power(false) => Transition::PowerOff,
-            Self::Reset {} => Transition::Reset { powered },
-            Self::Home { .. } => Transition::Home,
-            Self::MoveAbsolute { .. } | Self::MoveRelative { .. } => Transition::Move,
-            Self::MoveVelocity { .. } => Transition::MoveWithoutEnd,
-            Self::Halt { .. } => Transition::Halt,
-            Self::Stop { .. } => Transition::Stop,
-            Self::GearIn(_)
-            | Self::FlyingGear(_)
-            | Self::GearInMultiMaster(_)
-            | Self::GearInPos(_)
-            | Self::GearInVelo(_)
-            | Self::CamIn(_)
-            | Self::CamScaling(_)
-            | Self::CamInV2(_)
-            | Self::CamAdd(_)
-            | Self::CamExchange(_)
-            | Self::CamRemove(_)
-            | Self::CamScalingV2(_) => Transition::Couple,
-            Self::PhasingAbsolute { .. } | Self::PhasingRelative { .. } => Transition::Phase,
-            Self::MoveSuperimposed { .. } => Transition::Superimpose,
-            Self::GearOut {} | Self::CamOut {} => Transition::Uncouple,
-            Self::SetCamOnlineChangeMode { .. }
-            | Self::WriteMotionFunction { .. }
-            | Self::ReadFlyingSawCharacteristics {} => return None,
-        })
+        self.entry(powered).1
+    }
+
+    /// PLC name and arrow of each command.
+    const fn entry(&self, powered: bool) -> (&'static str, Option<Transition>) {
+        use Transition as To;
+        match self {
+            Self::Power(true) => ("MC_Power", Some(To::PowerOn)),
+            Self::Power(false) => ("MC_Power", Some(To::PowerOff)),
+            Self::Reset {} => ("MC_Reset", Some(To::Reset { powered })),
+            Self::Home { .. } => ("MC_Home", Some(To::Home)),
+            Self::MoveAbsolute { .. } => ("MC_MoveAbsolute", Some(To::Move)),
+            Self::MoveRelative { .. } => ("MC_MoveRelative", Some(To::Move)),
+            Self::MoveVelocity { .. } => ("MC_MoveVelocity", Some(To::MoveWithoutEnd)),
+            Self::Halt { .. } => ("MC_Halt", Some(To::Halt)),
+            Self::Stop { .. } => ("MC_Stop", Some(To::Stop)),
+            Self::GearIn(_) => ("MC_GearIn", Some(To::Couple)),
+            Self::GearInMultiMaster(_) => ("MC_GearInMultiMaster", Some(To::Couple)),
+            Self::PhasingAbsolute { .. } => ("MC_PhasingAbsolute", Some(To::Phase)),
+            Self::PhasingRelative { .. } => ("MC_PhasingRelative", Some(To::Phase)),
+            Self::MoveSuperimposed { .. } => ("MC_MoveSuperImposed", Some(To::Superimpose)),
+            Self::GearOut {} => ("MC_GearOut", Some(To::Uncouple)),
+            Self::FlyingGear(_) => ("MC_FlyingGear", Some(To::Couple)),
+            Self::GearInPos(_) => ("MC_GearInPos", Some(To::Couple)),
+            Self::GearInVelo(_) => ("MC_GearInVelo", Some(To::Couple)),
+            Self::ReadFlyingSawCharacteristics {} => ("MC_ReadFlyingSawCharacteristics", None),
+            Self::CamIn(_) => (CamIn::NAME, Some(To::Couple)),
+            Self::CamOut {} => (CamOut::NAME, Some(To::Uncouple)),
+            Self::CamScaling(_) => (CamScaling::NAME, Some(To::Couple)),
+            Self::CamInV2(_) => (CamInV2::NAME, Some(To::Couple)),
+            Self::CamAdd(_) => (CamAdd::NAME, Some(To::Couple)),
+            Self::CamExchange(_) => (CamExchange::NAME, Some(To::Couple)),
+            Self::CamRemove(_) => (CamRemove::NAME, Some(To::Couple)),
+            Self::CamScalingV2(_) => (CamScalingV2::NAME, Some(To::Couple)),
+            Self::SetCamOnlineChangeMode { .. } => ("MC_SetCamOnlineChangeMode", None),
+            Self::WriteMotionFunction { .. } => ("MC_WriteMotionFunction", None),
+        }
     }
 }

@@ -2,17 +2,38 @@
 
 use core::fmt;
 
-use coaxle_axis::{CommandState, Coupling, Engage, Job, NotPlanned, PlanInputs, Planned};
-use coaxle_cam::{Cam, CouplingError};
+use coaxle_axis::{
+    CommandState, Coupling, Engage, Job, NotPlanned, PlanInputs, Planned, Scan, StateWord, Step,
+};
+use coaxle_cam::{Cam, CouplingError, Tables};
 use coaxle_gear::{
     FlyingGearCoupling, FlyingGearError, Gear, MultiMasterGear, RatioZero, WrongRatios,
 };
 use coaxle_saw::{Saw, SawRefusal};
 
+/// Store that a coupling of this kind shares with those of other axes: the plates, or nothing.
+macro_rules! shared {
+    (&$tables:ident) => {
+        &()
+    };
+    (&mut $tables:ident) => {
+        &mut ()
+    };
+    (&$tables:ident on plates) => {
+        $tables
+    };
+    (&mut $tables:ident on plates) => {
+        $tables
+    };
+}
+
 /// Lists the couplings of a slave, one of each kind, and generates their kinds, the dispatch by
 /// kind, and the wrappers of their plans, refusals and faults.
 macro_rules! couplings {
-    ($( #[doc = $doc:literal] $kind:ident => $field:ident: $coupling:ty, refuses by $refusal:ty, )*) => {
+    ($(
+        #[doc = $doc:literal]
+        $kind:ident => $field:ident: $coupling:ty, refuses by $refusal:ty $(, on $plates:ident)?;
+    )*) => {
         /// A kind of coupling.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(super) enum Kind {
@@ -24,29 +45,30 @@ macro_rules! couplings {
         }
 
         /// The couplings of a slave, at most one of them engaged.
-        #[derive(Debug)]
+        #[derive(Debug, Default)]
         pub(super) struct Couplings {
             $( pub(super) $field: $coupling, )*
         }
 
         impl Couplings {
-            /// The coupling of a kind.
+            /// The state of the coupling of a kind.
             pub(super) fn get(&self, kind: Kind) -> &dyn Coupling {
                 match kind { $( Kind::$kind => &self.$field, )* }
             }
 
-            /// The coupling of a kind, mutable.
-            pub(super) fn get_mut(&mut self, kind: Kind) -> &mut dyn Coupling {
+            fn get_mut(&mut self, kind: Kind) -> &mut dyn Coupling {
                 match kind { $( Kind::$kind => &mut self.$field, )* }
             }
 
             $(
+                #[allow(unused_variables, reason = "only some couplings are on plates")]
                 pub(super) fn $field(
                     &self,
+                    tables: &Tables,
                     command: &<$coupling as Engage>::Command,
                     inputs: &PlanInputs,
                 ) -> Result<Planned<Engagement>, NotPlanned<CouplingRefusal>> {
-                    let planned = self.$field.plan(command, inputs)
+                    let planned = self.$field.plan(shared!(&tables $(on $plates)?), command, inputs)
                         .map_err(|why| why.map(CouplingRefusal::$kind))?;
                     Ok(Planned {
                         change: Engagement::$kind(planned.change),
@@ -57,9 +79,52 @@ macro_rules! couplings {
             )*
 
             /// Applies a plan.
-            pub(super) fn apply(&mut self, engagement: &Engagement, job: Job) {
+            pub(super) fn apply(&mut self, tables: &mut Tables, engagement: &Engagement, job: Job) {
                 match engagement {
-                    $( Engagement::$kind(change) => self.$field.apply(change, job), )*
+                    $( Engagement::$kind(change) => {
+                        self.$field.apply(shared!(&mut tables $(on $plates)?), change, job);
+                    } )*
+                }
+            }
+
+            /// Runs one cycle of the coupling of a kind.
+            pub(super) fn update(&mut self, kind: Kind, tables: &mut Tables, scan: &Scan) -> Step {
+                match kind {
+                    $( Kind::$kind => {
+                        self.$field.update(shared!(&mut tables $(on $plates)?), scan)
+                    } )*
+                }
+            }
+
+            /// Ends the coupling of a kind.
+            pub(super) fn end(&mut self, kind: Kind, tables: &mut Tables) {
+                match kind {
+                    $( Kind::$kind => self.$field.end(shared!(&mut tables $(on $plates)?)), )*
+                }
+            }
+
+            /// Passes an error stop of the axis, with this NC code, to the coupling of a kind.
+            pub(super) fn fail(&mut self, kind: Kind, tables: &mut Tables, code: u32) {
+                match kind {
+                    $( Kind::$kind => {
+                        self.$field.fail(shared!(&mut tables $(on $plates)?), code);
+                    } )*
+                }
+            }
+
+            /// The bits of `nStateDWord` for pending changes of the coupling of a kind.
+            pub(super) fn queued(&self, kind: Kind, tables: &Tables) -> StateWord {
+                match kind {
+                    $( Kind::$kind => self.$field.queued(shared!(&tables $(on $plates)?)), )*
+                }
+            }
+
+            /// Scaling of the master positions by the coupling of a kind.
+            pub(super) fn master_scaling(&self, kind: Kind, tables: &Tables) -> f64 {
+                match kind {
+                    $( Kind::$kind => {
+                        self.$field.master_scaling(shared!(&tables $(on $plates)?))
+                    } )*
                 }
             }
 
@@ -157,26 +222,23 @@ macro_rules! couplings {
 
 couplings! {
     /// A constant ratio.
-    Gear => gear: Gear, refuses by RatioZero,
+    Gear => gear: Gear, refuses by RatioZero;
     /// A gear that is engaged and released on the fly.
-    FlyingGear => flying_gear: FlyingGearCoupling, refuses by FlyingGearError,
+    FlyingGear => flying_gear: FlyingGearCoupling, refuses by FlyingGearError;
     /// The sum of several masters.
-    MultiMasterGear => multi_master_gear: MultiMasterGear, refuses by WrongRatios,
+    MultiMasterGear => multi_master_gear: MultiMasterGear, refuses by WrongRatios;
     /// Cam plates.
-    Cam => cam: Cam, refuses by CouplingError,
+    Cam => cam: Cam, refuses by CouplingError, on plates;
     /// A flying saw.
-    Saw => saw: Saw, refuses by SawRefusal,
+    Saw => saw: Saw, refuses by SawRefusal;
 }
 
 impl Couplings {
     /// Creates the couplings, none of them engaged. The axis uses its master for a saw in this way.
     pub(super) fn new(saw: Saw) -> Self {
         Self {
-            gear: Gear::default(),
-            flying_gear: FlyingGearCoupling::default(),
-            multi_master_gear: MultiMasterGear::default(),
-            cam: Cam::default(),
             saw,
+            ..Self::default()
         }
     }
 
@@ -188,9 +250,9 @@ impl Couplings {
     }
 
     /// Ends every coupling, and clears values that are not kept after their end.
-    pub(super) fn end_all(&mut self) {
+    pub(super) fn end_all(&mut self, tables: &mut Tables) {
         for kind in Kind::ALL {
-            self.get_mut(kind).end();
+            self.end(kind, tables);
         }
     }
 }

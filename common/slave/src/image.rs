@@ -2,24 +2,25 @@
 
 use coaxle_axis::drive::DriveState;
 use coaxle_axis::{AxisState, AxisStatus, CoupleState, CouplingPhase, NcToPlcAxis, StateWord};
+use coaxle_cam::Tables;
 
 use super::axis::SlaveAxis;
 
 impl SlaveAxis {
     /// The published structure of the axis, with this id. Its role as a master is set elsewhere.
     #[must_use]
-    pub fn axis_struct(&self, id: u32) -> NcToPlcAxis {
+    pub fn axis_struct(&self, plates: &Tables, id: u32) -> NcToPlcAxis {
         let mut axis = NcToPlcAxis::default();
-        self.write_axis_struct(id, &mut axis);
+        self.write_axis_struct(plates, id, &mut axis);
         axis
     }
 
     /// Writes the published structure with all fields in place: it takes more than 200 bytes, which
     /// are then not moved.
-    pub fn write_axis_struct(&self, id: u32, axis: &mut NcToPlcAxis) {
+    pub fn write_axis_struct(&self, plates: &Tables, id: u32, axis: &mut NcToPlcAxis) {
         let set = self.set();
         *axis = NcToPlcAxis {
-            state_word: self.state_word(),
+            state_word: self.state_word(plates),
             error_code: self.error().map_or(0, |error| error.code()),
             axis_state: self.axis_state(),
             calibration_state: u32::from(self.is_homed()),
@@ -52,13 +53,13 @@ impl SlaveAxis {
         }
     }
 
-    fn state_word(&self) -> StateWord {
+    fn state_word(&self, plates: &Tables) -> StateWord {
         let (status, set) = (self.status(), self.set());
         let drive = self.actual().state;
         let failed = status == AxisStatus::ErrorStop;
         let powered = drive == DriveState::Following;
         let constant = set.velocity != 0.0 && set.acceleration == 0.0;
-        let mut word = self.queued() | StateWord::of_velocity(set.velocity);
+        let mut word = self.queued(plates) | StateWord::of_velocity(set.velocity);
         word.set(StateWord::OPERATIONAL, self.is_operational());
         word.set(StateWord::HOMED, self.is_homed());
         word.set(

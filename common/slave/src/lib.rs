@@ -8,6 +8,7 @@
 //! ```
 //! use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 //! use coaxle_axis::{AxisStatus, CommandState};
+//! use coaxle_cam::Tables;
 //! use coaxle_clock::{CycleTime, Seconds, Span};
 //! use coaxle_curve::profile::Kinematics;
 //! use coaxle_saw::{GearInVelo, Ratio, SyncLimits, SyncMode};
@@ -17,19 +18,20 @@
 //! let drive = Box::new(SimulatedDrive::new(DriveParameters::default())?);
 //! let cycle = CycleTime::new(Span::from_millis(1))?;
 //! let mut axis = SlaveAxis::new(&parameters, drive, cycle)?;
+//! let mut plates = Tables::new(0); // without cam plates
 //! let mut master = Kinematics { position: 0.0, velocity: 500.0, acceleration: 0.0 };
 //!
-//! axis.command(&Command::Power(true))?;
-//! axis.update(Some(&master), Seconds(0.001));
+//! axis.command(&mut plates, &Command::Power(true))?;
+//! axis.update(&mut plates, Some(&master), Seconds(0.001));
 //! let saw = Command::GearInVelo(GearInVelo {
 //!     ratio: Ratio::of(1.0),
 //!     sync_mode: SyncMode::default(),
 //!     limits: SyncLimits::default(),
 //! });
-//! let job = axis.command(&saw)?;
+//! let job = axis.command(&mut plates, &saw)?;
 //! for _ in 0..2_000 {
 //!     master.position += 0.5;
-//!     axis.update(Some(&master), Seconds(0.001));
+//!     axis.update(&mut plates, Some(&master), Seconds(0.001));
 //! }
 //! assert_eq!(axis.status(), AxisStatus::SynchronizedMotion);
 //! assert_eq!(axis.progress(job), CommandState::InSync);
@@ -55,7 +57,7 @@
 //! | `MC_GearOut` | TS5055 12.2.1 | [`Command::GearOut`] |
 //! | `MC_GearInPos`, `MC_GearInVelo` | TS5055 12.1, TF5055 4 | [`Command::GearInPos`], [`Command::GearInVelo`] |
 //! | `MC_ReadFlyingSawCharacteristics` | TS5055 12.1.3, TF5055 4.3 | [`SlaveAxis::saw_plan`], [`Command::ReadFlyingSawCharacteristics`] |
-//! | `MC_CamTableSelect` | TF5050 4.1 | [`SlaveAxis::select_cams`], [`SlaveAxis::share_cams`] |
+//! | `MC_CamTableSelect` | TF5050 4.1 | [`SlaveAxis::prepare_cams`], [`Tables`](coaxle_cam::Tables) |
 //! | `MC_CamIn`, `MC_CamOut`, `MC_CamScaling` | TF5050 4.2 to 4.5 | [`Command::CamIn`], [`Command::CamOut`], [`Command::CamScaling`] |
 //! | `MC_CamIn_V2`, `MC_CamAdd`, `MC_CamExchange`, `MC_CamRemove`, `MC_CamScaling_V2` | TF5050 5 | the commands of the same names |
 //! | `MC_SetCamOnlineChangeMode`, `MC_WriteMotionFunction`, `MC_WriteMotionFunctionPoint` | TF5050 6 | [`Command::SetCamOnlineChangeMode`], [`Command::WriteMotionFunction`] |
@@ -91,6 +93,9 @@
 //! [`Refusal`] as the result; applying the change ([`SlaveAxis::apply`]) cannot fail. A dry run is
 //! a plan that is not applied. One [`Job`](coaxle_axis::Job) follows an accepted command of any
 //! kind to its end: [`SlaveAxis::progress`], [`SlaveAxis::take_ended`].
+//!
+//! The cam plates are a store that is passed to the axis when it acts, so that the axes of a node share
+//! it without locks: [`SlaveAxis::prepare_cams`].
 //!
 //! A coupling of the axis is one of the kinds listed in `couplings.rs`, each a crate that
 //! implements [`Coupling`](coaxle_axis::Coupling) and [`Engage`](coaxle_axis::Engage).

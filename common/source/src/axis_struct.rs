@@ -18,6 +18,7 @@ pub fn write_axis_struct(
         axis_state: axis_state(sample),
         couple_state: CoupleState::Master,
         axis_id,
+        // A source has no drive that could lag: its actual values are those of the controller.
         actual_position: seen.position,
         actual_velocity: seen.velocity,
         set_position: seen.position,
@@ -25,12 +26,15 @@ pub fn write_axis_struct(
         set_acceleration: seen.acceleration,
         target_position: sample.target_position,
         command_number: sample.command_number,
+        // The whole structure is written, so that nothing of the cycle before remains in it.
         ..NcToPlcAxis::default()
     };
+    // Last, from the set position of this cycle.
     axis.count_turns(modulo);
 }
 
 fn state_word(sample: &SourceSample) -> StateWord {
+    // A source knows its position from the start, without a reference run.
     let mut word = StateWord::HOMED;
     word.set(
         StateWord::OPERATIONAL | StateWord::CONTROL_LOOP_CLOSED,
@@ -46,6 +50,7 @@ fn state_word(sample: &SourceSample) -> StateWord {
     word.set(StateWord::NEGATIVE_DIRECTION, velocity < 0.0);
     word.set(
         StateWord::CONSTANT_VELOCITY,
+        // A measured velocity is constant between two increments only by the resolution of its encoder.
         velocity != 0.0 && acceleration == 0.0 && sample.activity != Activity::Measured,
     );
     word | match sample.activity {
@@ -69,8 +74,10 @@ fn axis_state(sample: &SourceSample) -> AxisState {
     } = sample.seen;
     match sample.activity {
         Activity::Idle | Activity::InTarget | Activity::Halted => AxisState::Inactive,
+        // Before the comparisons below, whose acceleration is noise for a measured axis.
         Activity::Measured if stands(&sample.seen) => AxisState::Inactive,
         Activity::Measured => AxisState::Running,
+        // The sign of the product: an axis that runs backward faster and faster is accelerating as well.
         _ if velocity * acceleration > 0.0 => AxisState::Accelerating,
         _ if velocity * acceleration < 0.0 => AxisState::Decelerating,
         _ if velocity != 0.0 => AxisState::ConstantVelocity,

@@ -40,6 +40,7 @@ impl EncoderSource {
             resolution: config.resolution.get(),
             differentiate_acceleration: config.differentiate_acceleration,
             window,
+            // Sized once: sampling must not allocate.
             readings: VecDeque::with_capacity(window + 1),
         }
     }
@@ -49,14 +50,18 @@ impl EncoderSource {
         // A counter holds the last increment passed.
         let increments = (position / self.resolution).floor();
         let (velocity, acceleration) = match self.readings.front() {
+            // A repeated instant has no difference quotient.
             Some(oldest) if at > oldest.at => {
                 let elapsed = (at - oldest.at).as_secs_f64();
                 let travelled = (increments - oldest.increments) * self.resolution;
                 let velocity = travelled / elapsed;
+                // The older velocity is a mean over a window before it, so that this acceleration is late by a whole
+                // window.
                 (velocity, (velocity - oldest.velocity) / elapsed)
             }
             _ => (0.0, 0.0),
         };
+        // Removed before adding: the oldest one left is a window of cycles before the next reading.
         if self.readings.len() == self.window {
             self.readings.pop_front();
         }
@@ -82,10 +87,12 @@ impl AxisSource for EncoderSource {
         let really = self.moved_by.sample(since_start);
         let seen = self.read(since_start, really.motion.position);
         SourceSample {
+            // The truth beside the reading, by which a run judges what receivers make of it.
             motion: really.motion,
             seen,
             enabled: really.enabled,
             activity: Activity::Measured,
+            // A measured axis executes no commands.
             command_number: 0,
             target_position: seen.position,
         }

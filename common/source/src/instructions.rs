@@ -50,6 +50,7 @@ pub(crate) fn compile(program: &ProgramConfig) -> (Vec<Instruction>, usize) {
         Repeat::Forever => None,
         Repeat::Times(count) => Some(count),
     };
+    // The whole program is a loop like any other, so that repeating needs no rule of its own.
     compiler.repeated(passes, &program.steps);
     (compiler.instructions, compiler.deepest)
 }
@@ -67,11 +68,13 @@ impl Compiler {
         self.depth += 1;
         self.deepest = self.deepest.max(self.depth);
         self.push(Instruction::LoopBegin { depth, passes });
+        // Behind the begin, which sets the number of passes and must run once per loop only.
         let body = self.instructions.len();
         for step in steps {
             self.step(step);
         }
         self.push(Instruction::LoopEnd { depth, body });
+        // Loops side by side share a counter: only one of them runs at a time.
         self.depth = depth;
     }
 
@@ -79,6 +82,7 @@ impl Compiler {
         match step {
             StepConfig::Enable(true) => self.push(Instruction::Enable(true)),
             StepConfig::Enable(false) => {
+                // `MC_Power` on a moving axis: a drive is switched off at rest.
                 self.push(Instruction::Halt);
                 self.push(Instruction::Enable(false));
             }
@@ -109,6 +113,7 @@ impl Compiler {
             Some(velocity) => self
                 .limits
                 .with_velocity(velocity.get())
+                // Guaranteed by its type.
                 .expect("a positive number is a valid limit"),
             None => self.limits,
         }

@@ -55,7 +55,10 @@ impl ActiveMotion {
 
     /// Returns the first nanosecond at which it is certainly over.
     fn end(&self) -> Span {
+        // Rounded up and one more: at a rounded-down end the profile would be a fraction of a nanosecond from its
+        // target.
         let nanos = (self.profile.duration().0 * 1e9).ceil();
+        // A motion without duration takes no time at all, not one nanosecond.
         if nanos > 0.0 {
             self.began + Span::from_nanos(nanos as i64) + Span::from_nanos(1)
         } else {
@@ -88,6 +91,7 @@ impl MotionProgram {
             due: Span::ZERO,
             motion: ActiveMotion {
                 began: Span::ZERO,
+                // A profile to its own velocity: moving on, or standing, needs no case of its own.
                 profile: to_velocity(&start, start.velocity, &limits),
                 under_way: activity,
                 afterwards: activity,
@@ -102,16 +106,19 @@ impl MotionProgram {
             Instruction::Enable(enabled) => self.enabled = enabled,
             Instruction::MoveAbsolute { position, limits } => self.go_to(position, &limits),
             Instruction::MoveRelative { distance, limits } => {
+                // Where the axis is when the step is due, which lies between two cycles: steps do not wait for one.
                 let from = self.motion.at(self.due).position;
                 self.go_to(from + distance, &limits);
             }
             Instruction::Velocity { value, keep } => {
                 let profile = to_velocity(&self.motion.at(self.due), value, &self.limits);
                 self.start(profile, Activity::Continuous, Activity::Continuous);
+                // Counted from the end of the ramp, at which `start` has set the due time.
                 self.due += keep;
             }
             Instruction::Halt => {
                 let now = self.motion.at(self.due);
+                // A halt at rest is none: otherwise it would count as a command and change the state.
                 if (now.velocity, now.acceleration) != (0.0, 0.0) {
                     let profile = to_velocity(&now, 0.0, &self.limits);
                     self.start(profile, Activity::Halting, Activity::Halted);
@@ -147,7 +154,9 @@ impl MotionProgram {
     fn end_pass(&mut self, depth: usize, body: usize) {
         let pass = &mut self.passes[depth];
         pass.left = match pass.left {
+            // The loop is done, and `next` is already the instruction behind it.
             Some(0) => return,
+            // Endless: none stays none.
             left => left.map(|count| count - 1),
         };
         self.next = body;
@@ -165,12 +174,14 @@ impl AxisSource for MotionProgram {
             let Some(&instruction) = self.instructions.get(self.next) else {
                 break;
             };
+            // Due times are exact and cycles are not: several instructions may be due in one cycle, or none.
             if self.due > since_start {
                 break;
             }
             self.next += 1;
             self.run(instruction);
         }
+        // After all instructions: the motion of the newest one, begun at its own time and not with the cycle.
         let kinematics = self.motion.at(since_start);
         let activity = if self.motion.is_over(since_start) {
             self.motion.afterwards
@@ -184,6 +195,7 @@ impl AxisSource for MotionProgram {
             activity,
             command_number: self.command_number,
             target_position: match activity {
+                // A constant velocity has no target, and its profile ends with the ramp.
                 Activity::Continuous => kinematics.position,
                 _ => self.motion.profile.end().position,
             },

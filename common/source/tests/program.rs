@@ -93,6 +93,7 @@ fn relative_moves_add_up_over_loops_and_repeats() {
          { loop = { count = 2, steps = [{ move-relative = { distance = 0.25 } }] } }] } }]",
     );
     let last = *samples(&mut axis, 20.0).last().unwrap();
+    // Two runs of three passes of 1 + 2·0.25.
     assert_close(last.motion.position, 2.0 * 3.0 * 1.5);
     assert_eq!(last.command_number, 2 * 3 * 3);
     assert_eq!(last.activity, Activity::InTarget);
@@ -110,6 +111,7 @@ fn a_velocity_is_reached_kept_and_left() {
         .iter()
         .filter(|s| s.motion.velocity == -20.0)
         .count();
+    // A second in samples of a millisecond, with either end in between.
     assert!((999..=1_001).contains(&at_50), "{at_50}");
     assert!((499..=501).contains(&at_20), "{at_20}");
     assert_eq!(samples[500].activity, Activity::Continuous);
@@ -187,6 +189,7 @@ fn sampling_rarely_or_often_gives_the_same_motion() {
     let mut rarely = program(text);
     for k in 0..20_000 {
         let sample = often.sample(Span::from_millis(k));
+        // Several moves lie between two such samples.
         if k % 700 == 0 {
             assert_eq!(sample, rarely.sample(Span::from_millis(k)));
         }

@@ -46,6 +46,7 @@ impl TlsListener {
         loop {
             tokio::select! {
                 () = token.cancelled() => return Ok(()),
+                // Handshakes run beside the loop: one that waits for its client delays no other.
                 Some((from, result)) = under_way.next() => {
                     if let Err(reason) = result {
                         refusals.add(from, reason);
@@ -53,13 +54,17 @@ impl TlsListener {
                 }
                 accepted = self.socket.accept() => match accepted {
                     Ok((socket, from)) => {
+                        // The oldest makes room, not the newest: an honest handshake is over in milliseconds, a
+                        // silent client never.
                         if let Some(evicted) = under_way.make_room() {
                             refusals.add(evicted, "slower than those that came later".to_owned());
                         }
                         under_way.start(from, self.handshake(socket, from));
                     }
+                    // The listener stays: descriptors come back when links end.
                     Err(error) => self.cannot_accept(&error).await,
                 },
+                // Refusals during the quiet time of the log are reported after it even if no further one comes.
                 () = wait_until(refusals.due()) => {}
             }
             if let Some(line) = refusals.line(Instant::now()) {
@@ -80,6 +85,8 @@ impl TlsListener {
             self.links.clone(),
         );
         async move {
+            // A client in good health that is merely cut off would hold a place until the TCP timeout, which is
+            // minutes.
             let link = tokio::time::timeout(common.handshake_timeout, async {
                 let stream = acceptor.accept(socket).await?;
                 let here = stream.get_ref().0.local_addr()?;
@@ -90,6 +97,7 @@ impl TlsListener {
                 .map_err(|_| "no handshake within its time".to_owned())?
                 .map_err(|error| error.to_string())?;
             let ends = LinkAddresses { here, there: from };
+            // Only now: the session exists, and the certificates of the peer are checked.
             let link = TlsLink::open(stream, ends, common.closes_on_expiry);
             let link: LinkUnicast = link.map_err(|error| error.to_string())?;
             let handed_over = links.send_async(link).await;
@@ -129,11 +137,13 @@ impl Handshakes {
         if self.order.len() < MOST_HANDSHAKES {
             return None;
         }
+        // Finished ones are removed only when room is needed, so that the usual start costs nothing.
         self.order.retain(|(_, handle)| !handle.is_finished());
         if self.order.len() < MOST_HANDSHAKES {
             return None;
         }
         let (from, handle) = self.order.pop_front()?;
+        // Its task ends at the next await, which drops the socket.
         handle.abort();
         Some(from)
     }

@@ -26,7 +26,9 @@ impl CertifiedPeer {
             let (_, certificate) = X509Certificate::from_der(certificate)
                 .map_err(|error| zerror!("certificate {n} of the chain: {error}"))?;
             let not_after = certificate.validity().not_after.to_datetime();
+            // The link is valid as long as the whole chain: an authority may expire before its certificates.
             peer.expires = Some(peer.expires.map_or(not_after, |known| known.min(not_after)));
+            // The first is the peer's own; the others only vouch for it.
             if n == 0 {
                 let mut names = certificate.subject().iter_common_name();
                 let name = names.next().and_then(|name| name.as_str().ok());

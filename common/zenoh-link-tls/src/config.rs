@@ -74,6 +74,7 @@ impl ConfigurationInspector<ZenohConfig> for TlsConfigurator {
                 tls.close_link_on_expiration(),
             ),
         ];
+        // Absent settings are left out: the defaults are those of Zenoh, in one place.
         let switches = switches.map(|(name, on)| on.map(|on| (name, on.to_string())));
         settings.extend(switches.into_iter().flatten());
         let sizes = [
@@ -147,6 +148,7 @@ impl Pem {
 
     /// Reads the text; none if the endpoint does not have it.
     async fn read(&self, endpoint: &Config<'_>) -> ZResult<Option<Vec<u8>>> {
+        // Text in the endpoint itself comes before files: set by a program, it is the more specific one.
         if let Some(text) = endpoint.get(self.raw) {
             return Ok(Some(text.as_bytes().to_vec()));
         }
@@ -157,6 +159,7 @@ impl Pem {
         let Some(file) = endpoint.get(self.file) else {
             return Ok(None);
         };
+        // Read for each connection: a renewed certificate needs no restart of the connecting side.
         let text = tokio::fs::read(file).await;
         let text = text.map_err(|error| self.wrong(&format!("{file}: {error}")))?;
         Ok(Some(text))
@@ -171,6 +174,7 @@ impl Pem {
         };
         let certificates: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&text).collect();
         match certificates {
+            // A file without PEM blocks parses without an error, as a list of none.
             Ok(certificates) if certificates.is_empty() => {
                 Err(self.wrong(&"received no certificate, expected one in PEM"))
             }
@@ -226,6 +230,7 @@ pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> 
     let chain = chain.ok_or_else(|| LISTEN_CERTIFICATE.missing())?;
     let key = LISTEN_KEY.key(endpoint).await?;
     let builder = ServerConfig::builder_with_provider(provider())
+        // TLS 1.2 sends certificates in clear, and a peer that offers only that is refused.
         .with_protocol_versions(&[&TLS13])
         .map_err(|error| zerror!(error))?;
     let builder = if is_mutual(endpoint)? {
@@ -240,6 +245,7 @@ pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> 
         .map_err(|error| LISTEN_KEY.wrong(&error))?;
     // Certificates are checked on every connect: no session is resumed on an earlier check.
     config.session_storage = Arc::new(NoServerSessionStorage {});
+    // Without tickets a client has nothing to resume with.
     config.send_tls13_tickets = 0;
     Ok(Arc::new(config))
 }
@@ -262,6 +268,7 @@ pub(crate) async fn client(endpoint: &Config<'_>) -> ZResult<Arc<ClientConfig>> 
         builder.with_root_certificates(roots)
     } else {
         let any_name = WebPkiVerifierAnyServerName::new(roots);
+        // Any name of the configured authority is admitted, as the config asks; the chain is still verified.
         let builder = builder.dangerous();
         builder.with_custom_certificate_verifier(Arc::new(any_name))
     };
@@ -282,6 +289,7 @@ pub(crate) async fn client(endpoint: &Config<'_>) -> ZResult<Arc<ClientConfig>> 
 pub(crate) async fn sockets<'a>(endpoint: &'a Config<'_>) -> ZResult<TcpSocketConfig<'a>> {
     let interface = endpoint.get(BIND_INTERFACE);
     let bind = match endpoint.get(BIND_SOCKET) {
+        // Each of them determines the address to connect from.
         Some(_) if interface.is_some() => bail!(
             "received {BIND_INTERFACE} and {BIND_SOCKET}, expected one of them: each says where from to connect"
         ),

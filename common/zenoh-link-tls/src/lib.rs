@@ -54,6 +54,7 @@ impl LocatorInspector for TlsLocatorInspector {
         use zenoh_protocol::core::Reliability;
         match locator.metadata().get(Metadata::RELIABILITY) {
             Some(named) => Ok(named.parse::<Reliability>()? == Reliability::Reliable),
+            // TCP below is reliable, unless the locator states otherwise.
             None => Ok(true),
         }
     }

@@ -58,6 +58,8 @@ impl TlsLink {
             |address: SocketAddr| Locator::new(TLS_LOCATOR_PREFIX, address.to_string(), "");
         let (source, destination) = (locator(ends.here)?, locator(ends.there)?);
         let until = peer.expires.filter(|_| expires);
+        // The task of the expiry needs the link, but must not keep it alive: a weak reference made before the link
+        // is.
         let link = Arc::new_cyclic(|link: &Weak<Self>| Self {
             stream: SharedStream::new(stream),
             ends,
@@ -79,6 +81,7 @@ impl TlsLink {
 fn abort_at(until: OffsetDateTime, link: Weak<TlsLink>) -> AbortHandle {
     let wait = async move {
         while let Some(left) = remaining(until) {
+            // Sleeps measure monotonic time, certificates the time of day: asked again after each piece.
             tokio::time::sleep(left.min(LONGEST_SLEEP)).await;
         }
         if let Some(link) = link.upgrade() {
@@ -92,6 +95,7 @@ fn abort_at(until: OffsetDateTime, link: Weak<TlsLink>) -> AbortHandle {
 /// Returns the remaining time; none when it is over.
 fn remaining(until: OffsetDateTime) -> Option<Duration> {
     let left = until - OffsetDateTime::now_utc();
+    // A negative rest is no `Duration`, and over.
     Duration::try_from(left).ok().filter(|left| !left.is_zero())
 }
 
@@ -155,6 +159,7 @@ impl LinkUnicastTrait for TlsLink {
 impl Drop for TlsLink {
     fn drop(&mut self) {
         if let Some(expiry) = &self.expiry {
+            // Otherwise a task per closed link would sleep until its certificate expires.
             expiry.abort();
         }
     }

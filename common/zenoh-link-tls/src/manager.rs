@@ -39,6 +39,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
         let settings = endpoint.config();
         let failed =
             |error: &dyn std::fmt::Display| zerror!("connecting to {endpoint} over TLS: {error}");
+        // Every setting is checked before a connection is made: a mistake needs no peer to be found.
         let name = server_name(endpoint.address().as_str()).map_err(|error| failed(&error))?;
         let common = Common::of(&settings).map_err(|error| failed(&error))?;
         let client = config::client(&settings).await;
@@ -49,6 +50,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
         let connected = sockets.new_link_first_reachable(addresses).await;
         let (socket, here, there) = connected.map_err(|error| failed(&error))?;
         let handshake = TlsConnector::from(client).connect(name, socket);
+        // A port on which something else listens may accept and never answer.
         let stream = tokio::time::timeout(common.handshake_timeout, handshake)
             .await
             .map_err(|_| failed(&"no handshake within its time"))?
@@ -69,6 +71,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
         let address = config::resolve(endpoint.address().as_str()).await?;
         let (socket, address) = sockets.new_listener(&address)?;
         let (host, _) = host_and_port(endpoint.address().as_str())?;
+        // The port of the socket: with 0 in the endpoint the system chose one.
         let host_and_port = format!("{host}:{}", address.port());
         let locator = Locator::new(endpoint.protocol(), host_and_port, endpoint.metadata())?;
         let listened = EndPoint::new(
@@ -77,6 +80,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
             locator.metadata(),
             endpoint.config(),
         )?;
+        // A child: closing all listeners ends this one, and not the other way round.
         let token = self.listeners.token.child_token();
         let listener = TlsListener {
             socket,
@@ -124,6 +128,7 @@ fn server_name(address: &str) -> ZResult<ServerName<'static>> {
 
 fn host_and_port(address: &str) -> ZResult<(&str, &str)> {
     address
+        // The last colon, since an IPv6 address has several.
         .rsplit_once(':')
         .ok_or_else(|| zerror!("received {address:?}, expected <host>:<port>").into())
 }

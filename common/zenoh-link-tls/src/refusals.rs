@@ -29,6 +29,7 @@ impl Refusals {
         {
             return None;
         }
+        // Taken, so that nothing is due until the next refusal.
         let (from, reason) = self.last.take()?;
         let count = std::mem::take(&mut self.count);
         self.last_logged = Some(now);

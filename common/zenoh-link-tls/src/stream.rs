@@ -48,6 +48,7 @@ impl SharedStream {
         let _turn = self.reading.lock().await;
         while !buffer.is_empty() {
             match self.read_some(buffer).await? {
+                // An end within a message; Zenoh reads lengths and bodies with this.
                 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
                 read => buffer = &mut buffer[read..],
             }
@@ -59,6 +60,7 @@ impl SharedStream {
     pub(crate) async fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         let _turn = self.writing.lock().await;
         let written = self.write_some(bytes).await?;
+        // Encrypted bytes may stay in the session when the socket is full, and nobody else would send them.
         self.flush().await?;
         Ok(written)
     }
@@ -79,10 +81,12 @@ impl SharedStream {
     /// Sends the pending bytes and the end of the stream, within [`CLOSE_TIMEOUT`], and closes the connection.
     pub(crate) async fn close(&self) {
         let close = async {
+            // Behind a write in progress, whose bytes would be cut off otherwise.
             let _turn = self.writing.lock().await;
             self.poll(|stream, context| stream.poll_shutdown(context))
                 .await
         };
+        // A frozen peer takes no bytes, and the session must end nevertheless.
         let _ = tokio::time::timeout(CLOSE_TIMEOUT, close).await;
         self.abort();
     }
@@ -91,6 +95,7 @@ impl SharedStream {
     pub(crate) fn abort(&self) {
         let stream = self.lock();
         let socket = socket2::SockRef::from(stream.get_ref().0);
+        // The socket itself, since a task that waits in a poll holds no lock: it is woken by the end of the stream.
         let _ = socket.shutdown(Shutdown::Both);
     }
 

@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             let _ = writeln!(io::stderr(), "not measured: {error}");
+            // A machine without valgrind still runs all other benches.
             ExitCode::SUCCESS
         }
     }
@@ -71,12 +72,14 @@ fn measure_all() -> io::Result<bool> {
 fn measure(part: &Part) -> io::Result<f64> {
     let few = count(part, part.calls)?;
     let many = count(part, 2 * part.calls)?;
+    // n and 2n calls after equal preparations: the difference is that of n calls alone.
     Ok((many - few) / f64::from(part.calls))
 }
 
 /// Instructions of a whole process that makes this number of calls.
 fn count(part: &Part, calls: u32) -> io::Result<f64> {
     let output = Command::new("valgrind")
+        // The totals on standard error suffice; the profile of each run would be a large file.
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
         .arg(std::env::current_exe()?)
         .args([RUN, part.name, &calls.to_string()])

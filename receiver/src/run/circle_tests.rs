@@ -11,9 +11,9 @@ use coaxle_gear::GearIn;
 use coaxle_host::client::{Commander, SeenNode, Watcher};
 use coaxle_host::files::Rows;
 use coaxle_host::network::transport::{
-    BytesHandler, Client, Declared, PresenceHandler, Publisher, RequestHandler, Urgency,
+    BytesHandler, Client, Declared, InProcess, PresenceHandler, Publisher, RequestHandler,
+    Transport, Urgency,
 };
-use coaxle_host::network::transport::{InProcess, Transport};
 use coaxle_node::command::{CommandAnswer, CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::config::parse;
 use coaxle_node::keys::NodeName;

@@ -44,7 +44,7 @@ impl Slaves {
             .map(|(n, sources)| slave(config, n, sources, &mut drives, &mut plates))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
-            plates: Some(Box::new(plates)),
+            plates,
             leads,
             axes: vec![NcToPlcAxis::default(); slaves.len()].into(),
             slaves,
@@ -156,7 +156,7 @@ fn slave(
     let mut axis =
         SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
     axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
-    axis.share_cams(id_of_master(config, sources[0]), id)
+    axis.prepare_cams(id_of_master(config, sources[0]), id)
         .map_err(|error| wrong(n, "limits", error))?;
     let start = match slave.couple() {
         CoupleConfig::Off => None,

@@ -1,7 +1,7 @@
 //! Orders on the cam plates, given to a slave that they can couple.
 
 use coaxle_axis::Awaits;
-use coaxle_cam::{CouplingError, PlateReading};
+use coaxle_cam::{CouplingError, Tables};
 use coaxle_node::CommandOutcome;
 use coaxle_node::command::{CamCommand, CamOrder, OrderCargo};
 use coaxle_slave::{CouplingRefusal, Refusal};
@@ -13,6 +13,7 @@ impl Slave {
     /// Its memory comes and goes in its cargo: no memory is allocated or freed.
     pub(super) fn execute_cam(
         &mut self,
+        plates: &mut Tables,
         order: &CamOrder,
         cargo: &mut OrderCargo,
         room: usize,
@@ -21,26 +22,26 @@ impl Slave {
             CamCommand::CamInfo {
                 table,
                 master_position,
-            } => match self.axis.cam_info(*table, *master_position) {
+            } => match self.axis.cam_info(plates, *table, *master_position) {
                 Ok(info) => {
                     let slave = self.view();
                     return CommandOutcome::CamInfo { info, slave };
                 }
                 Err(error) => Err(error),
             },
-            CamCommand::CamTableSelect { replace, .. } => self.select(order, *replace, cargo, room),
+            CamCommand::CamTableSelect { replace, .. } => {
+                select(plates, order, *replace, cargo, room)
+            }
             CamCommand::CamTableDelete { table } => match cargo {
-                OrderCargo::Table(deleted) if !order.dry_run => {
-                    self.axis.delete_cam(*table, deleted)
-                }
-                _ => self.axis.plan_delete_cam(*table),
+                OrderCargo::Table(deleted) if !order.dry_run => plates.delete(*table, deleted),
+                _ => plates.plan_delete(*table),
             },
             CamCommand::ReadMotionFunction { table, .. }
             | CamCommand::ReadMotionFunctionPoint { table, .. }
             | CamCommand::ReadMotionFunctionValues { table, .. }
             | CamCommand::ReadCamTableSlaveDynamics { table, .. }
             | CamCommand::ReadCamTableCharacteristics { table, .. }
-            | CamCommand::ReadCamTableMasterPosition { table, .. } => self.read(*table, cargo),
+            | CamCommand::ReadCamTableMasterPosition { table, .. } => read(plates, *table, cargo),
         };
         let changes = matches!(
             order.command,
@@ -50,35 +51,6 @@ impl Slave {
             self.note_refusal(refusal_of(error));
         }
         self.answer(done)
-    }
-
-    fn select(
-        &mut self,
-        order: &CamOrder,
-        replace: bool,
-        cargo: &mut OrderCargo,
-        room: usize,
-    ) -> Result<(), CouplingError> {
-        let id = order.command.table();
-        match cargo {
-            OrderCargo::Table(table) if order.dry_run => {
-                self.axis
-                    .plan_select_cam(id, replace, table.as_deref(), room)
-            }
-            OrderCargo::Table(table) => self.axis.select_cam(id, replace, table, room),
-            OrderCargo::Wrong(error) => Err(CouplingError::Cam(*error)),
-            OrderCargo::Nothing | OrderCargo::Reading(_) => Err(CouplingError::NoTable),
-        }
-    }
-
-    fn read(&self, table: u32, cargo: &mut OrderCargo) -> Result<(), CouplingError> {
-        match cargo {
-            OrderCargo::Reading(reading) => {
-                let reading: &mut PlateReading = reading;
-                self.axis.read_plate(table, reading)
-            }
-            _ => Err(CouplingError::NoTable),
-        }
     }
 
     fn answer(&self, done: Result<(), CouplingError>) -> CommandOutcome {
@@ -102,4 +74,29 @@ impl Slave {
 
 const fn refusal_of(error: CouplingError) -> Refusal {
     Refusal::Coupling(CouplingRefusal::Cam(error))
+}
+
+fn select(
+    plates: &mut Tables,
+    order: &CamOrder,
+    replace: bool,
+    cargo: &mut OrderCargo,
+    room: usize,
+) -> Result<(), CouplingError> {
+    let id = order.command.table();
+    match cargo {
+        OrderCargo::Table(table) if order.dry_run => {
+            plates.plan_select(id, replace, table.as_deref(), room)
+        }
+        OrderCargo::Table(table) => plates.select(id, replace, table, room),
+        OrderCargo::Wrong(error) => Err(CouplingError::Cam(*error)),
+        OrderCargo::Nothing | OrderCargo::Reading(_) => Err(CouplingError::NoTable),
+    }
+}
+
+fn read(plates: &Tables, table: u32, cargo: &mut OrderCargo) -> Result<(), CouplingError> {
+    match cargo {
+        OrderCargo::Reading(reading) => plates.read_plate(table, reading),
+        _ => Err(CouplingError::NoTable),
+    }
 }

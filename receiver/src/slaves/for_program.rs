@@ -1,6 +1,7 @@
 //! A program's view of its slave.
 
 use coaxle_axis::{AxisStatus, CommandState, Job};
+use coaxle_cam::Tables;
 use coaxle_slave::{JobError, SlaveAxis};
 
 use super::masters::SlaveMasters;
@@ -9,6 +10,7 @@ use crate::program::{Outcome, Situation};
 /// Inputs of a program's conditions about its slave.
 pub(super) fn situation(
     axis: &SlaveAxis,
+    plates: &Tables,
     starts_coupled: bool,
     masters: &SlaveMasters,
 ) -> Situation {
@@ -27,10 +29,10 @@ pub(super) fn situation(
         first_master_ready: first.is_some_and(|master| master.is_ready),
         master_ready: masters.are_ready(),
         cam_table: match axis.coupling_phase() {
-            Some(_) => axis.cam_state().map_or(0, |cam| cam.table),
+            Some(_) => axis.cam_state(plates).map_or(0, |cam| cam.table),
             None => 0,
         },
-        cam_queued: axis.cam_queued(),
+        cam_queued: axis.cam_queued(plates),
     }
 }
 

@@ -29,8 +29,8 @@ use slave::Slave;
 pub(crate) struct Slaves {
     /// The slaves in the order of the config.
     slaves: Vec<Slave>,
-    /// The cam plates of all slaves, lent to each slave while it acts.
-    plates: Option<Box<Tables>>,
+    /// The cam plates of all slaves.
+    plates: Tables,
     /// Numbers of the slaves, masters before their slaves.
     order: Vec<usize>,
     /// Numbers of the slaves, by axis id.
@@ -77,11 +77,7 @@ impl Slaves {
                     MasterRef::Slave(master) => self.slaves[master].as_master(),
                 });
             }
-            if self.have_plates() || self.slaves[n].has_program() {
-                self.turn(n, |slave| slave.cycle(&masters, elapsed));
-            } else {
-                self.slaves[n].cycle(&masters, elapsed);
-            }
+            self.slaves[n].cycle(&mut self.plates, &masters, elapsed);
         }
     }
 
@@ -91,7 +87,7 @@ impl Slaves {
         SlaveNumber(n): SlaveNumber,
         command: &Command,
     ) -> Result<Job, Refusal> {
-        self.turn(n, |slave| slave.command(command, Origin::Order))
+        self.slaves[n].command(&mut self.plates, command, Origin::Order)
     }
 
     /// Executes an order from the network.
@@ -100,7 +96,7 @@ impl Slaves {
         SlaveNumber(n): SlaveNumber,
         order: &SlaveOrder,
     ) -> CommandOutcome {
-        self.turn(n, |slave| slave.execute(order))
+        self.slaves[n].execute(&mut self.plates, order)
     }
 
     /// Executes an order on the cam plates, whose points and rows are limited in sum as in a config.
@@ -110,60 +106,30 @@ impl Slaves {
         order: &CamOrder,
         cargo: &mut OrderCargo,
     ) -> CommandOutcome {
-        let room = match (&order.command, &self.plates) {
-            (CamCommand::CamTableSelect { .. }, Some(plates)) => room(plates),
+        let room = match &order.command {
+            CamCommand::CamTableSelect { .. } => room(&self.plates),
             _ => 0,
         };
-        self.turn(n, |slave| slave.execute_cam(order, cargo, room))
-    }
-
-    /// Runs `act` on a slave that is lent the plates.
-    fn turn<T>(&mut self, n: usize, act: impl FnOnce(&mut Slave) -> T) -> T {
-        let slave = &mut self.slaves[n];
-        if let Some(plates) = self.plates.take() {
-            slave.axis.lend_cams(plates);
-        }
-        let done = act(slave);
-        self.plates = slave.axis.give_back_cams();
-        done
-    }
-
-    /// Reads from a slave, without lending plates as long as there are none.
-    fn ask<T>(&mut self, n: usize, ask: impl FnOnce(&Slave) -> T) -> T {
-        if self.have_plates() {
-            self.turn(n, |slave| ask(slave))
-        } else {
-            ask(&self.slaves[n])
-        }
-    }
-
-    /// True if a plate was ever selected.
-    fn have_plates(&self) -> bool {
-        (self.plates.as_ref()).is_some_and(|plates| plates.selections() > 0)
+        self.slaves[n].execute_cam(&mut self.plates, order, cargo, room)
     }
 
     /// The axis structures of all slaves that have set values, by id.
     pub(crate) fn axes(&mut self) -> &[NcToPlcAxis] {
-        let mut axes = core::mem::take(&mut self.axes);
-        let mut said = 0;
-        for place in 0..self.by_id.len() {
-            let n = self.by_id[place];
-            let leads = self.leads[n];
-            let says = self.ask(n, |slave| slave.write_axis(leads, &mut axes[said]));
-            said += usize::from(says);
+        let mut written = 0;
+        for &n in &self.by_id {
+            let axis = &mut self.axes[written];
+            let has_set_values = self.slaves[n].write_axis(&self.plates, self.leads[n], axis);
+            written += usize::from(has_set_values);
         }
-        self.axes = axes;
-        &self.axes[..said]
+        &self.axes[..written]
     }
 
     /// Fills in their signals and faults.
-    pub(crate) fn show(&mut self, shown: &mut ReceiverSnapshot) {
+    pub(crate) fn show(&self, shown: &mut ReceiverSnapshot) {
         let places = shown.signals.slaves.iter_mut().zip(&mut shown.faults);
-        for (n, (signals, faults)) in places.enumerate().take(self.slaves.len()) {
-            self.ask(n, |slave| {
-                slave.show_faults(faults);
-                slave.show(faults, signals);
-            });
+        for (slave, (signals, faults)) in self.slaves.iter().zip(places) {
+            slave.show_faults(faults);
+            slave.show(&self.plates, faults, signals);
         }
     }
 

@@ -4,6 +4,7 @@ use coaxle_axis::drive::DriveKind;
 use coaxle_axis::{
     AxisStatus, CommandState, CoupleState, Job, Modulo, NcToPlcAxis, Origin, StateWord,
 };
+use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
@@ -79,22 +80,23 @@ impl Slave {
     }
 
     /// Runs one cycle.
-    pub(super) fn cycle(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
-        self.follow(masters, elapsed);
+    pub(super) fn cycle(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
+        self.follow(plates, masters, elapsed);
         self.watch_tool();
     }
 
-    fn follow(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
+    fn follow(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
         self.master_position = masters.first().map(|master| master.set.position);
-        self.run_program(masters, elapsed);
-        if self.start(masters) {
+        self.run_program(plates, masters, elapsed);
+        if self.start(plates, masters) {
             return;
         }
         self.error_of_master = match masters.first() {
             Some(master) if self.follows => master.error_code,
             _ => 0,
         };
-        self.axis.update(*masters.as_couplings_see(), elapsed);
+        self.axis
+            .update(plates, *masters.as_couplings_see(), elapsed);
         self.take_ended_jobs();
     }
 
@@ -121,15 +123,25 @@ impl Slave {
     }
 
     /// Executes a command: the single path for commands of every origin.
-    pub(super) fn command(&mut self, command: &Command, origin: Origin) -> Result<Job, Refusal> {
-        let change = self.axis.plan(command);
-        self.apply(change, origin)
+    pub(super) fn command(
+        &mut self,
+        plates: &mut Tables,
+        command: &Command,
+        origin: Origin,
+    ) -> Result<Job, Refusal> {
+        let change = self.axis.plan(plates, command);
+        self.apply(plates, change, origin)
     }
 
-    fn apply(&mut self, change: Result<Change, Refusal>, origin: Origin) -> Result<Job, Refusal> {
+    fn apply(
+        &mut self,
+        plates: &mut Tables,
+        change: Result<Change, Refusal>,
+        origin: Origin,
+    ) -> Result<Job, Refusal> {
         let applied = change.map(|change| {
             self.start = None;
-            self.axis.apply(change, origin)
+            self.axis.apply(plates, change, origin)
         });
         self.refusal = match applied {
             Ok(_) => self.refusal,
@@ -138,15 +150,15 @@ impl Slave {
         applied
     }
 
-    fn run_program(&mut self, masters: &SlaveMasters, elapsed: Seconds) {
+    fn run_program(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
         let (axis, Some(program)) = (&self.axis, &mut self.program) else {
             return;
         };
-        let situation = situation(axis, self.start.is_some(), masters);
+        let situation = situation(axis, plates, self.start.is_some(), masters);
         program.look(&situation, |job| end_of(axis, job));
         let ready = masters.first().filter(|master| master.is_ready);
         program.advance(elapsed, ready.map(|master| master.set.position));
-        let Some(command) = program.due(&situation, || axis.master_scaling()) else {
+        let Some(command) = program.due(&situation, || axis.master_scaling(plates)) else {
             return;
         };
         let cut = if program.cuts_next() {
@@ -159,7 +171,7 @@ impl Slave {
                 self.note_refusal(refusal);
                 Err(refusal)
             }
-            (Ok(()), Some(command)) => self.execute_step(&command),
+            (Ok(()), Some(command)) => self.execute_step(plates, &command),
             (Ok(()), None) => Ok(None),
         };
         if let Some(program) = &mut self.program {
@@ -168,11 +180,11 @@ impl Slave {
     }
 
     /// Executes a command of its program; those on the plates have no job.
-    fn execute_step(&mut self, due: &Due) -> Result<Option<Job>, Refusal> {
+    fn execute_step(&mut self, plates: &mut Tables, due: &Due) -> Result<Option<Job>, Refusal> {
         let done = match due {
-            Due::Slave(command) => return self.command(command, Origin::Program).map(Some),
-            Due::SelectPlate { plate, replace } => self.axis.select_reserved_cam(*plate, *replace),
-            Due::DeletePlate { table } => self.axis.put_cam_away(*table),
+            Due::Slave(command) => return self.command(plates, command, Origin::Program).map(Some),
+            Due::SelectPlate { plate, replace } => plates.select_reserved(*plate, *replace),
+            Due::DeletePlate { table } => plates.put_away(*table),
         };
         done.map(|()| None).map_err(|error| {
             let refusal = Refusal::Coupling(CouplingRefusal::Cam(error));
@@ -182,7 +194,7 @@ impl Slave {
     }
 
     /// Couples it from the start, once there is its first master: it then starts at its coupled position.
-    fn start(&mut self, masters: &SlaveMasters) -> bool {
+    fn start(&mut self, plates: &mut Tables, masters: &SlaveMasters) -> bool {
         let is_there = |master: &Master| master.is_ready || self.follows;
         if !masters.first().is_some_and(is_there) {
             return false;
@@ -192,7 +204,7 @@ impl Slave {
         };
         let masters = *masters.as_couplings_see();
         match (
-            self.axis.switch_on_coupled(&start, masters),
+            self.axis.switch_on_coupled(plates, &start, masters),
             &mut self.program,
         ) {
             (Ok(job), Some(program)) => program.started(job),
@@ -233,11 +245,11 @@ impl Slave {
 
     /// Writes its published axis structure; `leads` is true if it leads another. Before coupling,
     /// if coupled from the start, it writes none and returns false.
-    pub(super) fn write_axis(&self, leads: bool, axis: &mut NcToPlcAxis) -> bool {
+    pub(super) fn write_axis(&self, plates: &Tables, leads: bool, axis: &mut NcToPlcAxis) -> bool {
         if self.set().is_none() {
             return false;
         }
-        self.axis.write_axis_struct(self.id, axis);
+        self.axis.write_axis_struct(plates, self.id, axis);
         if leads {
             axis.couple_state = match axis.couple_state {
                 CoupleState::Slave => CoupleState::MasterSlave,
@@ -253,10 +265,6 @@ impl Slave {
 
     pub(super) const fn error(&self) -> Option<SlaveError> {
         self.axis.error()
-    }
-
-    pub(super) const fn has_program(&self) -> bool {
-        self.program.is_some()
     }
 
     /// True if its limits hold it away from the position of its coupling.
@@ -275,14 +283,14 @@ impl Slave {
     }
 
     /// Executes an order from the network. A dry run is a plan that is not applied.
-    pub(super) fn execute(&mut self, order: &SlaveOrder) -> CommandOutcome {
-        let planned = self.axis.plan(&order.command);
+    pub(super) fn execute(&mut self, plates: &mut Tables, order: &SlaveOrder) -> CommandOutcome {
+        let planned = self.axis.plan(plates, &order.command);
         let saw = (planned.as_ref().err()).and_then(|refusal| self.attempt(order, refusal));
         let (job, planned) = match planned {
             Ok(change) if !order.dry_run => {
                 let at_once = change.is_done_at_once();
                 let planned = Ok(change);
-                match self.apply(Ok(change), Origin::Order) {
+                match self.apply(plates, Ok(change), Origin::Order) {
                     Ok(job) => (Some(job.number).filter(|_| !at_once), planned),
                     Err(refusal) => (None, Err(refusal)),
                 }
@@ -357,14 +365,14 @@ impl Slave {
     }
 
     /// Writes its signals.
-    pub(super) fn show(&self, faults: &SlaveFaults, signals: &mut SlaveSignals) {
+    pub(super) fn show(&self, plates: &Tables, faults: &SlaveFaults, signals: &mut SlaveSignals) {
         let (drive, set) = (self.axis.actual(), self.set());
         let attachment = drive.attachment;
         let program = self.program.as_ref().map(Program::snapshot);
         let sync = self.axis.sync_positions();
         let phase = self.phase();
-        let cam = phase.and_then(|_| self.axis.cam_state());
-        let queued = self.axis.cam_queued();
+        let cam = phase.and_then(|_| self.axis.cam_state(plates));
+        let queued = self.axis.cam_queued(plates);
         *signals = SlaveSignals {
             position: set.map(|set| set.position),
             modulo_position: position_within_period(

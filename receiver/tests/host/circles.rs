@@ -17,6 +17,7 @@ use serde_json::Value;
 
 /// Config of a node with a slave `loop` that can follow that of the other node.
 fn config(node: &str, other: &str, [own, others]: [u16; 2]) -> String {
+    // 250 cycles of 2 ms: a busy machine may stop a node for half a second.
     format!(
         "name = '{node}'\ncycle-time-us = 2000\n\
          [transport]\nlisten = ['tcp/127.0.0.1:{own}']\nconnect = ['tcp/127.0.0.1:{others}']\n\
@@ -55,6 +56,7 @@ fn fastest(trace: &Path) -> f64 {
         .records()
         .map(|row| row.expect("a row")[place].parse::<f64>());
     velocities
+        // Cells without a value are empty.
         .map(|velocity| velocity.unwrap_or(0.0).abs())
         .fold(0.0, f64::max)
 }

@@ -33,6 +33,7 @@ fn written(folder: &Path, text: &str) -> PathBuf {
 fn every_config_that_is_shipped_is_valid_and_only_experiments_need_lab() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let files: Vec<_> = std::fs::read_dir(folder).unwrap().collect();
+    // An empty folder would pass.
     assert!(files.len() >= 2);
     for file in files {
         let file = file.unwrap();
@@ -78,8 +79,10 @@ fn a_check_finds_what_is_wrong_and_names_file_and_field() {
         let message = check(&file).unwrap_err();
         let place = format!("{}:", file.display());
         assert!(message.starts_with(&place), "{message}");
+        // The chain of causes does not repeat its text.
         assert_eq!(message.matches(expected).count(), 1, "{message}");
     }
+    // The head is valid: each refusal is of the line below it.
     assert_eq!(check(&written(folder.path(), head)), Ok(()));
 }
 

@@ -140,6 +140,7 @@ fn drive_until(memory: &Path, reached: impl Fn(&str) -> bool) {
 /// Waits by reading `set_state` in the memory.
 fn wait_until_not_following(memory: &Path) {
     until("the receiver does not follow any more", || {
+        // Byte 192 is `set_state`, of which 2 is following.
         std::fs::read(memory).expect("the memory")[192] != 2
     });
 }
@@ -151,6 +152,7 @@ fn velocity(line: &str) -> Option<f64> {
 #[test]
 fn a_drive_process_is_moved_dies_and_comes_back() {
     let node = Node::start();
+    // A profile ends exactly at its set velocity.
     drive_until(&node.memory(), |line| velocity(line) == Some(100.0));
     // The process ends in full motion. The next one starts when the receiver has noticed.
     wait_until_not_following(&node.memory());
@@ -161,6 +163,7 @@ fn a_drive_process_is_moved_dies_and_comes_back() {
     let states = rows.iter().map(|row| row.state.as_str());
     let mut life: Vec<_> = states.collect();
     life.dedup();
+    // A shorter life fails below, by its length.
     assert_eq!(
         life,
         [
@@ -180,10 +183,12 @@ fn a_drive_process_is_moved_dies_and_comes_back() {
     assert!(stopped.clone().any(|row| !row.attached));
     for pair in rows.windows(2) {
         let (before, row) = (&pair[0], &pair[1]);
+        // A disabled slave takes over the drive's position, which may jump.
         let moves = |row: &Row| row.state != "disabled";
         if !(moves(before) && moves(row)) {
             continue;
         }
+        // Cycles that a busy machine skips have no row.
         let seconds = 2e-3 * (row.cycle - before.cycle) as f64;
         let step = (row.position - before.position).abs();
         assert!(
@@ -247,6 +252,7 @@ fn the_python_of_the_page_is_a_drive_process() {
             let position = line
                 .rsplit_once("position ")
                 .and_then(|(_, p)| p.parse().ok());
+            // Beyond 50 u, the drive is not only switched on.
             line.contains("enable 1") && position.is_some_and(|position: f64| position > 50.0)
         })
     });

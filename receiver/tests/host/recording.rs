@@ -68,7 +68,9 @@ fn what_a_killed_node_had_flushed_is_kept_and_can_be_recovered() {
 
     let (items, wrong) = read(&recording);
     let kept = rows(&items);
+    // Another piece may be written between the last look and the end.
     assert!(kept.len() >= seen, "{} of {seen}", kept.len());
+    // Nothing but its end is missing.
     assert!(matches!(wrong.as_slice(), [unfinished] if unfinished.contains("the file ends")));
     let is_config = |item: &Item| {
         matches!(item, Item::Attachment { name, data, .. }
@@ -85,6 +87,7 @@ fn what_a_killed_node_had_flushed_is_kept_and_can_be_recovered() {
     let first_piece = kept
         .iter()
         .take_while(|row| row.at_ns - kept[0].at_ns < FLUSH_PERIOD_NS);
+    // Several pieces, so that their order is judged too.
     assert!(first_piece.count() < kept.len());
     assert!(kept.is_sorted_by_key(|row| row.at_ns));
 
@@ -94,6 +97,7 @@ fn what_a_killed_node_had_flushed_is_kept_and_can_be_recovered() {
     assert!(!recovered.expect("it can be written").was_whole());
     let (again, wrong) = read(&finished);
     assert_eq!(wrong, [""; 0]);
+    // A recovery loses nothing that could be read.
     assert_eq!(again, items);
 }
 

@@ -81,6 +81,7 @@ impl Bench {
             (d - 3.0 * c + 3.0 * b - a) / (dt * dt * dt),
         ];
         for (difference, limit) in differences.into_iter().zip(LIMITS) {
+            // Rounding of four positions, divided by dt³ as the jerk is.
             let rounding = 1e-12 / (dt * dt * dt);
             assert!(
                 difference.abs() <= limit * (1.0 + 1e-6) + rounding,
@@ -145,6 +146,7 @@ fn a_plate_is_loaded_coupled_changed_read_and_deleted_without_an_allocation() {
         bench.refused(r#"{"cam-table-delete":{"table":3}}"#),
         "0x4216"
     );
+    // Beyond the last point, at 360: masters must ascend.
     let no_plate = select(50.0, false).replace("\"master\":180", "\"master\":400");
     assert_eq!(bench.refused(&no_plate), "0x4a06");
     bench.accepted(&select(50.0, false));
@@ -155,6 +157,7 @@ fn a_plate_is_loaded_coupled_changed_read_and_deleted_without_an_allocation() {
     bench.cycles(1);
     assert!(bench.knife().cam_table_queued);
     assert_eq!(bench.knife().cam_table, None);
+    // The next turn of the shaft begins within a second.
     bench.cycles(1_500);
     let knife = bench.knife();
     assert_eq!((knife.cam_table, knife.cam_table_queued), (Some(3), false));
@@ -165,6 +168,7 @@ fn a_plate_is_loaded_coupled_changed_read_and_deleted_without_an_allocation() {
     assert!((0.0..360.0).contains(&master), "{master}");
     let info = bench.accepted(r#"{"cam-info":{"table":3}}"#);
     let info = &info["cam"]["info"];
+    // No cycle ran in between, so they are equal to the last bit.
     assert_eq!(info["master-cam-position"], master);
     assert_eq!(info["slave-cam-position"], slave);
     assert_eq!(info["raw-master-period"], 360.0);
@@ -185,6 +189,7 @@ fn a_plate_is_loaded_coupled_changed_read_and_deleted_without_an_allocation() {
             .as_f64()
             .unwrap()
     };
+    // A plate that waits is not read before it is active.
     assert_eq!(top(&mut bench), 50.0);
     bench.cycles(1_500);
     assert!(!bench.knife().cam_data_queued);
@@ -218,6 +223,7 @@ fn an_order_that_is_only_tried_changes_nothing() {
         let order = CommandOrder::from_json(text.as_bytes()).unwrap();
         let mut cargo = order.cargo();
         let outcome = bench.receiver.execute_with(&order, &mut cargo);
+        // A plate that was taken over would be missing in the cargo.
         let is_whole = !matches!(cargo, OrderCargo::Table(None));
         (
             CommandAnswer::with_cargo(&order, &outcome, &cargo),
@@ -226,6 +232,7 @@ fn an_order_that_is_only_tried_changes_nothing() {
     };
     let (answer, kept) = dry(&mut bench, &select(50.0, false));
     assert!(answer.is_accepted() && kept, "{answer:?}");
+    // Nothing was loaded: there is no plate to delete.
     assert_eq!(
         bench.refused(r#"{"cam-table-delete":{"table":3}}"#),
         "0x4216"
@@ -233,6 +240,7 @@ fn an_order_that_is_only_tried_changes_nothing() {
     bench.accepted(&select(50.0, false));
     let (answer, _) = dry(&mut bench, r#"{"cam-table-delete":{"table":3}}"#);
     assert!(answer.is_accepted());
+    // Still loaded after a deletion that was only tried.
     bench.accepted(r#"{"read-cam-table-characteristics":{"table":3}}"#);
 }
 
@@ -264,6 +272,7 @@ fn a_plate_is_one_for_all_slaves_whoever_is_ordered_to_load_it() {
     // An order to one slave replaces it for both, and each takes it at its own next plate cycle.
     let mode =
         r#"{"set-cam-online-change-mode":{"table":3,"mode":{"activation":{"mode":"next-cycle"}}}}"#;
+    // Knife past its top, press 90° behind still before its own.
     while !(190.0..260.0).contains(&on_plate(&bench)[0]) {
         bench.cycles(1);
     }
@@ -281,6 +290,7 @@ fn a_plate_is_one_for_all_slaves_whoever_is_ordered_to_load_it() {
         }
         before = now;
     }
+    // The press finished its turn on the old plate.
     assert_eq!(tops, [vec![20.0, 20.0], vec![50.0, 20.0]]);
     assert!(!bench.knife().cam_data_queued);
 

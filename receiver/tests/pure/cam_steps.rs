@@ -128,6 +128,7 @@ impl Bench {
             (d - 3.0 * c + 3.0 * b - a) / (dt * dt * dt),
         ];
         for (difference, limit) in differences.into_iter().zip(LIMITS) {
+            // Rounding of four positions, divided by dt³ as the jerk is.
             let rounding = 1e-12 / (dt * dt * dt);
             assert!(
                 difference.abs() <= limit * (1.0 + 1e-6) + rounding,
@@ -142,6 +143,7 @@ impl Bench {
     }
 
     fn until(&mut self, what: &str, is_so: impl Fn(&SlaveSignals) -> bool) {
+        // 30 s are thirty turns of the shaft.
         for _ in 0..30_000 {
             self.cycle();
             if is_so(self.slave()) {
@@ -158,8 +160,10 @@ impl Bench {
             self.until("the middle of a turn", |slave| {
                 slave
                     .cam_master_position
+                    // At 0.36° per cycle, each turn has a cycle in it.
                     .is_some_and(|at| (178.0..183.0).contains(&at))
             });
+            // Within 3° of its top, a plate of 60 u is less than 0.01 u lower.
             tops.push(self.slave().cam_slave_position.unwrap_or_default().round());
             self.until("the next turn", |slave| {
                 slave.cam_master_position.is_none_or(|at| at < 170.0)
@@ -199,6 +203,7 @@ fn products_change_again_and_again_while_the_slave_runs_on_the_plate() {
     // Changes wait for the next cycle of the plate.
     assert_eq!(tops[0], 60.0);
     let changes = tops.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    // A change waits for 1.2 s and for the next turn: six times in 14 turns.
     assert!(changes >= 5, "{tops:?}");
     assert!(
         tops.iter().all(|top| [40.0, 60.0].contains(top)),
@@ -214,6 +219,7 @@ fn an_order_that_stops_it_is_branched_for_and_the_plate_is_taken_out_and_loaded_
         bench.tops(turns);
         bench.accepted(r#"{"halt":{}}"#);
         bench.until("it stands", |slave| slave.state == AxisStatus::Standstill);
+        // Product a is that of the program's first steps.
         assert_eq!(bench.tops(1), [60.0], "it began anew");
         assert_eq!(bench.slave().error, 0);
     }

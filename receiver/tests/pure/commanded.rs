@@ -90,9 +90,11 @@ fn an_order_is_executed_and_answered_with_the_slave_as_it_is_then() {
     let (job, slave) = accepted(&moves);
     assert_eq!(job, Some(1));
     assert_eq!(slave.status, AxisStatus::DiscreteMotion);
+    // An order is answered before the cycle that begins to move.
     assert_eq!((slave.position, slave.velocity), (0.0, 0.0));
 
     cycles(&mut receiver, 100);
+    // Its max-position is 800.
     let beyond = receiver.execute(&order("carriage", to(900.0)));
     let (refusal, slave) = refused(&beyond);
     assert_eq!(refusal.code(), 0x4229);
@@ -103,6 +105,7 @@ fn an_order_is_executed_and_answered_with_the_slave_as_it_is_then() {
         dynamics: Dynamics::default(),
     };
     let (_, slave) = accepted(&receiver.execute(&order("carriage", halt)));
+    // A profile ends exactly at its target.
     assert_eq!(slave.position, 100.0);
 }
 
@@ -207,6 +210,7 @@ fn a_flying_saw_is_tried_refused_coupled_and_read() {
     let read = Command::ReadFlyingSawCharacteristics {};
     let (refusal, _) = refused(&receiver.execute(&order("carriage", read)));
     assert_eq!(refusal.code(), 0x4216);
+    // Belt at some 95 u: no carriage moves by 150 u within the next 15 u of the belt.
     let near = receiver.execute(&dry_run("carriage", gear_in_pos(110.0)));
     let CommandOutcome::Refused {
         refusal,
@@ -223,10 +227,12 @@ fn a_flying_saw_is_tried_refused_coupled_and_read() {
         CommandOutcome::Accepted { saw, slave, .. } => (saw.unwrap(), slave),
         other => panic!("{other:?}"),
     };
+    // With 305 u left, or 1.5 s, the plan is possible.
     let (tried, slave) = saws(receiver.execute(&dry_run("carriage", gear_in_pos(400.0))));
     assert_eq!(slave.status, AxisStatus::Standstill);
     let (coupled, slave) = saws(receiver.execute(&order("carriage", gear_in_pos(400.0))));
     assert_eq!(slave.status, AxisStatus::SynchronizedMotion);
+    // No cycle ran in between, so the plans are equal to the last bit.
     assert_eq!(coupled, tried);
     assert_eq!((coupled.axis_id, coupled.plan.line().slave), (7, 150.0));
     cycles(&mut receiver, 2_000);
@@ -255,6 +261,7 @@ fn orders_do_not_allocate() {
     ];
     assert_no_alloc(|| {
         for order in &orders {
+            // Accepted or refused, neither may allocate.
             let _ = receiver.execute(order);
             cycles(&mut receiver, 3);
         }
@@ -300,6 +307,7 @@ fn sync_positions_by_the_turn_are_resolved_once_and_shown() {
         dynamics: Dynamics::default(),
     };
     accepted(&receiver.execute(&order("belt", backwards)));
+    // 5 000 u in 10 s: more than eight turns of 600 back.
     cycles(&mut receiver, 10_000);
     let saw =
         in_turn("master-sync-position = { in-turn = 150 }, slave-sync-position = { in-turn = 90 }");
@@ -319,6 +327,7 @@ fn sync_positions_by_the_turn_are_resolved_once_and_shown() {
     assert_eq!(shown.master_sync_position, Some(at.master));
     assert_eq!(shown.slave_sync_position, Some(at.slave));
     assert_eq!(shown.master_modulo_position, Some(master.rem_euclid(600.0)));
+    // Ratio 360 to 600.
     let off = shown.position.unwrap() - at.slave - 0.6 * (master - at.master);
     assert!(off.abs() < 1e-6, "{off}");
     assert_eq!(
@@ -342,6 +351,7 @@ fn positions_by_the_turn_are_of_axes_that_turn() {
         said.contains("slave[1].step[0].do: 0x4b06: master-sync-position: received in-turn 150"),
         "{said}"
     );
+    // 90 lies beyond a turn of 45.
     let said = error(&KNIFE.replace("modulo = 360", "modulo = 45"));
     assert!(
         said.contains("slave-sync-position: received in-turn 90, expected 0 up to less than"),

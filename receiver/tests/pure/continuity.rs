@@ -27,6 +27,7 @@ fn positions(snapshots: &[Shown]) -> Vec<f64> {
 
 /// The velocities and accelerations of a follower whose sender is disturbed at 5 s.
 fn differences(near: &Near) -> (Vec<f64>, Vec<f64>) {
+    // From 0.1 s before, so that the way into the disturbance counts.
     let from = near.truths.partition_point(|at| *at < 4_900 * MILLISECOND);
     let positions = positions(&near.snapshots[from..]);
     let rate = |values: &[f64]| -> Vec<f64> {
@@ -73,6 +74,7 @@ fn check(mode: &str, what: &str, near: &Near) {
 #[test]
 fn a_sender_that_stood_still_is_no_step() {
     for mode in MODES {
+        // Below and above the limit of 7 cycles, up to 1 500 u of way back.
         for silent in [3, 20, 300, 3_000] {
             if silent == 3 && !FROM_CLOCK.contains(&mode) {
                 continue;
@@ -104,6 +106,7 @@ fn a_sender_that_is_started_anew_is_no_step() {
             run_pair(&mut far, &mut near, 5 * SECOND);
             let back = 5 * SECOND + silent * MILLISECOND;
             run(None, from_mut(&mut near), back);
+            // Another drift: what the first run taught must not be used.
             let mut again = Far::new(1000, 900, back, 2);
             run_pair(&mut again, &mut near, back + 25 * SECOND);
             // From 2 500 u back to 0.

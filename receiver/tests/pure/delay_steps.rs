@@ -24,6 +24,7 @@ const PATIENT: &str =
     "sync.time-sync = { age-of-data-limit = 500, max-cycle-index-difference = 500 }\n";
 
 fn world(delay: &str, seed: u64) -> World {
+    // Fast, slow and almost equal clocks.
     let ppm = [60.0, -35.0, 5.0][seed as usize % 3];
     World::new(&format!("delay = {delay}\n{PATIENT}"), ppm, seed)
 }
@@ -229,6 +230,7 @@ fn a_sender_whose_clock_stood_still_is_told_from_a_longer_way() {
 #[test]
 fn a_phase_of_the_sender_that_steps_is_slewed() {
     let mut findings = Findings::within(RATE);
+    // Up to half a cycle of 1 ms: beyond that, the next one is nearer.
     for (n, phase) in (0..).zip([100_000, -300_000, 499_000]) {
         for delay in [MEASURED, OFF] {
             for has_stamps in [true, false] {
@@ -248,6 +250,7 @@ fn a_phase_of_the_sender_that_steps_is_slewed() {
 #[test]
 fn a_frozen_sender_skips_and_is_followed_on() {
     let mut findings = Findings::within(RATE);
+    // Up to the limit of the age of data, 500 cycles.
     for (n, frozen) in (0..).zip([3, 7, 20, 100, 300, 500]) {
         for delay in [MEASURED, OFF] {
             for has_stamps in [true, false] {

@@ -52,6 +52,7 @@ impl Pair {
 
     fn measure(&mut self, increment: f64, motion: Motion) {
         self.near.tweak = Some(Box::new(move |sent, axis| {
+            // An encoder counts whole increments only.
             let counted = (motion(seconds(sent)) / increment).floor() * increment;
             // As an encoder's controller differentiates it.
             let before = (motion(seconds(sent) - CYCLE) / increment).floor() * increment;
@@ -174,15 +175,18 @@ fn increments_become_a_smooth_master_in_every_mode() {
         {
             let far_time = shown.axis.far_time_ns.unwrap_or_default() as f64 * 1e-9;
             let error = shown.axis.corrected_position.unwrap_or_default() - rippling(far_time);
+            // Two increments are 0.1 u, and a beat of 1 ms at 500 u/s another 0.5 u.
             let most = if mode == "observer" { 0.1 } else { 0.7 };
             assert!(error.abs() <= most, "{mode}: {error} at {far_time}");
         }
+        // A filtered position belongs to no single instant.
         assert_eq!(late.is_some(), mode != "pt1", "{mode}");
     }
 }
 
 #[test]
 fn a_sender_of_another_cycle_time_is_smoothed_for_that() {
+    // 125 rad/s at 1 ms, times the ratio of cycle times to the power −1/7.
     for (sender_us, bandwidth) in [(2_000, 113.2), (500, 138.0)] {
         let mut pair = Pair::with_cycle(sender_us, 0.05, rippling, "");
         pair.run_for(5_000);
@@ -202,6 +206,7 @@ fn nobody_is_coupled_before_the_increments_have_settled() {
             .clone()
             .position(|shown| shown.axis.acquired == Some(true));
         let settled = settled.expect("it settles");
+        // 12 / (125 rad/s) are 96 ms.
         assert!((90..110).contains(&settled), "{mode}: {settled} ms");
         let coupled = pair
             .near
@@ -232,6 +237,7 @@ fn no_order_breaks_the_limits() {
         r#"{ "set-parameters": { "extrapolate": { "max-position-diff": 0.5 } } }"#,
         r#"{ "set-parameters": { "extrapolate": { "max-position-diff": 0.0 } } }"#,
     ];
+    // 37 ms interrupt a blending of 60 cycles.
     for every in [1_000, 37] {
         let mut pair = Pair::new(0.05, rippling, "delay = { fixed-us = 400 }");
         pair.run_for(3_000);
@@ -306,6 +312,7 @@ fn a_count_that_no_motion_explains_moves_nothing() {
     pair.run_for(5_500);
     assert_limits("jumps", &followed(pair.since(2 * SECOND)));
     let axis = &pair.near.last().axis;
+    // Once a second, from 0.7 to 4.7 s: five times in 5.5 s.
     assert_eq!(
         (axis.refused_jumps, axis.counter_resets),
         (Some(5), Some(0))
@@ -351,6 +358,7 @@ fn a_slow_coarse_master_that_stops_is_no_rollback() {
 
 #[test]
 fn a_master_that_truly_runs_back_is_one() {
+    // Back from 14 s on, at 280 u: the saw is in sync from 270 u.
     let mut pair = Pair::new(0.1, |t| 20.0 * t.min(28.0 - t), SAW);
     pair.run_for(20_000);
     let last = pair.near.last();

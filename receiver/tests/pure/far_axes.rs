@@ -84,7 +84,9 @@ fn what_is_published_is_what_the_signals_show() {
             errors += u32::from(shown.error == SyncError::MaxDataAgeExceeded.code());
         }
     }
+    // Two axes of the press, silent in the last second.
     assert!(frames > 4_900 && errors > 1_900, "{frames} {errors}");
+    // An axis for 5 s and two for 3 s are 11 000, less the start-ups.
     assert!(operational > 9_000, "{operational}");
 }
 

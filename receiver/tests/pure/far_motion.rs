@@ -82,10 +82,12 @@ fn what_stands_is_told_to_stand() {
     for mode in ["bypass", "pt1"] {
         let mut far = Far::new(1000, 100, 0, 1);
         let mut near = receiver(mode);
+        // Within the age limit of 500 cycles: nothing brakes it.
         outage(&mut far, &mut near, 6 * SECOND, 450 * MILLISECOND);
         run_pair(&mut far, &mut near, 12 * SECOND);
         let silent = |ms: Nanos| 6 * SECOND + ms * MILLISECOND;
         let standing = corrected(&near, silent(5));
+        // Silent for 450 cycles, of which 5 have passed.
         for pair in standing[..430].windows(2) {
             let velocity = (pair[1].0 - pair[0].0) / CYCLE;
             assert!((velocity - pair[1].1).abs() < 1e-6, "{mode}: {pair:?}");
@@ -243,7 +245,9 @@ fn a_master_within_its_turn_is_followed_over_its_turns() {
         assert!((way - VELOCITY * CYCLE).abs() < 0.01, "{way}");
     }
     let axis = near.last().axis;
+    // Only wraps that no modulo explains are counted.
     assert_eq!(axis.wraps, 0);
+    // 5 u are 10 ms of motion.
     assert!((near.last().slave().expect("coupled").position - VELOCITY * 10.0).abs() < 5.0);
 }
 
@@ -253,6 +257,7 @@ fn a_wrap_that_is_not_configured_is_counted_with_its_length() {
         let (mut far, mut near) = wrapping(rest);
         run_pair(&mut far, &mut near, 5 * SECOND);
         let axis = near.last().axis;
+        // 2 500 u in 5 s are six whole turns of 360.
         assert!((5..=7).contains(&axis.wraps), "{rest}: {}", axis.wraps);
         assert!((axis.wrap_length.expect("one") - 360.0).abs() < 1e-6);
     }

@@ -214,6 +214,7 @@ fn the_mode_does_not_touch_the_synchronisation() {
     ] {
         let command = format!(r#"{{ "filter-mode": "{}" }}"#, state.name());
         assert_eq!(accepted(&mut pair.near, &command).mode, mode);
+        // Beyond the blending of 60 cycles.
         pair.run_for(100);
         let shown = pair.last();
         assert_eq!(shown.counters.mode, mode);
@@ -229,6 +230,7 @@ fn the_mode_does_not_touch_the_synchronisation() {
     pair.run_for(500);
     assert_eq!(pair.last().master.unwrap().state, FilterState::Sync);
     let _ = accepted(&mut pair.near, r#"{ "filter-mode": "observer" }"#);
+    // At once, as the observer kept running.
     pair.run_for(2);
     assert_eq!(pair.last().master.unwrap().state, FilterState::Observer);
 }
@@ -244,6 +246,7 @@ fn parameters_hold_from_the_next_cycle_on_and_what_is_left_out_stays() {
     assert_eq!(pair.last().counters.parameter_changes, 1);
     assert_eq!(pair.last().health, Health::Ok, "nothing was lost by it");
     // The master falls silent.
+    // 5 cycles exceed the limit of 3 set above.
     pair.now += 5 * MILLISECOND;
     bench::run(None, std::slice::from_mut(&mut pair.near), pair.now);
     assert_eq!(
@@ -257,6 +260,7 @@ fn parameters_hold_from_the_next_cycle_on_and_what_is_left_out_stays() {
 fn a_latched_error_is_gone_after_re_initialising() {
     let mut pair = Pair::of(1000, "mode = 'sync'");
     pair.run_for(5_000);
+    // 20 cycles exceed the limit of 7.
     pair.now += 20 * MILLISECOND;
     bench::run(None, std::slice::from_mut(&mut pair.near), pair.now);
     pair.run_for(100);
@@ -327,6 +331,7 @@ fn a_dry_run_changes_nothing() {
     }
     tried.run_for(200);
     left.run_for(200);
+    // Computed clocks make both runs equal to the last bit.
     assert_eq!(tried.last().master, left.last().master);
     assert_eq!(tried.last().counters, left.last().counters);
 }

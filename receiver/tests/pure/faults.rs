@@ -101,6 +101,7 @@ fn a_backlog_after_a_stop_never_reaches_the_slave() {
         let sent = master.count as i64 * MILLISECOND * 1_000_000 / 1_000_200;
         let age = truth - sent - LATENCY.as_nanos();
         assert!(
+            // Age limit of 7 cycles, and the cycle that reads.
             master.count == before || age <= 8 * MILLISECOND,
             "count {} is {age} ns old",
             master.count
@@ -110,7 +111,9 @@ fn a_backlog_after_a_stop_never_reaches_the_slave() {
     }
     let counters = near.last().counters;
     let dropped = counters.stale + counters.overflow;
+    // 3 s at 1 kHz, less what is fresh on waking.
     assert!((2_900..3_010).contains(&dropped), "{counters:?}");
+    // Cycles of the 3 s of sleep.
     assert!(near.last().overruns >= 2_998);
     assert!(near.last().master.unwrap().age_cycles <= 1, "fresh again");
 }
@@ -160,6 +163,7 @@ fn every_reason_for_refusal_is_counted_and_the_receiver_goes_on() {
     let counters = &last.counters;
     assert_eq!(counters.rejected, bad.len() as u64 + 1);
     assert_eq!(bad.len(), Rejection::ALL.len());
+    // Half a frame, and an empty one.
     assert_eq!(counters.rejected_truncated, 2);
     for once in [
         counters.rejected_wrong_version,
@@ -201,6 +205,7 @@ fn refused_frames() -> Vec<(Rejection, Vec<u8>)> {
     let with = |replaced: &[u8]| [&good[..at], replaced, &good[at + 4..]].concat();
 
     let mut flipped = sealed(&good);
+    // A CRC finds each single bit.
     flipped[20] ^= 4;
     let mut version = sealed(&good);
     version[0] = 2;
@@ -257,6 +262,7 @@ fn a_jump_of_the_master_trips_the_drive_and_the_slave_says_so() {
     let mut near = Near::new(1000, 0, rest);
     near.tweak = Some(Box::new(|sent, sample| {
         if sent > SECOND {
+            // Far beyond the following-error window of 2.
             sample.set.position += 1000.0;
         }
     }));
@@ -276,6 +282,7 @@ fn a_jump_of_the_master_trips_the_drive_and_the_slave_says_so() {
         .iter()
         .position(|s| s.health == Health::DriveTripped)
         .unwrap();
+    // 1 000 cycles before the jump, then 20 ms of following error.
     assert!((1_015..1_030).contains(&first), "after 20 ms: {first}");
 }
 

@@ -47,6 +47,7 @@ const ACCELERATION: f64 = 5_000.0;
 const JERK: f64 = 100_000.0;
 
 fn line() -> (Receiver, [Far; 2]) {
+    // Both nodes drift, by −20 and 15 ppm.
     let infeed = Far::new(0, 1_000_020, &[BELT]);
     let press = Far::new(1, 999_985, &[PRESS_1, PRESS_2]);
     (receiver(LINE), [infeed, press])
@@ -74,6 +75,7 @@ impl Differences {
         let velocity = (p3 - p2) / dt;
         let acceleration = (p3 - 2.0 * p2 + p1) / (dt * dt);
         let jerk = (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt);
+        // A jerk needs four positions.
         if self.seen > 3 {
             assert!(velocity.abs() <= VELOCITY, "{velocity}");
             assert!(acceleration.abs() <= ACCELERATION, "{acceleration}");
@@ -112,6 +114,7 @@ fn it_is_led_to_the_sum_of_axes_of_several_nodes_and_follows_it() {
     run(&mut receiver, &mut far, 6_000 * MILLISECOND, |row, _| {
         differences.keep(row);
         let now = row.slaves[0].position.expect("an axis") - sum(row, RATIOS);
+        // Coupled by velocity: its distance to the sum is any, but constant.
         let before = *apart.get_or_insert(now);
         assert!((now - before).abs() < 1e-9, "{now} {before}");
     });
@@ -170,6 +173,7 @@ fn a_master_that_does_not_count_may_be_lost() {
     let mut differences = Differences::default();
     in_sync(&mut receiver, &mut far, &mut differences);
     let number = receiver.slave_number("sum").expect("a slave");
+    // By the belt alone, an axis of the infeed.
     assert!(receiver.command(number, &gear(&[0.5])).is_ok());
     run(&mut receiver, &mut far, 5_000 * MILLISECOND, |row, _| {
         differences.keep(row);

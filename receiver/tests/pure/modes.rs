@@ -71,9 +71,11 @@ fn without_correction_every_beat_is_a_spike_and_with_it_there_is_none() {
         let mut far = Far::new(1000, 1000, 0, 1);
         let mut near = Near::new(1000, 0, &format!("mode = '{mode}'\n{slopes}"));
         run_pair(&mut far, &mut near, 8 * SECOND);
+        // Three beats, at one per second for 1 000 ppm.
         *ripple_of = ripple(near.newest(3000), 1e-3, VELOCITY * 1.001);
     }
     let [bypass, sync] = ripples;
+    // A beat skips or repeats the way of a whole cycle.
     assert!((0.98..1.02).contains(&bypass), "{bypass}");
     assert!(sync < 0.005, "{sync}");
 }
@@ -104,6 +106,7 @@ fn the_cycle_time_of_the_sender_is_taken_from_its_frames() {
 
 #[test]
 fn a_cycle_time_that_does_not_fit_moves_nothing() {
+    // 1.5 and 0.7 ms are neither a multiple nor a part of 1 ms.
     for (data_us, rest) in [
         (1500, ""),
         (700, ""),
@@ -118,6 +121,7 @@ fn a_cycle_time_that_does_not_fit_moves_nothing() {
         assert_eq!((last.master, last.slave()), (None, None));
         assert_eq!(last.drive().state, DriveState::Off);
         assert_eq!(near.slave_frame, None);
+        // At 2 ms, 500 frames arrive in the second.
         assert!(last.counters.received > 400, "it goes on listening");
         let learnt = last.data_cycle_time.expect("known").span().as_micros_f64();
         assert_eq!(learnt, f64::from(data_us));
@@ -145,6 +149,7 @@ fn the_index_wraps_unnoticed() {
         run_pair(&mut far, &mut near, 8 * SECOND);
         near
     };
+    // From 60 000, the index wraps after 5.5 s.
     let (wrapping, plain) = (run(60_000), run(0));
     let indices: Vec<u16> = wrapping
         .snapshots

@@ -48,6 +48,7 @@ fn taking_over_does_not_allocate() {
             nodes::run(&mut receiver, &mut lines, until * MILLISECOND, |_, _| {});
         });
     }
+    // In a debug build, an allocation ends the test at once.
     #[cfg(not(debug_assertions))]
     assert_eq!(assert_no_alloc::violation_count(), 0);
     assert_eq!(receiver.snapshot().signals.far[0].take_overs, 2);
@@ -83,10 +84,13 @@ fn cams_and_programs_do_not_allocate() {
     let knife = &snapshot.faults[2];
     assert_eq!((knife.error, knife.refusal), (None, None));
     let cuts = snapshot.signals.slaves[2].cuts;
+    // 720°/s are two turns per second: 16 cuts in 8 s, less the ramp-in.
     assert!(cuts >= 12, "{cuts}");
     assert_eq!(snapshot.health.name(), HealthName::WaitingForMaster);
     assert!(in_sync > 6_000, "{in_sync}");
+    // 8 s are 8 000 cycles, with a frame in each.
     assert!(frames > 7_990);
+    // Only GearOut is refused: the wheel is coupled to nothing.
     assert_eq!(refused, 1);
 }
 
@@ -126,6 +130,7 @@ fn several_far_nodes_and_a_slave_of_several_masters_do_not_allocate() {
     let row = &receiver.snapshot().signals;
     assert_eq!((row.slaves[1].error, row.slaves[1].refusal), (0, 0));
     assert_eq!(row.slaves[1].phase, Some(CouplingPhase::InSync));
+    // Ratios 2.1, 1 and −0.5 of 100, 300 and 10 u/s.
     let expected = 100.0 * 2.1 + 300.0 - 5.0;
     let velocity = row.slaves[1].velocity.expect("an axis");
     assert!((velocity - expected).abs() < 1.0, "{velocity}");
@@ -152,6 +157,7 @@ impl DriveLink for Loop {
             set,
             ..
         } = self.0;
+        // 99 cycles are far beyond the 5 that it may be silent.
         let gone = counter % 1_000 > 900;
         (!gone).then_some(DriveReply {
             heartbeat: counter,
@@ -206,6 +212,7 @@ fn a_drive_in_another_process_does_not_allocate() {
     });
     #[cfg(not(debug_assertions))]
     assert_eq!(assert_no_alloc::violation_count(), 0);
+    // Once a second, for 10 s.
     assert!(moved >= 9 && stopped >= 9, "{moved} {stopped}");
 }
 
@@ -475,6 +482,7 @@ fn goes_through_its_life_without_allocating(mode: &str) {
     assert_eq!(seen, [true; 4], "all of its life was gone through");
     assert!(bytes > 5_000 * 50);
     let counters = &receiver.snapshot().signals.far[0];
+    // A refused message for each 500 of some 10 000.
     assert!(counters.restarts == 1 && counters.rejected > 10);
     assert!(counters.overflow > 0 && counters.stale > 0);
     let used = counters.received - counters.overflow - counters.stale;
@@ -510,6 +518,7 @@ impl Master {
             requests: KeySeal::new(&name.channel_key(Channel::TimeRequests)),
             responses: KeySeal::new(&name.channel_key(Channel::TimeResponses)),
             reader: Reader::time_responses_of(name, &config.name),
+            // Longer than any response, so that it never grows in a cycle.
             frame: Vec::with_capacity(1_000),
         }
     }
@@ -531,6 +540,7 @@ impl Master {
     ) {
         let received = requested + LATENCY;
         let received_here = self.clock.read(received.as_nanos());
+        // A sender responds in its next cycle.
         let count = (received_here - self.start).div_floor(CYCLE) + 1;
         let tick = Tick {
             count: count as u64,

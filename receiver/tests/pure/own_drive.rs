@@ -99,5 +99,6 @@ fn a_simulated_drive_stands_in_for_one_in_another_process() {
     assert_eq!(slave.drive_state, DriveState::Following);
     assert_eq!(slave.state, AxisStatus::Standstill);
     assert!((slave.drive_position - 5.0).abs() < 1e-3);
+    // A simulated drive makes no file for a process.
     assert!(!std::path::Path::new("not-made").exists());
 }

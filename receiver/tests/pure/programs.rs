@@ -94,6 +94,7 @@ impl Watch {
     }
 
     fn largest_jerk(&self) -> f64 {
+        // 1e-9 s³ is the cycle of 1 ms, cubed.
         let jerk = |p: &[f64]| (p[3] - 3.0 * p[2] + 3.0 * p[1] - p[0]) / 1e-9;
         self.positions
             .windows(4)
@@ -137,6 +138,7 @@ fn a_saw_that_an_order_stops_returns_and_goes_on_cutting() {
         watch.until(&mut receiver, stops);
         halt(&mut receiver);
         watch.run(&mut receiver, 2e-3);
+        // Steps count from 1: step 7 is `stopped`.
         assert_eq!(watch.last.program_step, Some(7), "case {number}");
         assert_eq!(watch.last.program_outcome, Some(Outcome::Aborted));
         assert_eq!(watch.last.program, Some(ProgramState::Running));
@@ -234,6 +236,7 @@ fn a_saw_whose_master_turns_back_couples_again_when_it_comes() {
     watch.until(&mut receiver, |saw| {
         saw.program_outcome == Some(Outcome::RolledBack)
     });
+    // Steps count from 1: step 7 is `turned-back`.
     assert_eq!(watch.last.program_step, Some(7));
     assert_eq!(watch.last.state, AxisStatus::DiscreteMotion);
     assert_eq!(watch.last.cuts, 0);

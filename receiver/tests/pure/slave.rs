@@ -28,6 +28,7 @@ fn the_slave_is_geared_to_the_corrected_master() {
         assert_eq!(slave.velocity, -2.0 * master.corrected.velocity);
         cycles += 1;
     }
+    // 3 s at 1 kHz, less the cycles before the first message.
     assert!(cycles > 2_990);
     let drive = near.last().drive();
     assert!(
@@ -88,6 +89,7 @@ fn a_slave_can_be_followed_like_any_axis() {
     let master = stamp.last().master.unwrap();
     assert!(master.synced);
     assert_eq!(master.epoch, 77, "the saw's");
+    // To a clock 700 ppm slow, an exact one runs that much fast.
     let drift = master.drift_ppm / 700.0;
     assert!((drift - 1.0).abs() < 0.01, "{drift}");
     // In cycles of the stamp's clock, which runs slow, half of the conveyor's velocity.

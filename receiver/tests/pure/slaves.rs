@@ -44,6 +44,7 @@ fn largest_jump(near: &Near, n: usize) -> f64 {
         .filter_map(|pair| {
             let [before, after] = [0, 1].map(|k| slave(&pair[k], n).set);
             let (before, after) = (before?, after?);
+            // Mean velocity over a cycle of 1 ms.
             let way = 0.5e-3 * (before.velocity + after.velocity);
             Some((after.position - before.position - way).abs())
         })
@@ -155,6 +156,7 @@ fn slaves_follow_slaves_and_all_are_in_one_frame_by_id() {
         let master = snapshot.master.expect("a master").corrected.position;
         let set = |n: usize| slave(snapshot, n).set.expect("coupled").position;
         assert_eq!(set(1), master);
+        // Ratios that are powers of two do not round.
         assert_eq!(set(2), -0.5 * master);
         assert_eq!(set(0), 1.0 - master, "of the same cycle");
     }
@@ -193,6 +195,7 @@ fn a_cam_from_the_start_follows_the_corrected_master() {
         } else {
             (100.0 - x) / 50.0
         };
+        // Quintic of a stretch from rest to rest: 10z³ − 15z⁴ + 6z⁵.
         let expected = 40.0 * z * z * z * (10.0 - 15.0 * z + 6.0 * z * z);
         let set = slave(snapshot, 0).set.expect("coupled").position;
         assert!((set - expected).abs() < 1e-9, "{set} {expected}");
@@ -241,6 +244,7 @@ fn a_program_couples_switches_scales_and_edits_without_a_jump() {
         highest(1_500, 1_700),
         highest(3_000, 3_500),
     ];
+    // Plate 1 has 40, plate 2 first 20, then twice that, then twice its new 15.
     for (height, expected) in [(a, 40.0), (b, 20.0), (c, 40.0), (d, 30.0)] {
         assert!((height - expected).abs() < 0.1, "{a} {b} {c} {d}");
     }
@@ -298,6 +302,7 @@ fn a_refusal_that_is_expected_is_passed_and_one_that_is_not_ends_the_program() {
         let mut near = Near::new(1000, 0, &program(expected));
         run(None, from_mut(&mut near), 100 * MILLISECOND);
         let last = slave(near.last(), 0);
+        // No step has given it power.
         assert_eq!(last.refusal.map(|refusal| refusal.code()), Some(0x422a));
         assert_eq!(last.program.map(|p| p.state), Some(state));
         assert_eq!(near.last().health, health);
@@ -328,6 +333,7 @@ fn a_lost_master_stops_the_slave_within_its_limits_for_good() {
     run(None, from_mut(&mut near), 2 * SECOND);
     for pair in near.snapshots[before..].windows(2) {
         let [a, b] = [0, 1].map(|k| slave(&pair[k], 0).set.expect("an axis").velocity);
+        // 5 000 u/s² in a cycle of 1 ms.
         assert!((b - a).abs() <= 5.0 * (1.0 + 1e-6), "{a} {b}");
     }
     // The node returns, and the slave stays at its position.
@@ -352,6 +358,7 @@ fn a_slave_whose_master_is_in_error_stops_too_and_both_can_be_reset() {
     );
     near.tweak = Some(Box::new(|sent, sample| {
         if sent > 1_100 * MILLISECOND && sent < 1_300 * MILLISECOND {
+            // 300 u in a cycle are far above its velocity limit of 2 000 u/s.
             sample.set.position += 300.0;
         }
     }));

@@ -93,6 +93,7 @@ fn a_standby_takes_over_and_keeps_on_until_it_is_silent_itself() {
         let row = &receiver.snapshot().signals;
         assert_eq!(row.far[0].health, HealthName::Ok, "{mode}");
         assert!(row.far[1].stands_by, "{mode}");
+        // Its start within the first 5 s is not judged.
         watch.positions.drain(..5_000);
         let mut taken = None;
         for (silent, until, take_overs) in [(0, 35_000, 1), (2, 90_000, 1), (1, 95_000, 2)] {
@@ -119,6 +120,7 @@ fn a_standby_takes_over_and_keeps_on_until_it_is_silent_itself() {
             assert_eq!(row.far[1 - followed(row)].stands_by, silent == 2, "{mode}");
         }
         let taken = taken.expect("it took over");
+        // Silent from 25 s on, then 20 ms of patience.
         assert!((25_018..25_024).contains(&taken), "{mode}: {taken}");
         if matches!(mode, "observer" | "sync" | "time") {
             let [velocity, acceleration, jerk] = watch.largest();
@@ -144,6 +146,7 @@ fn a_short_silence_changes_nothing() {
         run(
             &mut receiver,
             &mut lines,
+            // 18 ms are shorter than the 20 ms after which a standby takes over.
             3_018 + n * 100,
             &mut watch,
             |_, _| {},
@@ -216,6 +219,7 @@ fn each_is_asked_for_its_own_time() {
         .map(|far| far.drift_ppm)
         .collect();
     for (n, drift) in drifts.iter().enumerate() {
+        // Each is 50 ppm slower than the one before.
         let expected = -50.0 * n as f64;
         assert!((drift.expect("known") - expected).abs() < 5.0, "{drifts:?}");
     }
@@ -284,6 +288,7 @@ fn orders_at_any_moment_and_limits_of_the_far_axis_change_nothing_of_that() {
 /// A random schedule of silences, restarts and orders on the far node; one of the lines is always
 /// present.
 fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
+    // 2³² divided by the golden ratio, so that near seeds give far states.
     let mut random = Random(seed * 0x9e37_79b9);
     let mut lines = lines([0.0, 2.5, -40.0][seed as usize % 3]);
     let mut watch = Watch::default();
@@ -311,12 +316,14 @@ fn play(seed: u64, receiver: &mut Receiver, orders: &[&str]) {
         }
         at += [7, 30, 400, 2_000][random.below(4) as usize];
         if is_ordered {
+            // Orders may restart the far clock: times before and after are not compared.
             last = None;
         }
         run(receiver, &mut lines, at, &mut watch, |row, at| {
             let axis = &row.axes[0];
             let of = (followed(row), row.far[followed(row)].epoch, axis.state);
             let shown = axis.far_time_ns.map(|time| (of, time));
+            // Times of different runs, or of different modes, have no order.
             if let (Some((of_last, before)), Some((of, now))) = (last, shown)
                 && of == of_last
             {

@@ -68,6 +68,7 @@ fn the_first_of_two_is_followed_and_named_until_it_is_silent() {
             }
         });
         let row = &receiver.snapshot().signals.far[0];
+        // 5 s of the twin at 1 kHz, all refused.
         assert!(row.foreign_frames > 4_900 && row.restarts == 0, "{mode}");
         // The first one ends.
         both[0].silent = true;
@@ -117,6 +118,7 @@ fn stray_frames_move_nothing() {
         let mut receiver = follower(mode);
         let mut far = [Far::new(0, 1_001_000, &[VELOCITY])];
         let mut steps = Steps::default();
+        // Another run, counts far ahead, other cycle times.
         let strays = [
             (5, 7, 1),
             (1, 1_000_000_000_000, 1),
@@ -139,6 +141,7 @@ fn stray_frames_move_nothing() {
         assert_eq!((row.restarts, row.foreign_frames), (0, 5), "{mode}");
         assert_eq!(row.health, HealthName::Ok, "{mode}");
         let cycle = VELOCITY * 1e-3;
+        // A beat is twice the way of a cycle.
         assert!(
             steps.smallest >= 0.0 && steps.largest < 2.1 * cycle,
             "{mode}"

@@ -73,6 +73,7 @@ impl Differences {
         let ([p0, p1, p2, p3], dt) = (self.last, 1e-3_f64);
         let acceleration = (p3 - 2.0 * p2 + p1) / (dt * dt);
         let jerk = (p3 - 3.0 * p2 + 3.0 * p1 - p0) / (dt * dt * dt);
+        // A jerk needs four positions.
         if self.seen > 3 {
             // The belt's velocity is per second of its own clock, which drifts and is still being
             // estimated.
@@ -106,6 +107,7 @@ fn a_follower_of_it_is_where_the_gear_puts_it_from_the_first_cycle_on() {
         assert_eq!(roll.phase, Some(CouplingPhase::InSync));
         fastest = fastest.max(shaft.velocity);
     });
+    // A profile ends exactly at its set velocity.
     assert_eq!(fastest, 300.0);
     let row = &receiver.snapshot().signals;
     // The axis's program has ended: it stands at the end position.
@@ -157,6 +159,7 @@ fn a_slave_goes_over_from_a_far_axis_to_the_shaft_and_back_in_motion() {
     run(&mut receiver, &mut far, 6_000 * MILLISECOND, |row, _| {
         differences.keep(&row.slaves[0]);
         let now = row.slaves[0].position.expect("an axis") - shaft(row).position;
+        // Coupled by velocity: its distance to the shaft is any, but constant.
         let before = *apart.get_or_insert(now);
         assert!((now - before).abs() < 1e-9, "{now} {before}");
     });
@@ -204,6 +207,7 @@ fn both_together_lead_it_by_their_sum() {
             let belt = row.axes[0].corrected_position.expect("known");
             let sum = 0.5 * belt + 2.0 * shaft(row).position;
             let now = row.slaves[0].position.expect("an axis") - sum;
+            // Coupled by velocity: its distance to the sum is any, but constant.
             let before = *apart.get_or_insert(now);
             assert!((now - before).abs() < 1e-9, "{now} {before}");
         }
@@ -258,8 +262,10 @@ fn an_axis_in_error_stops_its_slaves_within_their_limits_until_they_are_reset() 
     run(&mut receiver, &mut [], 1_500 * MILLISECOND, |row, _| {
         let (axis, follower) = (&row.virtual_axes[0], &row.slaves[1]);
         assert_eq!((axis.error, axis.velocity), (0x42d5, 0.0));
+        // Beyond 1e15, no position is plausible.
         assert!(!axis.operational && axis.true_position > 1e15);
         let at = *stood.get_or_insert(axis.position);
+        // 0.1 u is the way of a cycle at 100 u/s.
         assert!((at - 100.0).abs() < 0.2, "{at}");
         // The axis stands at its last position, also for a slave without monitoring.
         assert_eq!((axis.position, follower.position), (at, Some(at)));
@@ -300,6 +306,7 @@ fn an_encoder_is_followed_as_it_shows_and_the_truth_is_beside_it() {
     run(&mut receiver, &mut [], 2_000 * MILLISECOND, |row, _| {
         let wheel = &row.virtual_axes[0];
         let behind = wheel.true_position - wheel.position;
+        // An encoder shows whole increments, rounded down.
         assert!((-1e-9..0.25).contains(&behind), "{behind}");
         assert_eq!(wheel.true_velocity, 10.0);
         assert_eq!(row.slaves[0].position, Some(wheel.position));

@@ -23,6 +23,7 @@ impl FarClock {
         let delay = match (delay_s, measured) {
             (None, true) => DelaySource::Measured,
             (None, false) => DelaySource::Off,
+            // A range test, which NaN fails.
             (Some(delay), false) if (0.0..=1.0).contains(&delay) => {
                 DelaySource::Fixed(Span::from_secs_f64(delay))
             }
@@ -80,6 +81,7 @@ impl FarClock {
 
     /// Runs the cycle whose ideal start is `now_ns`, with all messages up to then. Returns the state of the far clock.
     fn cycle<'py>(&mut self, py: Python<'py>, now_ns: i64) -> PyResult<Bound<'py, PyDict>> {
+        // Nothing is recorded here: arrivals have been passed by the caller.
         let output = self.0.cycle(Instant::from_nanos(now_ns), |_, _| {});
         let known = PyDict::new(py);
         let far = output.observer.far_time.map(nanos);
@@ -108,11 +110,13 @@ impl FarClock {
 
 /// Time since the ideal start of the far node's cycle 0, ns.
 fn nanos(time: FarTime) -> i64 {
+    // Rounded: Python gets whole nanoseconds, and the fraction is below one.
     time.instant.since_epoch().as_nanos() + i64::from(time.fraction_ns >= 0.5)
 }
 
 /// A cycle time in seconds.
 pub(crate) fn cycle_time(seconds: f64) -> PyResult<CycleTime> {
+    // Clamped far beyond all cycle times: seconds that nanoseconds of i64 cannot hold get the same refusal.
     let span = Span::from_secs_f64(seconds.clamp(-1e6, 1e6));
     CycleTime::new(span).map_err(|error| wrong(format!("cycle_time_s: {error}")))
 }

@@ -25,6 +25,7 @@ pub(crate) fn f64s<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyBytes>
 /// # Errors
 /// Bytes that are no such numbers.
 pub(crate) fn numbers(bytes: &[u8]) -> PyResult<Vec<f64>> {
+    // Native byte order: NumPy on the same machine reads and writes it without conversion.
     let (all, rest) = bytes.as_chunks::<8>();
     if !rest.is_empty() {
         return Err(wrong(format!(

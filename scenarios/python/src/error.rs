@@ -12,6 +12,7 @@ pyo3::create_exception!(
 
 /// An error with its causes.
 pub(crate) fn told(error: impl Into<anyhow::Error>) -> PyErr {
+    // The alternate form has the whole chain of causes in one line.
     CoaxleError::new_err(format!("{:#}", error.into()))
 }
 

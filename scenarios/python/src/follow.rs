@@ -7,8 +7,7 @@ use anyhow::Context;
 use coaxle_clock::far_clock::{DelaySource, FarClock};
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::{CycleTime, Instant, Seconds, Span};
-use coaxle_host::network::transport::Declared;
-use coaxle_host::network::transport::Transport;
+use coaxle_host::network::transport::{Declared, Transport};
 use coaxle_node::Message;
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine::local;
@@ -40,6 +39,7 @@ struct Shared {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Followed> {
+        // A panic in a callback leaves complete values behind: each field is set by itself.
         self.followed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -69,10 +69,13 @@ struct Newest {
 impl Follower {
     /// Waits until this number of further frames came, or the time passed. Returns whether they came.
     fn wait(&self, py: Python<'_>, frames: u64, within_s: f64) -> PyResult<bool> {
+        // Further ones from now on, whatever came before the call.
         let wanted = self.shared.lock().frames.saturating_add(frames);
         let end = machine::now() + crate::clock::span("within_s", within_s)?;
         loop {
+            // Python runs its signal handlers here alone: without it Ctrl-C would act at the end only.
             py.check_signals()?;
+            // Without the interpreter's lock: other threads of Python run on while this one waits.
             if py.detach(|| self.glance(wanted, end)) {
                 return Ok(true);
             }
@@ -91,9 +94,11 @@ impl Follower {
             return Ok(None);
         };
         let far = clock.far_time_at(local(now));
+        // Far time of the frame: its count times the nominal cycle, by which the clock counts.
         let sent = Instant::EPOCH + cycle_time.span() * newest.count.cast_signed();
         let age = match far {
             Some(far) => far.time.since(sent),
+            // Until the clock is known the age counts from the arrival, without the delay.
             None => Seconds((now - newest.at).as_secs_f64()),
         };
         let axes = PyDict::new(py);
@@ -170,6 +175,7 @@ impl Follower {
             let responses = node.channel_key(Channel::TimeResponses);
             Ok(Self {
                 declared: vec![
+                    // Responses first: the first frame already causes a request, whose response must be heard.
                     transport.subscribe(&responses, Box::new(on_response))?,
                     transport.subscribe(&node.channel_key(Channel::Axes), Box::new(on_frame))?,
                 ],
@@ -182,6 +188,7 @@ impl Follower {
 
     /// Waits briefly, at most until `end`. True if this number of frames has come.
     fn glance(&self, wanted: u64, end: Instant<Machine>) -> bool {
+        // Past the end the difference is negative, and no time is left.
         let left = u64::try_from((end - machine::now()).as_nanos()).unwrap_or_default();
         let patience = GLANCE.min(Duration::from_nanos(left));
         let waits = |followed: &mut Followed| followed.frames < wanted;
@@ -189,6 +196,7 @@ impl Follower {
             .shared
             .came
             .wait_timeout_while(self.shared.lock(), patience, waits);
+        // Asked again after waking, which a wait may do for no reason.
         waited.unwrap_or_else(PoisonError::into_inner).0.frames >= wanted
     }
 }
@@ -211,6 +219,7 @@ impl Followed {
     fn take(&mut self, at: Instant<Machine>, frame: &Frame<'_>) {
         let header = &frame.header;
         let heard_other = |newest: &Newest| {
+            // Two senders of one name would otherwise alternate, and the axes jump between them.
             newest.epoch != header.epoch && at - newest.at < SILENCE
                 || newest.epoch == header.epoch && newest.count >= header.count
         };
@@ -220,6 +229,7 @@ impl Followed {
         }
         let (cycle_time, run) = (header.cycle_time, self.run);
         let is_as_before = |(known, _): &(CycleTime, FarClock)| *known == cycle_time;
+        // A node that returns with another cycle time counts in other units.
         if !self.clock.as_ref().is_some_and(is_as_before) {
             let parameters = ObserverParameters::default();
             let clock = FarClock::new(cycle_time, parameters, DelaySource::Measured, run);
@@ -237,6 +247,7 @@ impl Followed {
         };
         clock.message(header.epoch, header.count, local(at), header.send_stamp);
         self.is_sure = clock.cycle(local(at), |_, _| {}).is_sure;
+        // After the frame's cycle: the requester is due by the time of this machine.
         let due = clock.request(local(machine::now()));
         if let Some(number) = due {
             self.ask(number);

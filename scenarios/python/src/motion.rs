@@ -35,6 +35,7 @@ fn columns<'py>(py: Python<'py>, motions: &[Motion]) -> Columns<'py> {
 #[pyfunction]
 pub(crate) fn laws() -> PyResult<Vec<(String, u16)>> {
     let named = |law: &MotionLaw| {
+        // The name as in files, which serde alone knows.
         let name = serde_json::to_value(law)?;
         Ok((name.as_str().unwrap_or_default().to_owned(), law.code()))
     };
@@ -133,6 +134,7 @@ impl Plate {
     /// Motion at each of these masters.
     fn at<'py>(&self, py: Python<'py>, masters: &[u8]) -> PyResult<Columns<'py>> {
         let masters = numbers(masters)?;
+        // A cursor remembers the segment: masters in order need no search.
         let (plate, mut cursor) = (self.plate(), Cursor::default());
         let motions = masters
             .iter()
@@ -150,6 +152,7 @@ impl Plate {
     fn characteristics(&self, master_velocity: f64) -> PyResult<String> {
         let plate = self.plate();
         let found = plate.characteristics(master_velocity).map_err(wrong)?;
+        // 0 is no table: a file need not name one.
         let table = self.file.table_id.map_or(0, |id| id.get().into());
         let figures = CharacteristicFigures::of(table, &plate, &found);
         serde_json::to_string(&figures).map_err(told)

@@ -41,12 +41,14 @@ impl Network {
             secure,
             ..TransportConfig::default()
         };
+        // Joining waits for the network, half a second and more.
         py.detach(|| Self::join(&config)).map_err(told)
     }
 
     /// The status of every node that is seen within this time: JSON by the node's name.
     fn nodes(&self, py: Python<'_>, within_s: f64) -> PyResult<String> {
         let patience = span("within_s", within_s)?;
+        // Never satisfied: all nodes that are seen within the time are wanted, not the first.
         let seen = py.detach(|| self.watcher.wait_for(patience, |_| false));
         let status = |node: coaxle_host::client::SeenNode| {
             let status = node.status.map(|(_, status)| Value::Object(status));

@@ -6,8 +6,7 @@ use anyhow::Context;
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_host::network::transport::Transport;
-use coaxle_host::network::transport::{Declared, Publisher as Way, Urgency};
+use coaxle_host::network::transport::{Declared, Publisher as Way, Transport, Urgency};
 use coaxle_node::Message;
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine::local;
@@ -56,6 +55,7 @@ impl Run {
 
     /// The cycle that an instant lies in.
     fn cycle_at(&self, now: Instant<Machine>) -> u64 {
+        // Floor, not truncation: before the start the cycle is negative, and then none.
         let count = (now - self.start).div_floor(self.cycle_time.span());
         u64::try_from(count).unwrap_or_default()
     }
@@ -78,6 +78,7 @@ impl Sealed {
     /// Sends the frame of the cycle with this ideal start.
     pub(crate) fn send(&self, body: &[u8], ideal_start: Instant<Machine>) -> anyhow::Result<()> {
         let mut frame = Vec::new();
+        // The stamp is taken last, so that it contains the time of the encoding.
         (self.seal).seal(body, Some(machine::now() - ideal_start), &mut frame);
         self.way.publish(frame)
     }
@@ -89,6 +90,7 @@ impl Publisher {
     fn wait(&mut self, py: Python<'_>) -> PyResult<(u64, f64)> {
         let now = machine::now();
         let last = self.cycle.map_or(0, |(count, _)| count);
+        // Missed cycles are skipped: caught up, they would reach receivers as a burst of old data.
         let next = (self.run.cycle_at(now) + 1).max(last + 1);
         let begin = self.run.begin_of(next);
         py.detach(|| machine::sleep_until(begin));
@@ -107,6 +109,7 @@ impl Publisher {
         accelerations: &[u8],
         error_code: u32,
     ) -> PyResult<()> {
+        // Two frames of one count would be refused by receivers as repeated.
         let Some((count, false)) = self.cycle else {
             return Err(wrong(
                 "received axes twice in a cycle, expected wait() before each",
@@ -130,6 +133,7 @@ impl Publisher {
             axis.state_word
                 .set(StateWord::NEGATIVE_DIRECTION, axis.set_velocity < 0.0);
         }
+        // Before sending: a failed send is not tried again with the same count.
         self.cycle = Some((count, true));
         py.detach(|| self.send(count)).map_err(told)
     }
@@ -185,6 +189,7 @@ impl Publisher {
             published: 0,
             declared: vec![
                 respond(&**transport, &name, run, responses)?,
+                // After its server: a node that is seen can be asked.
                 transport.announce(&name.alive_key())?,
                 transport.announce(&name.run_key(run.epoch))?,
             ],
@@ -207,6 +212,7 @@ impl Publisher {
                 _ => &mut axis.set_acceleration,
             };
             *place = *value;
+            // Receivers would refuse it; here the error names the axis.
             if !value.is_finite() || value.abs() > NcToPlcAxis::LARGEST {
                 let id = axis.axis_id;
                 let largest = NcToPlcAxis::LARGEST;
@@ -226,6 +232,7 @@ impl Publisher {
         let header = FrameHeader {
             sender: self.run.sender,
             epoch: self.run.epoch,
+            // The lower 16 bits: the index of a PLC wraps.
             index: CycleIndex(count as u16),
             count,
             cycle_time: self.run.cycle_time,
@@ -277,6 +284,7 @@ fn respond(
                 return;
             };
             let mut server = server.lock().unwrap_or_else(PoisonError::into_inner);
+            // Received and responded to at once, in the thread of the transport: Python may be busy for long.
             server.receive(local(at), request);
             let now = machine::now();
             let count = run.cycle_at(now);

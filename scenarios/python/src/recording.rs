@@ -57,14 +57,17 @@ impl Column {
                 all.push(
                     value
                         .and_then(|value| value.as_number())
+                        // NumPy's own mark of a missing number; the other kinds have none, hence `known`.
                         .unwrap_or(f64::NAN),
                 );
             }
+            // NumPy has one type for the column: a count beyond i64 would take 292 years at 1 GHz.
             (Values::Integers(all), Some(Value::Count(count))) => all.push(count.cast_signed()),
             (Values::Integers(all), Some(Value::Integer(integer))) => all.push(integer),
             (Values::Integers(all), _) => all.push(0),
             (Values::Flags(all), value) => all.push(u8::from(value == Some(Value::Flag(true)))),
             (Values::Words(all, words), Some(Value::Text(word))) => {
+                // Numbered by first occurrence, so that a new word changes no earlier row.
                 let next = words.len() as i32;
                 all.push(*words.entry(word).or_insert(next));
             }
@@ -96,6 +99,7 @@ impl Column {
 /// Reads a recording: its tables with their columns, its facts, its damage, and the number of incomplete rows.
 #[pyfunction]
 pub(crate) fn read_recording<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
+    // A large file takes long, and other threads of Python run on meanwhile.
     let read = py.detach(|| read(&path)).map_err(told)?;
     let all = PyDict::new(py);
     let tables = PyList::empty(py);
@@ -140,6 +144,7 @@ fn read(path: &std::path::Path) -> anyhow::Result<Read> {
     while let Some(item) = reader.next() {
         match item {
             Ok(Item::Row(row)) => {
+                // A table is complete when its first row comes, and not before.
                 for head in &reader.tables()[read.tables.len()..] {
                     let columns = head.columns.iter().map(|column| Column::of(column.kind));
                     read.tables.push(Table {
@@ -156,6 +161,7 @@ fn read(path: &std::path::Path) -> anyhow::Result<Read> {
             }
             Ok(Item::Facts(facts)) => read.facts.extend(facts),
             Ok(_) => {}
+            // Further damage is not listed, but reading goes on for the rows behind it.
             Err(damage) if read.damage.len() < MOST_DAMAGE => {
                 read.damage.push(damage.to_string());
             }
@@ -166,6 +172,7 @@ fn read(path: &std::path::Path) -> anyhow::Result<Read> {
     // Tables without rows are dropped.
     read.heads.truncate(read.tables.len());
     read.incomplete = reader.incomplete_rows();
+    // Damage of a file with rows is a property of the result; without any it is the reason.
     if read.heads.is_empty()
         && let Some(first) = read.damage.first()
     {

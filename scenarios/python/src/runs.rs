@@ -51,6 +51,7 @@ pub(crate) fn run(
         command: format!("coaxle.run({scenario:?})"),
         figures: None,
     };
+    // The error of Python is kept apart: the run itself knows only that it was ended.
     let mut interrupted = Interrupted(None);
     let outcome = py.detach(|| {
         let scenario = prepare(&source, &options)?;
@@ -75,6 +76,7 @@ struct Interrupted(Option<PyErr>);
 
 impl Progress for Interrupted {
     fn at(&mut self, _share: f64) -> bool {
+        // The lock is taken for this check alone.
         self.0 = Python::attach(|py| py.check_signals()).err();
         self.0.is_none()
     }
@@ -118,6 +120,7 @@ pub(crate) fn sweep(
             &goes_on,
         )
     });
+    // Checked again: the closure can end the sweep, but not raise an exception.
     py.check_signals()?;
     Ok(outcome.map_err(told)?.runs)
 }

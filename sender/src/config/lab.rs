@@ -30,6 +30,7 @@ impl WithLab for SenderConfig {
     type Lab = SenderLab;
 
     fn set_lab(&mut self, SenderLab { seed, clock }: SenderLab) -> Result<(), WrongLab> {
+        // Every value of a lab table fits a sender, which has one clock.
         (self.seed, self.clock) = (seed, clock);
         Ok(())
     }

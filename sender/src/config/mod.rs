@@ -101,6 +101,7 @@ impl SenderConfig {
     /// Publications and subscriptions of the node.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
+        // Time requests are subscribed to even without receivers that measure: whether any will is not known.
         let wiring = Wiring {
             node: self.name.clone(),
             publications: [Channel::Axes, Channel::TimeResponses]
@@ -142,6 +143,7 @@ impl AxisList {
             let received = axes.len();
             return Err(InvalidAxes::Count { received });
         }
+        // Sorted, duplicates are neighbours: one pass finds them.
         let mut ids: Vec<u32> = axes.iter().map(|axis| axis.id.get()).collect();
         ids.sort_unstable();
         match ids.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -255,8 +257,10 @@ mod tests {
 
     #[test]
     fn errors_name_the_field_what_came_and_what_is_expected() {
+        // A frame holds 128.
         let many: String = (1..=129).map(axis).collect();
         for (axes, expected) in [
+            // An id of 0 is no axis in the structure of a PLC.
             (axis(0), "axis \"x\".id: "),
             (
                 axis(1) + &axis(2) + &axis(1),

@@ -19,6 +19,7 @@ impl ShownAxes {
     /// [`InvalidShownAxes`] for a duplicate id.
     pub fn new(ids: Vec<NonZeroU32>) -> Result<Self, InvalidShownAxes> {
         let twice = |(k, id): (usize, &NonZeroU32)| ids[..k].contains(id).then_some(*id);
+        // The order is the user's choice and stays, so that sorting is no way to find duplicates.
         match ids.iter().enumerate().find_map(twice) {
             Some(id) => Err(InvalidShownAxes::IdTwice { id: id.get() }),
             None => Ok(Self(ids)),

@@ -44,6 +44,7 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
         self.rows
             .row(record.ideal_start, record.woke, &snapshot.signals);
         match &mut self.newest {
+            // Copied in place: a thousand snapshots a second would otherwise allocate as often.
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),
         }
@@ -52,6 +53,7 @@ impl Recorder<SenderSnapshot> for SenderRecorder {
     fn status(&self) -> Map<String, Value> {
         let mut status = match &self.newest {
             Some(snapshot) => status_of(&self.config, snapshot),
+            // Before the first cycle only the host's part of the status is known.
             None => Map::new(),
         };
         self.rows.add_to(&mut status);
@@ -78,6 +80,7 @@ fn status_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Map<String, Va
         axis.insert("unit".to_owned(), json!(instance.unit));
         (instance.name.clone(), Value::Object(axis))
     };
+    // Both come from the shown axes of one config, in one order.
     let axes = axes.zip(snapshot.axes()).map(axis);
     status.insert("axes".to_owned(), Value::Object(axes.collect()));
     status

@@ -36,6 +36,7 @@ fn every_config_that_is_shipped_is_valid_and_only_experiments_need_lab() {
     assert!(files.len() >= 2);
     for file in files {
         let file = file.unwrap();
+        // By convention, files with a `[lab]` table begin so.
         let is_experiment = file.file_name().to_string_lossy().starts_with("lab-");
         let without = check(&file.path());
         assert_eq!(without.is_err(), is_experiment, "{without:?}");
@@ -76,6 +77,7 @@ fn a_check_finds_what_is_wrong_and_names_file_and_field() {
         let message = check(&file).unwrap_err();
         let place = format!("{}:", file.display());
         assert!(message.starts_with(&place), "{message}");
+        // Once: an error is not repeated by each level that it passes.
         assert_eq!(message.matches(expected).count(), 1, "{message}");
     }
     let good = written(folder.path(), &format!("{head}{axis}"));
@@ -109,6 +111,7 @@ fn a_lab_table_is_refused_without_lab_and_says_what_is_in_it() {
         &format!("{machine}lab = {{ clock.drift-ppm = 500, seed = 7 }}"),
     );
     let refused = check(&file).unwrap_err();
+    // Line 4 of the file, at the value behind `lab = `.
     let expected = "s.toml:4:7: lab: received lab.clock.drift-ppm = 500, lab.seed = 7, expected no [lab] table: no fault is \
                     injected into a machine; take the table out, or start the node with --lab for an experiment";
     assert!(refused.ends_with(expected), "{refused}");

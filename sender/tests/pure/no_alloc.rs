@@ -22,6 +22,7 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
          [[axis]]\nid = 2\nname = 'measured'\n[axis.encoder]\nresolution = 0.01\n\
          velocity-window-cycles = 50\n[axis.encoder.program]\n{limits}\nstart-velocity = 5.0\n"
     );
+    // Seven axes with every kind of step, all changing within the test's three seconds.
     for id in 3..10 {
         write!(
             text,
@@ -40,6 +41,7 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
     let mut sent = 0;
     assert_no_alloc(|| {
         for k in 0..3_000 {
+            // Before the cycle that takes it, as a message on its way.
             let requested = start + Span::from_millis(k) - Span::from_micros(300);
             sender.receive(requested, 0, &Message::TimeRequest(TimeRequest::default()));
             // Sometimes cycles are skipped.
@@ -47,12 +49,14 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
             while let Some(outgoing) = sender.transmit() {
                 sent += outgoing.body.len();
             }
+            // Reading the snapshot must not allocate, and the optimiser must not drop the read.
             sent += usize::from(sender.snapshot().signals.node.overruns > 1_000_000);
         }
     });
     // With debug assertions an allocation has aborted the test by now; without, it was counted.
     #[cfg(not(debug_assertions))]
     assert_eq!(assert_no_alloc::violation_count(), 0);
+    // Nine axes of some fifty bytes each.
     assert!(sent > 3_000 * 9 * 50);
     assert_eq!(sender.snapshot().signals.node.requests_answered, 3_000);
 }

@@ -11,6 +11,7 @@ use coaxle_node::{BeaconRequest, Channel, Message, Node, Reader, Rejection, Stam
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
 
+// Not 0, so that instants and times since the start cannot be confused.
 const START: Instant<Local> = Instant::from_nanos(5_000_000_000);
 const EPOCH: u64 = 0xC0A_C1E;
 
@@ -106,6 +107,7 @@ fn time_requests_are_answered_in_the_next_cycle() {
         requested: Instant::from_nanos(42),
         epoch: EPOCH,
         received,
+        // The ideal start of cycle 2 and the stamp of 60 µs.
         responded: Span::from_micros(2_060),
     };
     assert_eq!(responses, [Message::TimeResponse(response)]);
@@ -150,6 +152,7 @@ fn beacons_are_answered_in_the_next_cycle_where_there_is_a_timing_channel() {
     let (_, answer) = seal.open_response(&frame).expect("a good answer");
     assert_eq!((answer.epoch, answer.request), (EPOCH, request));
     assert_eq!(answer.received, received);
+    // Cycle 1 and the stamp.
     assert_eq!(answer.responded, Span::from_micros(1_060));
     assert!(sender.transmit().is_none());
     let _ = tick(&mut sender, START + Span::from_millis(2));
@@ -167,6 +170,7 @@ fn the_index_wraps_and_the_count_does_not() {
         assert_eq!(header.index, CycleIndex((k % 65_536) as u16));
         assert_eq!(axes[0].set_velocity, 500.0);
     }
+    // 65 539 - 65 536.
     assert_eq!(sender.snapshot().signals.node.index, 3);
     assert_eq!(sender.snapshot().signals.node.cycle, 65_539);
 }
@@ -177,6 +181,7 @@ fn an_overrun_skips_cycles_index_and_motion_alike() {
     let _ = tick(&mut sender, START);
     let (header, axes) = tick(&mut sender, START + Span::from_micros(7_400));
     assert_eq!((header.count, header.index), (7, CycleIndex(7)));
+    // 7 ms at 500 u/s.
     assert_eq!(axes[0].set_position, 3.5);
     let snapshot = sender.snapshot();
     assert_eq!(snapshot.signals.node.overruns, 6);
@@ -188,6 +193,7 @@ fn an_overrun_skips_cycles_index_and_motion_alike() {
 
 #[test]
 fn many_axes_share_a_frame_in_the_order_of_their_ids() {
+    // Written in the reverse order, which the frame does not keep.
     let axes: String = (1..=32).rev().map(|id| axis(id, f64::from(id))).collect();
     let mut sender = sender(&axes);
     let _ = tick(&mut sender, START);
@@ -229,6 +235,7 @@ fn an_axis_that_is_to_be_shown_must_exist() {
 #[test]
 fn a_frame_is_as_large_as_the_config_allows() {
     let axes: String = (1..=128)
+        // Ids and velocities of the greatest encoded length.
         .map(|id| axis(id + 4_000_000_000, -999.9))
         .collect();
     let mut sender = sender(&axes);
@@ -247,6 +254,7 @@ fn before_it_is_enabled_an_axis_stands_at_its_start() {
     assert_eq!(axis.state_word, StateWord::HOMED | StateWord::NOT_MOVING);
     assert_eq!(axis.axis_state, AxisState::Inactive);
     assert_eq!(axis.set_position, 370.0);
+    // 370 is one turn of 360 and 10.
     assert_eq!((axis.modulo_set_position, axis.modulo_set_turns), (10.0, 1));
     assert_eq!(
         (axis.modulo_actual_position, axis.modulo_actual_turns),
@@ -265,6 +273,7 @@ fn an_encoder_shows_its_increments_and_the_snapshot_the_truth() {
     );
     let _ = tick(&mut sender, START);
     let (_, axes) = tick(&mut sender, START + Span::from_millis(1));
+    // At 0.5 two increments of 0.2 have been passed, in one cycle of a millisecond.
     assert_eq!(axes[0].set_position, 0.4);
     assert_eq!(axes[0].actual_position, 0.4);
     assert!((axes[0].set_velocity - 400.0).abs() < 1e-9);

@@ -21,7 +21,9 @@ pub fn output(command: &mut Command) -> Output {
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let tool = Process::start_without_log(&name, command);
     let tool = tool.unwrap_or_else(|error| panic!("{name} does not start: {error}"));
+    // Its end is awaited; only the other processes of the test must not end meanwhile.
     tool.may_end();
+    // Both at once: a full pipe of one stops the program while the other is read.
     let stdout = read_to_end(tool.take_stdout());
     let stderr = read_to_end(tool.take_stderr());
     while !tool.has_ended() {

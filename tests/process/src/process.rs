@@ -57,6 +57,7 @@ impl Deaths {
     pub(crate) fn report(&self, what: &str) {
         let report = |one: &Arc<Watched>| {
             let report = one.report(&format!(", while the test waited: {what}"));
+            // Reported once: the test's own end must not fail a second time by it.
             one.state().may_end = true;
             report
         };
@@ -74,6 +75,7 @@ pub(crate) fn logs() -> Vec<String> {
 
 fn started() -> Vec<Arc<Watched>> {
     STARTED.with_borrow_mut(|started| {
+        // Weak: a process that the test has dropped has been ended, and is no death.
         started.retain(|one| one.strong_count() > 0);
         started.iter().filter_map(Weak::upgrade).collect()
     })
@@ -87,6 +89,7 @@ impl Process {
     #[must_use]
     pub fn start(name: &str, command: &mut Command, log: &Path) -> Self {
         let file = File::create(log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
+        // A file, not a pipe, which nobody reads while the test waits.
         let child = command.stderr(file).spawn();
         let child = child.unwrap_or_else(|error| panic!("{name} does not start: {error}"));
         Self::new(name, child, Some(log))
@@ -156,6 +159,7 @@ impl Process {
     /// # Panics
     /// The process has ended unexpectedly before, or the signal cannot be sent.
     pub fn signal(&self, signal: &str) {
+        // A signal to an ended process would hide that it had ended by itself.
         self.0.assert_alive();
         self.0.state().may_end = true;
         send(signal, self.id());
@@ -180,6 +184,7 @@ impl Process {
     pub fn wait(&self) -> ExitStatus {
         self.0.state().may_end = true;
         let what = format!("{} ends", self.0.name);
+        // Watches the other processes meanwhile.
         crate::until(&what, || self.has_ended());
         self.0.state().status.expect("it has ended")
     }
@@ -203,10 +208,13 @@ impl Drop for Process {
         reason = "the test fails already: this is why it may"
     )]
     fn drop(&mut self) {
+        // Asked before it is ended here, which would look like a death.
         let is_dead = self.0.is_dead();
         let killed = self.0.state().end();
+        // A second panic while one unwinds aborts the whole test program, without any report.
         if is_dead && std::thread::panicking() {
             eprintln!("{}", self.0.report(""));
+        // An exit code of its own may be what the test is about; a signal never is.
         } else if is_dead && killed {
             panic!("{}", self.0.report(""));
         }
@@ -221,6 +229,7 @@ impl Watched {
     fn log(&self) -> String {
         let read = self.log.as_deref().map(std::fs::read);
         let bytes = read.and_then(Result::ok).unwrap_or_default();
+        // A killed process may leave half a character.
         String::from_utf8_lossy(&bytes).into_owned()
     }
 
@@ -231,6 +240,7 @@ impl Watched {
     /// True if it has ended unexpectedly.
     fn is_dead(&self) -> bool {
         let mut state = self.state();
+        // The permission first: it makes an end uninteresting, and saves the system call.
         !state.may_end && state.has_ended()
     }
 
@@ -256,6 +266,7 @@ impl Watched {
 impl State {
     fn has_ended(&mut self) -> bool {
         if self.status.is_none() {
+            // Kept, because a child can be waited for once only.
             self.status = self.child.try_wait().expect("a child can be asked");
         }
         self.status.is_some()
@@ -266,6 +277,7 @@ impl State {
         if self.has_ended() {
             return self.status.is_some_and(|status| status.code().is_none());
         }
+        // May have ended in between, which is as good.
         let _ = self.child.kill();
         self.status = self.child.wait().ok();
         false

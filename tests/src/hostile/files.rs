@@ -33,6 +33,7 @@ pub(super) fn sender_config(data: &[u8]) -> Outcome {
     config.relative_to(&root().join("sender/configs"));
     config.check_files().map_err(error_text)?;
     let mut sender = Sender::new(&config, Instant::EPOCH, 1).map_err(error_text)?;
+    // Derived texts are read by operators and must not panic either.
     let _ = config.columns();
     scan(&mut sender, &config.name, CYCLES);
     Ok(())
@@ -44,6 +45,7 @@ pub(super) fn receiver_config(data: &[u8]) -> Outcome {
     config.relative_to(&root().join("receiver/configs"));
     config.check_files().map_err(error_text)?;
     let notes = config.notes();
+    // Each note becomes one line of the log.
     assert!(
         notes.iter().all(|note| note.lines().count() == 1),
         "{notes:?}"
@@ -57,6 +59,7 @@ pub(super) fn receiver_config(data: &[u8]) -> Outcome {
 
 /// The config of a node, as its own file has it or as a scenario does.
 fn node_config<C: WithLab>(file: &str, text: &str) -> Result<C, String> {
+    // Scenarios hold configs without the lab table around them, and both ways must withstand all input.
     match NodeFile::parse(file, text).map_err(error_text) {
         Ok(NodeFile { config, .. }) => Ok(config),
         Err(_) => parse(file, text).map_err(error_text),
@@ -68,6 +71,7 @@ pub(super) fn scenario(data: &[u8]) -> Outcome {
     let source = Source {
         name: "scenario".to_owned(),
         file: root()
+            // Relative paths in the input resolve as in a shipped scenario, whose files exist.
             .join("scenarios/catalog/t.toml")
             .display()
             .to_string(),
@@ -94,6 +98,7 @@ pub(super) fn cam_file(data: &[u8]) -> Outcome {
 pub(super) fn cam_table(data: &[u8]) -> Outcome {
     let file = Scratch::holding(data);
     let mut outcome = Ok(());
+    // Each kind of interpolation calculates in other code.
     for (interpolation, course) in [
         ("linear", "linear"),
         ("spline", "cyclic"),
@@ -112,10 +117,12 @@ pub(super) fn cam_table(data: &[u8]) -> Outcome {
 fn examine_cam(cam: CamFile) -> Outcome {
     let plate = cam.plate().map_err(error_text)?;
     let (start, end) = plate.master_range();
+    // Both ends, the last position inside, and values that overflow when differences are squared.
     for master in [start, end, end.next_down(), 0.0, -1e300, 1e300, f64::NAN] {
         let _ = plate.at(master);
     }
     let rows = plate.values(start, end, (end - start) / 10.0, ValueSelect::all());
+    // Bounded: a range of a huge plate has any number of values.
     let _ = rows.map(|rows| rows.take(20).count());
     let _ = plate.characteristics(1.0);
     let middle = plate.at(start + 0.5 * (end - start)).position;
@@ -145,6 +152,7 @@ fn examine_points(table: PointTable) -> Outcome {
     let PointTable::Points(points) = table else {
         return Ok(());
     };
+    // A table that was read can be written and read again.
     assert!(csv.is_ok(), "{csv:?}");
     drop(array);
     let laws = WrittenPoint::to_points(&points);
@@ -173,6 +181,7 @@ pub(super) fn saw_file(data: &[u8]) -> Outcome {
             Ok(())
         }
         Err(refusal) => {
+            // Searches for parameters that would work, from the values that did not.
             let _ = saw.remedy();
             Err(refusal.to_string())
         }
@@ -208,6 +217,7 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
             interpolation: Default::default(),
         };
         let mut replay = Replay::open(&config).map_err(error_text)?;
+        // Between rows, on a row, beyond the end, and as late as time can be.
         for nanos in [0, 1, 1_000_000, 1_500_000_000, i64::MAX] {
             let _ = replay.sample(Span::from_nanos(nanos));
         }
@@ -239,12 +249,14 @@ impl Scratch {
     fn holding(data: &[u8]) -> Self {
         use std::sync::atomic::{AtomicU64, Ordering};
         static COUNT: AtomicU64 = AtomicU64::new(0);
+        // Thousands of files in a run, which a disk would slow down.
         let shm = Path::new("/dev/shm");
         let folder = if shm.is_dir() {
             shm.to_owned()
         } else {
             std::env::temp_dir()
         };
+        // Tests of one process run at the same time.
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let path = folder.join(format!("coaxle-hostile-{}-{count}.csv", std::process::id()));
         std::fs::write(&path, data).expect("a scratch file");

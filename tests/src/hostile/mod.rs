@@ -186,6 +186,8 @@ impl Target {
         if let Err(message) = &outcome {
             assert!(!message.trim().is_empty(), "refused without a word");
             assert!(
+                // Input may be in the message: control characters would move the cursor of a terminal or split a line
+                // of the log.
                 !message.contains(|c: char| c.is_control()),
                 "no single line: {message:?}"
             );

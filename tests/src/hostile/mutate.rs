@@ -16,10 +16,12 @@ const NUMBERS: &[&str] = &[
     "-1",
     "1",
     "2",
+    // Near the smallest normal number, the smallest at all, and the largest position.
     "1e-308",
     "5e-324",
     "1e15",
     "-1e15",
+    // Finite and, multiplied by anything, infinite; the next is infinite as read.
     "1e308",
     "-1e308",
     "1e309",
@@ -28,6 +30,7 @@ const NUMBERS: &[&str] = &[
     "-inf",
     "0.1",
     "1e-9",
+    // Limits of the integer types, and of the number of axes (128), each with its neighbours.
     "127",
     "128",
     "129",
@@ -45,6 +48,7 @@ const NUMBERS: &[&str] = &[
     "18446744073709551615",
     "1000000",
     "1000000000",
+    // Notations that TOML and JSON read differently from numbers in Rust.
     "0x7fffffff",
     "1_000",
     "1979-05-27",
@@ -63,18 +67,22 @@ const TEXTS: &[&str] = &[
     "..",
     "/",
     "a/b",
+    // A file without an end, which must not be read to it.
     "/dev/zero",
     "/dev/null",
+    // Wildcards of Zenoh's keys, which a name must not bring into one.
     "*",
     "**",
     "$*",
     "é",
     "\\u0000",
     "\\n",
+    // Escapes of a terminal, and a mark that reverses the direction of text.
     "\\u001b[2J",
     "\\u202e",
     "slave",
     "conveyor",
+    // Ranges of ids: written out, they would fill the memory.
     "1-4294967295",
     "128-1",
     "1-1000000000",
@@ -101,6 +109,7 @@ const PIECES: &[&str] = &[
     "\r\n",
     "\0",
     "#",
+    // A byte order mark, which some editors write.
     "\u{feff}",
     "[[slave]]\n",
     "[[axis]]\n",
@@ -138,15 +147,18 @@ impl Mutator {
         let mut data = inputs[self.below(inputs.len())].clone();
         let other = &inputs[self.below(inputs.len())];
         let changes = if self.random.chance(0.6) {
+            // A single change mostly: several at once end at the first refusal.
             1
         } else {
             2 + self.below(3)
         };
         for _ in 0..changes {
             match self.kind {
+                // Most texts stay valid in their syntax, so that the checks behind the parser are reached.
                 Kind::Text if self.random.chance(0.8) => self.change_text(&mut data, other),
                 Kind::Text | Kind::Bytes => self.change_bytes(&mut data, other),
             }
+            // After each change, of which several multiply the length.
             data.truncate(MOST_BYTES);
         }
         data
@@ -164,6 +176,7 @@ impl Mutator {
     fn range(&mut self, length: usize) -> Range<usize> {
         let start = self.below(length + 1);
         let most = length - start;
+        // A long range destroys all structure; a short one changes a field.
         let count = match self.below(3) {
             0 => self.below(most + 1),
             _ => self.below(most.min(16) + 1),
@@ -197,12 +210,14 @@ impl Mutator {
             }
             6 => {
                 let range = self.range(data.len());
+                // Limits of a byte, signed and unsigned, and of a varint.
                 let with = self.one_of(&[0, 1, 0x7f, 0x80, 0xff]);
                 data[range].fill(with);
             }
             _ => {
                 let at = self.below(data.len() + 1);
                 let number = self.extreme();
+                // Over existing bytes, so that the fields behind keep their places.
                 let end = (at + 8).min(data.len());
                 data.splice(at..end, number.to_le_bytes());
             }
@@ -215,6 +230,7 @@ impl Mutator {
             f64::NAN,
             f64::INFINITY,
             1e15,
+            // Just beyond the largest position that a frame may have.
             1.000_001e15,
             f64::MAX,
             -f64::MAX,
@@ -229,6 +245,7 @@ impl Mutator {
             1 << 63,
             1 << 32,
             0xffff,
+            // A varint that never ends.
             0x8080_8080_8080_8080,
         ];
         match self.below(2) {
@@ -277,6 +294,7 @@ impl Mutator {
         }
         let first = self.below(quotes.len() - 1);
         let within = quotes[first] + 1..quotes[first + 1];
+        // Length has its own faults, but would crowd out the others.
         if self.below(6) == 0 {
             let length = self.below(MOST_BYTES);
             data.splice(within, std::iter::repeat_n(b'a', length));
@@ -289,6 +307,7 @@ impl Mutator {
     /// Inserts a piece so often that a reader which recurses too deep, or keeps all of it, fails.
     fn nest(&mut self, data: &mut Vec<u8>) {
         let at = self.below(data.len() + 1);
+        // Up to 16 384 levels: a recursion per level uses up the stack.
         let times = 1 << self.below(15);
         let piece = self.one_of(NESTED).repeat(times);
         data.splice(at..at, piece.bytes());
@@ -308,11 +327,13 @@ impl Mutator {
     /// Removes a line, or swaps two.
     fn change_lines(&mut self, data: &mut Vec<u8>) {
         let (one, two) = (self.line(data), self.line(data));
+        // Overlapping lines have no order to swap.
         if self.below(2) == 0 || one.end > two.start {
             data.drain(one);
             return;
         }
         let (first, second) = (data[one.clone()].to_vec(), data[two.clone()].to_vec());
+        // The later one first, which leaves the places of the earlier one.
         data.splice(two, first);
         data.splice(one, second);
     }

@@ -17,6 +17,7 @@ pub(super) fn scan(node: &mut impl Node, name: &NodeName, cycles: usize) {
                 check(&key, name, &sealed);
             }
         }
+        // Drained as by a host, or the node's queue of them would only grow.
         while node.arrival().is_some() {}
     }
 }

@@ -56,9 +56,11 @@ impl ReceivedSamples {
         self.samples.truncate(MOST_SAMPLES);
         let mut before = Self::default();
         for cycle in 0..CYCLES_BEFORE {
+            // From 65 000 on, so that the input finds an index close to its wrap.
             before.push(CycleIndex(65_000 + cycle), moving(cycle));
         }
         before.samples.append(&mut self.samples);
+        // Twice as many cycles as samples, since a gateway takes at most one per cycle and may wait for some.
         let scans = 2 * before.samples.len() + 10;
         let key = config.name.channel_key(Channel::Axes);
         let mut intake = Intake::new(&key, &config.name, &[ID]);
@@ -85,6 +87,7 @@ impl ReceivedSamples {
 
 impl Port for ReceivedSamples {
     fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
+        // A sample per cycle of the PLC: a burst would be a fault of its own.
         if self.taken.is_some_and(|taken| now < taken + CYCLE) {
             return false;
         }
@@ -122,12 +125,14 @@ pub(super) fn ads(data: &[u8]) -> Outcome {
                 break;
             }
         };
+        // Otherwise this loop would never end.
         assert!(end > 0, "a packet of nothing");
         rest = &rest[end..];
         let Some(packet) = packet else { continue };
         match (packet.command, packet.flags) {
             (NOTIFICATION, _) => {
                 let is_whole = notified(packet.data, |sample| {
+                    // Index and image differ by their lengths, which are those of the assembly.
                     let part = usize::from(sample.data.len() == IMAGE_LEN);
                     if let Ok(true) = assembly.take(sample.stamp, part, sample.data) {
                         let [number, image] = assembly.parts() else {
@@ -178,6 +183,7 @@ pub(super) fn recorded() -> Vec<(String, Vec<u8>)> {
 /// Datagrams, each as its length in two bytes and its content, in both layouts.
 pub(super) fn datagrams(data: &[u8]) -> Outcome {
     let mut outcome = Ok(());
+    // Both layouts read the same bytes: each refuses what only the other knows.
     for layout in [ImageLayout::TwinCat2, ImageLayout::AxisRef] {
         let (mut rest, mut came) = (data, ReceivedSamples::default());
         while let [low, high, more @ ..] = rest {

@@ -21,6 +21,7 @@ pub(super) fn trajectory(data: &[u8]) -> Outcome {
     let (mut moves, mut now) = (TrajectoryQueue::default(), Instant::EPOCH);
     moves.begin(planned, now);
     while let Some(at) = moves.next_at() {
+        // An order before its predecessor would be sent at once and undo it.
         assert!(at >= now, "time goes back");
         now = at;
         let motion = |_: &Address| {
@@ -30,6 +31,7 @@ pub(super) fn trajectory(data: &[u8]) -> Outcome {
             })
         };
         for due in moves.due(now, motion).0 {
+            // Through its text, as it travels: a number without a notation in JSON is found here.
             let json = CommandOrder::Slave(due.order).to_json();
             CommandOrder::from_json(json.as_bytes()).map_err(|error| error.to_string())?;
         }

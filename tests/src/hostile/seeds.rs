@@ -33,6 +33,7 @@ pub(super) fn shipped(folder: &str, ending: &str) -> Seeds {
         .collect();
     paths.retain(|path| path.extension().is_some_and(|found| found == ending));
     paths.sort();
+    // A renamed folder must not leave a target without seeds.
     assert!(!paths.is_empty(), "{}: no .{ending}", folder.display());
     let named = |path: &PathBuf| {
         let name = path
@@ -98,6 +99,7 @@ pub(super) fn orders() -> Seeds {
     };
     let mut all = orders(far, "far", "conveyor");
     all.extend(orders(slave, "slave", "carriage"));
+    // A table of another form would silently have no rows.
     assert!(all.len() > 30, "{}", all.len());
     all
 }
@@ -177,6 +179,7 @@ pub(super) fn frames() -> Seeds {
     let late = Some(Span::from_micros(37));
     vec![
         ("three-axes".to_owned(), frame(0, &FOLLOWED, late)),
+        // Beyond 65 535, where count and index differ.
         ("without-stamp".to_owned(), frame(70_000, &[1], None)),
         ("more-axes".to_owned(), frame(9, &[7, 8, 9, 1, 2, 3], late)),
         ("an-axis-twice".to_owned(), frame(9, &[1, 1, 2], late)),
@@ -264,6 +267,7 @@ pub(super) fn arrivals() -> Seeds {
 
 /// Appends a message a millisecond after the one before, with its check sum corrected.
 fn push(stream: &mut Vec<u8>, channel: Channel, message: &[u8]) {
+    // In units of 100 µs: frames come a cycle apart, the rest with them.
     let later = if channel == Channel::Axes { 10 } else { 0 };
     stream.extend_from_slice(&[0x80 | subscription_to(channel), later]);
     let length = u16::try_from(message.len()).expect("a short message");

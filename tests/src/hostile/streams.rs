@@ -90,14 +90,17 @@ pub(super) fn arrivals(data: &[u8]) -> Outcome {
         );
         rest = after;
         at += Span::from_nanos(STEP.as_nanos() * i64::from(*later));
+        // Bounded: the input states the times, and 25 ms a message would be many cycles.
         while receiver.next_cycle() < at && cycles < MOST_CYCLES {
             scan(&mut receiver, &config.name, 1);
             cycles += 1;
         }
+        // Any byte is a subscription, so that no input is wasted.
         let place = usize::from(by & 0x7f) % readers.len();
         let subscription = &wiring.subscriptions[place];
         let key = subscription.node.channel_key(subscription.channel);
         let sealed = match by & 0x80 {
+            // Unchanged bytes are refused by their check sum in almost all cases.
             0 => payload.to_vec(),
             _ => with_checksum(&key, payload),
         };
@@ -138,6 +141,7 @@ pub(super) fn order(data: &[u8]) -> Outcome {
     let power = br#"{ "version": 1, "slave": "carriage", "command": { "power": true } }"#;
     let power = CommandOrder::from_json(power).expect("a good order");
     scan(&mut receiver, &config.name, 1);
+    // Without power nearly every command is refused before it is looked at.
     let _ = receiver.execute(&power);
     scan(&mut receiver, &config.name, CYCLES_BEFORE);
     let mut cargo = order.cargo();

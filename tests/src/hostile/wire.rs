@@ -48,6 +48,7 @@ fn read(mut reader: Reader, key: &str, data: &[u8]) -> Outcome {
 fn read_one(reader: &mut Reader, data: &[u8]) -> Outcome {
     let mut outcome = Ok(());
     reader.read(data, |message| {
+        // Messages in the simulation are kept in recycled buffers, which must not mix.
         let mut kept = KeptMessage::new(message);
         assert_eq!(kept.get(), *message);
         kept.replace(&Message::Rejected(coaxle_node::Rejection::Truncated));
@@ -90,6 +91,7 @@ pub(super) fn with_checksum(key: &str, data: &[u8]) -> Vec<u8> {
         .split_last_chunk::<4>()
         .map_or(data, |(content, _)| content);
     let mut hasher = crc32fast::Hasher::new();
+    // The key is part of the sum, so that a frame under another key is refused.
     hasher.update(key.as_bytes());
     hasher.update(content);
     let mut bytes = content.to_vec();

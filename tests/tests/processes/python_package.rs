@@ -26,6 +26,7 @@ impl Package {
                 std::fs::copy(&file, package.join(name)).expect("a copy");
             }
         }
+        // A link, so that the extension just built is tested and no copy of an older one.
         std::os::unix::fs::symlink(extension(), package.join("_coaxle.abi3.so")).expect("a link");
         Some(Self { folder, python })
     }
@@ -36,6 +37,7 @@ impl Package {
             .args(words)
             .env("PYTHONPATH", self.folder.path())
             .env("COAXLE_TOOL", env!("CARGO_BIN_EXE_coaxle-under-test"))
+            // Pictures without a screen.
             .env("MPLBACKEND", "agg")
             .current_dir(self.folder.path())
             .output();
@@ -90,6 +92,7 @@ fn the_examples_run_and_leave_their_pictures() {
         ]);
         let bytes = std::fs::read(&picture).expect("a picture");
         assert!(
+            // Signature of PNG; an empty picture is smaller.
             bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000,
             "{example}"
         );

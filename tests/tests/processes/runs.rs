@@ -58,6 +58,7 @@ fn all_kept_their_cycles(summary: &Value) -> bool {
 )]
 fn is_rare(receiver: &Value, field: &str) -> bool {
     let count = |field: &str| receiver[field].as_u64().expect(field);
+    // 1/111 is nine in a thousand.
     let rare = count(field) * 111 <= count("cycles");
     if !rare {
         println!("not judged, the machine was too busy: {field} in {receiver}");
@@ -96,13 +97,16 @@ fn the_beat_is_shown_and_cured() {
     );
     let figure = |receiver: &str, field: &str| summary["receivers"][receiver][field].as_f64();
     let without = figure("bypass", "velocity_ripple_max").expect("measured");
+    // A beat shows a cycle's way more or less: the whole velocity of 500.
     assert!(without >= 0.9 * 500.0, "{without}");
     let truth = figure("sync", "drift_ppm_true").expect("known");
+    // Over 15 s, 20 ppm are 0.3 ms of jitter between both ends.
     assert!((truth - 1000.0).abs() < 20.0, "{truth}");
     if all_kept_their_cycles(&summary) {
         let with = figure("sync", "velocity_ripple_max").expect("synchronised");
         assert!(with * 50.0 <= without, "{with} against {without}");
         let drift = figure("sync", "drift_ppm").expect("estimated");
+        // By beats, of which 15 s have about 15, each dated with jitter.
         assert!((500.0..2000.0).contains(&drift), "{drift}");
     }
     for file in ["summary.json", "trace.mcap", "report.html"] {
@@ -181,6 +185,7 @@ fn a_second_sender_of_the_same_name_is_named_and_not_followed() {
         let roll = &receiver["slaves"]["roll"];
         assert_eq!(roll["errors"].as_u64(), Some(0), "{roll}");
         if kept_its_cycles(receiver) {
+            // Four seconds at 1 kHz, of which most arrive.
             assert!(foreign > Some(1_000), "{receiver}");
             assert!(receiver["lost"].as_u64() < Some(1_000), "{receiver}");
         }
@@ -207,6 +212,7 @@ fn stray_messages_move_nothing() {
     assert!(count("rejected") > Some(0), "{observer}");
     assert!(count("foreign_frames") > Some(0), "{observer}");
     if all_kept_their_cycles(&summary) {
+        // Noise for a second with each frame, and other runs and counts for two.
         assert!(count("rejected") > Some(300), "{observer}");
         assert!(count("foreign_frames") > Some(600), "{observer}");
     }
@@ -266,6 +272,7 @@ fn the_delay_is_measured_and_taken_away() {
     let lags = ["off", "measured"].map(|receiver| figure(receiver, "lag_us"));
     if let [Some(off), Some(measured)] = lags {
         assert!(off > 900.0, "{off}");
+        // Half, because delays of a busy machine are correlated and unequal.
         assert!(measured.abs() < 0.5 * off, "{receivers}");
     }
     if let Some(covered) = figure("unequal", "delay_covered_share") {
@@ -412,6 +419,7 @@ fn busy_processes() -> usize {
             let path = process.path();
             std::fs::read_link(path.join("exe")).is_ok_and(|exe| exe == tool)
                 && std::fs::read(path.join("cmdline"))
+                    // Arguments end with zeros in this file.
                     .is_ok_and(|line| line.ends_with(b"keep-busy\0"))
         })
         .count()

@@ -46,6 +46,7 @@ fn the_exit_code_says_what_a_node_came_to() {
 
     let (_other, receiver) = config("receiver");
     let alone = output(node("receiver", &receiver).args(["--for", "200ms"]));
+    // Codes are those of `--help`: 5 no data, 78 a wrong file, 2 a wrong command line.
     assert_eq!(alone.status.code(), Some(5));
     let log = String::from_utf8_lossy(&alone.stderr);
     assert!(log.contains("no data came"), "{log}");
@@ -93,6 +94,7 @@ fn a_node_that_outlives_its_terminal_is_not_ended_by_its_closing() {
     let log = folder.path().join("log");
     let mut command = Command::new("sh");
     command
+        // An ignored signal is inherited through `exec`, as under nohup.
         .args(["-c", "trap '' HUP; exec \"$@\"", "sh"])
         .arg(env!("CARGO_BIN_EXE_coaxle-under-test"))
         .arg("sender")
@@ -122,6 +124,7 @@ fn the_service_manager_hears_that_a_node_runs_that_its_cycle_does_and_that_it_en
     let mut command = node("sender", &config);
     command
         .env("NOTIFY_SOCKET", &path)
+        // 0.3 s, which a node has to feed several times within.
         .env("WATCHDOG_USEC", "300000");
     let log = folder.path().join("log");
     let node = Process::start("the node", &mut command, &log);
@@ -137,6 +140,7 @@ fn the_service_manager_hears_that_a_node_runs_that_its_cycle_does_and_that_it_en
 #[test]
 fn nobody_waits_for_a_log_that_is_full_or_not_read() {
     let (_folder, config) = config("sender");
+    // Every write to this device fails for lack of space.
     let full = File::options().write(true).open("/dev/full");
     let mut verbose = node("sender", &config);
     verbose.args(["--for", "500ms", "-vv"]);
@@ -151,6 +155,7 @@ fn nobody_waits_for_a_log_that_is_full_or_not_read() {
     assert!(node.wait().success());
     let mut log = Vec::new();
     pipe.read_to_end(&mut log).expect("what fitted is there");
+    // At least what fits a pipe before it is read.
     assert!(log.len() > 1_000);
 }
 
@@ -191,6 +196,7 @@ fn a_node_that_a_signal_kills_against_the_scenario_fails_the_run() {
     let mut kill = Command::new("kill");
     let killed = kill.args(["-ABRT", &receiver[0]]).status();
     assert!(killed.expect("kill is there").success());
+    // An expectation that is not met.
     assert_eq!(run.wait().code(), Some(3), "{}", run.log());
 
     let read = |file: &Path| std::fs::read_to_string(file).expect("a file");
@@ -212,6 +218,7 @@ fn a_node_that_a_signal_kills_against_the_scenario_fails_the_run() {
     assert!(said.contains(signal), "{said}");
     // The rest of the run is there.
     let cycles = summary["receivers"]["bypass"]["cycles"].as_u64();
+    // A hundred rows had been traced, of which the last may be cut off.
     assert!(cycles > Some(90), "{summary}");
 }
 

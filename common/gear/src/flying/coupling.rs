@@ -38,9 +38,11 @@ impl Engage for FlyingGearCoupling {
     type Change = FlyingGearChange;
     type Refusal = FlyingGearError;
     type Fault = NoFault;
+    type Shared = ();
 
     fn plan(
         &self,
+        (): &(),
         command: &FlyingGearParameters,
         inputs: &PlanInputs,
     ) -> Result<Planned<FlyingGearChange>, NotPlanned<FlyingGearError>> {
@@ -70,20 +72,11 @@ impl Engage for FlyingGearCoupling {
         })
     }
 
-    fn apply(&mut self, change: &FlyingGearChange, _: Job) {
+    fn apply(&mut self, (): &mut (), change: &FlyingGearChange, _: Job) {
         self.state = FlyingGearState::Enabled(*change);
     }
 
-    fn refusal(&self) -> Option<FlyingGearError> {
-        match self.state {
-            FlyingGearState::Refused(refusal) => Some(refusal),
-            FlyingGearState::Idle | FlyingGearState::Enabled(_) => None,
-        }
-    }
-}
-
-impl Coupling for FlyingGearCoupling {
-    fn update(&mut self, scan: &Scan) -> Step {
+    fn update(&mut self, (): &mut (), scan: &Scan) -> Step {
         let Some(master) = scan.masters.first() else {
             return Step::MasterLost;
         };
@@ -99,12 +92,21 @@ impl Coupling for FlyingGearCoupling {
         }
     }
 
-    fn phase(&self) -> Option<CouplingPhase> {
-        Some(self.gear()?.phase().into())
+    fn end(&mut self, (): &mut ()) {
+        self.state = FlyingGearState::Idle;
     }
 
-    fn end(&mut self) {
-        self.state = FlyingGearState::Idle;
+    fn refusal(&self) -> Option<FlyingGearError> {
+        match self.state {
+            FlyingGearState::Refused(refusal) => Some(refusal),
+            FlyingGearState::Idle | FlyingGearState::Enabled(_) => None,
+        }
+    }
+}
+
+impl Coupling for FlyingGearCoupling {
+    fn phase(&self) -> Option<CouplingPhase> {
+        Some(self.gear()?.phase().into())
     }
 
     fn gain(&self) -> Option<f64> {

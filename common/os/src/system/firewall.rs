@@ -28,6 +28,7 @@ impl Firewall {
     pub fn admits(&self, port: u16, is_udp: bool) -> bool {
         let mut admitted = self.admitted.iter();
         let is_it = |by: &AdmittedPorts| by.is_udp == is_udp && by.ports.contains(&port);
+        // Without any rule that drops, all ports are open, whatever else is listed.
         !self.drops || admitted.any(is_it)
     }
 

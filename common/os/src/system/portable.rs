@@ -43,6 +43,7 @@ fn unsupported(what: &str) -> io::Error {
 
 /// Returns an instant of both clocks, read once: processes agree as well as their wall clock did then.
 fn origin() -> &'static (Instant, i64) {
+    // Read once: a later wall clock would move the clock of the rows.
     static ORIGIN: OnceLock<(Instant, i64)> = OnceLock::new();
     ORIGIN.get_or_init(|| {
         let (now, wall) = clocks();
@@ -74,6 +75,7 @@ impl System for Portable {
         reason = "the cycle thread waits here where no absolute sleep is known"
     )]
     fn sleep_until_ns(deadline: i64) {
+        // Sleeping may end early on some systems, and the trait promises never to.
         while let Ok(left @ 1..) = u64::try_from(deadline.saturating_sub(Self::clock_ns())) {
             std::thread::sleep(Duration::from_nanos(left));
         }
@@ -232,6 +234,7 @@ pub struct ProgramStamped(UdpSocket);
 impl StampedSocket for ProgramStamped {
     fn bind(address: SocketAddr) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
+        // The interface promises a tenth of a second at most, after which the thread looks for its end.
         socket.set_read_timeout(Some(Duration::from_millis(100)))?;
         Ok(Self(socket))
     }

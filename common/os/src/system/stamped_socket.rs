@@ -83,12 +83,14 @@ impl ClockOffset {
         for _ in 0..READINGS {
             let (before, between, after) = (clock(), other(), clock());
             let width = after - before;
+            // An interruption between the readings widens them; the narrowest is off by half its width at most.
             if width < narrowest.0 {
                 narrowest = (width, between - (before + width / 2));
             }
         }
         let (_, offset) = narrowest;
         let before = self.newest.replace(offset);
+        // A clock slewed by 500 ppm changes by this much in 40 ms. Mistaken for a jump it costs one stamp.
         before.is_some_and(|before| (offset - before).abs() > JUMP_NS)
     }
 
@@ -97,6 +99,7 @@ impl ClockOffset {
     pub fn converted(&self, stamp: i64, now: i64) -> Option<i64> {
         let at = stamp.checked_sub(self.newest?)?;
         let age = now.checked_sub(at)?;
+        // A stamp a reading in the future is an error of the offset; later ones are of a clock that was set.
         (-READING_NS..=LONGEST_AGE_NS).contains(&age).then_some(at)
     }
 }

@@ -7,6 +7,7 @@ use super::{Os, Portable, Readers, System};
 #[test]
 fn nobody_wakes_early() {
     fn check<S: System>() {
+        // Past, now, less than a wake-up takes, and a few milliseconds.
         for after in [-1_000_000_000, 0, 300, 3_000_000] {
             let deadline = S::clock_ns() + after;
             S::sleep_until_ns(deadline);
@@ -21,6 +22,7 @@ fn nobody_wakes_early() {
 #[test]
 fn wishes_that_nobody_can_grant_have_a_reason() {
     fn check<S: System>() {
+        // SCHED_FIFO begins at 1, and no machine has a million processors.
         let refused = [S::set_priority(0), S::bind_to(1_000_000)];
         assert!(refused.iter().all(Result::is_err), "{refused:?}");
     }
@@ -44,6 +46,7 @@ fn a_thread_hands_its_priority_on_and_drops_it() {
         Os::sleep_until_ns(Os::clock_ns() + 200_000_000);
     }
     std::thread::Builder::new()
+        // A name with a parenthesis, by which the fields of `stat` are separated.
         .name("raised (1)".to_owned())
         .spawn(move || {
             if let Err(reason) = Os::set_priority(3) {
@@ -72,6 +75,7 @@ fn files_are_made_emptied_and_held() {
         std::fs::write(&file, "old").unwrap();
         let made = S::create_file(&file, Readers::Owner).unwrap();
         assert_eq!(made.metadata().unwrap().len(), 0);
+        // Systems without permissions report none, and promise nothing.
         assert!(S::permissions_of_others(&file).is_none_or(|others| !others.access));
         S::create_file(&file, Readers::All).unwrap();
         assert!(
@@ -112,6 +116,7 @@ fn this_process_has_memory_and_none_has_number_zero() {
     assert_eq!(Os::resident_memory(0), None);
     let time = || Os::processor_time(std::process::id()).unwrap();
     let before = time();
+    // Processor time is counted in ticks of mostly 10 ms.
     while time() == before {
         std::hint::spin_loop();
     }

@@ -51,6 +51,7 @@ impl Rig {
             master_axis_id: 7,
             slave_axis_id: 8,
             limits: CamLimits {
+                // So wide that no limit takes part: the outputs of the blocks are the subject.
                 velocity: 1e9,
                 acceleration: 1e12,
                 deceleration: 1e12,
@@ -103,6 +104,7 @@ fn scan(block: &mut CouplingBlock, rig: &mut Rig, execute: bool, command: CamReq
         &mut rig.coupling,
         [&rig.master, &rig.slave],
     );
+    // A degree per scan, so that a test can count the scans to a master position.
     let next = rig.master.position + 1.0;
     rig.go(next);
     outputs
@@ -164,6 +166,7 @@ fn a_scaling_shows_done_after_a_pulse_of_one_scan() {
     let done = Outputs { done: true, ..off };
     let outputs = [true, false, false, false, false]
         .map(|execute| scan(&mut block, &mut rig, execute, command));
+    // Master positions 0 to 4: 2.5 is passed between the third and the fourth scan.
     assert_eq!(outputs, [active, active, active, done, off]);
 }
 
@@ -188,6 +191,7 @@ fn a_refusal_shows_its_number_while_execute_is_held() {
 #[test]
 fn a_jump_shows_as_an_error_of_the_block() {
     let mut rig = Rig::new();
+    // The plate begins at 0, and no jump is permitted by default.
     rig.slave.position = 5.0;
     let mut block = CouplingBlock::default();
     let command = CamRequest::from(cam_in(BACK_AND_FORTH));
@@ -203,6 +207,7 @@ fn the_other_blocks_are_done_at_once_and_have_a_value() {
         rig.coupling.info(&rig.tables, 0, Some(360.0))
     });
     assert!(outputs.done && !outputs.busy);
+    // Once up over the whole turn, 100.
     let strokes = info.value().unwrap().sum_of_slave_strokes;
     assert!((strokes - 100.0).abs() <= 1e-7, "{strokes}");
 

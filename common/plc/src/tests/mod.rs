@@ -9,6 +9,7 @@ use std::boxed::Box;
 
 use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_axis::{Dynamics, Job};
+use coaxle_cam::Tables;
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_slave::{Command, JobError, SlaveAxis, SlaveParameters};
@@ -45,7 +46,7 @@ fn powered(parameters: &SlaveParameters) -> SlaveAxis {
 
 /// Commands the axis and expects acceptance.
 fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
-    match axis.command(command) {
+    match axis.command(&mut Tables::new(0), command) {
         Ok(job) => job,
         Err(refusal) => panic!("{command:?}: {refusal}"),
     }
@@ -53,7 +54,7 @@ fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
 
 fn run(axis: &mut SlaveAxis, cycles: u32) {
     for _ in 0..cycles {
-        axis.update(None, CYCLE);
+        axis.update(&mut Tables::new(0), None, CYCLE);
     }
 }
 
@@ -73,7 +74,7 @@ impl Master {
     fn lead(&mut self, axis: &mut SlaveAxis, cycles: u32) {
         for _ in 0..cycles {
             self.0.position += self.0.velocity * CYCLE.0;
-            axis.update(Some(&self.0), CYCLE);
+            axis.update(&mut Tables::new(0), Some(&self.0), CYCLE);
         }
     }
 }

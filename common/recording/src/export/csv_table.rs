@@ -9,6 +9,7 @@ pub(super) struct CsvTable<W: Write>(csv::Writer<W>);
 
 impl<W: Write> CsvTable<W> {
     pub(super) fn new(to: W, table: &ReadTable) -> Result<Self, ExportError> {
+        // The columns are known by name only at run time; automatic headers would come from field names of a type.
         let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(to);
         csv.write_record(columns(table))?;
         Ok(Self(csv))

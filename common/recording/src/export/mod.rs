@@ -78,10 +78,12 @@ pub fn export<R: Read, W: Write + Send + 'static>(
             Ok(Item::Row(row)) => {
                 let tables = reader.tables();
                 let table = &tables[row.table];
+                // Tables appear while the file is read, with their first channels.
                 writers.resize_with(tables.len(), || None);
                 let writer = &mut writers[row.table];
                 let writer = match writer {
                     Some(writer) => writer,
+                    // Opened with the first row: only then are all columns of the table known.
                     None => writer.insert(open(format, create(tables, row.table)?, table, &facts)?),
                 };
                 writer.row(&row)?;
@@ -124,6 +126,7 @@ impl<W: Write + Send> TableWriter for ParquetTable<W> {
 }
 
 fn typed_columns(table: &ReadTable) -> Vec<TypedColumn> {
+    // Both times are in every row, so that readers need no null for them.
     let when = [(Kind::Integer, "", false); 2];
     let kinds = (table.columns.iter()).map(|column| (column.kind, column.unit.as_str(), true));
     let typed = when.into_iter().chain(kinds);

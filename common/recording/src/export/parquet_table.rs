@@ -67,6 +67,7 @@ impl<W: Write + Send> ParquetTable<W> {
             .iter()
             .map(|(key, value)| KeyValue::new(key.clone(), value.clone()));
         let properties = WriterProperties::builder()
+            // The method that readers of Parquet support most widely.
             .set_compression(Compression::SNAPPY)
             .set_key_value_metadata(Some(facts.chain(units).collect()))
             .build();
@@ -75,6 +76,7 @@ impl<W: Write + Send> ParquetTable<W> {
             file,
             columns: columns.iter().map(Cells::of).collect(),
             rows: 0,
+            // A row group holds all columns at once, so that wide tables get fewer rows. At least one, however wide.
             most_rows: (MOST_VALUES / columns.len().max(1)).max(1),
         })
     }
@@ -114,6 +116,7 @@ impl<W: Write + Send> ParquetTable<W> {
         let mut piece = self.file.next_row_group()?;
         for cells in &mut self.columns {
             if let Some(mut writer) = piece.next_column()? {
+                // Definition levels exist for optional columns only.
                 let known = cells.is_optional.then_some(cells.known.as_slice());
                 cells.values.write(&mut writer, known)?;
                 writer.close()?;
@@ -144,6 +147,7 @@ fn schema(columns: &[TypedColumn]) -> Written<TypePtr> {
 fn types_of(kind: Kind) -> (Physical, Option<LogicalType>) {
     match kind {
         Kind::Number => (Physical::DOUBLE, None),
+        // Parquet has no unsigned integers on disk; the logical type makes readers interpret the same bits so.
         Kind::Count => (Physical::INT64, Some(LogicalType::integer(64, false))),
         Kind::Integer => (Physical::INT64, None),
         Kind::Flag => (Physical::BOOLEAN, None),
@@ -189,6 +193,7 @@ impl Cells {
                 texts.push(ByteArray::from(text.as_str()));
                 true
             }
+            // A value of another kind counts as missing, so that all columns keep the same length.
             _ => false,
         };
         self.known.push(is_known.into());

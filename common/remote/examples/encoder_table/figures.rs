@@ -64,6 +64,7 @@ pub fn followed(case: &Case, follower: &mut dyn Follower) -> Figures {
         missed = if scene.count.is_some() { 0 } else { missed + 1 };
         let position = follower.update(scene.count, HORIZON + f64::from(missed) * CYCLE);
         judge.emit(position);
+        // Judging begins 0.1 s before the motion: a direction announced at rest is a false one.
         if scene.time < START - 0.1 {
             judge.range = (scene.sampled.position, scene.sampled.position);
             continue;
@@ -96,6 +97,7 @@ impl Default for Judge {
             figures: Figures::default(),
             settled: Sums::default(),
             scaled: Sums::default(),
+            // NaN never exceeds a maximum, so that the first cycles without a difference count for nothing.
             positions: [f64::NAN; 4],
             direction: None,
             range: (0.0, 0.0),
@@ -114,10 +116,13 @@ impl Judge {
     }
 
     fn limits(&mut self, cycles: u32) {
+        // A third difference needs four positions of the motion itself.
         if cycles < 4 {
             return;
         }
         let [p0, p1, p2, p3] = self.positions;
+        // Differences of the positions, which a drive is given, and not the reported acceleration, which might
+        // flatter.
         let acceleration = (p0 - 2.0 * p1 + p2) / (CYCLE * CYCLE);
         let jerk = (p0 - 3.0 * p1 + 3.0 * p2 - p3) / (CYCLE * CYCLE * CYCLE);
         let figures = &mut self.figures;
@@ -140,6 +145,7 @@ impl Judge {
         self.range = (low, high);
         if direction != self.direction {
             let went = match direction {
+                // Movement by any amount since the last direction suffices: the gate may report it late.
                 Some(TravelDirection::Forward) => position > low,
                 Some(TravelDirection::Backward) => position < high,
                 None => false,
@@ -151,12 +157,14 @@ impl Judge {
             self.range = (position, position);
         }
         let sign = direction.map_or(0.0, TravelDirection::sign);
+        // Rounding residues of a position of metres stay far below 1e-6 mm/s.
         if self.velocity() * sign < -1e-6 && !trimming {
             self.figures.undershoots += 1;
         }
     }
 
     fn done(self) -> Figures {
+        // A run may end before it settles, whose means are then 0 instead of NaN.
         let cycles = self.settled.cycles.max(1.0);
         Figures {
             square: self.settled.square / cycles,
@@ -195,10 +203,12 @@ pub fn all(cases: &[Case], make: &(dyn Fn(&Case) -> Box<dyn Follower> + Sync)) -
     let done = Mutex::new(vec![Figures::default(); cases.len()]);
     let work = || {
         while let Some((number, case)) = {
+            // A counter for all threads: a case that takes long delays no other.
             let number = next.fetch_add(1, Ordering::Relaxed);
             cases.get(number).map(|case| (number, case))
         } {
             let figures = followed(case, &mut *make(case));
+            // Each result has the place of its case, whichever thread is faster.
             done.lock().unwrap()[number] = figures;
         }
     };

@@ -58,6 +58,7 @@ impl Motion {
     #[must_use]
     pub fn to(self, velocity: f64, acceleration: f64, jerk: f64) -> Self {
         let way = velocity - self.at_end().velocity;
+        // Without a phase of constant acceleration the change is v = j·t² in two halves of t = √(v/j).
         let by_jerk = (acceleration / jerk).min((way.abs() / jerk).sqrt());
         let held = way.abs() / (by_jerk * jerk) - by_jerk;
         let jerk = jerk.copysign(way);
@@ -82,6 +83,7 @@ impl Motion {
 
     pub fn at(&self, time: f64) -> Kinematics {
         let next = self.pieces.partition_point(|piece| piece.from <= time);
+        // The jitter of a sample may lie before the first piece, which continues backwards then.
         let piece = &self.pieces[next.max(1) - 1];
         let plain = after(&piece.state, time - piece.from, piece.jerk);
         let Some(ripple) = &self.ripple else {
@@ -133,10 +135,12 @@ impl Ripple {
             return (0.0, 0.0);
         }
         let s = (t / RIPPLE_GROWS).min(1.0);
+        // Quintic from 0 to 1 with a velocity and an acceleration of 0 at both ends: 10s³ - 15s⁴ + 6s⁵.
         let grown = s * s * s * (10.0 - s * (15.0 - 6.0 * s));
         let growth = 30.0 * s * s * (1.0 - s) * (1.0 - s) / RIPPLE_GROWS;
         let w = TAU * self.frequency;
         let (sine, cosine) = (w * t).sin_cos();
+        // An amplitude of the speed is one of the position over ω.
         let way = self.speed / w;
         (
             way * grown * sine,

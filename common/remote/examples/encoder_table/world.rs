@@ -138,6 +138,7 @@ impl Case {
         let start = random.between(-50.0, 50.0) * self.increment;
         let speed = self.speed * random.between(1.0 - self.spread, 1.0 + self.spread);
         let q = self.increment;
+        // Vibration flickers between two counts only if the axis stands on the border between them.
         let at_border = (start / q).round() * q;
         let start = if self.profile == Profile::Flicker {
             at_border
@@ -152,6 +153,7 @@ impl Case {
         } else {
             motion.end()
         });
+        // Errors at rest are judged from 0.3 s after the stop on, which leaves half a second.
         let motion = if stops { motion.hold(0.8) } else { motion };
         Run {
             motion,
@@ -207,6 +209,7 @@ impl Case {
 
 /// 1 % of the speed at 0.5 Hz, and less at higher frequencies: 0.1 % at 20 Hz.
 fn swinging(motion: Motion, speed: f64, frequency: f64) -> (Motion, f64) {
+    // A power law through both points: 40 times the frequency has a tenth of the share.
     let share = 1e-2 * (frequency / 0.5).powf(0.1_f64.ln() / 40.0_f64.ln());
     let settled = motion.end() + RIPPLE_GROWS + 0.3;
     (motion.swing(share * speed, frequency).hold(4.0), settled)
@@ -217,10 +220,12 @@ impl Iterator for Run {
 
     fn next(&mut self) -> Option<Scene> {
         let time = f64::from(self.cycle) * CYCLE;
+        // The set values belong to an instant later by the horizon, at which the true motion must still be known.
         if time > self.motion.end() - HORIZON {
             return None;
         }
         self.cycle += 1;
+        // A reading is taken at a jittering instant, but reported with its nominal one.
         let sampled = self.motion.at(time + TIMING * self.random.normal());
         let seen = sampled.position + self.vibration * self.random.normal();
         let count = (seen / self.increment).floor() as i64;
@@ -235,6 +240,7 @@ impl Iterator for Run {
 
 impl Run {
     fn is_lost(&mut self) -> bool {
+        // At 0.003 a burst begins every third of a second on average, about ten in a run.
         if self.bursts && self.burst_left == 0 && self.random.between(0.0, 1.0) < 0.003 {
             self.burst_left = self.random.between(5.0, 61.0) as u32;
         }

@@ -8,6 +8,7 @@ const DRIFT_PPM: f64 = 200.0;
 
 /// A master at constant velocity on a clock that runs fast, read once per own cycle.
 fn far(cycle: u32) -> (CycleIndex, NcToPlcAxis) {
+    // Half a cycle beyond a whole one, far from both beats at the start.
     let count = (10.5 + f64::from(cycle) * (1.0 + DRIFT_PPM * 1e-6)).floor();
     let axis = NcToPlcAxis {
         set_position: VELOCITY * 1e-3 * count,
@@ -28,6 +29,7 @@ fn scan(block: &mut AxisSync, cycle: u32, mode: FilterMode) -> AxisSyncOutput {
 
 /// Runs until synchronised; returns the next cycle.
 fn synchronise(block: &mut AxisSync) -> u32 {
+    // A beat comes every 1/200 ppm = 5000 cycles, and sync takes some of them.
     (0..50_000)
         .find(|cycle| scan(block, *cycle, FilterMode::Auto).synced)
         .expect("synchronised")
@@ -120,9 +122,13 @@ fn synchronised_the_velocity_has_no_spike_and_in_bypass_it_has() {
         }
         worst
     };
+    // Slopes of the corrected time stay below the drift itself, 2e-4.
     assert!(worst(FilterMode::Auto) < 1e-3);
+    // A beat shows two cycles of way in one: twice the velocity.
     assert!((worst(FilterMode::Bypass) - 1.0).abs() < 0.01);
+    // The filter passes 1 - e^(-1/3) = 0.28 of a step in its first cycle.
     assert!((0.2..0.5).contains(&worst(FilterMode::Pt1)));
+    // A cycle blended over 90 is 1/90 = 0.011 of the velocity.
     assert!((0.005..0.02).contains(&worst(FilterMode::Time)));
 }
 
@@ -138,6 +144,7 @@ fn lost_data_fall_back_and_stay_there() {
         });
         let lost = synchronise(&mut block);
         let mut out = scan(&mut block, lost, FilterMode::Auto);
+        // A scan more than the age limit of 7.
         for _ in 0..8 {
             out = scan(&mut block, lost, FilterMode::Auto);
         }
@@ -203,6 +210,7 @@ fn the_delay_offset_moves_the_axis_ahead() {
     for cycle in 0..3_000 {
         let plain = scan(&mut plain, cycle, FilterMode::Auto).axis.set_position;
         let ahead = scan(&mut ahead, cycle, FilterMode::Auto).axis.set_position;
+        // 2 ms at 500 u/s.
         assert!((ahead - plain - 1.0).abs() < 1e-9);
     }
 }
@@ -306,6 +314,7 @@ fn by_a_clock_silence_falls_back_and_new_data_are_followed_again() {
         let _ = block.update_by_clock(index, &axis, clock_of(cycle), 1);
     }
     let (index, axis) = far(499);
+    // Up to the age limit the clock carries the axis on.
     for age in 1..=7 {
         let held = block.update_by_clock(index, &axis, clock_of(499 + age), 1);
         assert_eq!(held.state, FilterState::Observer, "held over");
@@ -373,5 +382,6 @@ fn a_small_index_difference_that_is_exceeded_at_every_beat_moves_nothing_away() 
             "cycle {cycle}: {cycles} cycles"
         );
     }
+    // A beat every 5000 cycles, so 12 in this minute.
     assert!(errors > 10, "{errors}");
 }

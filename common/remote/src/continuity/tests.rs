@@ -108,6 +108,7 @@ fn a_pause_says_nothing_of_the_velocity_at_its_end() {
         sets.push(axis.follow(&at(cycle), 1));
     }
     let (fastest, hardest, _) = differences(&sets);
+    // 1.5 times the master's 500, and the rest of a curve that begins faster.
     assert!(fastest < 760.0 && hardest < 2_000.0, "{fastest} {hardest}");
 }
 
@@ -127,6 +128,7 @@ fn without_a_master_it_is_braked_and_back_with_it_again() {
     let rest = sets[999];
     assert_eq!((rest.velocity, rest.acceleration), (0.0, 0.0));
     assert!(
+        // Half a second at half the velocity on average.
         (rest.position - sets[99].position - 0.25 * 510.0).abs() < 5.0,
         "{rest:?}"
     );
@@ -137,6 +139,7 @@ fn without_a_master_it_is_braked_and_back_with_it_again() {
     let next = cycles.next().unwrap();
     assert_eq!(axis.follow(&master(next), 1), master(next), "to the bit");
     let (velocity, acceleration, contradiction) = differences(&sets);
+    // Master and half of it on top, with its ripple.
     assert!(velocity < 1.6 * 510.0, "{velocity}");
     assert!(acceleration < 4_000.0, "{acceleration}");
     assert!(contradiction < 0.02, "{contradiction}");
@@ -171,6 +174,7 @@ fn a_way_back_of_metres_is_no_faster_than_one_of_millimetres() {
     assert!(velocity < 1.55 * 510.0, "{velocity}");
     assert!(acceleration < 2_000.0, "{acceleration}");
     let took = sets.len() as f64 * CYCLE;
+    // Quintic over 24 m, whose steepest slope of 1.875 is half of 510 u/s.
     assert!((took - 1.875 * 24_000.0 / 255.0).abs() < 2.0, "{took} s");
 }
 
@@ -185,6 +189,7 @@ fn a_master_at_rest_is_joined_too() {
     assert_eq!(axis.state(), ContinuityState::Following);
     let (velocity, acceleration, _) = differences(&sets);
     assert!(
+        // 1.875·100/30 = 6.25 u/s, and 5.77·100/30² = 0.64 u/s².
         velocity < 7.0 && acceleration < 1.0,
         "{velocity}, {acceleration}"
     );

@@ -49,6 +49,7 @@ impl Counter {
         let given = &checked.given;
         Self {
             shift: 64 - u32::from(given.counter_bits),
+            // Half as fast again as the declared maximum: an axis whose maximum was stated roughly is not refused.
             most_per_second: 1.5 * given.max_speed / given.increment,
             state: None,
             refused: 0,
@@ -80,12 +81,14 @@ impl Counter {
             self.state = Some(State::at(count, raw));
             return Some(Counted { count, gap: None });
         };
+        // Refused counts leave the time since the last good one, over which the axis may have moved on.
         state.gap += gap;
         let difference = self.difference(state.raw, raw);
         let count = if self.is_motion(difference, state.gap) {
             state.count.wrapping_add(difference)
         } else if self.is_set_anew(&mut state, raw, gap) {
             self.resets = self.resets.saturating_add(1);
+            // The preset says nothing of the way since the last good count; the estimated motion does.
             let bridged = libm::round(counts_per_second * state.gap) as i64;
             state.count.wrapping_add(bridged)
         } else {
@@ -100,14 +103,19 @@ impl Counter {
 
     fn is_set_anew(&self, state: &mut State, raw: u64, gap: f64) -> bool {
         let fitting = match state.jumped {
+            // Fitting to the refused count before, not to the last good one: a preset counter continues from its new
+            // value.
             Some(last) if self.is_motion(self.difference(last.raw, raw), gap) => last.fitting + 1,
             _ => 0,
         };
         state.jumped = Some(Jumped { raw, fitting });
+        // Three later readings agree with the first one, which a wrong bit in one or two readings does not bring
+        // about.
         fitting >= CONFIRMED
     }
 
     fn is_motion(&self, difference: i64, gap: f64) -> bool {
+        // The magnitude of the most negative difference has no i64: `abs` would overflow.
         difference.unsigned_abs() as f64 <= self.most_per_second * gap + MARGIN
     }
 
@@ -116,6 +124,8 @@ impl Counter {
     }
 
     const fn signed(&self, raw: u64) -> i64 {
+        // The arithmetic shift to the right repeats the sign bit of a narrow counter; bits above its width fall out
+        // on the left.
         ((raw << self.shift) as i64) >> self.shift
     }
 }

@@ -57,6 +57,7 @@ impl Estimator {
             sampling: checked.sampling,
             gains: Gains::new(checked.bandwidth, checked.sampling),
             dithered: checked.given.vibration >= DITHER * increment,
+            // The middle of the first increment, whose lower border is the origin.
             state: Kinematics::at_rest(0.5 * increment),
             direction: TravelDirection::Forward,
             cell: 0.0,
@@ -85,6 +86,7 @@ impl Estimator {
         let way = edge.counts as f64 * self.increment * edge.direction.sign();
         self.direction = edge.direction;
         self.cell = self.border(edge.cell);
+        // The mean over the gap is all that is known of the velocity; an acceleration would be a guess.
         self.state = Kinematics {
             velocity: way / gap,
             ..Kinematics::at_rest(self.cell + 0.5 * self.increment)
@@ -98,6 +100,8 @@ impl Estimator {
     pub(super) fn update(&mut self, count: i64, passage: Passage, gap: f64) {
         self.predict(gap);
         match passage {
+            // An edge is information in every state. At rest the other counts are only averaged, or bound the
+            // position.
             Passage::Edge(edge) => self.enter(&edge, gap),
             Passage::SameCell | Passage::Retreated if self.stands() => self.rest(count),
             Passage::SameCell | Passage::Retreated if self.dithered => {
@@ -113,6 +117,7 @@ impl Estimator {
     fn predict(&mut self, gap: f64) {
         self.since_edge += gap;
         self.since_correction += gap;
+        // At rest velocity and acceleration are 0 by definition; their noise would creep.
         if !self.standstill {
             let Kinematics {
                 velocity: v,
@@ -132,6 +137,7 @@ impl Estimator {
 
     /// Position at which the increment of a count begins.
     fn border(&self, count: i64) -> f64 {
+        // The difference is exact as an integer; a 64-bit count as f64 loses its last digits.
         count.wrapping_sub(self.origin) as f64 * self.increment
     }
 
@@ -141,6 +147,7 @@ impl Estimator {
         let reversed = edge.direction != self.direction;
         self.direction = edge.direction;
         self.cell = cell;
+        // Velocity and acceleration of the other direction are of no use; the axis passed through rest in between.
         if reversed && !self.standstill {
             self.state = Kinematics::at_rest(middle);
             self.since_correction = 0.0;
@@ -161,7 +168,9 @@ impl Estimator {
             TravelDirection::Forward => self.cell,
             TravelDirection::Backward => self.cell + self.increment,
         };
+        // With several edges passed at once, the instant of none is known to a part of an increment.
         let is_short = edge.counts == 1 && way < self.increment;
+        // The edge was crossed at any instant of the gap, so that the axis is 0 to `way` beyond it, on average half.
         is_short.then_some(border + 0.5 * way * edge.direction.sign())
     }
 
@@ -171,6 +180,7 @@ impl Estimator {
     }
 
     fn correct_by_gap(&mut self, measured: f64) {
+        // Sums of sampling times differ from one by rounding: 1.001 covers that and no second sample.
         let usual = self.since_correction <= 1.001 * self.sampling;
         let gains = if usual {
             self.gains
@@ -183,6 +193,8 @@ impl Estimator {
     /// Time that a correction covers, of the time since the last one.
     fn known_since(&self, last: f64) -> f64 {
         if self.standstill {
+            // The motion began at an unknown instant since the last edge, and the whole time would give too small a
+            // velocity.
             last.min(FROM_STANDSTILL / self.bandwidth)
         } else {
             last
@@ -205,6 +217,7 @@ impl Estimator {
         let position = self.state.position;
         let position = if self.dithered {
             let middle = self.border(count) + 0.5 * self.increment;
+            // A weight w averages (2 - w)/w = 39 samples.
             position + AT_REST * (middle - position)
         } else {
             self.in_cell(position)
@@ -222,6 +235,7 @@ impl Estimator {
     fn stay_in_cell(&mut self) {
         let predicted = self.state.position;
         let position = self.in_cell(predicted);
+        // Above 0 by the prediction of this sample, which has at least one cycle.
         let most = self.increment / self.since_edge;
         let sign = self.direction.sign();
         let state = &mut self.state;

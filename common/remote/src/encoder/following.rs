@@ -39,6 +39,7 @@ impl Following {
             tracker: Tracker::new(checked, held),
             estimator,
             held,
+            // The slowest pole decays as e^(-ωt/2): after 12/ω an initial error is at e⁻⁶, a quarter of a percent.
             acquiring: ACQUISITION / checked.bandwidth,
         }
     }
@@ -86,10 +87,13 @@ impl Following {
             }
             passage => self.estimator.update(count, passage, gap),
         }
+        // The gate closes again at rest, so that the next motion has to prove its direction as the first did.
         if self.estimator.is_standstill() && self.gate.is_released() {
             self.gate.rest(count);
             self.held = self.estimator.state().position;
         }
+        // Until the first settling the set values jump to the estimate anyway. Later they hold where the axis
+        // stopped.
         if !self.gate.is_released() && !self.is_acquired() {
             self.held = self.estimator.state().position;
         }
@@ -98,6 +102,7 @@ impl Following {
     /// True if the previous motion of the axis gives no information on the present one: samples
     /// were missing for long, or it already moved at the first one.
     fn starts_anew(&self, edge: &Edge, gap: f64) -> bool {
+        // A first step of several counts is that of an axis in motion when it was first seen.
         let moved_before = !self.is_acquired() && self.estimator.is_standstill() && edge.counts > 1;
         gap > SAMPLES_LOST_AFTER || moved_before
     }
@@ -121,6 +126,7 @@ impl Following {
         if !self.gate.is_released() {
             return Some(Kinematics::at_rest(self.held));
         }
+        // Order of the checks: an axis at rest stays there without samples too, and needs no stop.
         if horizon >= SAMPLES_LOST_AFTER {
             return None;
         }
@@ -143,9 +149,12 @@ fn extrapolated(last: &Kinematics, horizon: f64) -> Kinematics {
     }
     let later = horizon - ACCELERATION_LASTS;
     let fading = later.min(ACCELERATION_FADES);
+    // Acceleration for 20 ms, then falling to 0 over 100 ms: the velocity departs by 20 + 100/2 = 70 ms of it, as the
+    // prediction of a set value does.
     let jerk = -last.acceleration / ACCELERATION_FADES;
     let faded = moved(&accelerated, fading);
     let faded = Kinematics {
+        // `moved` keeps the acceleration constant; the constant jerk adds j·t³/6, j·t²/2 and j·t to it.
         position: faded.position + jerk * fading * fading * fading / 6.0,
         velocity: faded.velocity + 0.5 * jerk * fading * fading,
         acceleration: faded.acceleration + jerk * fading,
@@ -154,6 +163,7 @@ fn extrapolated(last: &Kinematics, horizon: f64) -> Kinematics {
         return faded;
     }
     let coasting = Kinematics {
+        // Both parts add up to 0 but for rounding, which the rest of the time would integrate twice.
         acceleration: 0.0,
         ..faded
     };

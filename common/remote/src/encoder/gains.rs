@@ -17,10 +17,13 @@ pub(super) struct Gains {
 impl Gains {
     /// Calculates them for a bandwidth in rad/s and a time since the last correction above 0, in s.
     pub(super) fn new(bandwidth: f64, time: f64) -> Self {
+        // The pole z of a loop with bandwidth ω is e^(-ωτ): l for the pair, m = √l for the slow third one.
         let m = libm::exp(-0.5 * bandwidth * time);
         let l = m * m;
+        // From (z - l)²(z - m): the product of the poles is 1 - k₁, the value at z = 1 is K₃, …
         let position = 1.0 - l * l * m;
         let acceleration = (1.0 - l) * (1.0 - l) * (1.0 - m);
+        // … and the sum of the poles 3 - k₁ - K₂ - K₃/2.
         let velocity = 3.0 - position - 0.5 * acceleration - 2.0 * l - m;
         let rate = 1.0 / time;
         Self {

@@ -63,6 +63,8 @@ impl Gate {
     /// Notes that the axis came to rest at this count.
     pub(super) fn rest(&mut self, count: i64) {
         let to = self.extreme;
+        // A range that has begun stays: replaced at each count, a slow start would never become as wide as the
+        // hysteresis.
         self.resting = self.resting.or(Some((count.min(to), count.max(to))));
     }
 
@@ -70,6 +72,7 @@ impl Gate {
         match (self.resting, self.direction) {
             (None, Some(direction)) => self.run(direction, count),
             (Some((low, high)), _) => self.leave(low, high, count),
+            // Released without a direction does not occur; at rest is the state that moves nothing.
             (None, None) => {
                 self.rest(count);
                 Passage::SameCell
@@ -103,10 +106,13 @@ impl Gate {
             return Passage::Retreated;
         };
         self.resting = Some((low_now, high_now));
+        // Vibration of less than the hysteresis never makes a range as wide as that, wherever in an increment the
+        // axis stands.
         if high_now.wrapping_sub(low_now) >= self.hysteresis {
             self.resting = None;
             self.direction = Some(direction);
         }
+        // A tentative edge passes too: the estimator needs its instant if it becomes the first of a motion.
         self.pass(direction, count, counts)
     }
 

@@ -135,10 +135,12 @@ impl EncoderMaster {
         horizon: Seconds,
         elapsed: u32,
     ) -> EncoderOutput {
+        // A sample of 0 cycles is the last one read again; its gap of 0 s would divide by 0.
         if let Some(sample) = sample.filter(|sample| sample.cycles > 0) {
             self.take(sample);
         }
         let Seconds(horizon) = horizon;
+        // A NaN would stay in the tracker's state for ever.
         let horizon = if horizon.is_finite() { horizon } else { 0.0 };
         if let Some((_, following)) = &mut self.following {
             following.advance(horizon, elapsed, self.checked.cycle);
@@ -149,6 +151,7 @@ impl EncoderMaster {
     /// Clears everything except the number of refused counts: the next sample is the first.
     pub fn restart(&mut self) {
         self.following = None;
+        // The refusals are figures of the machine, which an operator watches across restarts.
         self.counter.restart();
     }
 
@@ -159,12 +162,14 @@ impl EncoderMaster {
             None => 0.0,
         };
         let counts_per_second = velocity / self.checked.given.increment;
+        // A refused count counts as a lost sample: the next gap is longer.
         let Some(counted) = self.counter.update(sample.raw, gap, counts_per_second) else {
             return;
         };
         match (&mut self.following, counted.gap) {
             (Some((_, following)), Some(gap)) => following.take(counted.count, gap),
             _ => {
+                // Positions in the loop start at 0: a count of 64 bits may leave a float no fraction of an increment.
                 let following = Following::new(&self.checked, counted.count);
                 self.following = Some((counted.count, following));
             }

@@ -21,7 +21,9 @@ impl EncoderSample {
     #[must_use]
     pub fn next_position(position: f64, increment: f64) -> Option<Self> {
         const MOST: f64 = (1_u64 << 63) as f64;
+        // A position is a multiple of the increment but for rounding: `floor` would make 2.9999999 to 2.
         let count = libm::round(position / increment);
+        // False for NaN and infinities as well, which an `as` would saturate silently.
         (-MOST..MOST)
             .contains(&count)
             .then_some(Self::next(count as i64 as u64))

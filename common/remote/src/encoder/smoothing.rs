@@ -33,8 +33,10 @@ impl Smoothing {
             // power of signal to noise.
             Self::Auto => {
                 let best = libm::pow(0.1 * jerk_limit / libm::sqrt(noise), 2.0 / 7.0);
+                // The floor comes last: at a sampling time of 0.1 s the ceiling of 3.5 rad/s is below it.
                 Ok(best.min(most).max(LEAST_BANDWIDTH))
             }
+            // Written so that NaN fails both comparisons and is refused.
             Self::Time(Seconds(time)) if time * most >= 1.0 && time * LEAST_BANDWIDTH <= 1.0 => {
                 Ok(1.0 / time)
             }
@@ -107,6 +109,7 @@ mod in_a_config {
             }
         }
 
+        // TOML and JSON write 1 as an integer and 0.02 as a float: a time may come as any of them.
         fn visit_f64<E: Error>(self, time: f64) -> Result<Smoothing, E> {
             Ok(Smoothing::Time(Seconds(time)))
         }

@@ -39,6 +39,7 @@ fn run_up(master: &mut EncoderMaster, velocity: f64) -> f64 {
     let (mut position, mut reached) = (0.0, 0.0);
     let _ = drive(master, position, 0.0, 300);
     while reached < velocity {
+        // 1000 mm/s², a fifth of what the master may use.
         reached += 1.0;
         position += reached * CYCLE;
         let _ = master.update(Some(sample(position)), Seconds::ZERO, 1);
@@ -72,6 +73,7 @@ fn whatever_the_horizon_all_values_are_finite() {
 #[test]
 fn an_axis_at_rest_is_in_the_middle_of_its_increment() {
     let output = drive(&mut master(parameters()), -4.003, 0.0, 400);
+    // Count -401: from -4.01 to -4.00.
     assert!((output.set.position + 4.005).abs() < 1e-9);
     assert_eq!((output.set.velocity, output.direction), (0.0, None));
     assert!(output.standstill && output.acquired);
@@ -179,6 +181,7 @@ fn without_samples_it_goes_on_for_a_while_and_then_stops_within_its_limits() {
         sets.push(master.update(None, age, 1).set);
     }
     let after_100_ms = sets[99].position - (start + 50.0);
+    // Continued at the estimated velocity, whose error of some mm/s acts for 0.1 s.
     assert!(after_100_ms.abs() < 0.5, "{after_100_ms}");
     assert_eq!(sets[1_499].velocity, 0.0);
     for pair in sets.windows(2) {
@@ -221,6 +224,7 @@ fn a_counter_that_is_set_anew_moves_nothing() {
     let output = drive(&mut master, 77_777.0, 500.0, 500);
     let error = output.set.position - (before + 0.5 * 500.0);
     assert!(error.abs() < 0.05, "{error}");
+    // The first and two that fit to it are refused, and the third that fits confirms.
     assert_eq!((output.refused_jumps, output.counter_resets), (3, 1));
 }
 
@@ -231,6 +235,7 @@ fn a_counter_of_16_bits_turns_over_unnoticed() {
         ..parameters()
     };
     let output = drive(&mut master(narrow), 0.0, 990.0, 5_000);
+    // 65 536 increments are 655 mm, so the counter turns over seven times.
     assert!((output.set.position - 4_950.0).abs() < 0.02, "{output:?}");
     assert_eq!(output.refused_jumps, 0);
 }
@@ -260,6 +265,7 @@ fn a_reversal_is_announced_when_it_is_certain() {
         let position = top - 50.0 * t * t;
         let output = master.update(Some(sample(position)), Seconds::ZERO, 1);
         let is_backward = output.direction == Some(TravelDirection::Backward);
+        // Two counts of retreat: more than one increment, less than three.
         assert!(!is_backward || top - position > INCREMENT);
         assert!(is_backward || top - position < 3.0 * INCREMENT);
     }
@@ -323,6 +329,7 @@ fn any_cycle_time_and_increment_will_do() {
                 let new = EncoderSample::next_position(counted, increment);
                 error = master.update(new, Seconds::ZERO, 1).set.position - position;
             }
+            // Near a resonance of counts and cycles up to half an increment is unseen.
             assert!(
                 error.abs() < increment,
                 "{cycle_us} µs, {increment}: {error}"

@@ -87,7 +87,11 @@ impl Tracker {
         let (steps, time) = self.steps(elapsed);
         for left in (0..steps).rev() {
             self.walk_if_ahead(goal, direction);
+            // A walk that is broken off still ends with its velocity against the direction, which stays announced
+            // until then.
             self.walked = self.walk.is_some() || (self.walked && self.is_against(direction));
+            // The goal is the axis after all steps, and a step takes it at its own beginning: as many steps back as
+            // are left.
             let now = moved(goal, -f64::from(left + 1) * time);
             self.step(&now, direction, time);
         }
@@ -106,6 +110,7 @@ impl Tracker {
 
     /// Number of steps for this number of cycles, and the length of one.
     fn steps(&self, elapsed: u32) -> (u32, f64) {
+        // A stall of seconds must not cost thousands of steps in the cycle after it.
         let steps = elapsed.clamp(1, MOST_STEPS);
         let whole = f64::from(elapsed.max(1)) * self.cycle;
         (steps, whole / f64::from(steps))
@@ -134,6 +139,7 @@ impl Tracker {
 
     fn walk_if_ahead(&mut self, goal: &Kinematics, direction: Option<TravelDirection>) {
         if let Some(walk) = &self.walk {
+            // The axis moved on during the walk, which would end at the wrong place.
             let is_left = (goal.position - walk.target()).abs() > self.ahead;
             if is_left {
                 self.walk = None;
@@ -142,6 +148,8 @@ impl Tracker {
         }
         let sign = direction.map_or(0.0, TravelDirection::sign);
         let ahead = (self.state.position - goal.position) * sign;
+        // All conditions of rest: the loop has settled, the axis stands, and the difference is one that the count
+        // excludes.
         if self.rest >= REST_BEFORE_WALK && ahead > self.ahead && goal.velocity == 0.0 {
             let limits = (self.trim_speed, self.acceleration, self.jerk);
             self.walk = Some(Walk::new(self.state.position, goal.position, limits));
@@ -152,12 +160,15 @@ impl Tracker {
     fn jerk(&self, goal: &Kinematics, direction: Option<TravelDirection>, time: f64) -> f64 {
         let wanted = self.wanted_jerk(goal, time);
         let now = self.state.acceleration;
+        // Jerk first, then acceleration, then the way to 0: each later bound only reduces the result of the one
+        // before.
         let limited = wanted.clamp(-self.jerk, self.jerk);
         let next = (now + limited * time).clamp(-self.acceleration, self.acceleration);
         let next = match direction {
             Some(direction) => self.without_undershoot(next, direction.sign(), time),
             None => next,
         };
+        // Keeping the last two may take more than the jerk limit, which wins.
         ((next - now) / time).clamp(-self.jerk, self.jerk)
     }
 
@@ -168,12 +179,14 @@ impl Tracker {
             velocity: goal.velocity - self.state.velocity,
             acceleration: goal.acceleration - self.state.acceleration,
         };
+        // Bisection starts from the bandwidth at which no single error needs too much, which is mostly right at once.
         let most = self.part_for_each(&errors, time);
         let jerk = jerk_for(&errors, most, time);
         if jerk.abs() <= self.jerk {
             return jerk;
         }
         let (mut low, mut high) = (part(LEAST_BANDWIDTH, time).min(most), most);
+        // Eight halvings leave 1/256 of the interval. The lower end keeps the limit if any bandwidth does.
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
             if jerk_for(&errors, middle, time).abs() <= self.jerk {
@@ -193,6 +206,8 @@ impl Tracker {
         let acceleration = errors.acceleration.abs();
         let full = self.bandwidth;
         let mut bandwidth = full;
+        // Bandwidth at which an error e needs the jerk J: ω³·e = J for a position, ω²·e for a velocity, ω·e for an
+        // acceleration.
         if position * full * full * full > limit {
             bandwidth = libm::cbrt(limit / position);
         }
@@ -202,6 +217,7 @@ impl Tracker {
         if acceleration * bandwidth > limit {
             bandwidth = limit / acceleration;
         }
+        // The usual case, whose exponential was calculated at the start. Exact comparison: both are copies.
         if bandwidth == full && time == self.cycle {
             return self.part;
         }
@@ -214,15 +230,20 @@ impl Tracker {
     /// Braking that ends in n steps with the acceleration falling evenly takes the velocity a·n·T/2.
     fn without_undershoot(&self, next: f64, sign: f64, time: f64) -> f64 {
         let (velocity, now) = (self.state.velocity * sign, self.state.acceleration * sign);
+        // An undershoot that exists already may end as fast as the jerk allows.
         if velocity < 0.0 {
             return next;
         }
         let step = self.jerk * time;
+        // Velocity and acceleration of now in units of T/2. A braking b at the end of this step, released in n even
+        // steps, takes b·(n + 1) of it.
         let left = (2.0 * velocity / time + now).max(0.0);
         if next * sign >= 0.0 && left > 0.0 {
             return next;
         }
+        // Largest n with n(n + 1) steps of jerk inside the rest: b = n·j·T in n further steps.
         let steps = libm::floor(0.5 * (libm::sqrt(1.0 + 4.0 * left / step) - 1.0));
+        // A step more with b = left/(n + 2) may brake harder than n full ones.
         let most = (steps * step).max(left / (steps + 2.0));
         sign * (next * sign).max(-most)
     }
@@ -252,6 +273,7 @@ impl Tracker {
 
 /// Part of an error that is corrected in a time.
 fn part(bandwidth: f64, time: f64) -> f64 {
+    // 1 - e^(-x) cancels at small x, where `expm1` keeps all digits.
     -libm::expm1(-bandwidth * time)
 }
 

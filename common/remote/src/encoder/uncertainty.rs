@@ -33,12 +33,14 @@ impl Uncertainty {
     /// Standard deviations of position, u, and velocity, u/s, of a moving axis some seconds after
     /// the last sample.
     pub(super) fn moving(&self, horizon: f64) -> (f64, f64) {
+        // Variance of p + h·v: P + 2h·C + h²·V.
         let position = self.position + horizon * (2.0 * self.both + horizon * self.velocity);
         (libm::sqrt(position), libm::sqrt(self.velocity))
     }
 
     /// Standard deviations of an axis that has been standing for this number of seconds.
     pub(super) fn standing(&self, since: f64) -> (f64, f64) {
+        // Faster than this the axis would have left its increment in that time.
         (self.at_rest, self.at_rest / since.max(self.sampling))
     }
 }

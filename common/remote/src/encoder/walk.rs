@@ -19,6 +19,7 @@ impl Walk {
     pub(super) fn new(from: f64, to: f64, limits: (f64, f64, f64)) -> Self {
         let (speed, acceleration, jerk) = limits;
         let way = (to - from).abs();
+        // Top speed j·h², top acceleration j·h, and the shortest way 2·j·h³ of two ramps without anything between.
         let half = libm::sqrt(speed / jerk)
             .min(acceleration / jerk)
             .min(libm::cbrt(0.5 * way / jerk));
@@ -27,6 +28,7 @@ impl Walk {
             to,
             jerk: jerk.copysign(to - from),
             half,
+            // A trapezoid of the velocity: way over top speed, and one ramp of 2h.
             duration: way / (jerk * half * half) + 2.0 * half,
             passed: 0.0,
         }
@@ -66,6 +68,7 @@ impl Walk {
     fn since_start(&self, t: f64) -> Kinematics {
         let (jerk, half) = (self.jerk, self.half);
         let speed = jerk * half * half;
+        // After the ramp both terms of `left` vanish, and the motion goes on at top speed.
         let left = (2.0 * half - t).max(0.0);
         if t < half {
             Kinematics {

@@ -36,6 +36,7 @@ impl Blend {
         if self.is_over() {
             return 0.0;
         }
+        // Above 0 here: a blend of length 0 is over at once.
         self.difference * (self.left / self.length)
     }
 
@@ -46,6 +47,8 @@ impl Blend {
         }
         SetValues {
             position: aim.position + self.rest(),
+            // Slope of the straight line from the difference to 0: a coupling that uses velocities sees that of the
+            // positions.
             velocity: aim.velocity - self.difference / self.length,
         }
     }

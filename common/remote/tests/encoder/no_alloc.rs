@@ -22,6 +22,7 @@ fn a_cycle_allocates_nothing() {
                 _ if cycle % 13 == 0 => None,
                 _ => Some(EncoderSample::next(count)),
             };
+            // Two cycles at once now and then, as after an overrun.
             last = master.update(sample, Seconds(1e-3), 1 + (cycle % 50) as u32 / 49);
         }
         last

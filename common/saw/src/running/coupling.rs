@@ -20,12 +20,10 @@ use crate::rollback::RollbackReaction;
 const RESERVE: f64 = 0.01;
 
 /// The coupling of a slave axis by flying saws, one after the other.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Saw {
     master_noise: f64,
     master_increment: Option<f64>,
-    /// The table that a saw needs is one of the axis's plates.
-    table_in_use: Option<u32>,
     /// The saw that moves the slave, or did so last.
     saw: Option<SawCoupling>,
     moves: bool,
@@ -39,15 +37,9 @@ impl Saw {
         Self {
             master_noise,
             master_increment,
-            table_in_use: None,
             saw: None,
             moves: false,
         }
-    }
-
-    /// Sets the table that a saw of the axis needs if it is taken by a plate, or none.
-    pub const fn set_table_in_use(&mut self, table: Option<u32>) {
-        self.table_in_use = table;
     }
 
     /// Returns the plan of the saw that couples the slave; while it waits, the predicted plan. Without
@@ -87,17 +79,15 @@ impl Engage for Saw {
     type Change = SawCoupling;
     type Refusal = SawRefusal;
     type Fault = SawFault;
+    type Shared = ();
 
     fn plan(
         &self,
+        (): &(),
         command: &SawCommand,
         inputs: &PlanInputs,
     ) -> Result<Planned<SawCoupling>, NotPlanned<SawRefusal>> {
         let moment = self.moment(inputs.master()?, inputs);
-        // The profile is kept elsewhere, but has that id for a PLC (TS5055 13).
-        if let Some(table) = self.table_in_use {
-            return Err(NotPlanned::Own(SawRefusal::TableInUse { table }));
-        }
         // The axis monitors its limits itself.
         let tolerances = SawTolerances {
             master_noise: self.master_noise,
@@ -116,28 +106,12 @@ impl Engage for Saw {
         })
     }
 
-    fn apply(&mut self, change: &SawCoupling, _: Job) {
+    fn apply(&mut self, (): &mut (), change: &SawCoupling, _: Job) {
         self.saw = Some(*change);
         self.moves = true;
     }
 
-    fn refusal(&self) -> Option<SawRefusal> {
-        match self.fault()? {
-            SawFault::Refused(refusal) => Some(refusal),
-            _ => None,
-        }
-    }
-
-    fn fault(&self) -> Option<SawFault> {
-        match self.saw.as_ref()?.state() {
-            CommandState::Failed(fault) => Some(*fault),
-            _ => None,
-        }
-    }
-}
-
-impl Coupling for Saw {
-    fn update(&mut self, scan: &Scan) -> Step {
+    fn update(&mut self, (): &mut (), scan: &Scan) -> Step {
         let Some(saw) = &mut self.saw else {
             return Step::Failed;
         };
@@ -171,6 +145,26 @@ impl Coupling for Saw {
         }
     }
 
+    fn end(&mut self, (): &mut ()) {
+        self.moves = false;
+    }
+
+    fn refusal(&self) -> Option<SawRefusal> {
+        match self.fault()? {
+            SawFault::Refused(refusal) => Some(refusal),
+            _ => None,
+        }
+    }
+
+    fn fault(&self) -> Option<SawFault> {
+        match self.saw.as_ref()?.state() {
+            CommandState::Failed(fault) => Some(*fault),
+            _ => None,
+        }
+    }
+}
+
+impl Coupling for Saw {
     fn sync_positions(&self) -> Option<SyncPositions> {
         // The last plan stays readable, but its positions are no longer those of a coupling.
         let plan = self.plan_in_force().filter(|_| self.moves)?;
@@ -192,11 +186,6 @@ impl Coupling for Saw {
             (CommandState::InSync, _) => Some(CouplingPhase::InSync),
             _ => None,
         }
-    }
-
-    fn end(&mut self) {
-        // The saw is kept: its plan, and the reason of its end, are read afterwards.
-        self.moves = false;
     }
 
     fn gain(&self) -> Option<f64> {

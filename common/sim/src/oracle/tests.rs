@@ -61,6 +61,7 @@ proptest! {
         let at = Instant::from_nanos(nanos);
         let [position, velocity, _] = derivatives(&motion, at.since_epoch().as_secs_f64());
         let truth = oracle.at(at).unwrap();
+        // Positions stay below 112 within 0.1 s, with a rounding of 1e-14 per operation.
         prop_assert!((truth.position - position).abs() < 1e-11, "{truth:?} {position}");
         prop_assert!((truth.velocity - velocity).abs() < 1e-8, "{truth:?} {velocity}");
     }
@@ -78,6 +79,7 @@ proptest! {
         let shown = Instant::from_nanos(own_ns(to).round() as i64 + off);
         let rounded = own_ns(to).round() - own_ns(to);
         let error_ns = truth(to).error_of(shown).0 * 1e9;
+        // A thousandth of a nanosecond: whole nanoseconds as integers, fractions as floats.
         prop_assert!((error_ns - (off as f64 + rounded)).abs() < 1e-3, "{error_ns} {off}");
         let passed_ns = truth(to).seconds_since(&truth(from)).0 * 1e9;
         let expected = own_ns(to) - own_ns(from);
@@ -142,6 +144,7 @@ fn from_one_run_to_the_next_there_is_no_motion() {
 #[test]
 fn it_remembers_as_long_as_it_says_and_no_longer() {
     let oracle = oracle(0..50_000);
+    // A second of cycles of a millisecond, and some spare.
     assert!(oracle.samples.len() < 1_010);
     let newest = oracle.known_until().unwrap();
     assert!(oracle.at(newest - Span::from_millis(999)).is_some());

@@ -19,6 +19,7 @@ fn a_node_wakes_when_its_own_clock_says_so() {
     assert_eq!(cycles.len(), 101, "cycle 100 begins at 99.9 ms");
     for (count, seen) in cycles.iter().enumerate() {
         assert_eq!(seen.tick.count, count as u64);
+        // A clock that is fast by 1000 ppm reaches its milliseconds after 1/1.001 of them.
         let expected = at(0) + Span::from_secs_f64(count as f64 * 1e-3 / 1.001);
         assert!(
             (seen.woke - expected).abs() <= Span::from_nanos(1),
@@ -46,9 +47,11 @@ fn jitter_moves_the_wake_up_and_not_the_ideal_start() {
     for (count, seen) in cycles.iter().enumerate() {
         assert_eq!(seen.tick.elapsed, 1);
         assert_eq!(seen.ideal_start, at(count as i64 * 1_000));
+        // Five sigmas, which a thousand normal deviates do not exceed with this seed.
         assert!((seen.woke - seen.ideal_start).abs() < Span::from_micros(100));
         early += usize::from(seen.woke < seen.ideal_start);
     }
+    // Half of 1000, with six standard deviations of √250 to either side.
     assert!((400..600).contains(&early), "{early} of {}", cycles.len());
 }
 
@@ -56,6 +59,7 @@ fn jitter_moves_the_wake_up_and_not_the_ideal_start() {
 fn a_phase_step_brings_the_next_cycles_forward() {
     let (_, cycles) = cycles("steps = [{ at-s = 0.0105, phase-us = 200 }]", 13_000);
     let woke: Vec<_> = cycles.iter().skip(10).map(|seen| seen.woke).collect();
+    // The clock jumps ahead by 200 µs between cycles 10 and 11.
     assert_eq!(woke, [at(10_000), at(10_800), at(11_800), at(12_800)]);
 }
 

@@ -103,6 +103,7 @@ fn a_backlog_in_pieces_comes_a_hundred_at_a_time_and_what_is_sent_meanwhile_behi
     let counts: Vec<u64> = received.iter().map(|(_, count)| *count).collect();
     assert_eq!(counts, (0..=255).collect::<Vec<_>>());
     let at = |count: usize| received[count].0.as_nanos() / 1_000;
+    // Messages 3 to 252 waited: pieces of 100, a millisecond apart.
     assert_eq!(
         [at(3), at(102), at(103), at(203)],
         [252_500, 252_500, 253_500, 254_500]

@@ -32,6 +32,7 @@ fn models_in_a_row_add_their_delays_and_each_may_repeat() {
     let twice = "latency-us = 30\nduplication = 1";
     let mut world = belt_and_saw("", "", &[twice, "latency-us = 50\nduplication = 1"]);
     run(&mut world, 500, &mut Memory::default());
+    // 30 + 50 µs, and two copies of two copies.
     assert_eq!(world.node(SAW).unwrap().counts(), [(local(80), 0); 4]);
 }
 
@@ -43,6 +44,7 @@ fn each_model_judges_by_when_the_frame_was_sent() {
     run(&mut world, 12_000, &mut Memory::default());
     let counts: Vec<_> = world.node(SAW).unwrap().counts();
     let counts: Vec<_> = counts.into_iter().map(|(_, count)| count).collect();
+    // Frames 2 and 3 are sent during the partition, and arrive by their delay long after it.
     assert_eq!(counts, [0, 1, 4, 5, 6]);
 }
 
@@ -52,6 +54,7 @@ fn each_model_has_numbers_of_its_own() {
     let mut world = belt_and_saw("", "", &[half, half]);
     run(&mut world, 4_000_000, &mut Memory::default());
     let arrived = world.node(SAW).unwrap().received.len();
+    // A quarter of 4000, five standard deviations of 27. With shared numbers it would be half.
     assert!((850..1_150).contains(&arrived), "{arrived} of 4000");
 }
 
@@ -167,6 +170,7 @@ fn every_message_is_delivered_lost_dropped_or_under_way() {
         largest.delivered,
         largest.dropped,
     ];
+    // Each kind of end must have occurred often, or the sum says nothing of it.
     assert!(
         least.iter().all(|count| *count > 500) && largest.waiting > 100 && largest.under_way > 10,
         "{largest:?}"
@@ -185,6 +189,7 @@ fn a_frame_says_how_late_it_left_in_the_senders_own_clock() {
     for (stamp, seen) in stamps.into_iter().zip(cycles) {
         let true_lateness = (seen.woke - seen.ideal_start).as_micros_f64();
         let off = stamp.unwrap().as_micros_f64() - 1.001 * true_lateness;
+        // Instants are whole nanoseconds, of three clocks.
         assert!(off.abs() < 0.003, "{off} µs");
     }
 }

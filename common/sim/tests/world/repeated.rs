@@ -29,6 +29,7 @@ fn received(belt_seed: u64, link_seed: u64) -> String {
 #[test]
 fn the_same_seeds_give_the_same_run_and_each_other_seed_another() {
     assert_eq!(received(1, 3), received(1, 3));
+    // Seeds of the node and of the link, each by itself.
     assert_ne!(received(1, 3), received(4, 3));
     assert_ne!(received(1, 3), received(1, 4));
 }

@@ -116,6 +116,7 @@ fn a_frame_takes_each_hop_once_however_many_hear_it() {
     let mut plant = Plant::of(3, &LINE, &[0, 2, 2, 2, 0]);
     plant.cycles(10);
     for saw in [1, 2, 3] {
+        // Up, two hops between routers, and down.
         assert_eq!(plant.delays(saw), [10 + 100 + 100 + 10; 10]);
     }
     assert_eq!(plant.delays(4), [20; 10], "next door");
@@ -127,6 +128,7 @@ fn a_frame_takes_each_hop_once_however_many_hear_it() {
     assert_eq!(last.to_nodes.messages, 30);
     let Load { messages, bytes } = last.received;
     assert_eq!(last.to_nodes.bytes, 3 * bytes);
+    // Header, an axis and check sum; the exact length is the wire's affair.
     assert!((60..200).contains(&(bytes / messages)), "{bytes}");
 }
 
@@ -208,6 +210,7 @@ fn a_slow_router_queues_and_what_would_wait_too_long_is_dropped() {
     let mut plant = Plant::new(&[slow], &[], &[0, 0, 0, 0, 0]);
     plant.cycles(1);
     let first: Vec<_> = (1..5).map(|saw| plant.delays(saw)).collect();
+    // 10 µs up, 300 to forward and 10 down; the fourth would wait 900 µs, above 700.
     assert_eq!(first, [vec![320], vec![620], vec![920], vec![]]);
     assert_eq!(plant.traffic(0).dropped, 1);
     let narrow = RouterSetup {
@@ -217,6 +220,7 @@ fn a_slow_router_queues_and_what_would_wait_too_long_is_dropped() {
     let mut plant = Plant::new(&[narrow], &[], &[0, 0]);
     plant.cycles(3);
     let bytes = plant.traffic(0).received.bytes / 3;
+    // 10 µs and a microsecond per byte on each of the two hops.
     assert_eq!(plant.delays(1), [20 + 2 * bytes as i64; 3]);
 }
 

@@ -2,6 +2,7 @@
 
 use coaxle_axis::drive::DriveState;
 use coaxle_axis::{AxisStatus, CommandState, CouplingEffect, Job, Origin, Transition};
+use coaxle_cam::Tables;
 use coaxle_curve::profile::{Kinematics, Profile};
 
 use super::SlaveAxis;
@@ -17,9 +18,9 @@ impl SlaveAxis {
     ///
     /// # Errors
     /// [`Refusal`] gives the reason; the axis continues as before.
-    pub fn command(&mut self, command: &Command) -> Result<Job, Refusal> {
-        let change = self.plan(command)?;
-        Ok(self.apply(change, Origin::Program))
+    pub fn command(&mut self, plates: &mut Tables, command: &Command) -> Result<Job, Refusal> {
+        let change = self.plan(plates, command)?;
+        Ok(self.apply(plates, change, Origin::Program))
     }
 
     /// Applies a plan. Motions begin with the next [`update`](Self::update);
@@ -27,10 +28,11 @@ impl SlaveAxis {
     /// end.
     ///
     /// # Panics
-    /// If the axis has changed since the plan: plan and apply belong together.
-    pub fn apply(&mut self, change: Change, origin: Origin) -> Job {
+    /// If the axis or the plates have changed since the plan: plan and apply belong together.
+    pub fn apply(&mut self, plates: &mut Tables, change: Change, origin: Origin) -> Job {
         assert_eq!(
-            change.revision, self.revision,
+            change.revisions,
+            [self.revision, plates.revision()],
             "a change is applied to the axis that it was planned for, before anything else happens"
         );
         self.revision = self.revision.wrapping_add(1);
@@ -41,7 +43,7 @@ impl SlaveAxis {
             ..
         } = change;
         if let Effect::Couple(engagement, coupling_effect) = &effect
-            && let Some(job) = self.adjust(engagement, *coupling_effect, command, origin)
+            && let Some(job) = self.adjust(plates, engagement, *coupling_effect, command, origin)
         {
             return job;
         }
@@ -50,7 +52,7 @@ impl SlaveAxis {
             TakesOver::No => Jobs::at_once(command, origin),
             _ => self.jobs.number(command, origin),
         };
-        self.carry_out(effect, job);
+        self.carry_out(plates, effect, job);
         if let Some(transition) = transition.and_then(|arrow| self.arrow_now(arrow)) {
             self.state.follow(transition);
         }
@@ -65,6 +67,7 @@ impl SlaveAxis {
     /// Changes the coupling that moves the axis, which continues.
     fn adjust(
         &mut self,
+        plates: &mut Tables,
         engagement: &Engagement,
         effect: CouplingEffect,
         command: &'static str,
@@ -75,28 +78,28 @@ impl SlaveAxis {
             CouplingEffect::Adjust => self.jobs.number(command, origin),
             CouplingEffect::Continue => self.jobs.motion().0?,
         };
-        self.couplings.apply(engagement, job);
+        self.couplings.apply(plates, engagement, job);
         Some(job)
     }
 
-    fn carry_out(&mut self, effect: Effect, job: Job) {
+    fn carry_out(&mut self, plates: &mut Tables, effect: Effect, job: Job) {
         match effect {
-            Effect::Power(on) => self.power(on),
-            Effect::Reset => self.reset(),
-            Effect::Home(position) => self.home(position),
-            Effect::Run(profile) => self.run(profile),
-            Effect::Couple(engagement, _) => self.engage(&engagement, job),
+            Effect::Power(on) => self.power(plates, on),
+            Effect::Reset => self.reset(plates),
+            Effect::Home(position) => self.home(plates, position),
+            Effect::Run(profile) => self.run(plates, profile),
+            Effect::Couple(engagement, _) => self.engage(plates, &engagement, job),
             Effect::Phase(profile) => self.phasing.start(profile, job, &mut self.jobs),
             Effect::Superimpose(profile) => {
                 self.superimposed.start(profile, job, &mut self.jobs);
             }
-            Effect::Release => self.keep_velocity(),
+            Effect::Release => self.keep_velocity(plates),
             // The plan has checked that these can be done.
             Effect::PlateMode(table, mode) => {
-                let _ = self.couplings.cam.set_mode(table, mode);
+                let _ = plates.set_online_change_mode(table, mode);
             }
             Effect::PlatePoints(table, points) => {
-                let _ = self.couplings.cam.write(table, &points);
+                let _ = plates.write(table, &points);
             }
             Effect::Read(_) => {}
         }
@@ -118,36 +121,36 @@ impl SlaveAxis {
         }
     }
 
-    fn power(&mut self, on: bool) {
+    fn power(&mut self, plates: &mut Tables, on: bool) {
         self.powered = on;
         let before = self.status();
         let is_off = self.drive.actual().state == DriveState::Off;
         if before == AxisStatus::Disabled && on {
-            self.switch_on();
+            self.switch_on(plates);
         } else if before == AxisStatus::Standstill && !on && self.stands()
             || before == AxisStatus::Disabled && !is_off
         {
-            self.switch_off();
+            self.switch_off(plates);
         } else if !on && !matches!(before, AxisStatus::Disabled | AxisStatus::ErrorStop) {
             // As fast as the axis can, regardless of a current stop.
             let brake = self.guard.brake(&self.free());
-            self.run(brake);
+            self.run(plates, brake);
             self.jobs.set(CommandState::Aborted);
         }
     }
 
-    fn reset(&mut self) {
+    fn reset(&mut self, plates: &mut Tables) {
         if self.status() != AxisStatus::ErrorStop {
             return;
         }
         if self.is_set_anew_by_reset() {
-            self.switch_off();
+            self.switch_off(plates);
         }
         if self.powered && self.drive.actual().state == DriveState::Off {
-            self.switch_on();
+            self.switch_on(plates);
         }
         self.error = None;
-        self.couplings.end_all();
+        self.couplings.end_all(plates);
     }
 
     /// True if a reset presets the position to that of the drive.
@@ -155,83 +158,83 @@ impl SlaveAxis {
         self.drive.actual().state != DriveState::Following || !self.powered
     }
 
-    fn switch_on(&mut self) {
+    fn switch_on(&mut self, plates: &mut Tables) {
         self.drive.power_on(self.drive.actual().position, 0.0);
-        self.stand_where_drive_is();
+        self.stand_where_drive_is(plates);
     }
 
-    pub(super) fn switch_off(&mut self) {
+    pub(super) fn switch_off(&mut self, plates: &mut Tables) {
         self.drive.reset();
-        self.stand_where_drive_is();
+        self.stand_where_drive_is(plates);
     }
 
     /// Places the axis at its drive, without passing a software limit if the drive overshot.
-    pub(super) fn stand_where_drive_is(&mut self) {
+    pub(super) fn stand_where_drive_is(&mut self, plates: &mut Tables) {
         let actual = Kinematics::at_rest(self.actual_position());
         let stands = self.guard.confined(self.set.position, &actual);
-        self.stand_at(stands.position);
+        self.stand_at(plates, stands.position);
     }
 
-    fn home(&mut self, position: f64) {
+    fn home(&mut self, plates: &mut Tables, position: f64) {
         self.drive_zero += position - self.set.position;
         self.homed = true;
-        self.stand_at(position);
+        self.stand_at(plates, position);
     }
 
-    fn stand_at(&mut self, position: f64) {
+    fn stand_at(&mut self, plates: &mut Tables, position: f64) {
         self.place(&Kinematics::at_rest(position));
         self.mean_velocity = 0.0;
         self.set_anew = self.set_anew.wrapping_add(1);
-        self.move_by(Motion::Own(Planned::rest(position, &self.guard)));
+        self.move_by(plates, Motion::Own(Planned::rest(position, &self.guard)));
     }
 
-    pub(super) fn run(&mut self, profile: Profile) {
+    pub(super) fn run(&mut self, plates: &mut Tables, profile: Profile) {
         // A hold in `Stopping` referred to another motion.
         self.stop_held = false;
         let start = self.free();
-        self.move_by(Motion::Own(Planned::new(profile).from(start)));
+        self.move_by(plates, Motion::Own(Planned::new(profile).from(start)));
     }
 
     /// Engages this coupling, even in place of one of its kind.
-    fn engage(&mut self, engagement: &Engagement, job: Job) {
+    fn engage(&mut self, plates: &mut Tables, engagement: &Engagement, job: Job) {
         self.exempt = false;
-        self.end_coupling();
+        self.end_coupling(plates);
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
-        self.couplings.apply(engagement, job);
+        self.couplings.apply(plates, engagement, job);
         // The coupling was planned from the axis's position.
         self.left_behind = None;
         self.motion = Motion::Coupled(engagement.kind());
     }
 
     /// Makes this the only motion of the axis.
-    pub(super) fn move_by(&mut self, motion: Motion) {
+    pub(super) fn move_by(&mut self, plates: &mut Tables, motion: Motion) {
         self.exempt = false;
-        self.end_coupling();
+        self.end_coupling(plates);
         self.phasing.drop(CommandState::Aborted, &mut self.jobs);
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
         self.motion = motion;
     }
 
-    fn end_coupling(&mut self) {
+    fn end_coupling(&mut self, plates: &mut Tables) {
         // Values of a failed coupling stay readable until the error is acknowledged.
         if let Motion::Coupled(kind) = self.motion
             && self.error.is_none()
         {
-            self.couplings.get_mut(kind).end();
+            self.couplings.end(kind, plates);
         }
     }
 
     /// Continues without a coupling, at the current velocity.
-    fn keep_velocity(&mut self) {
+    fn keep_velocity(&mut self, plates: &mut Tables) {
         let keeps = Planned::keep_velocity(&self.free(), &self.guard);
-        self.move_by(Motion::Own(keeps));
+        self.move_by(plates, Motion::Own(keeps));
     }
 
     /// Continues after a coupling that has ended by itself.
-    pub(super) fn release(&mut self) {
-        self.keep_velocity();
+    pub(super) fn release(&mut self, plates: &mut Tables) {
+        self.keep_velocity(plates);
         self.state.follow(self.released());
     }
 

@@ -1,5 +1,6 @@
 //! The cycle of the axis.
 
+use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
 
 use coaxle_axis::drive::{DriveFault, DriveState};
@@ -19,7 +20,11 @@ use crate::refusal::Refusal;
 use crate::shift::{minus, plus};
 
 impl SlaveAxis {
-    pub(super) fn advance(&mut self, elapsed: Seconds) -> Result<(), SlaveError> {
+    pub(super) fn advance(
+        &mut self,
+        plates: &mut Tables,
+        elapsed: Seconds,
+    ) -> Result<(), SlaveError> {
         self.phasing.advance(elapsed, &mut self.jobs);
         self.superimposed.advance(elapsed, &mut self.jobs);
         let here = self.set;
@@ -39,38 +44,48 @@ impl SlaveAxis {
             }
             Motion::Coupled(kind) => {
                 let kind = *kind;
-                self.follow(kind, elapsed)
+                self.follow(plates, kind, elapsed)
             }
         }
     }
 
     /// Runs one cycle of a coupling.
-    fn follow(&mut self, kind: Kind, elapsed: Seconds) -> Result<(), SlaveError> {
+    fn follow(
+        &mut self,
+        plates: &mut Tables,
+        kind: Kind,
+        elapsed: Seconds,
+    ) -> Result<(), SlaveError> {
         let masters = self.seen_masters();
         let left_behind = self.left_behind;
-        match self.couplings.get_mut(kind).update(&Scan {
+        let scan = Scan {
             masters,
             elapsed,
             left_behind,
-        }) {
+        };
+        match self.couplings.update(kind, plates, &scan) {
             Step::Set(next) => self.go_to(next, elapsed)?,
             Step::Ended(next) => {
                 self.go_to(next, elapsed)?;
-                self.release();
+                self.release(plates);
                 self.jobs.set(CommandState::Done);
             }
             Step::Stopping { set, instant, over } => {
                 self.stop_by_coupling(set, instant, elapsed)?;
                 if over && !self.superimposed.is_under_way() {
                     let rest = Planned::rest(self.set.position, &self.guard);
-                    self.move_by(Motion::Own(rest));
+                    self.move_by(plates, Motion::Own(rest));
                 }
             }
             Step::Refused => {
                 let refusal = self.couplings.refusal(kind).map(Refusal::Coupling);
-                self.go_on_without(refusal.map_or(CommandState::Aborted, failed), elapsed);
+                self.go_on_without(
+                    plates,
+                    refusal.map_or(CommandState::Aborted, failed),
+                    elapsed,
+                );
             }
-            Step::GivenUp => self.go_on_without(CommandState::Aborted, elapsed),
+            Step::GivenUp => self.go_on_without(plates, CommandState::Aborted, elapsed),
             Step::Failed => {
                 let fault = self.couplings.fault(kind).map(SlaveError::Coupling);
                 return Err(fault.unwrap_or(SlaveError::MasterLost));
@@ -182,8 +197,8 @@ impl SlaveAxis {
     }
 
     /// Continues as before, after a coupling was refused when it was due.
-    fn go_on_without(&mut self, state: JobState, elapsed: Seconds) {
-        self.release();
+    fn go_on_without(&mut self, plates: &mut Tables, state: JobState, elapsed: Seconds) {
+        self.release(plates);
         self.jobs.set(state);
         self.run_plan(elapsed);
     }
@@ -198,7 +213,7 @@ impl SlaveAxis {
     }
 
     /// Goes to error stop, within the limits.
-    pub(super) fn fail(&mut self, error: SlaveError) {
+    pub(super) fn fail(&mut self, plates: &mut Tables, error: SlaveError) {
         let quick = matches!(
             (error, self.on_master_loss),
             (
@@ -217,13 +232,13 @@ impl SlaveAxis {
         }
         let brake = to_velocity(&from, 0.0, &limits);
         if let Motion::Coupled(kind) = self.motion {
-            self.couplings.get_mut(kind).fail(error.code());
+            self.couplings.fail(kind, plates, error.code());
         }
         self.error = Some(error);
         let failed = CommandState::Failed(JobError::Failed(error));
         self.phasing.drop(failed, &mut self.jobs);
         self.superimposed.drop(failed, &mut self.jobs);
-        self.run(brake);
+        self.run(plates, brake);
         self.exempt = quick;
         self.state.follow(Transition::Fault);
         self.jobs.set(failed);
@@ -241,7 +256,7 @@ impl SlaveAxis {
 
     /// Handles the end of the motion, and updates the command's state. Power is switched off only
     /// after the output of the axis stands: the position is then preset to that of the drive.
-    pub(super) fn finish(&mut self, stood: bool) {
+    pub(super) fn finish(&mut self, plates: &mut Tables, stood: bool) {
         if self.own_motion_is_over() && self.status() != AxisStatus::ContinuousMotion {
             self.jobs.set(CommandState::Done);
             let is_held = if self.powered {
@@ -250,19 +265,19 @@ impl SlaveAxis {
                 !(stood && self.stands())
             };
             if !is_held {
-                self.finished();
+                self.finished(plates);
             }
         }
         self.jobs.set(self.job_state());
     }
 
-    fn finished(&mut self) {
+    fn finished(&mut self, plates: &mut Tables) {
         let finished = Transition::Finished {
             powered: self.powered,
         };
         self.state.follow(finished);
         if !self.powered && self.drive.actual().state != DriveState::Off {
-            self.switch_off();
+            self.switch_off(plates);
         }
     }
 
@@ -284,7 +299,7 @@ impl SlaveAxis {
         }
     }
 
-    pub(super) fn move_drive(&mut self, elapsed: Seconds) {
+    pub(super) fn move_drive(&mut self, plates: &mut Tables, elapsed: Seconds) {
         let set = Kinematics {
             position: self.set.position - self.drive_zero,
             ..self.set
@@ -296,15 +311,15 @@ impl SlaveAxis {
             (AxisStatus::Disabled, DriveState::Off | DriveState::SwitchingOn) => return,
             (_, DriveState::Off | DriveState::SwitchingOn) => DriveFault::PowerLost,
         };
-        self.fail(SlaveError::Drive(lost));
+        self.fail(plates, SlaveError::Drive(lost));
     }
 
     /// Keeps an axis that is to have power at its drive's position, until the drive follows.
-    pub(super) fn wait_for_drive(&mut self) {
+    pub(super) fn wait_for_drive(&mut self, plates: &mut Tables) {
         if self.status() != AxisStatus::Disabled || !self.powered {
             return;
         }
-        self.stand_where_drive_is();
+        self.stand_where_drive_is(plates);
         if self.drive.actual().state == DriveState::Following {
             self.state.follow(Transition::PowerOn);
         }

@@ -2,6 +2,7 @@
 
 use coaxle_axis::guard::{ROUNDING, check_number};
 use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned, Transition};
+use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Limits, Profile, ProfileExtremes, to_position, to_velocity};
 use coaxle_saw::SawCommand;
@@ -19,7 +20,7 @@ impl SlaveAxis {
     ///
     /// # Errors
     /// [`Refusal`] gives the reason.
-    pub fn plan(&self, command: &Command) -> Result<Change, Refusal> {
+    pub fn plan(&self, plates: &Tables, command: &Command) -> Result<Change, Refusal> {
         let transition = command.transition(self.powered);
         if let Some(transition) = transition {
             self.check_state(command.name(), transition)?;
@@ -28,7 +29,7 @@ impl SlaveAxis {
             }
         }
         self.check_sync_positions(command)?;
-        let (effect, awaits) = self.effect_of(&self.placed_now(command)?)?;
+        let (effect, awaits) = self.effect_of(plates, &self.placed_now(command)?)?;
         // The state of a released axis depends on its velocity.
         let transition = match effect {
             Effect::Release => Some(self.released()),
@@ -39,15 +40,18 @@ impl SlaveAxis {
             transition,
             effect,
             awaits,
-            revision: self.revision,
+            revisions: [self.revision, plates.revision()],
         })
     }
 
-    fn effect_of(&self, command: &Command) -> Result<(Effect, Awaits), Refusal> {
+    fn effect_of(&self, plates: &Tables, command: &Command) -> Result<(Effect, Awaits), Refusal> {
         let couplings = &self.couplings;
-        let gear = |command| couplings.gear(command, &self.plan_inputs(Kind::Gear));
-        let cam = |command| couplings.cam(&command, &self.plan_inputs(Kind::Cam));
-        let saw = |command| couplings.saw(&command, &self.plan_inputs(Kind::Saw));
+        let gear = |command| couplings.gear(plates, command, &self.plan_inputs(Kind::Gear));
+        let sum = |command| {
+            couplings.multi_master_gear(plates, command, &self.plan_inputs(Kind::MultiMasterGear))
+        };
+        let cam = |command| couplings.cam(plates, &command, &self.plan_inputs(Kind::Cam));
+        let saw = |command| self.plan_saw(plates, &command, &self.plan_inputs(Kind::Saw));
         match *command {
             Command::Power(on) => Ok(Effect::Power(on)),
             Command::Reset {} => self.plan_reset(),
@@ -86,26 +90,21 @@ impl SlaveAxis {
             Command::GearOut {} | Command::CamOut {} => Ok(Effect::Release),
             Command::ReadFlyingSawCharacteristics {} => self.plan_reading(),
             Command::SetCamOnlineChangeMode { table, mode } => {
-                couplings
-                    .cam
-                    .plan_mode(table, &mode)
+                plates
+                    .plan_online_change_mode(table, &mode)
                     .map_err(CouplingRefusal::Cam)?;
                 Ok(Effect::PlateMode(table, mode))
             }
             Command::WriteMotionFunction { table, points } => {
-                couplings
-                    .cam
+                plates
                     .plan_write(table, &points)
                     .map_err(CouplingRefusal::Cam)?;
                 Ok(Effect::PlatePoints(table, points))
             }
             Command::GearIn(ref command) => return coupled(gear(command)),
-            Command::FlyingGear(ref command) => return self.plan_flying_gear(command),
-            Command::GearInMultiMaster(ref command) => {
-                let inputs = self.plan_inputs(Kind::MultiMasterGear);
-                return coupled(couplings.multi_master_gear(command, &inputs));
-            }
-            Command::GearInPos(ref command) => return self.plan_gear_in_pos(command),
+            Command::FlyingGear(ref command) => return self.plan_flying_gear(plates, command),
+            Command::GearInMultiMaster(ref command) => return coupled(sum(command)),
+            Command::GearInPos(ref command) => return self.plan_gear_in_pos(plates, command),
             Command::GearInVelo(command) => return coupled(saw(SawCommand::GearInVelo(command))),
             Command::CamIn(command) => return coupled(cam(command.into())),
             Command::CamScaling(command) => return coupled(cam(command.into())),

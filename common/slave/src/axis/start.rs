@@ -3,7 +3,7 @@
 use coaxle_axis::drive::{Actual, DriveState};
 use coaxle_axis::guard::{GuardFault, GuardRefusal};
 use coaxle_axis::{CommandState, Engage, Job, Masters, Origin, Transition};
-use coaxle_cam::CamIn;
+use coaxle_cam::{CamIn, Tables};
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::LinearGear;
 
@@ -30,6 +30,7 @@ impl SlaveAxis {
     /// stop before a software limit from there, or if the plate or the master does not exist.
     pub fn switch_on_coupled(
         &mut self,
+        plates: &mut Tables,
         start: &CoupledStart,
         masters: impl Into<Masters>,
     ) -> Result<Job, Refusal> {
@@ -41,29 +42,29 @@ impl SlaveAxis {
         let (job, kind, set) = match start {
             CoupledStart::Gear(gear) => {
                 let job = self.jobs.number("MC_GearIn", Origin::Start);
-                couplings.gear.apply(&(*gear).into(), job);
+                couplings.gear.apply(&mut (), &(*gear).into(), job);
                 (job, Kind::Gear, gear.slave_of(master))
             }
             CoupledStart::Cam(cam_in) => {
                 let change = couplings
                     .cam
-                    .plan_on_plate(cam_in, master)
+                    .plan_on_plate(plates, cam_in, master)
                     .map_err(CouplingRefusal::Cam)?;
                 let job = self.jobs.number(CamIn::NAME, Origin::Start);
                 let set = couplings
                     .cam
-                    .start_on_plate(&change, job, master)
+                    .start_on_plate(plates, &change, job, master)
                     .map_err(CouplingRefusal::Cam)?;
                 (job, Kind::Cam, set)
             }
         };
         if let Err(refusal) = self.check_start(&set) {
-            self.couplings.get_mut(kind).end();
+            self.couplings.end(kind, plates);
             return Err(refusal);
         }
         self.revision = self.revision.wrapping_add(1);
         if let Err(refusal) = self.power_on_moving(&set) {
-            self.couplings.get_mut(kind).end();
+            self.couplings.end(kind, plates);
             return Err(refusal);
         }
         self.powered = true;

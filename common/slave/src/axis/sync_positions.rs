@@ -1,7 +1,7 @@
 //! Synchronisation positions relative to now, which are converted once into positions of the axes.
 
 use coaxle_axis::{Awaits, Modulo, NotPlanned, PlanInputs, Planned, TravelDirection};
-use coaxle_cam::{Activation, ActivationMode};
+use coaxle_cam::{Activation, ActivationMode, Tables};
 use coaxle_curve::profile::Kinematics;
 use coaxle_gear::FlyingGearParameters;
 use coaxle_saw::{GearInPos, SawCommand};
@@ -112,10 +112,11 @@ impl SlaveAxis {
 
     pub(super) fn plan_gear_in_pos(
         &self,
+        plates: &Tables,
         saw: &GearInPos<SyncPosition>,
     ) -> Result<(Effect, Awaits), Refusal> {
         let inputs = self.plan_inputs(Kind::Saw);
-        let plan = |saw| self.couplings.saw(&SawCommand::GearInPos(saw), &inputs);
+        let plan = |saw| self.plan_saw(plates, &SawCommand::GearInPos(saw), &inputs);
         if let (SyncPosition::At(master), SyncPosition::At(slave)) = saw.positions() {
             return coupled(plan(saw.at(master, slave)));
         }
@@ -131,6 +132,7 @@ impl SlaveAxis {
 
     pub(super) fn plan_flying_gear(
         &self,
+        plates: &Tables,
         gear: &FlyingGearParameters<SyncPosition>,
     ) -> Result<(Effect, Awaits), Refusal> {
         let inputs = self.plan_inputs(Kind::FlyingGear);
@@ -138,7 +140,7 @@ impl SlaveAxis {
         let pair = (gear.master_sync_position, gear.slave_sync_position);
         first_that_passes(pair, |on_master, on_slave| {
             let gear = placed(gear, &travels, on_master, on_slave);
-            self.couplings.flying_gear(&gear, &inputs)
+            self.couplings.flying_gear(plates, &gear, &inputs)
         })
     }
 

@@ -9,7 +9,7 @@ use coaxle_cam::{Activation, ActivationMode, CamIn, Tables};
 
 /// An axis at 0 with plate 1, and a master with this velocity that has passed 10 periods of 360 and
 /// is at 200 within its period.
-fn rig(velocity: f64, modulo: Option<f64>) -> (SlaveAxis, Master) {
+fn rig(velocity: f64, modulo: Option<f64>) -> (AxisWithPlates, Master) {
     let mut axis = powered(&PARAMETERS);
     let mut tables = Tables::new(1);
     tables.insert(1, plate(8.0)).expect("room");
@@ -56,7 +56,7 @@ fn a_plate_is_active_where_its_master_passes_the_position_the_next_time() {
     ] {
         let (mut axis, mut master) = rig(velocity, Some(360.0));
         start(&mut axis, &cam_in(mode, in_turn));
-        let waits = |axis: &SlaveAxis| axis.coupling_phase() == Some(CouplingPhase::Waiting);
+        let waits = |axis: &AxisWithPlates| axis.coupling_phase() == Some(CouplingPhase::Waiting);
         let mut cycles = 0;
         while waits(&axis) {
             master.lead(&mut axis, 1);

@@ -12,7 +12,7 @@ use std::string::{String, ToString};
 
 /// An axis at `slave` with the plates 1 (up to 40 u), 2 (up to 30 u) and 3 (up to 400 u), all over
 /// 200 u, and a master.
-fn rig(slave: f64, velocity: f64) -> (SlaveAxis, Master) {
+fn rig(slave: f64, velocity: f64) -> (AxisWithPlates, Master) {
     let mut axis = powered(&PARAMETERS);
     let mut tables = Tables::new(3);
     for (id, top) in [(1, 40.0), (2, 30.0), (3, 400.0)] {
@@ -37,7 +37,7 @@ fn next_cycle(table: u32) -> CamIn {
 }
 
 /// Leads the axis, which never fails, and keeps its limits in its differences.
-fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) {
+fn lead(axis: &mut AxisWithPlates, master: &mut Master, cycles: u32) {
     let mut differences = Differences::of(axis);
     for _ in 0..cycles {
         master.lead(axis, 1);
@@ -47,7 +47,7 @@ fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) {
 }
 
 /// Coupled by the first plate, in the middle of its rise.
-fn rising() -> (SlaveAxis, Master) {
+fn rising() -> (AxisWithPlates, Master) {
     let (mut axis, mut master) = rig(0.0, 200.0);
     let job = start(&mut axis, &Command::CamIn(next_cycle(1)));
     lead(&mut axis, &mut master, 350);
@@ -57,7 +57,7 @@ fn rising() -> (SlaveAxis, Master) {
 }
 
 /// Asserts a refusal, by dry run and by command, with its code; returns its text. The axis is unchanged.
-fn refused(axis: &mut SlaveAxis, command: &Command, code: u32) -> String {
+fn refused(axis: &mut AxisWithPlates, command: &Command, code: u32) -> String {
     let planned = axis.plan(command).unwrap_err();
     let refused = axis.command(command).unwrap_err();
     assert_eq!(planned, refused);

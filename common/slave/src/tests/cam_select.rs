@@ -20,7 +20,7 @@ pub(super) fn prepared(top: f64) -> Option<Box<PreparedTable>> {
 }
 
 /// An axis without plates, but with room for them, and a master at 200 u/s.
-fn rig() -> (SlaveAxis, Master, Differences) {
+fn rig() -> (AxisWithPlates, Master, Differences) {
     let mut axis = powered(&PARAMETERS);
     axis.select_cams(Tables::new(MOST_TABLES), 7, 8)
         .expect("limits");
@@ -30,7 +30,7 @@ fn rig() -> (SlaveAxis, Master, Differences) {
     (axis, master, differences)
 }
 
-fn lead(rig: &mut (SlaveAxis, Master, Differences), cycles: u32) {
+fn lead(rig: &mut (AxisWithPlates, Master, Differences), cycles: u32) {
     let (axis, master, differences) = rig;
     for _ in 0..cycles {
         master.lead(axis, 1);
@@ -38,7 +38,7 @@ fn lead(rig: &mut (SlaveAxis, Master, Differences), cycles: u32) {
     }
 }
 
-fn couple(axis: &mut SlaveAxis) {
+fn couple(axis: &mut AxisWithPlates) {
     let cam_in = CamIn {
         table: 1,
         activation: next_cycle(),
@@ -146,7 +146,7 @@ fn a_replacement_that_waits_is_in_force_once_the_slave_has_left() {
         .select_cam(1, true, &mut prepared(30.0), ROOM)
         .unwrap();
     let mut reading = PlateReading::default();
-    let top = |rig: &(SlaveAxis, Master, Differences), reading: &mut PlateReading| {
+    let top = |rig: &(AxisWithPlates, Master, Differences), reading: &mut PlateReading| {
         rig.0.read_plate(1, reading).unwrap();
         let plate = reading.source().unwrap().plate().unwrap();
         plate.at(100.0).position
@@ -163,7 +163,7 @@ fn a_replacement_that_waits_is_in_force_once_the_slave_has_left() {
 fn a_plate_can_take_the_table_of_a_flying_saw() {
     let (mut axis, ..) = rig();
     let saw = to_velocity(SyncMode::default());
-    let code = |axis: &SlaveAxis| axis.plan(&saw).err().map(|refusal| refusal.code());
+    let code = |axis: &AxisWithPlates| axis.plan(&saw).err().map(|refusal| refusal.code());
     assert_ne!(code(&axis), Some(0x4063));
     axis.select_cam(248, false, &mut prepared(1.0), ROOM)
         .unwrap();

@@ -39,7 +39,7 @@ fn with_lift() -> Plate {
 }
 
 struct Rig {
-    axis: SlaveAxis,
+    axis: AxisWithPlates,
     master: Master,
     differences: Differences,
     plate: Plate,

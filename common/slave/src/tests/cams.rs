@@ -22,7 +22,7 @@ pub(super) fn plate(top: f64) -> Plate {
 }
 
 /// An axis at rest at 0 with the plates 1 (up to 40 u) and 2 (up to 30 u), and a master at 200 u/s.
-fn rig() -> (SlaveAxis, Master) {
+fn rig() -> (AxisWithPlates, Master) {
     let mut axis = powered(&PARAMETERS);
     let mut tables = Tables::new(2);
     tables.insert(1, plate(40.0)).expect("room");
@@ -46,7 +46,7 @@ fn cam_in(table: u32) -> CamIn {
 }
 
 /// Leads the axis; returns the largest step that its velocities do not explain.
-fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) -> f64 {
+fn lead(axis: &mut AxisWithPlates, master: &mut Master, cycles: u32) -> f64 {
     let mut largest = 0.0_f64;
     for _ in 0..cycles {
         let before = axis.set();

@@ -6,7 +6,7 @@ use coaxle_axis::AxisStatus;
 use coaxle_saw::SyncMode;
 
 /// An axis in a gear with a master that moves at 800 u/s.
-fn coupled(parameters: &SlaveParameters) -> (SlaveAxis, Master) {
+fn coupled(parameters: &SlaveParameters) -> (AxisWithPlates, Master) {
     let mut axis = powered(parameters);
     let mut master = Master::at(0.0, 0.0);
     master.lead(&mut axis, 1);

@@ -8,7 +8,7 @@ use coaxle_axis::{AxisState, AxisStatus, CommandState, CoupleState};
 use coaxle_gear::FlyingGearParameters;
 
 /// An axis at the velocity of its master, coupled 1:1.
-fn coupled(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
+fn coupled(parameters: &SlaveParameters, velocity: f64) -> (AxisWithPlates, Master) {
     let mut axis = powered(parameters);
     start(&mut axis, &move_velocity(velocity));
     run(&mut axis, 500);
@@ -152,7 +152,7 @@ fn set_values_that_no_axis_can_have_are_an_error_stop() {
 }
 
 /// An axis with a master that steps once by a position and a velocity, then moves on evenly.
-fn stepped(parameters: &SlaveParameters, position: f64, velocity: f64) -> (SlaveAxis, u32) {
+fn stepped(parameters: &SlaveParameters, position: f64, velocity: f64) -> (AxisWithPlates, u32) {
     let (mut axis, mut master) = coupled(parameters, 200.0);
     master.lead(&mut axis, 10);
     let apart = axis.set().position - master.0.position;

@@ -7,7 +7,7 @@ use coaxle_axis::CouplingPhase;
 fn geared(parameters: &SlaveParameters, cycle: Seconds, velocity: f64) -> std::vec::Vec<Led> {
     let cycle_time =
         CycleTime::new(Span::from_micros((cycle.0 * 1e6) as i64)).expect("a cycle time");
-    let mut axis = SlaveAxis::new(parameters, drive(0.0), cycle_time).expect("in range");
+    let mut axis = AxisWithPlates::new(parameters, drive(0.0), cycle_time).expect("in range");
     start(&mut axis, &Command::Power(true));
     let mut master = Kinematics {
         position: 100.0,

@@ -2,7 +2,7 @@
 
 use coaxle_curve::profile::Kinematics;
 
-use super::{CYCLE, SlaveAxis, SlaveParameters};
+use super::{AxisWithPlates, CYCLE, SlaveParameters};
 
 /// The set positions of the last cycles of an axis.
 pub(super) struct Differences {
@@ -16,12 +16,12 @@ pub(super) struct Differences {
 }
 
 impl Differences {
-    pub(super) fn of(axis: &SlaveAxis) -> Self {
+    pub(super) fn of(axis: &AxisWithPlates) -> Self {
         Self::every(axis, CYCLE.0)
     }
 
     /// Starts with a cycle of `dt` seconds.
-    pub(super) fn every(axis: &SlaveAxis, dt: f64) -> Self {
+    pub(super) fn every(axis: &AxisWithPlates, dt: f64) -> Self {
         Self {
             last: [axis.set().position; 4],
             stated: axis.set(),
@@ -37,7 +37,7 @@ impl Differences {
 
     /// Takes a cycle: velocity, acceleration and jerk stay within the parameters, which may be
     /// those of another motion.
-    pub(super) fn keep(&mut self, axis: &SlaveAxis, parameters: &SlaveParameters) {
+    pub(super) fn keep(&mut self, axis: &AxisWithPlates, parameters: &SlaveParameters) {
         if let Err(why) = self.check(axis, parameters) {
             panic!("{why}: {:?} {:?}", self.last, axis.set());
         }
@@ -46,7 +46,7 @@ impl Differences {
     /// Performs [`keep`](Self::keep), with a violation as the result.
     pub(super) fn check(
         &mut self,
-        axis: &SlaveAxis,
+        axis: &AxisWithPlates,
         parameters: &SlaveParameters,
     ) -> Result<(), std::string::String> {
         self.take(axis);
@@ -111,7 +111,7 @@ impl Differences {
         Ok(())
     }
 
-    fn take(&mut self, axis: &SlaveAxis) {
+    fn take(&mut self, axis: &AxisWithPlates) {
         self.last.rotate_left(1);
         self.last[3] = axis.set().position;
     }

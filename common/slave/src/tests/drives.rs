@@ -55,15 +55,15 @@ impl Puppet {
     }
 }
 
-fn with_puppet(parameters: &SlaveParameters) -> (SlaveAxis, Puppet) {
+fn with_puppet(parameters: &SlaveParameters) -> (AxisWithPlates, Puppet) {
     let puppet = Puppet::default();
     let drive = Box::new(puppet.clone());
-    let axis = SlaveAxis::new(parameters, drive, cycle_time()).expect("in range");
+    let axis = AxisWithPlates::new(parameters, drive, cycle_time()).expect("in range");
     (axis, puppet)
 }
 
 /// An axis at standstill at 7.
-fn standing() -> (SlaveAxis, Puppet) {
+fn standing() -> (AxisWithPlates, Puppet) {
     let (mut axis, puppet) = with_puppet(&PARAMETERS);
     puppet.says(DriveState::Following, 7.0);
     start(&mut axis, &Command::Power(true));

@@ -9,7 +9,7 @@ use coaxle_saw::{GearInPos, GearInVelo, Ratio, SyncLimits, SyncMask, SyncMode, S
 const SUCCESSORS: usize = 16;
 
 /// Successors of a saw.
-fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
+fn successors(master: &Master, axis: &AxisWithPlates) -> [Command; SUCCESSORS] {
     let here = (master.0.position, axis.set().position);
     let further = GearInPos {
         ratio: Ratio::of(1.0),
@@ -64,7 +64,7 @@ fn successors(master: &Master, axis: &SlaveAxis) -> [Command; SUCCESSORS] {
 }
 
 /// Starts a saw that is led to its master within every limit.
-fn saw(axis: &mut SlaveAxis, master: &Master) {
+fn saw(axis: &mut AxisWithPlates, master: &Master) {
     let sync = (master.0.position + 400.0, axis.set().position + 150.0);
     let command = to_position(sync, SyncMask::MAX_DYNAMICS);
     start(axis, &Command::from(command));
@@ -78,7 +78,7 @@ fn a_saw_is_taken_over_at_any_moment_within_the_jerk() {
         for moment in (1..1_900).step_by(97) {
             let (mut axis, mut master) = beside(&parameters, 200.0);
             let mut differences = Differences::of(&axis);
-            let mut lead = |axis: &mut SlaveAxis, master: &mut Master, cycles| {
+            let mut lead = |axis: &mut AxisWithPlates, master: &mut Master, cycles| {
                 for _ in 0..cycles {
                     master.lead(axis, 1);
                     if axis.status() == AxisStatus::Disabled {

@@ -173,7 +173,7 @@ impl Smooth {
         self.since = Seconds::ZERO;
     }
 
-    fn lead(&mut self, axis: &mut SlaveAxis) {
+    fn lead(&mut self, axis: &mut AxisWithPlates) {
         self.since = self.since + CYCLE;
         self.master.0 = self.profile.at(self.since);
         axis.update(Some(&self.master.0), CYCLE);
@@ -186,7 +186,7 @@ impl Smooth {
 }
 
 /// A powered axis with two plates: 8 and 12 u high, over 200 u.
-fn with_plates() -> SlaveAxis {
+fn with_plates() -> AxisWithPlates {
     let mut axis = powered(&PARAMETERS);
     let mut tables = Tables::new(2);
     for (id, top) in [(1, 8.0), (2, 12.0)] {
@@ -197,7 +197,7 @@ fn with_plates() -> SlaveAxis {
 }
 
 /// The command of an event; none if it is for the master, or not applicable.
-fn command_of(event: &Event, master: &Smooth, axis: &SlaveAxis) -> Option<Command> {
+fn command_of(event: &Event, master: &Smooth, axis: &AxisWithPlates) -> Option<Command> {
     let here = master.master.0;
     match event {
         _ if !master.is_steady() && !matches!(event, Event::Command(_)) => None,

@@ -246,7 +246,7 @@ pub(super) fn flying_gear(
 
 /// Checks one cycle: the set values are finite and within the software limits, and the positions
 /// keep velocity, acceleration and jerk in their differences, for any stated velocity.
-fn keep(axis: &SlaveAxis, differences: &mut Differences, parameters: &SlaveParameters) {
+fn keep(axis: &AxisWithPlates, differences: &mut Differences, parameters: &SlaveParameters) {
     let now = axis.set();
     let finite = [now.position, now.velocity, now.acceleration];
     assert!(finite.into_iter().all(f64::is_finite), "{now:?}");
@@ -294,7 +294,7 @@ proptest! {
             let (mut lost, mut garbage) = (0, false);
             let failed = axis.status() == AxisStatus::ErrorStop;
             let before = axis.set();
-            let mut saw = |axis: &mut SlaveAxis, command: Command, mask: SyncMask| {
+            let mut saw = |axis: &mut AxisWithPlates, command: Command, mask: SyncMask| {
                 if axis.command(&command).is_ok() {
                     stops_instantly = mask.contains(SyncMask::INSTANT_STOP_ON_ROLLBACK);
                 }

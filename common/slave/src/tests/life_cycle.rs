@@ -25,7 +25,7 @@ const FLYING: FlyingGearParameters = FlyingGearParameters {
 };
 
 /// An axis in each of the states, with a master at rest.
-fn axis_in(status: AxisStatus) -> SlaveAxis {
+fn axis_in(status: AxisStatus) -> AxisWithPlates {
     let mut axis = match status {
         Disabled => axis(&PARAMETERS),
         _ => powered(&PARAMETERS),
@@ -245,7 +245,7 @@ fn an_error_is_latched_until_reset_at_rest() {
 
 #[test]
 fn a_tripped_drive_is_an_error_stop() {
-    let mut axis = SlaveAxis::new(&PARAMETERS, drive(0.001), cycle_time()).unwrap();
+    let mut axis = AxisWithPlates::new(&PARAMETERS, drive(0.001), cycle_time()).unwrap();
     axis.command(&Command::Power(true)).unwrap();
     let job = start(&mut axis, &move_absolute(500.0));
     run(&mut axis, 2_000);

@@ -17,6 +17,7 @@ mod invariants;
 mod life_cycle;
 mod moves;
 mod multi_master;
+mod own_plates;
 mod phasing;
 mod ripple;
 mod saw_rollback;
@@ -33,7 +34,8 @@ use std::boxed::Box;
 use coaxle_clock::{CycleTime, Seconds, Span};
 
 use self::differences::Differences;
-use super::{Command, Dynamics, OnMasterLoss, SlaveAxis, SlaveParameters};
+use self::own_plates::AxisWithPlates;
+use super::{Command, Dynamics, OnMasterLoss, SlaveParameters};
 use coaxle_axis::Job;
 use coaxle_axis::drive::{DriveParameters, SimulatedDrive};
 use coaxle_curve::profile::Kinematics;
@@ -64,26 +66,26 @@ fn drive(window: f64) -> Box<SimulatedDrive> {
     Box::new(drive.expect("the constants are in range"))
 }
 
-fn axis(parameters: &SlaveParameters) -> SlaveAxis {
-    SlaveAxis::new(parameters, drive(0.0), cycle_time()).expect("the parameters are in range")
+fn axis(parameters: &SlaveParameters) -> AxisWithPlates {
+    AxisWithPlates::new(parameters, drive(0.0), cycle_time()).expect("the parameters are in range")
 }
 
 /// An axis at rest at 0, with power.
-fn powered(parameters: &SlaveParameters) -> SlaveAxis {
+fn powered(parameters: &SlaveParameters) -> AxisWithPlates {
     let mut axis = axis(parameters);
     start(&mut axis, &Command::Power(true));
     axis
 }
 
 /// Sends a command that must be accepted.
-fn start(axis: &mut SlaveAxis, command: &Command) -> Job {
+fn start(axis: &mut AxisWithPlates, command: &Command) -> Job {
     match axis.command(command) {
         Ok(job) => job,
         Err(refusal) => panic!("{command:?}: {refusal}"),
     }
 }
 
-fn run(axis: &mut SlaveAxis, cycles: u32) {
+fn run(axis: &mut AxisWithPlates, cycles: u32) {
     for _ in 0..cycles {
         axis.update(None, CYCLE);
     }
@@ -102,7 +104,7 @@ impl Master {
         })
     }
 
-    fn lead(&mut self, axis: &mut SlaveAxis, cycles: u32) {
+    fn lead(&mut self, axis: &mut AxisWithPlates, cycles: u32) {
         for _ in 0..cycles {
             self.0.position += self.0.velocity * CYCLE.0;
             axis.update(Some(&self.0), CYCLE);
@@ -110,7 +112,7 @@ impl Master {
     }
 
     /// Runs one cycle in which it is led towards an acceleration with at most this jerk.
-    fn accelerate(&mut self, axis: &mut SlaveAxis, acceleration: f64, jerk: f64) {
+    fn accelerate(&mut self, axis: &mut AxisWithPlates, acceleration: f64, jerk: f64) {
         let (dt, before) = (CYCLE.0, self.0);
         let most = jerk * dt;
         let change = (acceleration - before.acceleration).clamp(-most, most);

@@ -188,7 +188,7 @@ fn an_axis_beyond_a_software_limit_may_only_come_back() {
         max_position: Some(20.0),
         ..PARAMETERS
     };
-    let mut axis = SlaveAxis::new(&narrow, drive, cycle_time()).unwrap();
+    let mut axis = AxisWithPlates::new(&narrow, drive, cycle_time()).unwrap();
     axis.command(&Command::Power(true)).unwrap();
     assert!(axis.set().position > 49.0);
     assert!(
@@ -206,7 +206,7 @@ fn an_axis_beyond_a_software_limit_may_only_come_back() {
 #[test]
 fn values_that_no_axis_can_take_are_named() {
     let mut axis = powered(&PARAMETERS);
-    let value = |axis: &mut SlaveAxis, command: &Command| match axis.command(command) {
+    let value = |axis: &mut AxisWithPlates, command: &Command| match axis.command(command) {
         Err(Refusal::Guard(
             GuardRefusal::Value { field, .. } | GuardRefusal::AboveLimit { field, .. },
         )) => field,
@@ -283,7 +283,7 @@ fn parameters_that_no_axis_can_have_are_named() {
             "max-position",
         ),
     ] {
-        let wrong = SlaveAxis::new(&parameters, drive(0.0), cycle_time()).unwrap_err();
+        let wrong = AxisWithPlates::new(&parameters, drive(0.0), cycle_time()).unwrap_err();
         assert_eq!(wrong.parameter, named);
     }
 }

@@ -23,7 +23,7 @@ fn to_position(ratios: &[f64]) -> Command {
 
 /// Two masters, led for a number of cycles; the set positions keep the limits in their differences.
 struct Rig {
-    axis: SlaveAxis,
+    axis: AxisWithPlates,
     masters: [Master; 2],
     differences: Differences,
 }

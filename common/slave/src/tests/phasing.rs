@@ -21,7 +21,7 @@ fn to(shift: f64) -> Command {
 }
 
 /// An axis coupled by a ratio of 0.5 to a master at 200 u/s.
-fn coupled() -> (SlaveAxis, Master) {
+fn coupled() -> (AxisWithPlates, Master) {
     let mut axis = powered(&PARAMETERS);
     let mut master = Master::at(0.0, 200.0);
     master.lead(&mut axis, 1);
@@ -30,7 +30,7 @@ fn coupled() -> (SlaveAxis, Master) {
     (axis, master)
 }
 
-fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) {
+fn lead(axis: &mut AxisWithPlates, master: &mut Master, cycles: u32) {
     let mut differences = Differences::of(axis);
     for _ in 0..cycles {
         master.lead(axis, 1);
@@ -38,7 +38,7 @@ fn lead(axis: &mut SlaveAxis, master: &mut Master, cycles: u32) {
     }
 }
 
-fn apart(axis: &SlaveAxis, master: &Master) -> f64 {
+fn apart(axis: &AxisWithPlates, master: &Master) -> f64 {
     axis.set().position - 0.5 * master.0.position
 }
 

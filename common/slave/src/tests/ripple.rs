@@ -44,7 +44,7 @@ fn cuts(strategy: SyncStrategy, share: f64) -> std::vec::Vec<f64> {
     let mut master = Rippling { share, time: 0.0 };
     let mut axis = powered(&SAW);
     let mut differences = Differences::of(&axis);
-    let mut cycle = |axis: &mut SlaveAxis| {
+    let mut cycle = |axis: &mut AxisWithPlates| {
         let here = master.next();
         axis.update(Some(&here), CYCLE);
         differences.keep(axis, &SAW);
@@ -144,7 +144,7 @@ fn planned_again_early_keeps_its_checks_of_position() {
             )
         };
         let job = start(&mut axis, &Command::from(command));
-        let mut led = |axis: &mut SlaveAxis, pull: f64, cycles: u32| {
+        let mut led = |axis: &mut AxisWithPlates, pull: f64, cycles: u32| {
             for _ in 0..cycles {
                 master.accelerate(axis, pull, 50_000.0);
                 differences.keep(axis, &parameters);

@@ -8,7 +8,7 @@ use coaxle_axis::{AxisState, AxisStatus, CommandState, Masters, TravelDirection}
 use coaxle_saw::SyncMask;
 
 /// Couples at 0, and reverses the master before or after the slave is synchronous.
-fn there_and_back(mask: SyncMask, reached: bool) -> (SlaveAxis, Job, Vec<Kinematics>) {
+fn there_and_back(mask: SyncMask, reached: bool) -> (AxisWithPlates, Job, Vec<Kinematics>) {
     let parameters = SlaveParameters {
         deceleration: Some(2_500.0),
         ..PARAMETERS
@@ -166,7 +166,7 @@ fn increments_that_go_on_are_no_rollback() {
         let sync = (master.0.position + 200.0, axis.set().position + 100.0);
         let saw = Command::from(to_position(sync, SyncMask::ROLLBACK_LOCK));
         start(&mut axis, &saw);
-        let mut lead = |axis: &mut SlaveAxis, step: f64| {
+        let mut lead = |axis: &mut AxisWithPlates, step: f64| {
             master.0.position += step;
             let mut masters = Masters::default();
             masters.put(0, &master.0, Some(TravelDirection::Forward));

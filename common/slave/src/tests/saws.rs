@@ -26,7 +26,7 @@ pub(super) fn to_velocity(sync_mode: SyncMode) -> Command {
 }
 
 /// An axis with power, and a master at a velocity.
-pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis, Master) {
+pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (AxisWithPlates, Master) {
     let mut axis = powered(parameters);
     let mut master = Master::at(0.0, velocity);
     master.lead(&mut axis, 1);
@@ -34,7 +34,7 @@ pub(super) fn beside(parameters: &SlaveParameters, velocity: f64) -> (SlaveAxis,
 }
 
 /// Couples the axis to positions ahead, and waits until it is in sync.
-fn in_sync(axis: &mut SlaveAxis, master: &mut Master, sync: (f64, f64)) -> Job {
+fn in_sync(axis: &mut AxisWithPlates, master: &mut Master, sync: (f64, f64)) -> Job {
     let job = start(axis, &Command::from(to_position(sync, SyncMask::empty())));
     while axis.progress(job) != CommandState::InSync {
         assert_eq!(axis.progress(job), CommandState::Active);

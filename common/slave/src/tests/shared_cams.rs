@@ -1,7 +1,5 @@
 //! Two axes of a node on one plate, judged by the differences of their set positions.
 
-use std::boxed::Box;
-
 use super::cam_select::{ROOM, prepared};
 use super::cams::{next_cycle, plate};
 use super::saws::to_velocity;
@@ -18,8 +16,8 @@ use coaxle_saw::SyncMode;
 /// Axes with one store of plates, which has one plate with the number 1 and its top at 40 u; and a
 /// master at 200 u/s.
 struct Node {
-    axes: [(SlaveAxis, Differences); 2],
-    plates: Option<Box<Tables>>,
+    axes: [(AxisWithPlates, Differences); 2],
+    plates: Tables,
     master: Master,
     /// True for each axis that has lost its master.
     lost: [bool; 2],
@@ -29,7 +27,7 @@ impl Node {
     fn new() -> Self {
         let axis = |id| {
             let mut axis = powered(&PARAMETERS);
-            axis.share_cams(7, id).expect("limits");
+            axis.prepare_cams(7, id).expect("limits");
             let differences = Differences::of(&axis);
             (axis, differences)
         };
@@ -37,7 +35,7 @@ impl Node {
         tables.insert(1, plate(40.0)).expect("room");
         let mut node = Self {
             axes: [axis(8), axis(9)],
-            plates: Some(Box::new(tables)),
+            plates: tables,
             master: Master::at(-20.0, 200.0),
             lost: [false; 2],
         };
@@ -45,12 +43,12 @@ impl Node {
         node
     }
 
-    /// Runs `act` on an axis that is lent the plates.
-    fn with<T>(&mut self, n: usize, act: impl FnOnce(&mut SlaveAxis) -> T) -> T {
+    /// Runs `act` on an axis with the plates of the node.
+    fn with<T>(&mut self, n: usize, act: impl FnOnce(&mut AxisWithPlates) -> T) -> T {
         let (axis, _) = &mut self.axes[n];
-        axis.lend_cams(self.plates.take().expect("given back"));
+        core::mem::swap(&mut self.plates, &mut axis.plates);
         let done = act(axis);
-        self.plates = axis.give_back_cams();
+        core::mem::swap(&mut self.plates, &mut axis.plates);
         done
     }
 
@@ -292,10 +290,11 @@ fn a_plate_that_one_slave_loads_takes_the_table_of_the_others_flying_saw() {
 fn what_was_planned_before_others_had_the_plates_is_not_applied() {
     let mut node = coupled();
     let change = node.with(0, |axis| axis.plan(&Command::CamOut {}).unwrap());
+    node.with(1, |axis| start(axis, &Command::CamOut {}));
     node.with(0, |axis| axis.apply(change, coaxle_axis::Origin::Program));
 }
 
-/// A node that forgets to lend them: the axis fails, within its limits.
+/// A node that passes other plates to it: the axis fails, within its limits.
 #[test]
 fn an_axis_that_is_not_lent_the_plates_it_is_on_stops() {
     let mut node = coupled();

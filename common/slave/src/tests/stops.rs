@@ -16,7 +16,7 @@ fn stop_with(deceleration: f64) -> Command {
 }
 
 /// An axis at 500 u/s that has been stopping with hardly any deceleration for this number of cycles.
-fn stopping_weakly(cycles: u32) -> (SlaveAxis, Job, Differences) {
+fn stopping_weakly(cycles: u32) -> (AxisWithPlates, Job, Differences) {
     let mut axis = powered(&PARAMETERS);
     start(&mut axis, &move_velocity(500.0));
     run(&mut axis, 500);
@@ -27,7 +27,7 @@ fn stopping_weakly(cycles: u32) -> (SlaveAxis, Job, Differences) {
     (axis, weak, differences)
 }
 
-fn run_within(axis: &mut SlaveAxis, differences: &mut Differences, cycles: u32) {
+fn run_within(axis: &mut AxisWithPlates, differences: &mut Differences, cycles: u32) {
     for _ in 0..cycles {
         axis.update(None, CYCLE);
         differences.keep(axis, &PARAMETERS);
@@ -108,7 +108,7 @@ fn a_stop_that_is_held_does_not_hold_the_one_that_takes_over() {
 }
 
 /// The set positions of an axis, and the number of presets to the drive's position.
-fn traced(axis: &mut SlaveAxis, cycles: u32) -> std::vec::Vec<(AxisStatus, Kinematics, u32)> {
+fn traced(axis: &mut AxisWithPlates, cycles: u32) -> std::vec::Vec<(AxisStatus, Kinematics, u32)> {
     let mut cycle = |_| {
         axis.update(None, CYCLE);
         (axis.status(), axis.set(), axis.preset_count())
@@ -205,7 +205,7 @@ fn an_error_stop_goes_on_from_what_was_stated() {
         )
     };
     let drive = drive(0.002_314_739_848_554_424_8);
-    let mut axis = SlaveAxis::new(&parameters, drive, cycle_time()).expect("in range");
+    let mut axis = AxisWithPlates::new(&parameters, drive, cycle_time()).expect("in range");
     start(&mut axis, &Command::Power(true));
     let mut master = Master::at(0.0, 0.0);
     master.lead(&mut axis, 1);

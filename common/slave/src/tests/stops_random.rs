@@ -136,7 +136,7 @@ fn any_parameters() -> impl Strategy<Value = SlaveParameters> {
 
 /// An axis, its master, and the checks of its trace.
 struct Rig {
-    axis: SlaveAxis,
+    axis: AxisWithPlates,
     master: Conveyor,
     parameters: SlaveParameters,
     differences: Differences,
@@ -148,7 +148,7 @@ struct Rig {
 impl Rig {
     fn new(parameters: &SlaveParameters, following_error_window: f64) -> Self {
         let drive = drive(following_error_window);
-        let mut axis = SlaveAxis::new(parameters, drive, cycle_time()).expect("in range");
+        let mut axis = AxisWithPlates::new(parameters, drive, cycle_time()).expect("in range");
         let mut tables = Tables::new(1);
         tables.insert(1, plate(8.0)).expect("room");
         axis.select_cams(tables, 1, 2).expect("limits");

@@ -16,7 +16,7 @@ fn by(strategy: SyncStrategy, sync: (f64, f64)) -> Command {
 
 /// An axis that is led, and whose set positions are monitored.
 struct Led {
-    axis: SlaveAxis,
+    axis: AxisWithPlates,
     master: Master,
     differences: Differences,
     parameters: SlaveParameters,

@@ -13,7 +13,7 @@ fn superimposed(distance: f64) -> Command {
     }
 }
 
-fn run_within(axis: &mut SlaveAxis, cycles: u32) {
+fn run_within(axis: &mut AxisWithPlates, cycles: u32) {
     let mut differences = Differences::of(axis);
     for _ in 0..cycles {
         axis.update(None, CYCLE);

@@ -28,7 +28,7 @@ fn knife(ratio: f64, master: SyncPosition, slave: SyncPosition) -> Command {
 }
 
 /// The knife, with power, homed at `slave`, with a master that passes `position` next.
-fn knife_at(slave: f64, position: f64, velocity: f64) -> (SlaveAxis, Master) {
+fn knife_at(slave: f64, position: f64, velocity: f64) -> (AxisWithPlates, Master) {
     let mut axis = powered(&PARAMETERS);
     start(&mut axis, &Command::Home { position: slave });
     axis.set_modulo(turn(360.0), turn(600.0));
@@ -38,7 +38,7 @@ fn knife_at(slave: f64, position: f64, velocity: f64) -> (SlaveAxis, Master) {
 }
 
 /// Synchronous positions of a command.
-fn planned(axis: &SlaveAxis, command: &Command) -> SyncPositions {
+fn planned(axis: &AxisWithPlates, command: &Command) -> SyncPositions {
     let change = axis.plan(command);
     let change = change.unwrap_or_else(|refusal| panic!("{command:?}: {refusal}"));
     change.sync_positions().expect("a pair of positions")
@@ -163,7 +163,7 @@ fn a_dry_run_names_the_same_positions() {
 fn what_does_not_turn_has_no_turns() {
     let (mut axis, _) = knife_at(0.0, 0.0, 300.0);
     axis.set_modulo(turn(360.0), None);
-    let wrong = |axis: &SlaveAxis, command: &Command| match axis.plan(command).unwrap_err() {
+    let wrong = |axis: &AxisWithPlates, command: &Command| match axis.plan(command).unwrap_err() {
         Refusal::SyncPosition(wrong) => (wrong.field(), wrong),
         other => panic!("{other}"),
     };

@@ -139,11 +139,13 @@ impl TryFrom<Written> for AxisConfig {
             modulo,
             ..
         } = written;
+        // Characters, not bytes: a name in any script has the same room.
         if !(1..=64).contains(&name.chars().count()) {
             return Err(format!(
                 "name: received {name:?}, expected 1 to 64 characters"
             ));
         }
+        // A table per kind reads better than a tagged one, but types cannot say "exactly one": checked here.
         let source = match (written.program, written.encoder, written.replay) {
             (Some(program), None, None) => SourceConfig::Program(program),
             (None, Some(encoder), None) => SourceConfig::Encoder(encoder),
@@ -181,6 +183,7 @@ fn not_one_source(sources: &[(&str, bool)]) -> String {
 
 impl From<AxisConfig> for Written {
     fn from(axis: AxisConfig) -> Self {
+        // Named completely, so that a new field cannot be forgotten on writing.
         let AxisConfig {
             id,
             name,

@@ -60,6 +60,7 @@ impl LimitsConfig {
             self.deceleration.unwrap_or(self.acceleration).get(),
             self.jerk.get(),
         )
+        // The types of the fields admit only such numbers, so that this cannot fail.
         .expect("positive numbers are valid limits")
     }
 }
@@ -144,6 +145,7 @@ impl Serialize for Repeat {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Forever => serializer.serialize_bool(true),
+            // Before the count: once is also a count of 1, and is written as the default.
             &Self::ONCE => serializer.serialize_bool(false),
             Self::Times(count) => count.serialize(serializer),
         }
@@ -152,6 +154,7 @@ impl Serialize for Repeat {
 
 impl<'de> Deserialize<'de> for Repeat {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // The key takes a flag or a number: only the value itself shows which.
         deserializer.deserialize_any(RepeatVisitor)
     }
 }
@@ -201,6 +204,7 @@ impl de::Visitor<'_> for RepeatVisitor {
     }
 
     fn visit_u64<E: de::Error>(self, count: u64) -> Result<Repeat, E> {
+        // Beyond i64 it is beyond u32 as well, and refused there with the same words.
         self.visit_i64(i64::try_from(count).unwrap_or(i64::MAX))
     }
 }
@@ -236,6 +240,7 @@ impl TryFrom<Written> for ProgramConfig {
             repeat: written.repeat,
             steps: written.steps,
         };
+        // Every way into the type leads through the check: a program that exists can be run.
         check::program(&program)?;
         Ok(program)
     }

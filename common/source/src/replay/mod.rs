@@ -45,6 +45,7 @@ impl Replay {
         let length = last.time - first.time;
         let since_first = seconds - first.time;
         let passes = if self.repeat {
+            // Above 0: times in the file rise strictly, and there are two rows at least.
             (since_first / length).floor()
         } else {
             0.0
@@ -55,12 +56,14 @@ impl Replay {
             return None;
         }
         let mut motion = self.within_pass(first.time + within.max(0.0));
+        // Each pass continues where the last one ended, so that the axis never jumps back.
         motion.position += passes * (last.position - first.position);
         Some(motion)
     }
 
     fn within_pass(&self, time: f64) -> Kinematics {
         let after = self.rows.partition_point(|row| row.time <= time);
+        // The last row has no segment behind it, and belongs to the end of the one before.
         let segment = after.clamp(1, self.rows.len() - 1);
         let (from, to) = (&self.rows[segment - 1], &self.rows[segment]);
         match self.interpolation {
@@ -90,6 +93,7 @@ fn read(config: &ReplayConfig) -> Result<RecordedMotion, ReplayError> {
         received: received.to_owned(),
         expected: expected.to_owned(),
     };
+    // Both mistakes are answered: a name that is missing, and one that a table has no use for.
     match (recorded::is_recording(&config.file), &config.axis) {
         (true, Some(axis)) => recorded::read(&config.file, axis),
         (true, None) => Err(wrong("none", "the name of an axis in the recording")),
@@ -129,12 +133,14 @@ fn cubic(from: &MotionRow, to: &MotionRow, time: f64) -> Kinematics {
     let step = to.position - from.position;
     // p(s) = p₀ + s·(c₁ + s·(c₂ + s·c₃))
     let c1 = h * from.velocity;
+    // Conditions p(1) = p₁ and p'(1) = h·v₁ for the last two.
     let c2 = 3.0 * step - h * (2.0 * from.velocity + to.velocity);
     let c3 = h * (from.velocity + to.velocity) - 2.0 * step;
     Kinematics {
         position: from.position + s * (c1 + s * (c2 + s * c3)),
         velocity: (c1 + s * (2.0 * c2 + 3.0 * s * c3)) / h,
         acceleration: match (from.acceleration, to.acceleration) {
+            // Recorded accelerations are better than the second derivative of the cubic, which jumps at each row.
             (Some(a), Some(b)) => a + s * (b - a),
             _ => (2.0 * c2 + 6.0 * s * c3) / (h * h),
         },
@@ -149,6 +155,7 @@ fn linear(from: &MotionRow, to: &MotionRow, time: f64, velocity_recorded: bool) 
     let slope = (to.position - from.position) / h;
     Kinematics {
         position: between(from.position, to.position),
+        // Differentiated velocities belong to a parabola; on a straight line the slope is the velocity.
         velocity: if velocity_recorded {
             between(from.velocity, to.velocity)
         } else {

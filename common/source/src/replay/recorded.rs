@@ -58,6 +58,7 @@ struct Places {
 impl RecordedAxisReader<'_> {
     fn all_of<R: Read>(&mut self, mut reader: Reader<R>) -> Result<RecordedMotion, ReplayError> {
         while let Some(item) = reader.next() {
+            // A motion with a gap in it would be interpolated across it: damage is refused instead of skipped.
             let item = item.map_err(|damage| ReplayError::Recording {
                 file: self.file.to_owned(),
                 damage: Box::new(damage),
@@ -87,6 +88,7 @@ impl RecordedAxisReader<'_> {
 
     fn take(&mut self, tables: &[ReadTable], row: &Recorded) -> Result<(), ReplayError> {
         if self.places.is_none() {
+            // Looked up with each row until found: tables appear while the file is read.
             self.places = places(tables, row.table, self.axis);
         }
         let Some(places) = self.places.as_ref().filter(|of| of.table == row.table) else {
@@ -99,6 +101,7 @@ impl RecordedAxisReader<'_> {
         let start_ns = *self.start_ns.get_or_insert(row.at_ns);
         let velocity = places.velocity.and_then(value);
         let acceleration = places.acceleration.and_then(value);
+        // Subtracted as integers: in f64 a time of day in ns is exact to 256 ns only.
         let time = row.at_ns.saturating_sub(start_ns) as f64 * 1e-9;
         for number in [Some(position), velocity, acceleration]
             .into_iter()
@@ -108,6 +111,7 @@ impl RecordedAxisReader<'_> {
                 return Err(self.wrong(row, number, format!("numbers from -{MOST:e} to {MOST:e}")));
             }
         }
+        // Later by a nanosecond at least, as integers: no check of the shortest step is needed here.
         if let Some(before) = self.rows.last()
             && time <= before.time
         {
@@ -118,6 +122,7 @@ impl RecordedAxisReader<'_> {
             let file = self.file.to_owned();
             return Err(ReplayError::TooLong { file });
         }
+        // A single missing one makes the column useless: mixed ones would contradict each other.
         self.velocity_recorded &= velocity.is_some();
         self.rows.push(MotionRow {
             time,

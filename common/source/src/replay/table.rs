@@ -136,6 +136,7 @@ struct Text {
 impl Text {
     fn parse(&self) -> Result<RecordedMotion, ReplayError> {
         let mut csv = csv::ReaderBuilder::new()
+            // Spreadsheets and people align columns by blanks.
             .trim(csv::Trim::All)
             .from_reader(self.text.as_bytes());
         let header = csv.headers().map_err(|reason| self.syntax(reason))?;
@@ -152,6 +153,8 @@ impl Text {
                 return Err(self.value(&record, "time_s", columns.time, expected));
             }
             if let Some(before) = rows.last()
+                // A slope over a shorter time could be infinite: 2e100 / 1e-9 and its next derivative stay far below
+                // 1e308.
                 && row.time - before.time < SHORTEST
             {
                 let expected = format!(
@@ -235,6 +238,7 @@ impl ReplayColumns {
         let acceleration = find("acceleration");
         let known = 2 + usize::from(velocity.is_some()) + usize::from(acceleration.is_some());
         match (find("time_s"), find("position")) {
+            // By count, so that an unknown or a doubled column is refused as well.
             (Some(time), Some(position)) if header.len() == known => Ok(Self {
                 time,
                 position,
@@ -250,6 +254,7 @@ impl ReplayColumns {
 
     fn row(&self, text: &Text, record: &csv::StringRecord) -> Result<MotionRow, ReplayError> {
         let number = |column: &'static str, at: usize| match record[at].parse::<f64>() {
+            // NaN fails this comparison, and is no finite number below.
             Ok(number) if number.abs() <= MOST => Ok(number),
             Ok(number) if number.is_finite() => {
                 let expected = format!("a number from -{MOST:e} to {MOST:e}");
@@ -278,6 +283,7 @@ pub(super) fn differentiate(rows: &mut [MotionRow]) {
     let slope =
         |from: &MotionRow, to: &MotionRow| (to.position - from.position) / (to.time - from.time);
     let last = rows.len() - 1;
+    // Two rows have no parabola.
     if last == 1 {
         let velocity = slope(&rows[0], &rows[1]);
         rows[0].velocity = velocity;
@@ -290,6 +296,7 @@ pub(super) fn differentiate(rows: &mut [MotionRow]) {
         let (a, b, c) = (&rows[middle - 1], &rows[middle], &rows[middle + 1]);
         let (left, right) = (slope(a, b), slope(b, c));
         let curvature = (right - left) / (c.time - a.time);
+        // Newton's form: p' = f[a,b] + f[a,b,c]·((t - a) + (t - b)).
         rows[k].velocity = left + curvature * (2.0 * rows[k].time - a.time - b.time);
     }
 }

@@ -43,6 +43,7 @@ fn frame_of_one_axis() -> Vec<u8> {
     let mut frame = Vec::new();
     let _ = sender.cycle(cycle_start(0));
     while let Some(outgoing) = sender.transmit() {
+        // A stamp such as a sender has: a wake-up of some tens of microseconds.
         seal.seal(outgoing.body, Some(Span::from_micros(40)), &mut frame);
     }
     frame
@@ -52,6 +53,7 @@ fn frame_of_one_axis() -> Vec<u8> {
 pub(super) fn time_sync(calls: u32) {
     let mut sync = TimeSync::start(CYCLE, TimeSyncParameters::default()).expect("in range");
     for cycle in 0..u64::from(calls) {
+        // A beat per thousand cycles: all branches of a beat are in the average.
         let index = CycleIndex::of_count(cycle + cycle / 1_000);
         let _ = black_box(sync.update(black_box(index), 1));
     }
@@ -59,6 +61,7 @@ pub(super) fn time_sync(calls: u32) {
 
 /// A deterministic jitter of 0 to 20 µs, so that every branch is taken.
 fn jitter(count: u64) -> Span {
+    // Both numbers are prime, so that the values do not repeat within 20 011 messages.
     Span::from_nanos((count.wrapping_mul(7_919) % 20_011) as i64)
 }
 
@@ -74,6 +77,7 @@ fn observer() -> PhaseObserver {
     observer
 }
 
+// Four seconds: block lengths have been chosen several times and the filters have settled.
 const LOCKED: u64 = 4_000;
 
 pub(super) fn observer_messages(calls: u32) {
@@ -111,6 +115,7 @@ pub(super) fn encoder(calls: u32) {
     };
     let mut master = EncoderMaster::new(&parameters.checked(CYCLE).expect("in range"));
     for cycle in 0..calls {
+        // 73 mm/s; no whole number of increments per cycle, so that edges and equal counts alternate.
         let count = (7.3 * f64::from(cycle)) as u64;
         let sample = Some(EncoderSample::next(black_box(count)));
         let _ = black_box(master.update(sample, Seconds(2e-3), 1));

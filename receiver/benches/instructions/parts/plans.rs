@@ -48,6 +48,7 @@ pub(super) fn two_quintics(calls: u32) {
     let start = moment(0.0);
     for _ in 0..calls {
         let plan = black_box(&command).plan(black_box(&start));
+        // A refusal would be cheap, and a figure of it worthless.
         assert!(black_box(&plan).is_ok(), "passes");
     }
 }
@@ -75,6 +76,7 @@ pub(super) fn time_based(calls: u32) {
 
 pub(super) fn rsruckig(calls: u32) {
     let mut input = InputParameter::<1>::new(None);
+    // Its nearest equivalent: to a velocity, since the position is free in a time-based plan.
     input.control_interface = ControlInterface::Velocity;
     input.current_position[0] = -250.0;
     input.current_velocity[0] = 250.0;

@@ -37,6 +37,7 @@ pub(crate) struct Clock {
 
 impl Clock {
     pub(crate) fn read(self, truth: Nanos) -> Instant<Local> {
+        // In 64 bits, nanoseconds times a million overflow after 2.6 h.
         let local = i128::from(truth) * i128::from(MILLION + self.ppm) / i128::from(MILLION);
         Instant::from_nanos(local as i64)
     }
@@ -45,6 +46,7 @@ impl Clock {
     pub(crate) fn truth(self, local: Instant<Local>) -> Nanos {
         let rate = i128::from(MILLION + self.ppm);
         let scaled = i128::from(local.as_nanos()) * i128::from(MILLION);
+        // Rounded up, so that the clock reads at least `local` then.
         ((scaled + rate - 1) / rate) as i64
     }
 }
@@ -215,6 +217,7 @@ impl Near {
             message = counted_from(first, &message);
         }
         let arrival = sent + LATENCY.as_nanos();
+        // Messages to a sleeping receiver are stamped on waking.
         self.mailbox
             .push_back((arrival.max(self.asleep_until), message));
     }
@@ -268,6 +271,7 @@ pub(crate) fn run(mut far: Option<&mut Far>, chain: &mut [Near], until: Nanos) {
             .min_by_key(|(_, due)| *due)
             .expect("a receiver");
         match &mut far {
+            // The order at equal times does not matter: a frame takes its LATENCY.
             Some(far) if far.next() <= due && far.next() < until => {
                 let now = far.next();
                 let frame = far.tick(now);

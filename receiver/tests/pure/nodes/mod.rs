@@ -51,6 +51,7 @@ impl Far {
     /// Sends the frames that arrive until `now`. This does not allocate.
     pub(crate) fn send_until(&mut self, now: Instant<Local>, receiver: &mut Receiver) {
         loop {
+            // Primes: 997 messages in sequence have different jitters.
             let jitter = (self.next * 7_919 % 997) as i64;
             let at = Instant::from_nanos(self.next as i64 * self.cycle + 200_000 + jitter);
             if at > now {
@@ -58,6 +59,7 @@ impl Far {
             }
             let count = self.next;
             self.next += 1;
+            // A silent node goes on counting, as its cycles run.
             if self.silent {
                 continue;
             }

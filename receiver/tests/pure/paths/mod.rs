@@ -105,6 +105,7 @@ impl World {
             requests: Vec::new(),
             arriving: BTreeMap::new(),
             posted: 0,
+            // 2⁶⁴ divided by the golden ratio; odd, as xorshift never leaves zero.
             random: seed.wrapping_mul(2).wrapping_add(0x9E37_79B9_7F4A_7C15) | 1,
             seal: KeySeal::new(&key),
         }
@@ -214,6 +215,7 @@ impl World {
                 return;
             }
             // The newest cycle that has begun; earlier ones are skipped.
+            // Rounding must not take the begin of a cycle for the one before.
             let newest = (self.sender_time(at) / CYCLE as f64 + 1e-6).floor() as i64;
             let count = newest.max(self.next_count);
             self.next_count = count + 1;
@@ -282,6 +284,7 @@ fn uniform(state: &mut u64) -> f64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
     *state ^= *state << 17;
+    // Never 0, so that its logarithm is finite.
     ((*state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
 }
 

@@ -2,19 +2,18 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use axum::Router;
-use axum::extract::{Path, State};
-use axum::http::StatusCode;
-use axum::response::Response;
-use axum::routing::{get, post};
 use coaxle_report::plotting::AXES_JS;
+use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::Design;
 use super::file::EditedFile;
 use super::history::History;
-use crate::web::{BASE_CSS, as_json, file, wrong};
+use crate::web::{
+    BASE_CSS, CSS, HTML, JAVASCRIPT, Response, Routes, Verb, WebRequest, as_json, file, not_found,
+    wrong,
+};
 
 /// Parts of a page that differ between editors.
 #[derive(Clone, Copy)]
@@ -45,9 +44,13 @@ struct PageRequest {
     gesture: Option<u64>,
 }
 
-type Shared<D> = Arc<Mutex<Editor<D>>>;
+/// The page of an editor.
+struct EditorPage<D> {
+    editor: Arc<Mutex<Editor<D>>>,
+    parts: PageParts,
+}
 
-pub(super) fn routes<D: Design>(edited: EditedFile, design: D, parts: PageParts) -> Router {
+pub(super) fn routes<D: Design>(edited: EditedFile, design: D, parts: PageParts) -> impl Routes {
     let text = edited
         .known()
         .map_or_else(|| design.template(), str::to_owned);
@@ -56,44 +59,47 @@ pub(super) fn routes<D: Design>(edited: EditedFile, design: D, parts: PageParts)
         history: History::of(text),
         design,
     };
-    Router::new()
-        .route("/", get(move || file("text/html", parts.html)))
-        .route("/base.css", get(|| file("text/css", BASE_CSS)))
-        .route(
-            "/edit.css",
-            get(|| file("text/css", include_str!("edit.css"))),
-        )
-        .route("/axes.js", get(|| file("text/javascript", AXES_JS)))
-        .route(
-            "/edit.js",
-            get(|| file("text/javascript", include_str!("edit.js"))),
-        )
-        .route("/page.js", get(move || file("text/javascript", parts.js)))
-        .route("/do/{what}", post(handle_request::<D>))
-        .with_state(Arc::new(Mutex::new(editor)))
+    EditorPage {
+        editor: Arc::new(Mutex::new(editor)),
+        parts,
+    }
 }
 
-async fn handle_request<D: Design>(
-    State(editor): State<Shared<D>>,
-    Path(what): Path<String>,
-    body: String,
-) -> Response {
-    let request: PageRequest = match serde_json::from_str(&body) {
-        Ok(request) => request,
-        Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
-    };
-    // Computing takes its time, and so does a node's response.
-    let answered = tokio::task::spawn_blocking(move || {
-        let mut editor = editor.lock().unwrap_or_else(PoisonError::into_inner);
-        editor.respond(&what, &request)
-    });
-    match answered.await {
-        Ok(Some(answer)) => as_json(&answer),
-        Ok(None) => wrong(
-            StatusCode::NOT_FOUND,
-            "expected view, change, undo, redo, save or act",
-        ),
-        Err(error) => wrong(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()),
+impl<D: Design> Routes for EditorPage<D> {
+    async fn respond(&self, request: WebRequest) -> Response {
+        match (request.verb, request.path().as_slice()) {
+            (Verb::Get, [""]) => file(HTML, self.parts.html),
+            (Verb::Get, ["base.css"]) => file(CSS, BASE_CSS),
+            (Verb::Get, ["edit.css"]) => file(CSS, include_str!("edit.css")),
+            (Verb::Get, ["axes.js"]) => file(JAVASCRIPT, AXES_JS),
+            (Verb::Get, ["edit.js"]) => file(JAVASCRIPT, include_str!("edit.js")),
+            (Verb::Get, ["page.js"]) => file(JAVASCRIPT, self.parts.js),
+            (Verb::Post, ["do", what]) => self.act((*what).to_owned(), &request.body).await,
+            _ => not_found(),
+        }
+    }
+}
+
+impl<D: Design> EditorPage<D> {
+    async fn act(&self, what: String, body: &str) -> Response {
+        let request: PageRequest = match serde_json::from_str(body) {
+            Ok(request) => request,
+            Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
+        };
+        let editor = Arc::clone(&self.editor);
+        // Computing takes its time, and so does a node's response.
+        let answered = tokio::task::spawn_blocking(move || {
+            let mut editor = editor.lock().unwrap_or_else(PoisonError::into_inner);
+            editor.respond(&what, &request)
+        });
+        match answered.await {
+            Ok(Some(answer)) => as_json(&answer),
+            Ok(None) => wrong(
+                StatusCode::NOT_FOUND,
+                "expected view, change, undo, redo, save or act",
+            ),
+            Err(error) => wrong(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()),
+        }
     }
 }
 

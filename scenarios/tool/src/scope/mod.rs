@@ -26,6 +26,7 @@ use coaxle_os::exit::Exit;
 use coaxle_report::inspect;
 
 use crate::web::PageServer;
+use server::ScopePage;
 
 /// The nodes, and the page.
 #[derive(Debug, Args)]
@@ -129,7 +130,10 @@ impl Scope {
             .commands
             .then(|| Commander::over(Arc::clone(transport), secure))
             .transpose()?;
-        let routes = server::routes(Arc::clone(&watcher), commander);
+        let routes = ScopePage {
+            watcher: Arc::clone(&watcher),
+            commander: commander.map(Arc::new),
+        };
         let served = PageServer::open(page.page, routes)?;
         Ok(Self { watcher, served })
     }

@@ -1,75 +1,55 @@
 //! Requests of the page, and their responses.
 
-use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
-use axum::body::{Body, Bytes};
-use axum::extract::{Path, Query, State};
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
 use coaxle_host::client::{Commander, SeenNode, Watcher};
 use coaxle_host::network::transport::{Declared, Transport};
+use coaxle_node::CommandOrder;
 use coaxle_node::keys::NodeName;
-use coaxle_node::{CommandAnswer, CommandOrder};
 use coaxle_os::machine;
 use coaxle_report::plotting::AXES_JS;
-use serde::Deserialize;
+use hyper::StatusCode;
+use hyper::body::Bytes;
 use serde_json::json;
 use tokio::sync::mpsc;
 
 use super::stream::{Blocks, signals_of};
 use crate::status;
-use crate::web::{BASE_CSS, as_json, file, wrong};
+use crate::web::{
+    BASE_CSS, CSS, HTML, JAVASCRIPT, Response, Routes, Verb, WebRequest, as_json, file, not_found,
+    streamed, whole, wrong,
+};
 
-/// The page and the routes of its requests; without a commander, commands are refused.
-pub(super) fn routes(watcher: Arc<Watcher>, commander: Option<Commander>) -> Router {
-    with_state(ScopeState {
-        watcher,
-        commander: commander.map(Arc::new),
-    })
+/// The page and the routes of its requests.
+pub(super) struct ScopePage {
+    pub(super) watcher: Arc<Watcher>,
+    /// Absent where commands are off: they are refused.
+    pub(super) commander: Option<Arc<Commander>>,
 }
 
-#[derive(Clone)]
-struct ScopeState {
-    watcher: Arc<Watcher>,
-    /// Absent where commands are off.
-    commander: Option<Arc<Commander>>,
-}
-
-fn with_state(state: ScopeState) -> Router {
-    Router::new()
-        .route("/", get(|| file("text/html", include_str!("page.html"))))
-        .route("/base.css", get(|| file("text/css", BASE_CSS)))
-        .route(
-            "/page.css",
-            get(|| file("text/css", include_str!("page.css"))),
-        )
-        .route(
-            "/page.js",
-            get(|| file("text/javascript", include_str!("page.js"))),
-        )
-        .route("/axes.js", get(|| file("text/javascript", AXES_JS)))
-        .route(
-            "/pyramid.js",
-            get(|| file("text/javascript", include_str!("pyramid.js"))),
-        )
-        .route(
-            "/plot.js",
-            get(|| file("text/javascript", include_str!("plot.js"))),
-        )
-        .route("/nodes", get(nodes))
-        .route("/signals/{node}", get(signals))
-        .route("/rows/{node}", get(rows))
-        .route("/orders/{node}", post(order))
-        .route("/metrics", get(metrics))
-        .with_state(state)
+impl Routes for ScopePage {
+    async fn respond(&self, request: WebRequest) -> Response {
+        match (request.verb, request.path().as_slice()) {
+            (Verb::Get, [""]) => file(HTML, include_str!("page.html")),
+            (Verb::Get, ["base.css"]) => file(CSS, BASE_CSS),
+            (Verb::Get, ["page.css"]) => file(CSS, include_str!("page.css")),
+            (Verb::Get, ["page.js"]) => file(JAVASCRIPT, include_str!("page.js")),
+            (Verb::Get, ["axes.js"]) => file(JAVASCRIPT, AXES_JS),
+            (Verb::Get, ["pyramid.js"]) => file(JAVASCRIPT, include_str!("pyramid.js")),
+            (Verb::Get, ["plot.js"]) => file(JAVASCRIPT, include_str!("plot.js")),
+            (Verb::Get, ["nodes"]) => nodes(self),
+            (Verb::Get, ["signals", node]) => signals(self, node).await,
+            (Verb::Get, ["rows", node]) => rows(self, node, request.field("signals").as_deref()),
+            (Verb::Post, ["orders", node]) => order(self, node, &request.body).await,
+            (Verb::Get, ["metrics"]) => metrics(self),
+            _ => not_found(),
+        }
+    }
 }
 
 /// The nodes with their statuses.
-async fn nodes(State(shared): State<ScopeState>) -> Response {
+fn nodes(shared: &ScopePage) -> Response {
     let now = machine::now();
     let one = |node: &SeenNode| {
         let age = node
@@ -84,10 +64,9 @@ async fn nodes(State(shared): State<ScopeState>) -> Response {
     as_json(&json!({ "nodes": nodes, "commands": shared.commander.is_some() }))
 }
 
-async fn metrics(State(shared): State<ScopeState>) -> Response {
-    let headers = [(header::CONTENT_TYPE, "text/plain; version=0.0.4")];
+fn metrics(shared: &ScopePage) -> Response {
     let text = status::metrics(&shared.watcher.seen());
-    (headers, text + "\n").into_response()
+    whole("text/plain; version=0.0.4", text + "\n")
 }
 
 /// Timeout of the first piece: the node learns of the subscription, and makes one.
@@ -96,8 +75,8 @@ const FIRST_PIECE: Duration = Duration::from_secs(3);
 const MOST_PIECES: usize = 64;
 
 /// Signals of a node.
-async fn signals(State(shared): State<ScopeState>, Path(node): Path<String>) -> Response {
-    let (mut pieces, _declared) = match subscribe(&shared, node) {
+async fn signals(shared: &ScopePage, node: &str) -> Response {
+    let (mut pieces, _declared) = match subscribe(shared, node) {
         Ok(subscribed) => subscribed,
         Err(refused) => return refused,
     };
@@ -107,28 +86,22 @@ async fn signals(State(shared): State<ScopeState>, Path(node): Path<String>) -> 
     }
 }
 
-#[derive(Deserialize)]
-struct Wanted {
-    /// Names of signals, with commas.
-    signals: String,
-}
-
 /// Most signals of a node per request.
 const MOST_SIGNALS: usize = 1000;
 
 /// The rows of a node from now on, in blocks.
-async fn rows(
-    State(shared): State<ScopeState>,
-    Path(node): Path<String>,
-    Query(wanted): Query<Wanted>,
-) -> Response {
-    let wanted: Vec<_> = wanted.signals.split(',').map(str::to_owned).collect();
+fn rows(shared: &ScopePage, node: &str, wanted: Option<&str>) -> Response {
+    let Some(wanted) = wanted else {
+        let why = "signals: received none, expected their names, with commas";
+        return wrong(StatusCode::BAD_REQUEST, why);
+    };
+    let wanted: Vec<_> = wanted.split(',').map(str::to_owned).collect();
     if wanted.len() > MOST_SIGNALS {
         let received = wanted.len();
         let why = format!("signals: received {received}, expected at most {MOST_SIGNALS}");
         return wrong(StatusCode::BAD_REQUEST, why);
     }
-    let (pieces, declared) = match subscribe(&shared, node) {
+    let (pieces, declared) = match subscribe(shared, node) {
         Ok(subscribed) => subscribed,
         Err(refused) => return refused,
     };
@@ -138,16 +111,11 @@ async fn rows(
         loop {
             let piece = pieces.recv().await?;
             if let Some(block) = blocks.block(&piece) {
-                let block = Ok::<_, Infallible>(Bytes::from(block));
-                return Some((block, (pieces, declared, blocks)));
+                return Some((Bytes::from(block), (pieces, declared, blocks)));
             }
         }
     });
-    let headers = [
-        (header::CONTENT_TYPE, "application/octet-stream"),
-        (header::CACHE_CONTROL, "no-store"),
-    ];
-    (headers, Body::from_stream(blocks)).into_response()
+    streamed(blocks)
 }
 
 #[expect(
@@ -155,8 +123,8 @@ async fn rows(
     reason = "a response is what is wanted in either case"
 )]
 fn subscribe(
-    shared: &ScopeState,
-    node: String,
+    shared: &ScopePage,
+    node: &str,
 ) -> Result<(mpsc::Receiver<Vec<u8>>, Declared), Response> {
     let node =
         NodeName::new(node).map_err(|error| wrong(StatusCode::BAD_REQUEST, error.to_string()))?;
@@ -175,12 +143,8 @@ fn subscribe(
 }
 
 /// Sends an order, and returns the node's response.
-async fn order(
-    State(shared): State<ScopeState>,
-    Path(node): Path<String>,
-    body: String,
-) -> Response {
-    let Some(commander) = shared.commander else {
+async fn order(shared: &ScopePage, node: &str, body: &str) -> Response {
+    let Some(commander) = shared.commander.clone() else {
         let why = "commands are off: start it with --commands";
         return wrong(StatusCode::FORBIDDEN, why);
     };
@@ -194,13 +158,8 @@ async fn order(
     };
     let sent = tokio::task::spawn_blocking(move || commander.send(&node, &order)).await;
     match sent {
-        Ok(Ok(answer)) => answered(&answer),
+        Ok(Ok(answer)) => whole("application/json", answer.to_json()),
         Ok(Err(error)) => wrong(StatusCode::BAD_GATEWAY, format!("{error:#}")),
         Err(error) => wrong(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()),
     }
-}
-
-fn answered(answer: &CommandAnswer) -> Response {
-    let headers = [(header::CONTENT_TYPE, "application/json")];
-    (headers, answer.to_json()).into_response()
 }

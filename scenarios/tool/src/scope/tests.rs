@@ -9,8 +9,7 @@ use std::time::Duration;
 
 use coaxle_clock::Span;
 use coaxle_host::client::Watcher;
-use coaxle_host::network::transport::InProcess;
-use coaxle_host::network::transport::{Transport, Urgency};
+use coaxle_host::network::transport::{InProcess, Transport, Urgency};
 use coaxle_node::signal::Instance;
 use coaxle_recording::{Facts, Level, LogLine, Pieces, RowEncoder, Table};
 use coaxle_sender::signals::AxisSignals;

@@ -6,13 +6,11 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_host::network::credentials::{
-    AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
+    AUTHORITY_FILE, Authority, CERTIFICATE_FILE, Issued, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
 };
 use coaxle_node::beacon::{BeaconSecret, SECRET_LEN};
 use coaxle_os::exit::wrong_file;
 use coaxle_os::{Os, Readers, System};
-
-use coaxle_host::network::credentials::{Authority, Issued};
 
 /// The authority's folder.
 pub const AUTHORITY_FOLDER: &str = "authority";

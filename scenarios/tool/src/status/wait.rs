@@ -2,8 +2,7 @@
 
 use clap::Args;
 use coaxle_clock::Span;
-use coaxle_host::cli::NetworkArgs;
-use coaxle_host::cli::parse_duration;
+use coaxle_host::cli::{NetworkArgs, parse_duration};
 use coaxle_host::client::SeenNode;
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::Exit;

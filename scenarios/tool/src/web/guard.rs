@@ -3,33 +3,23 @@
 
 use std::net::IpAddr;
 
-use axum::extract::Request;
-use axum::http::{HeaderMap, Method, StatusCode, header};
-use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
+use hyper::Method;
+use hyper::header::{self, HeaderMap};
 
 /// Header of the page's own requests that change anything. Another site's page cannot send it without a preflight, which
 /// is not answered.
 const OWN_HEADER: &str = "x-coaxle-page";
 
 /// Refuses a change that another site's page may have sent: a form needs no preflight.
-pub(super) async fn own_changes(request: Request, next: Next) -> Response {
-    if request.method() == Method::POST && !request.headers().contains_key(OWN_HEADER) {
-        let why = format!("expected the header {OWN_HEADER}");
-        return (StatusCode::FORBIDDEN, why).into_response();
+pub(super) fn check_change(method: &Method, headers: &HeaderMap) -> Result<(), String> {
+    if method == Method::POST && !headers.contains_key(OWN_HEADER) {
+        return Err(format!("expected the header {OWN_HEADER}"));
     }
-    next.run(request).await
+    Ok(())
 }
 
 /// Refuses a request whose host is any name but ours: a name owned by others may point here.
-pub(super) async fn own_host(request: Request, next: Next) -> Response {
-    match check_host(request.headers()) {
-        Ok(()) => next.run(request).await,
-        Err(why) => (StatusCode::FORBIDDEN, why).into_response(),
-    }
-}
-
-fn check_host(headers: &HeaderMap) -> Result<(), String> {
+pub(super) fn check_host(headers: &HeaderMap) -> Result<(), String> {
     let host = headers
         .get(header::HOST)
         .and_then(|host| host.to_str().ok());

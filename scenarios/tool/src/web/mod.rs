@@ -5,13 +5,18 @@
 
 mod answers;
 mod guard;
+mod request;
+mod server;
 
 use std::net::{SocketAddr, TcpListener};
 
 use anyhow::Context;
-use axum::Router;
 
-pub(crate) use answers::{as_json, file, wrong};
+pub(crate) use answers::{
+    CSS, HTML, JAVASCRIPT, Response, as_json, file, not_found, streamed, whole, wrong,
+};
+pub(crate) use request::{Verb, WebRequest};
+pub(crate) use server::Routes;
 
 /// Colours, type, buttons and tables of every page.
 pub(crate) const BASE_CSS: &str = include_str!("base.css");
@@ -29,7 +34,7 @@ impl PageServer {
     ///
     /// # Errors
     /// The address is not available.
-    pub(crate) fn open(at: SocketAddr, routes: Router) -> anyhow::Result<Self> {
+    pub(crate) fn open(at: SocketAddr, routes: impl Routes) -> anyhow::Result<Self> {
         let listener =
             listen(at).with_context(|| format!("--page: cannot give out a page at {at}"))?;
         let address = listener.local_addr()?;
@@ -40,10 +45,7 @@ impl PageServer {
             .enable_all()
             .build()
             .context("cannot start the page's runtime")?;
-        let guarded = routes
-            .layer(axum::middleware::from_fn(guard::own_changes))
-            .layer(axum::middleware::from_fn(guard::own_host));
-        runtime.spawn(serve(listener, guarded));
+        runtime.spawn(server::serve(listener, routes));
         Ok(Self {
             address,
             runtime: Some(runtime),
@@ -69,14 +71,4 @@ fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     let listener = TcpListener::bind(address)?;
     listener.set_nonblocking(true)?;
     Ok(listener)
-}
-
-async fn serve(listener: TcpListener, routes: Router) {
-    let served = match tokio::net::TcpListener::from_std(listener) {
-        Ok(listener) => axum::serve(listener, routes).await,
-        Err(error) => Err(error),
-    };
-    if let Err(error) = served {
-        tracing::error!("the page is gone: {error}");
-    }
 }

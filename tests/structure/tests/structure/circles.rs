@@ -10,6 +10,7 @@ type Uses = BTreeMap<ModuleId, BTreeSet<ModuleId>>;
 /// Circles as lists of modules, in the order in which they use one another.
 pub(crate) fn of(read: &Crate) -> Vec<String> {
     let mut levels = BTreeMap::<ModuleId, Uses>::new();
+    // Uses are lifted to siblings below their common parent: a circle of deep modules is one of those.
     for user in read.modules() {
         for used in read.used_by(user) {
             if let Some((parent, user, used)) = side_by_side(read, user, used) {
@@ -46,6 +47,7 @@ fn side_by_side(
     let mut child = None;
     for module in read.lineage(used) {
         if let Some(place) = above.iter().position(|&parent| parent == module) {
+            // A place of 0 is the user itself, above the used one: no siblings.
             return Some((module, *above.get(place.checked_sub(1)?)?, child?));
         }
         child = Some(module);
@@ -57,6 +59,7 @@ fn side_by_side(
 fn way_back(uses: &Uses, start: ModuleId) -> Option<Vec<ModuleId>> {
     let mut ways = vec![vec![start]];
     let mut seen = BTreeSet::new();
+    // Breadth first, so that the shortest circle is reported.
     while !ways.is_empty() {
         let mut longer = Vec::new();
         for way in ways {
@@ -67,6 +70,7 @@ fn way_back(uses: &Uses, start: ModuleId) -> Option<Vec<ModuleId>> {
                 if next == start {
                     return Some(way);
                 }
+                // Each module once: a longer way to it closes no shorter circle.
                 if seen.insert(next) {
                     longer.push(way);
                 }

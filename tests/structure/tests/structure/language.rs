@@ -88,6 +88,7 @@ pub(crate) fn sources_below(folder: &Path, root: &Path, into: &mut Vec<Source>) 
     paths.sort();
     for path in paths {
         let name = path.file_stem().unwrap_or_default();
+        // By name, for files and folders alike.
         if name == "tests" || name == "benches" || name == "target" || name == "fuzz" {
             continue;
         }
@@ -132,6 +133,7 @@ impl Figures {
     fn add(&mut self, source: &Source) {
         self.files += 1;
         let lines = without_tests(&source.text);
+        // Bound of the project for a file (docs/CONTRIBUTING.md).
         if lines.len() > 400 {
             self.long.push(source.path.clone());
         }
@@ -141,6 +143,7 @@ impl Figures {
             let line = line.trim();
             let comment = line.strip_prefix("//");
             let doc = comment.and_then(|rest| rest.strip_prefix(['/', '!']));
+            // Only the first line opens a comment.
             if let (Some(doc), false) = (doc, documents) {
                 self.opening(doc.trim_start(), place);
             }
@@ -156,6 +159,7 @@ impl Figures {
                 }
                 None if !line.is_empty() => {
                     self.code_lines += 1;
+                    // A comment behind the code says why as well.
                     self.reasons += usize::from(line.contains(" // "));
                     if rebinds(line, &lines[number + 1..]) {
                         self.rebound.push(place());
@@ -187,6 +191,7 @@ impl Figures {
 /// The lines before the tests of a file.
 fn without_tests(text: &str) -> Vec<&str> {
     let lines: Vec<_> = text.lines().collect();
+    // Tests are the last item of a file; from there on nothing counts.
     let tests = lines.windows(2).position(|pair| {
         pair[0] == "#[cfg(test)]" && pair[1].starts_with("mod ") && pair[1].ends_with('{')
     });
@@ -196,6 +201,7 @@ fn without_tests(text: &str) -> Vec<&str> {
 
 /// Reports whether a text has the words, with no letter directly before or behind them. Names in backticks are left out.
 fn has_word(text: &str, words: &str) -> bool {
+    // Every second piece lies between backticks.
     let plain: String = text.split('`').step_by(2).collect::<Vec<_>>().join(" ");
     let is_letter = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     plain.match_indices(words).any(|(at, _)| {
@@ -225,6 +231,7 @@ fn rebinds(line: &str, next: &[&str]) -> bool {
     };
     let again = format!("let {name} = {name}");
     next.iter()
+        // The second binding follows closely; farther away it is another thing of that name.
         .take(3)
         .any(|line| line.trim().starts_with(&again) && line.contains("map_err"))
 }
@@ -236,6 +243,7 @@ fn defined_type(line: &str) -> Option<&str> {
         Some(rest) => rest.trim_start(),
         None => line,
     };
+    // At the beginning of a line without indentation: types within functions are nobody else's.
     let rest = ["struct ", "enum ", "trait "]
         .iter()
         .find_map(|kind| rest.strip_prefix(kind))?;
@@ -261,6 +269,7 @@ mod planted {
         assert_eq!((found.doc_comments, found.clauses.len()), (1, 1));
         assert_eq!(of("//! It is one.\n").pronouns.len(), 1);
         assert_eq!(of("/// The same of two.\n").repetitions.len(), 1);
+        // Whole words only.
         let plain = of("/// Whatsoever, onesided, thesaurus: words that only begin so.\n");
         assert!(plain.clauses.is_empty() && plain.pronouns.is_empty());
     }
@@ -308,6 +317,7 @@ mod planted {
             (found.long.len(), found.reasons, found.code_lines),
             (1, 401, 402)
         );
+        // A single reason before the tests, 401 in them.
         let tested = format!("// why\nfn a() {{}}\n#[cfg(test)]\nmod tests {{\n{long}}}\n");
         assert_eq!((of(&tested).long.len(), of(&tested).reasons), (0, 1));
     }

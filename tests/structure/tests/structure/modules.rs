@@ -39,6 +39,7 @@ impl Crate {
     pub(crate) fn read(library: &Path) -> Self {
         let mut read = Self::default();
         let folder = library.parent().expect("a folder");
+        // The root has the number 0 by being read first, which `resolve` relies on.
         read.read_file(library, folder, "crate", None);
         read
     }
@@ -88,6 +89,7 @@ impl Crate {
             parent,
             ..Module::default()
         });
+        // Before its content, whose paths may lead through it.
         if let Some(parent) = parent {
             self.modules[parent].children.insert(name.to_owned(), id);
         }
@@ -101,6 +103,7 @@ impl Crate {
                         None => {
                             let beside = folder.join(format!("{name}.rs"));
                             let within = inner.join("mod.rs");
+                            // Both places of a module's file, as the compiler has them.
                             let file = if beside.exists() { beside } else { within };
                             self.read_file(&file, &inner, &name, Some(id));
                         }
@@ -133,6 +136,7 @@ impl Crate {
         };
         while let Some((name, further)) = rest.split_first() {
             let module = &self.modules[at];
+            // `super::super` goes up step by step.
             if name == "super" {
                 at = module.parent?;
             } else if let Some(&child) = module.children.get(name) {
@@ -148,6 +152,7 @@ impl Crate {
     /// Follows re-exports of a name. An unknown name is taken as defined by a macro in that module.
     fn definition(&self, at: ModuleId, name: &str, depth: u32) -> ModuleId {
         let module = &self.modules[at];
+        // Bounded, since re-exports may lead in a circle.
         if module.items.contains(name) || depth > 8 {
             return at;
         }
@@ -177,6 +182,7 @@ fn is_test_or_doc(attribute: &Attribute) -> bool {
     let mut found = false;
     if attribute.path().is_ident("cfg") {
         let _ = attribute.parse_nested_meta(|meta| {
+            // Any part of the condition: `all(test, …)` is a test too.
             found |= meta.path.is_ident("test") || meta.path.is_ident("doc");
             Ok(())
         });
@@ -244,6 +250,7 @@ impl<'ast> Visit<'ast> for Paths<'_> {
             .iter()
             .map(|segment| segment.ident.to_string())
             .collect();
+        // Other first segments are of other crates, or of an import, which counts itself.
         if matches!(path_names[0].as_str(), "crate" | "self" | "super") && path_names.len() > 1 {
             self.0.push(path_names);
         }

@@ -32,6 +32,7 @@ fn attempts(mut attempt: impl FnMut() -> Result<(), String>) {
             Err(found) if n == ATTEMPTS => panic!("{found}"),
             Err(found) => {
                 let thread = std::thread::current();
+                // Repetitions are listed by `.ci/run`: one that is needed often is a fault.
                 retries::note(thread.name().unwrap_or("conform"), &found);
             }
         }
@@ -49,6 +50,7 @@ fn nothing(broken: &[String]) -> Result<(), String> {
 #[test]
 fn our_own_sender_keeps_every_rule() {
     let _turn = turn();
+    // A slow cycle, which a busy machine can keep.
     let sender = "cycle-time-us = 5000\n[[axis]]\nid = 3\nname = 'belt'\n[axis.program]\nstart-velocity = 10\n\
                   limits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
     attempts(|| {
@@ -56,6 +58,7 @@ fn our_own_sender_keeps_every_rule() {
         nodes.start("sender", "belt", sender);
         let report = nodes.conform(&["sender", "belt", "--for", "3s"]);
         let found = broken(&report.json);
+        // Both ways to say it must agree, whatever was found.
         let exit = if found.is_empty() { 0 } else { 3 };
         assert_eq!(report.exit, exit, "{report:?}");
         nothing(&found)?;
@@ -97,6 +100,7 @@ fn who_cannot_be_tried_is_told_and_nobody_is_no_data() {
             .contains("received --as press, expected one that it follows: belt"),
         "{wrong:?}"
     );
+    // The receiver follows belt, and nobody publishes as belt.
     let silent = nodes.conform(&["sender", "belt", "--for", "1s"]);
     assert_eq!(silent.exit, 5, "{silent:?}");
     assert!(
@@ -136,6 +140,7 @@ fn the_manual_shows_the_client_as_it_is() {
     let root = python::root();
     let read = |file: &str| std::fs::read_to_string(root.join(file)).expect(file);
     let (manual, client) = (read("docs/WIRE.md"), read("tests/python/client.py"));
+    // A client in the manual that nobody runs would soon be wrong.
     assert!(
         manual.contains(&format!("```python\n{}\n```", client.trim_end())),
         "docs/WIRE.md has another client than tests/python/client.py"
@@ -149,11 +154,13 @@ fn each_planted_fault_is_found_and_nothing_besides() {
     };
     let _turn = turn();
     let faults: BTreeMap<String, String> = python.faults();
+    // A script that fails lists nothing, and every fault would count as found.
     assert!(faults.len() >= 20, "{faults:?}");
     let mut due: VecDeque<_> = faults
         .into_iter()
         .map(|(fault, rule)| (Some(fault), vec![rule]))
         .collect();
+    // Without a fault nothing may be found: the control.
     due.push_front((None, Vec::new()));
     let due = Mutex::new(due);
     let next = || {
@@ -191,6 +198,7 @@ fn tried(python: &Python, fault: Option<&str>, rules: &[String]) -> Result<(), S
         nodes.run(&python.script("faulty.py"), "arm", &options);
         let report = nodes.conform(&["sender", "arm", "--for", "4s"]);
         let found = broken(&report.json);
+        // Exactly these: a fault that breaks further rules says that a rule is too broad.
         if found == rules {
             return Ok(());
         }

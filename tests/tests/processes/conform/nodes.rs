@@ -43,6 +43,7 @@ impl Nodes {
         command.arg(role).arg(file);
         let endpoint = free_endpoint();
         command.args(["--listen", &endpoint]);
+        // Peers forward nothing for each other, so that each needs a link to each.
         for other in &self.endpoints {
             command.args(["--connect", other]);
         }
@@ -53,6 +54,7 @@ impl Nodes {
     pub(crate) fn run(&mut self, script: &[PathBuf; 2], name: &str, options: &[&str]) {
         let endpoint = free_endpoint();
         let mut command = Command::new(&script[0]);
+        // No files of bytecode beside the sources.
         command.arg("-B").arg(&script[1]).arg(name);
         command.arg(&endpoint).args(options);
         self.spawn(name, &mut command, endpoint);
@@ -76,6 +78,7 @@ impl Nodes {
         let output = output(&mut command);
         Report {
             exit: output.status.code().unwrap_or(-1),
+            // A command that failed has no JSON, which its test judges by the exit code.
             json: serde_json::from_slice(&output.stdout).unwrap_or_default(),
             log: String::from_utf8_lossy(&output.stderr).into_owned(),
         }
@@ -89,6 +92,7 @@ impl Nodes {
 
     fn spawn(&mut self, name: &str, command: &mut Command, endpoint: String) {
         let file = |ending| self.folder.path().join(format!("{name}.{ending}"));
+        // A file, since nobody reads a pipe while the test waits.
         let out = File::create(file("out")).expect("a file");
         command.stdin(Stdio::null()).stdout(out);
         let process = Process::start(name, command, &file("log"));

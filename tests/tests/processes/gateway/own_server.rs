@@ -49,6 +49,7 @@ impl Circle<'_> {
             }
             self.behind.sort_by(f64::total_cmp);
             let median = self.behind[self.behind.len() / 2];
+            // 40 ms: far less than without a correction that has locked in, and more than a busy machine adds.
             if median < 10.0 {
                 println!("{what}: half of them within {median:.3} cycles");
                 return;
@@ -61,11 +62,13 @@ impl Circle<'_> {
     fn step(&mut self) {
         assert_alive("the PLC gets its axis back");
         // A machine that stood still does not catch up.
+        // At most 50 ms of missed cycles are made up.
         self.next = self.next.max(machine::now() - Span::from_millis(50));
         self.next += Span::from_secs_f64(CYCLE_S);
         machine::sleep_until(self.next);
         self.plc.step();
         let index = self.plc.value("G.m");
+        // The gateway has written nothing since.
         if index == self.index {
             return;
         }
@@ -81,6 +84,7 @@ impl Circle<'_> {
 #[test]
 fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away() {
     for (read, variable, output) in [
+        // Offset of the set position in the image of an axis; an image of set values begins with it.
         ("polling", ("G.c", 80), "symbol = 'G.c'"),
         (
             "notifications",
@@ -108,6 +112,7 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
         circle.turn_until_it_is_close(read);
         plc.hang_up();
         // Long enough for the receiver to notice.
+        // 0.4 s of the receiver's cycles, beyond its limit of 7 cycles.
         for _ in 0..100 {
             circle.step();
         }
@@ -148,6 +153,7 @@ fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_pl
     };
     circle.turn_until_it_is_close("far axes beside slaves");
     let deadline = machine::now() + TIMEOUT;
+    // Gear ratio of -2, and a unit per cycle.
     let expected = -2.0 / CYCLE_S;
     loop {
         circle.step();
@@ -189,6 +195,7 @@ fn a_symbol_that_is_missing_is_named_once_and_nonsense_does_no_harm() {
     let ended = run_shortly(&config);
     let log = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(ended.status.success(), "{log}");
+    // Once, though the gateway tries for two seconds: the log must stay readable.
     let named = "\"G.x\": ADS error 0x710: the PLC has no such symbol";
     assert_eq!(log.matches(named).count(), 1, "{log}");
 

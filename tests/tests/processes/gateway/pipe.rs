@@ -31,10 +31,12 @@ fn lines_of_csv_go_in_and_come_back_corrected_and_a_broken_one_does_no_harm() {
     let expected = "index,saw.1.position,saw.1.velocity,saw.1.acceleration";
     assert_eq!(head, Some(GatewayOutput::Head(expected.to_owned())));
     pipe.turn_until_it_is_close(line);
+    // No number, and too few columns.
     pipe.put(b"here,is,no,number\n1,2\n");
     pipe.turn_until_it_is_close(line);
     let log = pipe.end();
     let broken = "index: received \"here\", expected a number from 0 to 65535";
+    // The first broken line is logged, further ones of its kind are counted.
     assert_eq!(log.matches("standard input, line ").count(), 1, "{log}");
     assert!(log.contains(broken), "{log}");
 }
@@ -86,6 +88,7 @@ impl Pipe {
         let (output, from_gateway) = channel();
         let out = gateway.take_stdout().expect("a pipe");
         let is_csv = format == "csv";
+        // Beside the test: a gateway whose pipe is full stands still.
         std::thread::spawn(move || {
             if is_csv {
                 lines(out, &output)
@@ -137,6 +140,7 @@ impl Pipe {
             }
             behind.sort_by(f64::total_cmp);
             let median = behind[behind.len() / 2];
+            // 40 ms.
             if median < 10.0 {
                 println!("a pipe: half of them within {median:.3} cycles");
                 return;
@@ -159,6 +163,7 @@ impl Pipe {
 fn line(count: u64) -> Vec<u8> {
     let position = STEP * count as f64;
     let velocity = STEP / CYCLE.as_secs_f64();
+    // The index wraps as a PLC's does.
     format!("{},{position},{velocity},0\n", count as u16).into_bytes()
 }
 

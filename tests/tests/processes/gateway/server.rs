@@ -59,6 +59,7 @@ impl Plc {
         let state = Arc::new(Mutex::new(State {
             variables: variables.into(),
             connections: Vec::new(),
+            // Shortly before the index wraps, so that every test passes the wrap.
             cycle: 65_500,
             is_stopped: false,
             talks_nonsense: false,
@@ -71,6 +72,7 @@ impl Plc {
             }
         });
         let plc = Self { address, state };
+        // A first cycle, or the first read would find an image of zeros.
         plc.step();
         plc
     }
@@ -144,6 +146,7 @@ impl State {
 
     /// Sends all notifications of this cycle, with one stamp.
     fn notify(&mut self) {
+        // FILETIME counts 100 ns: 4 ms are 40 000.
         let stamp = self.cycle * 40_000 + 1;
         for connection in &mut self.connections {
             let Some(ends) = connection.ends.filter(|_| !connection.notified.is_empty()) else {
@@ -158,6 +161,7 @@ impl State {
                 samples.extend_from_slice(value);
             }
             let mut data = Vec::new();
+            // Length of all behind it: number of stamps, stamp, number of samples, samples.
             data.extend_from_slice(&(samples.len() as u32 + 16).to_le_bytes());
             data.extend_from_slice(&1_u32.to_le_bytes());
             data.extend_from_slice(&stamp.to_le_bytes());
@@ -185,6 +189,7 @@ impl State {
         let refused = NO_SYMBOL.to_le_bytes().to_vec();
         let good = |rest: &[u8]| [&[0; 4][..], rest].concat();
         match command {
+            // 5 is run, 6 is stop (ADSSTATE).
             READ_STATE => good(&[if self.is_stopped { 6 } else { 5 }, 0, 0, 0]),
             READ_WRITE if number(0) == HANDLE_BY_NAME => {
                 let name = String::from_utf8_lossy(&data[16..]).into_owned();
@@ -237,6 +242,7 @@ fn serve(mut stream: TcpStream, state: &Mutex<State>) {
     // Notifications and replies must not wait for each other's acknowledgements.
     stream.set_nodelay(true).expect("it is there");
     if state.lock().expect("it is there").talks_nonsense {
+        // A header that announces 3 bytes, fewer than any packet has.
         let _ = stream.write_all(&[0, 0, 3, 0, 0, 0, 1, 2, 3]);
         return;
     }

@@ -72,6 +72,7 @@ impl World {
     /// Messages that Python has received so far.
     pub(crate) fn received(&self) -> Vec<Value> {
         let text = read(self.folder.path(), "python.out");
+        // The last line may still be in the course of being written.
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         whole
             .lines()

@@ -43,6 +43,7 @@ fn as_saw(mut saw: Session) -> Session {
 
 /// Checks that the regular messages still pass.
 fn follows(saw: &Session, line: &mut Session) {
+    // Sent again and again: a message before the link exists is lost.
     until("saw hears line", || {
         line.publish("coaxle/line/axes", "frame");
         line.publish("coaxle/line/time-responses", "response");
@@ -85,6 +86,7 @@ fn who_has_no_certificate_of_ours_that_holds_gets_no_link() {
     let network = TestNetwork::new();
     let (mut line, saw) = (line(&network), saw(&network));
     follows(&saw, &mut line);
+    // Same names, another key.
     let theirs = Authority::new(year()).expect("an authority");
     let mut strangers = [
         ("without a certificate", network.nameless("saw")),
@@ -166,6 +168,7 @@ fn a_member_is_itself_and_nobody_else() {
     until("saw sees that press is alive", || {
         saw.saw("coaxle/press/alive is there")
     });
+    // The low-pass filter of the rights stops longer frames; 2000 bytes pass.
     let long = "x".repeat(MAX_FRAME_BYTES + 1);
     until("saw hears press", || {
         press.publish("coaxle/line/axes", "forged");
@@ -248,6 +251,7 @@ fn an_operator_commands_where_it_may_and_as_itself() {
 
 #[test]
 fn without_rights_at_the_victim_the_same_attempts_succeed() {
+    // The counter-test: attempts that fail for another reason than the rights would prove nothing.
     let network = TestNetwork::new();
     let saw = as_saw(network.member_without_rights("saw"));
     let mut press = network.rogue("press", "saw");

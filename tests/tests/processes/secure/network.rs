@@ -9,8 +9,9 @@ use std::time::{Duration, SystemTime};
 
 use coaxle::secure::{Member, SecureNetwork, profile, write_role};
 use coaxle_host::network::credentials::{Authority, Validity};
-use coaxle_host::network::transport::{Declared, Publisher, Request, Urgency};
-use coaxle_host::network::transport::{OverZenoh, Transport};
+use coaxle_host::network::transport::{
+    Declared, OverZenoh, Publisher, Request, Transport, Urgency,
+};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine;
@@ -215,6 +216,7 @@ impl Session {
         let (seen, of) = (Arc::clone(&self.seen), key.to_owned());
         let keep = move |_, bytes: &[u8]| {
             let text = String::from_utf8_lossy(bytes);
+            // Megabytes in the message of a failed test help nobody.
             let text = if text.len() < 100 {
                 text.into_owned()
             } else {
@@ -291,6 +293,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
+        // Declarations end before their session.
         self.declared.clear();
         self.publishers.clear();
         self.transport.close();

@@ -83,6 +83,7 @@ fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
     let line = start(folder, "sender", "line");
     let deaf = start(folder, "receiver", "deaf");
     until("the line is told that nobody hears it", || {
+        // By the tokens of receivers: a sender cannot see by itself whether its data arrive.
         line.logged("nobody says that anything arrives") && line.logged("health is refused")
     });
     until("the deaf one says why that may be", || {
@@ -99,6 +100,7 @@ fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
 /// Loads a plate of 3000 points, some 100 KiB as an order, and reads as many back.
 fn a_long_plate_passes(folder: &Path) {
     let point = |n: u32| {
+        // 3000 points over 360°, each different from its neighbours.
         let (master, slave) = (f64::from(n) * 0.12, f64::from(n % 7) * 0.01);
         format!("[[point]]\nmaster = {master}\nslave = {slave}\nlaw = 'polynom5'\n")
     };
@@ -122,6 +124,7 @@ fn take_rights(profile: &Path, message: &str, key: &str) {
     let (message, key) = (format!("\"{message}\""), format!("\"{key}\""));
     let is_it =
         |line: &str| line.contains("\"allow\"") && line.contains(&message) && line.contains(&key);
+    // Exactly one line, or the test would take away another right than it means to.
     assert_eq!(text.lines().filter(|line| is_it(line)).count(), 1, "{text}");
     let without = text.lines().map(|line| match is_it(line) {
         true => line.replace(&message, "\"delete\"") + "\n",
@@ -204,6 +207,7 @@ fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
         let (text, good) = output_of(folder, &format!("command {how} saw carriage power off"));
         assert!(!good && text.contains(why), "{text}");
     }
+    // That of anna alone: refused ones are not even seen.
     let orders = saw_node.log().matches("order of ").count();
     assert_eq!(orders, 1, "{}", saw_node.log());
     a_long_plate_passes(folder);

@@ -64,6 +64,7 @@ impl Browser {
         let opened = browser.send("POST", "/session", &wanted);
         let session = opened["sessionId"].as_str();
         browser.session = format!("/session/{}", session.unwrap_or_else(|| panic!("{opened}")));
+        // A fixed size, since tests click at places of the page.
         let size = json!({ "width": 1400, "height": 900 });
         browser.send_command("/window/rect", &size);
         Some(browser)
@@ -113,6 +114,7 @@ impl Browser {
 
     /// Drags within an element, between two offsets to the right and below its middle.
     pub(crate) fn drag(&self, selector: &str, from: (i64, i64), to: (i64, i64)) {
+        // A drag without a move in between is a click to some pages.
         let between = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
         let [from, between, to] = [from, between, to].map(|at| self.place_in(selector, at));
         self.mouse(&json!([
@@ -216,6 +218,7 @@ fn decoded(text: &str) -> Vec<u8> {
     let digit = |c: u8| DIGITS.iter().position(|known| *known == c);
     let bits: Vec<_> = text.bytes().filter_map(digit).collect();
     let bytes = bits.chunks(4).flat_map(|four| {
+        // Four digits of six bits are three bytes; a shorter last group has fewer.
         let all = four.iter().fold(0, |all, digit| all << 6 | digit) << (6 * (4 - four.len()));
         let bytes = [all >> 16, all >> 8, all].map(|byte| (byte & 0xff) as u8);
         bytes.into_iter().take(four.len().saturating_sub(1))

@@ -135,6 +135,7 @@ fn a_plate_is_designed_from_scratch_and_run() {
     page.rest();
     let moved = browser.run("return page.answer.view.points[1]");
     let (master, slave) = (moved["master"].as_f64(), moved["slave"].as_f64());
+    // A pixel of the chart is some tenths of a degree, and places are rounded.
     assert!((master.expect("a number") - 120.0).abs() < 2.0, "{moved}");
     assert!((slave.expect("a number") - 40.0).abs() < 1.0, "{moved}");
     page.press("#undo");

@@ -65,6 +65,7 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
         "{plain}"
     );
 
+    // No clock over a real network is certain to a microsecond within 0.3 s.
     let never = line.run_tool(&[
         "wait-sync",
         "saw",
@@ -146,6 +147,7 @@ fn rows_are_recorded_from_outside_as_the_node_records_them() {
     assert_eq!(exported.status.code(), Some(0), "{exported:?}");
     let table = log_text(&line.folder.path().join("seen-saw.csv"));
     assert!(table.starts_with("at_ns,woke_ns,"), "{table:.200}");
+    // Rows and the head line.
     assert_eq!(table.lines().count() as u64, rows("saw: ") + 1);
 
     let again = line.run_tool(&["record", "saw", "--for", "1s", "--out", file]);

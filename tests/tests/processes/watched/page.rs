@@ -63,6 +63,7 @@ fn a_beat_is_found_by_the_trigger_and_measured() {
         browser.run(&script).as_str().unwrap_or_default().to_owned()
     };
     until("rows come", || {
+        // Two seconds of a cycle of 2 ms.
         number("return Number(document.body.dataset.rows)") > 1000.0
     });
     // One for each unit, and one with a lane for the state.
@@ -103,6 +104,7 @@ fn a_beat_is_found_by_the_trigger_and_measured() {
             "return state.sources.get('saw').rows.at(\"belt.3.received_position'\", state.trigger.at{at})"
         ))
     };
+    // Below the level of the trigger at its instant, and above it a cycle and a half before.
     assert!(rate("").abs() < 10.0 && rate(" - 0.003").abs() > 10.0);
     assert_eq!(number("return Number(document.body.dataset.missing)"), 0.0);
     keep(&browser, "scope.png");

@@ -30,6 +30,7 @@ fn a_receiver_comes_to_the_same_bit_for_bit_and_a_killed_one_too() {
         let answer = line.run_tool(order);
         assert_eq!(answer.status.code(), Some(0), "{answer:?}");
     }
+    // Longer than a flush period, so that the orders are on the disk.
     std::thread::park_timeout(std::time::Duration::from_millis(800));
     // Killed, it cannot end its recording.
     line.nodes[1].kill();

@@ -30,6 +30,7 @@ fn a_report_is_zoomed_to_single_cycles_and_measured() {
     // Figures are drawn when they come near.
     browser.run("document.querySelector('.plot').scrollIntoView()");
     until("the first figure is drawn", || {
+        // Nearly the whole run of 20 s.
         number("return Number(document.querySelector('.plot').dataset.to)") > 19.9
     });
     let range = "const { shown } = figures[0].panels[0]; return shown[1] - shown[0]";
@@ -64,6 +65,7 @@ fn a_report_is_zoomed_to_single_cycles_and_measured() {
 
     browser.run("document.querySelector('.plot').scrollIntoView(); views.get('s').showAll()");
     until("all is seen again", || {
+        // To the bit: the same view, not one nearly like it.
         number(range).to_bits() == of_all.to_bits()
     });
 }

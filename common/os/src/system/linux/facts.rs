@@ -12,7 +12,9 @@ pub(super) fn read() -> SystemFacts {
     let processors = std::thread::available_parallelism();
     SystemFacts {
         kernel: line("/proc/sys/kernel/osrelease"),
+        // Kernels with the patch also have a file, whatever their version says.
         is_real_time_kernel: version.contains("PREEMPT_RT") || line("/sys/kernel/realtime") == "1",
+        // A flag of the processor on x86; other hypervisors have a folder.
         is_virtual: line("/proc/cpuinfo").contains(" hypervisor")
             || Path::new("/sys/hypervisor/type").exists(),
         clock_source: line("/sys/devices/system/clocksource/clocksource0/current_clocksource"),

@@ -15,6 +15,7 @@ use crate::{HeldFolder, OtherPermissions, Readers, SharedLock};
 pub(super) fn hold_folder(path: &Path) -> io::Result<Option<HeldFolder>> {
     let folder = File::open(path)?;
     match flock(&folder, FlockOperation::NonBlockingLockExclusive) {
+        // Some network file systems have no locks: better without one than without results.
         Ok(()) | Err(Errno::NOTSUP | Errno::NOSYS) => Ok(Some(HeldFolder {
             _lock: Some(folder),
         })),
@@ -43,6 +44,7 @@ pub(super) fn create(path: &Path, readers: Readers) -> io::Result<File> {
 pub(super) fn permissions_of_others(path: &Path) -> Option<OtherPermissions> {
     let mode = path.metadata().ok()?.mode();
     Some(OtherPermissions {
+        // Bits of group and others; 022 are their rights to write.
         access: mode & 0o077 != 0,
         write: mode & 0o022 != 0,
     })
@@ -52,6 +54,8 @@ pub(super) fn permissions_of_others(path: &Path) -> Option<OtherPermissions> {
 const SHARED_MODE: u32 = 0o660;
 
 pub(super) fn open_shared(path: &Path, make: bool) -> io::Result<File> {
+    // A link could lead the node to write into a file of somebody else's choice, and opening a pipe would wait for
+    // its other end.
     let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(make);
@@ -90,6 +94,7 @@ pub(super) fn lock(file: &File, lock: SharedLock) -> io::Result<bool> {
 
 pub(super) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
     file.set_len(bytes)?;
+    // A sparse file on a full disk fails at the first write to the mapped memory, with SIGBUS.
     match fallocate(file, FallocateFlags::empty(), 0, bytes) {
         Ok(()) | Err(Errno::OPNOTSUPP) => Ok(()),
         Err(errno) => Err(errno.into()),
@@ -104,14 +109,17 @@ pub(super) fn is_at(path: &Path, file: &File) -> bool {
     let (Ok(own), Ok(there)) = (fstat(file), stat(path)) else {
         return false;
     };
+    // Another file may have taken the path meanwhile; device and inode identify this one.
     (own.st_dev, own.st_ino) == (there.st_dev, there.st_ino)
 }
 
 pub(super) fn is_on_disk(file: &File) -> bool {
+    // Numbers of statfs(2). These three have no disk behind them.
     const TMPFS: u64 = 0x0102_1994;
     const RAMFS: u64 = 0x8584_58f6;
     const HUGETLBFS: u64 = 0x9584_58f6;
     rustix::fs::fstatfs(file).is_ok_and(|system| {
+        // Signed and of another width on some processors, which would extend the sign of RAMFS and HUGETLBFS.
         let kind = system.f_type as u64 & 0xffff_ffff;
         ![TMPFS, RAMFS, HUGETLBFS].contains(&kind)
     })

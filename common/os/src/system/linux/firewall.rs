@@ -32,6 +32,7 @@ pub(super) fn read() -> Result<Firewall, String> {
             Err(reason) => reasons.push(format!("{program}: {reason}")),
         }
     }
+    // Both lists may be in use; either suffices, and reasons count only if none can be read.
     known.ok_or_else(|| reasons.join("; "))
 }
 
@@ -40,6 +41,7 @@ fn listed(program: &str, arguments: &[&str]) -> Result<String, String> {
         let mut command = Command::new(format!("{folder}{program}"));
         command.args(arguments).stdin(Stdio::null()).output()
     };
+    // Not found goes on to the next folder; any other failure is that of the program itself.
     let is_there =
         |ran: &io::Result<_>| !matches!(ran, Err(error) if error.kind() == io::ErrorKind::NotFound);
     let ran = FOLDERS.iter().map(run).find(is_there);
@@ -64,6 +66,7 @@ fn of_nft(text: &str) -> Firewall {
     let (mut sees_input, mut is_base) = (false, false);
     for line in text.lines().map(str::trim) {
         if line.starts_with("chain ") {
+            // The head of a chain follows its name; without one it is a chain that is jumped to.
             (sees_input, is_base) = (false, false);
         } else if line.starts_with("type ") {
             is_base = true;
@@ -79,6 +82,7 @@ fn of_nft(text: &str) -> Firewall {
         if says("accept")
             && let Some(at) = words.iter().position(|word| *word == "dport")
         {
+            // `tcp dport 7447`: the word before says the protocol. At the start of a line there is none.
             let protocols = protocols(words.get(at.wrapping_sub(1)).copied());
             let ports = ports_of(&words[at + 1..]);
             firewall.admitted.extend(admitted(protocols, &ports));
@@ -97,10 +101,12 @@ fn of_iptables(text: &str) -> Firewall {
             words.get(at + 1).copied()
         };
         let target = behind("-j").unwrap_or_default();
+        // Policy of the chain, or any rule in it that drops.
         firewall.drops |= words.starts_with(&["-P", "INPUT", "DROP"]);
         firewall.drops |=
             words.starts_with(&["-A", "INPUT"]) && matches!(target, "DROP" | "REJECT");
         let ports = behind("--dport").or_else(|| behind("--dports"));
+        // From any chain: those of ufw are jumped to from INPUT.
         if let ("ACCEPT", Some(ports)) = (target, ports) {
             let ports = ports_of(&[ports]);
             firewall

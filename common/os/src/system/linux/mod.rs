@@ -81,6 +81,7 @@ impl System for Linux {
 
     /// Starts it under the name of this process.
     fn replace_this_process(by: &mut Command) -> io::Error {
+        // Process lists then show the same command as before.
         if let Some(called) = std::env::args_os().next() {
             by.arg0(called);
         }
@@ -92,6 +93,7 @@ impl System for Linux {
     }
 
     fn own_program() -> io::Result<File> {
+        // The kernel's link leads to the running program even if its file was replaced or deleted.
         File::open("/proc/self/exe")
     }
 
@@ -104,6 +106,7 @@ impl System for Linux {
     }
 
     fn ignore_terminal_signals(command: &mut Command) {
+        // A terminal sends Ctrl-C to its foreground group, which the child leaves by this.
         command.process_group(0);
     }
 

@@ -11,6 +11,7 @@ use crate::{ChildSignal, ServiceState};
 
 pub(super) fn die_with_parent(parent: i32) -> io::Result<()> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
+    // The parent may have died before the request, which then never fires: checked afterwards, no gap remains.
     if Pid::as_raw(getppid()) == parent {
         Ok(())
     } else {
@@ -39,6 +40,7 @@ pub(super) fn signal(child: &Child, signal: ChildSignal) -> io::Result<()> {
 
 pub(super) fn resident_memory(process: u32) -> Option<u64> {
     let pages = std::fs::read_to_string(format!("/proc/{process}/statm")).ok()?;
+    // The second field of statm is the resident part, in pages.
     let pages: u64 = pages.split_whitespace().nth(1)?.parse().ok()?;
     pages.checked_mul(rustix::param::page_size() as u64)
 }
@@ -56,6 +58,7 @@ pub(super) fn processor_time(process: u32) -> Option<Duration> {
 fn processor_ticks(stat: &str) -> Option<u64> {
     /// `utime` is the 14th field and `stime` the 15th; the first after the name is the third.
     const USER: usize = 14 - 3;
+    // From the last parenthesis: a program may be called `a) b`.
     let (_, fields) = stat.rsplit_once(')')?;
     let mut ticks = fields.split_whitespace().skip(USER);
     let mut next = || ticks.next()?.parse::<u64>().ok();

@@ -32,6 +32,7 @@ impl EndSignals for EndSignalListener {
         let hang_up = async {
             match &mut self.hang_up {
                 Some(signal) => signal.recv().await,
+                // Never ready, so that the branch below never wins.
                 None => std::future::pending().await,
             }
         };
@@ -46,6 +47,7 @@ impl EndSignals for EndSignalListener {
 /// True if this process was started with SIGHUP ignored, as `nohup` does: listening would undo that.
 fn ignores_hang_up() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    // SIGHUP is number 1, the lowest bit.
     ignored_signals(&status).is_some_and(|mask| mask & 1 != 0)
 }
 

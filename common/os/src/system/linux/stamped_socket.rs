@@ -43,9 +43,11 @@ impl KernelStamped {
 
     /// Converts a stamp of `CLOCK_REALTIME` to the machine's clock.
     fn converted(&mut self, stamp: i64) -> Option<i64> {
+        // Measured for each stamp: the realtime clock is slewed all the time, and may be set.
         let was_set = self.offset.measure(monotonic, realtime);
         self.offset
             .converted(stamp, monotonic())
+            // Unknown whether this stamp is from before or after the clock was set.
             .filter(|_| !was_set)
     }
 }
@@ -54,6 +56,8 @@ impl StampedSocket for KernelStamped {
     fn bind(address: SocketAddr) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
         socket.set_read_timeout(Some(RECEIVE_TIMEOUT))?;
+        // SOFTWARE reports stamps, RX and TX take them. OPT_ID numbers departures, OPT_TSONLY returns them without
+        // the datagram.
         let wanted = TimestampingFlag::SOF_TIMESTAMPING_SOFTWARE
             | TimestampingFlag::SOF_TIMESTAMPING_RX_SOFTWARE
             | TimestampingFlag::SOF_TIMESTAMPING_TX_SOFTWARE
@@ -63,6 +67,7 @@ impl StampedSocket for KernelStamped {
             Ok(()) => Stamps::Kernel,
             Err(errno) => {
                 tracing::warn!("the kernel gives no stamps: {errno}; the program takes its own");
+                // Stamps of the program are later by its wake-up, and are marked as such.
                 Stamps::Application
             }
         };
@@ -103,6 +108,7 @@ impl StampedSocket for KernelStamped {
             Ok(message) => {
                 let stamp = message.cmsgs().ok().and_then(|mut control_messages| {
                     control_messages.find_map(|one| match one {
+                        // `system` is the software stamp; the others are of network cards.
                         ControlMessageOwned::ScmTimestampsns(stamps) => Some(nanos(stamps.system)),
                         _ => None,
                     })
@@ -135,6 +141,8 @@ impl StampedSocket for KernelStamped {
                 self.socket.as_raw_fd(),
                 &mut [],
                 Some(&mut self.control_messages),
+                // Departures come back on the error queue of the socket; a stamp that is not there yet must not be
+                // waited for.
                 MsgFlags::MSG_ERRQUEUE | MsgFlags::MSG_DONTWAIT,
             );
             let (mut stamp, mut number) = (None, None);
@@ -145,6 +153,8 @@ impl StampedSocket for KernelStamped {
                     }
                     ControlMessageOwned::Ipv4RecvErr(error, _)
                     | ControlMessageOwned::Ipv6RecvErr(error, _) => {
+                        // The queue carries errors of the network too, such as an unreachable port; their number
+                        // means something else.
                         let is_stamp = error.ee_origin == libc::SO_EE_ORIGIN_TIMESTAMPING;
                         number = is_stamp.then_some(error.ee_data);
                     }

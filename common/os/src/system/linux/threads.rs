@@ -18,6 +18,7 @@ pub(super) const NANOS_PER_SEC: i64 = 1_000_000_000;
 /// Sleeps to an absolute deadline: neither an interrupting signal nor the time between reading the clock
 /// and going to sleep adds to it.
 pub(super) fn sleep_until(deadline: i64) {
+    // A negative time is refused by the kernel, and long past in any case.
     let nanos = deadline.max(0);
     let request = Timespec {
         tv_sec: nanos / NANOS_PER_SEC,
@@ -29,12 +30,15 @@ pub(super) fn sleep_until(deadline: i64) {
 
 /// Tightens the timer slack: the kernel may otherwise bundle wake-ups within 50 µs.
 pub(super) fn tighten_timers() -> Result<(), String> {
+    // 1 ns, because 0 restores the default.
     set_current_timer_slack(NonZeroU64::new(1)).map_err(|errno| errno.to_string())
 }
 
 pub(super) fn set_priority(priority: u8) -> Result<(), String> {
     let value = ThreadPriorityValue::try_from(priority)
         .ok()
+        // SCHED_FIFO of Linux has these; the library admits 0 as well, which the kernel refuses without
+        // a reason.
         .filter(|_| (1..=99).contains(&priority))
         .ok_or_else(|| format!("received {priority}, expected 1 to 99"))?;
     set_thread_priority_and_policy(
@@ -100,6 +104,7 @@ pub(super) fn bind_to(cpu: usize) -> Result<(), String> {
 
 pub(super) fn lock_memory() -> Result<(), String> {
     mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|errno| match errno {
+        // EPERM with a limit of 0, ENOMEM above it, EAGAIN for memory that cannot be locked: mlockall(2).
         Errno::PERM | Errno::NOMEM | Errno::AGAIN => {
             format!("{errno}: needs CAP_IPC_LOCK, or a higher memlock limit (ulimit -l)")
         }

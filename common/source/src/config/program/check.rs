@@ -21,6 +21,7 @@ pub(super) fn program(program: &ProgramConfig) -> Result<(), InvalidProgram> {
     };
     let start_velocity = program.start_velocity.get();
     check.signed_velocity("start-velocity", start_velocity)?;
+    // Endless passes without duration would never reach the end of a cycle.
     if program.repeat == Repeat::Forever && !program.steps.iter().any(takes_time) {
         return Err(InvalidProgram {
             field: "steps".to_owned(),
@@ -29,6 +30,7 @@ pub(super) fn program(program: &ProgramConfig) -> Result<(), InvalidProgram> {
         });
     }
     let twice = program.repeat != Repeat::ONCE;
+    // An axis that moves at the start is enabled, as a motion cannot be otherwise.
     check.steps("steps", &program.steps, start_velocity != 0.0, twice, 0)?;
     Ok(())
 }
@@ -38,6 +40,8 @@ fn takes_time(step: &StepConfig) -> bool {
         StepConfig::Enable(_) => false,
         StepConfig::Dwell { for_s } => for_s.get() > 0.0,
         StepConfig::Loop { steps, .. } => steps.iter().any(takes_time),
+        // A move takes time unless the axis is at its target already, which shows only while running: passes are
+        // guarded there too.
         StepConfig::MoveAbsolute { .. }
         | StepConfig::MoveRelative { .. }
         | StepConfig::Velocity { .. }
@@ -65,6 +69,8 @@ impl ProgramCheck {
             left = self.step(&format!("{path}[{i}]"), step, left, depth)?;
         }
         if twice && left != enabled {
+            // A second pass suffices: steps that change the state set it, so that every later pass begins as this
+            // one.
             return self.steps(path, steps, left, false, depth);
         }
         Ok(left)
@@ -96,6 +102,7 @@ impl ProgramCheck {
             StepConfig::Dwell { .. } => {}
             StepConfig::Loop { count, steps } => {
                 let path = format!("{path}.loop");
+                // Checked before the recursion goes deeper, whose depth a file could otherwise choose.
                 require_depth(&path, depth + 1)?;
                 let path = format!("{path}.steps");
                 return self.steps(&path, steps, enabled, count.get() > 1, depth + 1);
@@ -116,6 +123,7 @@ impl ProgramCheck {
     }
 
     fn signed_velocity(&self, field: &str, velocity: f64) -> Result<(), InvalidProgram> {
+        // In this direction NaN is refused too.
         if velocity.abs() <= self.fastest {
             return Ok(());
         }

@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
-use coaxle_host::network::transport::InProcess;
-use coaxle_host::network::transport::Publisher;
+use coaxle_host::network::transport::{InProcess, Publisher};
 use coaxle_host::node::{ArrivalRecord, Record, Recorder, Setup, run_over};
 use coaxle_node::{Arrived, Message, Node, Outgoing};
 use coaxle_os::{Machine, machine};

@@ -9,8 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Span};
 use coaxle_host::machine::real_time;
-use coaxle_host::network::transport::OverZenoh;
-use coaxle_host::network::transport::{Transport, Urgency};
+use coaxle_host::network::transport::{OverZenoh, Transport, Urgency};
 use coaxle_node::config::{RealTimeConfig, TransportConfig};
 use coaxle_os::{Interrupt, Machine, machine};
 

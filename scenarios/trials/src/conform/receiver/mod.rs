@@ -6,7 +6,6 @@ mod player;
 mod reading;
 mod requests;
 mod role;
-pub(super) mod rules;
 mod script;
 #[cfg(test)]
 mod tests;
@@ -14,8 +13,7 @@ mod tests;
 use anyhow::bail;
 use clap::Args;
 use coaxle_clock::{CycleTime, Span};
-use coaxle_host::cli::NetworkArgs;
-use coaxle_host::cli::parse_duration;
+use coaxle_host::cli::{NetworkArgs, parse_duration};
 use coaxle_host::client::{SeenNode, Watcher};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;

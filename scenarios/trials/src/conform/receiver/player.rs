@@ -11,8 +11,7 @@ use serde_json::{Map, Value};
 use super::frames::{FrameContent, FrameWriter};
 use super::reading::ReceiverReading;
 use super::requests::{ResponseCycle, TimeResponder};
-use super::rules::SEEN_BY;
-use super::script::{ERROR, Expect, Play, SCRIPT, ScriptStep};
+use super::script::{ERROR, Expect, Play, SCRIPT, SEEN_BY, ScriptStep};
 use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 /// A status covers the last frame of a step if it comes this much later …

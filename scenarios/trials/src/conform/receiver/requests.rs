@@ -10,7 +10,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, TimeRequest};
 use coaxle_os::Machine;
 
-use super::rules::REQUESTS;
+use super::script::REQUESTS;
 use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
 
 /// Range of the mean pause between two requests, s: some ten come each second.

@@ -1,8 +1,16 @@
-//! The steps to play, and the reaction expected to each.
+//! The rules for nodes that follow axes, by name, and the steps that try them: frames to play, and the reaction
+//! expected to them. docs/WIRE.md has the list of rules, too.
 
 use super::frames::{BadFrames, FrameWriter};
-use super::rules;
 use crate::conform::rule::Rule;
+
+const REFUSED: &str = "what-a-receiver-refuses";
+const GOOD: &str = "what-a-receiver-makes-of-good-frames";
+const EXCHANGE: &str = "time-requests-and-responses";
+
+/// Rules that the whole play tries, rather than a step.
+pub(super) static SEEN_BY: Rule = Rule::new("R2", "seen-by", "keys");
+pub(super) static REQUESTS: Rule = Rule::new("R21", "requests", EXCHANGE);
 
 /// A step.
 #[derive(Clone, Copy, Debug)]
@@ -58,100 +66,47 @@ pub(super) const ERROR: u32 = 0x4650;
 const FEW: u64 = 3;
 const MANY: u64 = 25;
 
-/// The whole script, in its order: steps that disturb a receiver's clock come before the run that restarts.
-pub(super) static SCRIPT: [ScriptStep; 21] = [
-    step(&rules::FOLLOWS, Play::Good, MANY, Expect::Used),
-    refused(
-        &rules::WRONG_VERSION,
-        FrameWriter::versions,
-        "rejected_wrong_version",
-    ),
-    refused(
-        &rules::TRUNCATED,
-        FrameWriter::truncated,
-        "rejected_truncated",
-    ),
-    refused(
-        &rules::WRONG_CHECKSUM,
-        FrameWriter::check_sums,
-        "rejected_wrong_checksum",
-    ),
-    refused(
-        &rules::MALFORMED,
-        FrameWriter::malformed,
-        "rejected_malformed",
-    ),
-    refused(
-        &rules::TRAILING_BYTES,
-        FrameWriter::trailing,
-        "rejected_trailing_bytes",
-    ),
-    refused(
-        &rules::CYCLE_TIME_RANGE,
-        FrameWriter::cycle_times,
-        "rejected_cycle_time_out_of_range",
-    ),
-    refused(
-        &rules::FOREIGN_SENDER,
-        FrameWriter::senders,
-        "rejected_foreign_sender",
-    ),
-    refused(
-        &rules::AXIS_MISSING,
-        FrameWriter::axes,
-        "rejected_axis_missing",
-    ),
-    refused(
-        &rules::IMPLAUSIBLE,
-        FrameWriter::numbers,
-        "rejected_implausible",
-    ),
-    step(&rules::ANY_INDEX, Play::AnyIndex, MANY, Expect::Used),
-    step(
-        &rules::DUPLICATES,
-        Play::Twice,
-        FEW,
-        Expect::Counted("duplicates"),
-    ),
-    step(&rules::LATE, Play::Late, 2 * FEW, Expect::Counted("late")),
-    step(
-        &rules::ERROR_CODE,
-        Play::ErrorCode,
-        MANY,
-        Expect::Error(ERROR),
-    ),
-    refused(&rules::OTHER_RUN, FrameWriter::runs, "foreign_frames"),
-    refused(
-        &rules::OTHER_CYCLE_TIME,
-        FrameWriter::other_cycle_times,
-        "foreign_frames",
-    ),
-    refused(&rules::OTHER_COUNT, FrameWriter::counts, "foreign_frames"),
-    step(&rules::ANY_STAMP, Play::AnyStamp, MANY, Expect::Used),
-    step(&rules::TAKE_OVER, Play::NewRun, MANY, Expect::Run),
-    step(
-        &rules::RESPONSES,
-        Play::Good,
-        MANY,
-        Expect::Some("exchanges"),
-    ),
-    step(
-        &rules::BAD_RESPONSES,
-        Play::BadResponses,
-        2 * MANY,
-        Expect::Counted("responses_refused"),
-    ),
-];
-
-const fn step(rule: &'static Rule, play: Play, cycles: u64, expect: Expect) -> ScriptStep {
-    ScriptStep {
-        rule,
-        play,
-        cycles,
-        expect,
-    }
+/// A row is a rule with its section, the frames to play in a number of cycles, and the reaction to them.
+macro_rules! script {
+    ($($number:literal $name:literal $section:ident => $play:expr, $cycles:expr, $expect:expr;)*) => {
+        /// The whole script, in its order: steps that disturb a receiver's clock come before the run that restarts.
+        pub(super) static SCRIPT: &[ScriptStep] = &[$(ScriptStep {
+            rule: &Rule::new($number, $name, $section),
+            play: $play,
+            cycles: $cycles,
+            expect: $expect,
+        }),*];
+    };
 }
 
-const fn refused(rule: &'static Rule, bad: BadFrames, counter: &'static str) -> ScriptStep {
-    step(rule, Play::Beside(bad), FEW, Expect::Counted(counter))
+script! {
+    "R1"  "follows"          GOOD     => Play::Good, MANY, Expect::Used;
+    "R3"  "wrong-version"    REFUSED  => bad(FrameWriter::versions), FEW, counted("rejected_wrong_version");
+    "R4"  "truncated"        REFUSED  => bad(FrameWriter::truncated), FEW, counted("rejected_truncated");
+    "R5"  "wrong-checksum"   REFUSED  => bad(FrameWriter::check_sums), FEW, counted("rejected_wrong_checksum");
+    "R6"  "malformed"        REFUSED  => bad(FrameWriter::malformed), FEW, counted("rejected_malformed");
+    "R7"  "trailing-bytes"   REFUSED  => bad(FrameWriter::trailing), FEW, counted("rejected_trailing_bytes");
+    "R8"  "cycle-time-range" REFUSED  => bad(FrameWriter::cycle_times), FEW, counted("rejected_cycle_time_out_of_range");
+    "R9"  "foreign-sender"   REFUSED  => bad(FrameWriter::senders), FEW, counted("rejected_foreign_sender");
+    "R10" "axis-missing"     REFUSED  => bad(FrameWriter::axes), FEW, counted("rejected_axis_missing");
+    "R11" "implausible"      REFUSED  => bad(FrameWriter::numbers), FEW, counted("rejected_implausible");
+    "R12" "any-index"        GOOD     => Play::AnyIndex, MANY, Expect::Used;
+    "R14" "duplicates"       GOOD     => Play::Twice, FEW, counted("duplicates");
+    "R15" "late"             GOOD     => Play::Late, 2 * FEW, counted("late");
+    "R16" "error-code"       GOOD     => Play::ErrorCode, MANY, Expect::Error(ERROR);
+    "R17" "other-run"        GOOD     => bad(FrameWriter::runs), FEW, counted("foreign_frames");
+    "R18" "other-cycle-time" GOOD     => bad(FrameWriter::other_cycle_times), FEW, counted("foreign_frames");
+    "R19" "other-count"      GOOD     => bad(FrameWriter::counts), FEW, counted("foreign_frames");
+    "R13" "any-stamp"        GOOD     => Play::AnyStamp, MANY, Expect::Used;
+    "R20" "take-over"        GOOD     => Play::NewRun, MANY, Expect::Run;
+    "R22" "responses"        EXCHANGE => Play::Good, MANY, Expect::Some("exchanges");
+    "R23" "bad-responses"    EXCHANGE => Play::BadResponses, 2 * MANY, counted("responses_refused");
+}
+
+const fn bad(frames: BadFrames) -> Play {
+    Play::Beside(frames)
+}
+
+const fn counted(counter: &'static str) -> Expect {
+    Expect::Counted(counter)
 }

@@ -16,8 +16,7 @@ mod tests;
 
 use clap::{Args, ValueEnum};
 use coaxle_clock::Span;
-use coaxle_host::cli::NetworkArgs;
-use coaxle_host::cli::parse_duration;
+use coaxle_host::cli::{NetworkArgs, parse_duration};
 use coaxle_host::network::transport::{OverZenoh, Transport};
 use coaxle_node::Channel;
 use coaxle_node::frame::sender_id;
