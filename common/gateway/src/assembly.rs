@@ -31,6 +31,7 @@ impl Assembly {
     /// # Errors
     /// [`WrongPart`] if its length is wrong, or the part does not exist.
     pub fn take(&mut self, stamp: u64, part: usize, bytes: &[u8]) -> Result<bool, WrongPart> {
+        // A part that does not exist has no bytes, so that it fits nothing.
         let expected = self.parts.get(part).map_or(0, Vec::len);
         if bytes.len() != expected || expected == 0 {
             let received = bytes.len();
@@ -41,13 +42,16 @@ impl Assembly {
             });
         }
         if self.stamp != Some(stamp) {
+            // Only a sample that has begun, and was never whole, is torn.
             self.torn += u64::from(self.stamp.is_some() && !self.is_done);
             self.stamp = Some(stamp);
             self.is_done = false;
+            // Parts of the earlier stamp would be mixed with those of this cycle.
             self.has.fill(false);
         }
         self.parts[part].copy_from_slice(bytes);
         self.has[part] = true;
+        // A PLC may send a value twice in a cycle: only the first time makes the sample whole.
         let is_whole = !self.is_done && self.has.iter().all(|has| *has);
         self.is_done |= is_whole;
         Ok(is_whole)
@@ -91,6 +95,7 @@ mod tests {
         // A repeated part does not complete the sample again.
         assert_eq!(assembly.take(10, 0, &[9, 0]), Ok(false));
         assert_eq!(assembly.take(20, 0, &[10, 0]), Ok(false));
+        // The sample of stamp 20 has one part only when stamp 30 begins.
         assert_eq!(assembly.take(30, 1, &[4, 5, 6]), Ok(false));
         assert_eq!(assembly.torn(), 1);
         assert_eq!(assembly.take(30, 0, &[11, 0]), Ok(true));

@@ -279,7 +279,9 @@ impl GatewayConfig {
     /// cycle time of the PLC.
     #[must_use]
     pub fn scan_time(&self) -> CycleTime {
+        // Twice as fast as the PLC, so that no cycle waits for longer than half of one.
         let half = self.cycle_time_us.0.span() / 2;
+        // A PLC of 100 µs would ask for 50 µs, below the shortest cycle of a node.
         let within = half.clamp(CycleTime::MIN, CycleTime::MAX);
         CycleTime::new(within).unwrap_or(self.cycle_time_us.0)
     }
@@ -288,6 +290,7 @@ impl GatewayConfig {
     #[must_use]
     pub fn poll_period(&self) -> Span {
         let own = self.ads.as_ref().and_then(|ads| ads.poll_us);
+        // Pauses go up to one and a half of it, three quarters of a cycle: each cycle is polled.
         own.map_or(self.cycle_time_us.0.span() / 2, |own| own.0.span())
     }
 
@@ -311,10 +314,12 @@ impl GatewayConfig {
     /// in the order of the outputs.
     #[must_use]
     pub fn wiring(&self) -> Wiring {
+        // The node numbers subscriptions by their place: outputs begin at 1.
         let mut subscriptions = vec![Subscription::time_requests_to(&self.name)];
         subscriptions.extend(self.outputs.iter().map(OutputConfig::subscription));
         Wiring {
             node: self.name.clone(),
+            // Axes, and the PLC's time for receivers that ask.
             publications: [Channel::Axes, Channel::TimeResponses]
                 .map(|channel| Publication::new(&self.name, channel))
                 .into(),
@@ -353,6 +358,7 @@ impl OutputConfig {
             node: self.node.clone(),
             channel,
             reader: intake.into(),
+            // The `[lab]` of a gateway has faults of its clock only.
             faults: coaxle_node::config::LinkConfig::default(),
             far: 0,
         }

@@ -15,6 +15,7 @@ pub const EXTERNAL_SET_VALUES_LEN: usize = 28;
 #[must_use]
 pub fn external_set_values(axis: &NcToPlcAxis) -> [u8; EXTERNAL_SET_VALUES_LEN] {
     let velocity = axis.set_velocity;
+    // Not `signum`: that of 0.0 is 1, and the block would take a direction at standstill.
     let direction = i32::from(velocity > 0.0) - i32::from(velocity < 0.0);
     let mut image = [0; EXTERNAL_SET_VALUES_LEN];
     image[..8].copy_from_slice(&axis.set_position.to_le_bytes());

@@ -14,8 +14,10 @@ use crate::signals::PlcAxisSignals;
 use crate::snapshot::GatewaySnapshot;
 
 /// Greatest age of a sample to publish: a PLC that was away has nothing to catch up on.
+// Equal to the tolerance between count and time, beyond which a receiver refuses a frame.
 const STALE: Span = Span::from_millis(100);
 /// Greatest number of samples taken in one cycle: the rest of a burst waits for the next one.
+// As many as the rings of the real world hold.
 const SAMPLES_PER_CYCLE: u32 = 64;
 /// The first subscription with axes for the PLC; the one before it has time requests.
 const OUTPUTS: usize = 1;
@@ -89,7 +91,9 @@ impl<P: Port> Gateway<P> {
     /// Takes the samples that have arrived; true if one is of a new cycle.
     fn take_samples(&mut self, now: Instant<Local>) -> bool {
         let mut is_new = false;
+        // Bounded: a port that never ends must not hang the cycle.
         for _ in 0..SAMPLES_PER_CYCLE {
+            // Dated by the ideal start, to which the port's stamps are related.
             if !self.port.receive(now, &mut self.incoming) {
                 break;
             }
@@ -105,17 +109,21 @@ impl<P: Port> Gateway<P> {
             connection,
             ..
         } = self.incoming;
+        // Before the index is classified: after another connection it may continue by chance.
         if self.newest_count.is_some() && connection != self.newest.connection {
             self.counter.reset();
         }
         let signals = &mut self.snapshot.signals.node;
         let count = match self.counter.classify(index, at) {
             SampleClass::New { count } => {
+                // The first cycle of a node has none before it.
                 let before = self.newest_count.unwrap_or(count);
+                // The cycles between the two were seen by nobody.
                 signals.plc_missed += count.saturating_sub(before + 1);
                 count
             }
             SampleClass::Begun { count, run } => {
+                // The far clock of the old run would take the new counts for errors.
                 self.clock.begin(run);
                 signals.plc_runs += 1;
                 count
@@ -132,6 +140,7 @@ impl<P: Port> Gateway<P> {
         signals.plc_cycles += 1;
         self.clock.observe(count, at);
         self.newest_count = Some(count);
+        // The buffers change places: nothing is copied or allocated.
         std::mem::swap(&mut self.incoming, &mut self.newest);
         true
     }
@@ -141,12 +150,15 @@ impl<P: Port> Gateway<P> {
         let Some(count) = self.newest_count else {
             return;
         };
+        // Without the line a send stamp would carry the jitter of reading to all receivers.
         let Some(start) = self.clock.start_of(count) else {
             return;
         };
+        // A burst after a stop: receivers have extrapolated beyond it already.
         if self.ids.is_empty() || now - self.newest.at > STALE {
             return;
         }
+        // The config's ids: the id in the image is the PLC's own.
         for (axis, id) in self.newest.axes.iter_mut().zip(&self.ids) {
             axis.axis_id = *id;
         }
@@ -161,6 +173,7 @@ impl<P: Port> Gateway<P> {
     /// Forwards the axes for the PLC.
     fn forward_outputs(&mut self) {
         for (number, output) in self.outputs.iter_mut().enumerate() {
+            // Once: a PLC must not see the same index as a new one.
             if let Some(index) = output.index.take() {
                 self.port.send(&PlcOutput {
                     number,
@@ -187,6 +200,7 @@ impl<P: Port> Gateway<P> {
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
         let Some(count) = self.newest_count else {
+            // Without a sample the signals of the axes stay as they are.
             signals.plc_lateness_us = None;
             return;
         };
@@ -234,10 +248,12 @@ impl<P: Port> Node for Gateway<P> {
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         let tick = self.schedule.take(now);
         let is_new = self.take_samples(tick.ideal_start);
+        // After the samples of this cycle, so that they are in the line.
         self.clock.cycle(now, self.newest_count);
         if is_new {
             self.publish(now);
         }
+        // After the line is renewed, which the responses are about.
         self.clock.respond(now);
         self.forward_outputs();
         self.show(&tick);
@@ -245,6 +261,7 @@ impl<P: Port> Node for Gateway<P> {
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
+        // Axes before responses: receivers wait for them in each cycle.
         let Some((length, ideal_start)) = self.waiting.take() else {
             return self.clock.transmit();
         };
@@ -283,6 +300,7 @@ impl Output {
     fn take(&mut self, index: CycleIndex, samples: &[Option<AxisSample>]) {
         let places = self.axes.iter_mut().zip(&self.ids);
         for ((axis, id), sample) in places.zip(samples) {
+            // An axis that did not come is none, not the previous one.
             *axis = sample.as_ref().map(|sample| of_sample(*id, sample));
         }
         self.index = Some(index);

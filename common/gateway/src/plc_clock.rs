@@ -60,6 +60,7 @@ impl PlcClock {
     /// Begins a new run of the PLC: all knowledge of its clock is discarded.
     pub fn begin(&mut self, run: u64) {
         let past = self.server.counters();
+        // The server of the new run counts from 0, and the signals go on.
         self.counted.answered += past.answered;
         self.counted.dropped += past.dropped;
         self.run = run;
@@ -72,11 +73,13 @@ impl PlcClock {
     /// Returns the epoch of the run.
     #[must_use]
     pub const fn epoch(&self) -> u64 {
+        // Wrapping, as an epoch is random: each run of the PLC has another one.
         self.epoch.wrapping_add(self.run)
     }
 
     /// Takes the arrival of the axes of cycle `count` at `at`.
     pub fn observe(&mut self, count: u64, at: Instant<Local>) {
+        // No send stamp: the reading delay is unknown.
         self.clock.message(self.epoch(), count, at, None);
     }
 
@@ -85,8 +88,10 @@ impl PlcClock {
     pub fn cycle(&mut self, now: Instant<Local>, newest: Option<u64>) {
         let output = self.clock.cycle(now, |_, _| {});
         self.drift_ppm = output.observer.drift_ppm;
+        // Seconds of the PLC per second of the gateway.
         let rate = 1.0 + self.drift_ppm * 1e-6;
         self.line = newest.and_then(|count| {
+            // The correction is a time of the PLC's clock since the start of its cycle: divided by the rate it is local.
             let since = self.clock.correction(count)?.0 / rate;
             let start = now - Span::from_secs_f64(since);
             Some(ClockLine { count, start, rate })
@@ -97,6 +102,7 @@ impl PlcClock {
     #[must_use]
     pub fn start_of(&self, count: u64) -> Option<Instant<Local>> {
         let line = self.line?;
+        // As signed: a cycle before that of the line lies before it.
         let cycles = count.wrapping_sub(line.count) as i64 as f64;
         let later = cycles * self.cycle_time.as_secs_f64() / line.rate;
         Some(line.start + Span::from_secs_f64(later))
@@ -111,6 +117,7 @@ impl PlcClock {
 
     /// Takes a time request. As long as the clock is not known, there is no response.
     pub fn receive_request(&mut self, at: Instant<Local>, request: &TimeRequest) {
+        // Without a known clock any response would be wrong. The requester asks again.
         if let Some(at) = self.time_at(at) {
             self.server.receive(at, request);
         }
@@ -153,6 +160,7 @@ impl PlcClock {
     /// Returns the time of the PLC's clock at a local instant, since the ideal start of its cycle 0.
     fn time_at(&self, at: Instant<Local>) -> Option<Instant<Local>> {
         let line = self.line?;
+        // Local time since the line, in seconds of the PLC.
         let passed = (at - line.start).as_secs_f64() * line.rate;
         Some(self.time_of_cycle(line.count) + Span::from_secs_f64(passed))
     }
@@ -167,6 +175,7 @@ fn far_clock(cycle_time: CycleTime, run: u64) -> FarClock {
     FarClock::new(
         cycle_time,
         ObserverParameters::default(),
+        // A PLC answers no time requests: the delay of reading stays in the constant part.
         DelaySource::Off,
         run,
     )

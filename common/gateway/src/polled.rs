@@ -6,6 +6,7 @@
 use coaxle_clock::CycleIndex;
 
 /// Greatest number of reads of the images in one poll, before it counts as torn.
+// A third failure means that reading takes a whole cycle: another attempt would be torn as well.
 const ATTEMPTS: u32 = 3;
 
 /// The memory of a PLC, one read at a time.
@@ -46,16 +47,19 @@ pub enum Polled {
 /// Those of the memory.
 pub fn poll<M: PlcMemory>(memory: &mut M, before: Option<CycleIndex>) -> Result<Polled, M::Error> {
     let mut index = memory.read_index()?;
+    // The usual case: twice as many polls as cycles.
     if Some(index) == before {
         return Ok(Polled::Nothing);
     }
     for _ in 0..ATTEMPTS {
+        // Again with each attempt: the arrival belongs to the index that the images are compared with.
         memory.keep_arrival();
         memory.read_images()?;
         let after = memory.read_index()?;
         if after == index {
             return Ok(Polled::Images(index));
         }
+        // The later index may fit the next images.
         index = after;
     }
     Ok(Polled::Torn)
@@ -75,11 +79,11 @@ pub struct PollPauses {
 impl PollPauses {
     /// Returns the next pause.
     pub fn next_part(&mut self) -> f64 {
-        // Steps of the golden ratio fill the interval evenly; two different ones in alternation keep the
-        // sums distributed, too.
+        // A congruential sequence of full period 2³² (Hull and Dobell: 5 − 1 is divisible by 4, and the increment 2³²/φ is odd).
         const GOLDEN: u32 = 2_654_435_769;
         self.phase = self.phase.wrapping_mul(5).wrapping_add(GOLDEN);
         // The low bits of such a sequence are poor, the high ones good.
+        // 24 bits of a float: exact, and from 0.5 to below 1.5.
         0.5 + f64::from(self.phase >> 8) / f64::from(1_u32 << 24)
     }
 }
@@ -142,6 +146,7 @@ mod tests {
                     found += 1;
                 }
             }
+            // With two reads per cycle index, images and index never fall into one cycle.
             let expected = if reads_per_cycle > 2 { 10 } else { 0 };
             assert!(found >= expected, "{reads_per_cycle}: {found}");
         }
@@ -160,6 +165,7 @@ mod tests {
         let first = CycleIndex(0);
         assert_eq!(poll(&mut memory, None).unwrap(), Polled::Images(first));
         assert_eq!(poll(&mut memory, Some(first)).unwrap(), Polled::Nothing);
+        // Index, images and index of the first poll, and the index of the second.
         assert_eq!(memory.reads, 4);
     }
 
@@ -171,11 +177,13 @@ mod tests {
             let part = pauses.next_part();
             assert!((0.5..1.5).contains(&part));
             of_pause[((part - 0.5) * 10.0) as usize] += 1;
+            // The pauses are in parts of half a cycle.
             // A cycle takes two periods.
             at += part;
             of_phase[((at / 2.0 % 1.0) * 10.0) as usize] += 1;
         }
         for share in of_pause.iter().chain(&of_phase) {
+            // 1000 in each tenth, with a fifth to either side.
             assert!((800..1_200).contains(share), "{of_pause:?} {of_phase:?}");
         }
     }

@@ -31,11 +31,13 @@ pub fn read_record(
         received: bytes.len(),
         expected: record_len(axes.len()),
     };
+    // Wholly, before any axis is changed: half a record would mix two cycles.
     if bytes.len() != wrong.expected {
         return Err(wrong);
     }
     let (index, images) = bytes.split_at(INDEX_LEN);
     for (axis, image) in axes.iter_mut().zip(images.chunks_exact(IMAGE_LEN)) {
+        // `chunks_exact` gives images of the right length only.
         *axis = NcToPlcAxis::from_image_slice(layout, image).map_err(|_| wrong)?;
     }
     Ok(CycleIndex(u16::from_le_bytes([index[0], index[1]])))
@@ -91,9 +93,11 @@ mod tests {
         let index = read_record(ImageLayout::TwinCat2, &bytes, &mut read);
         assert_eq!(index, Ok(CycleIndex(0x1234)));
         assert_eq!(read, axes);
+        // A byte less, nothing, and a byte more.
         for wrong in [&bytes[..257], &[][..], &[&bytes[..], &[0]].concat()] {
             let error = read_record(ImageLayout::TwinCat2, wrong, &mut read).unwrap_err();
             let received = wrong.len();
+            // Two bytes, and twice 128.
             let expected = 258;
             assert_eq!(error, RecordLengthError { received, expected });
         }

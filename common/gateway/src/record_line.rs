@@ -35,6 +35,7 @@ pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, Rec
     if received != expected {
         return Err(RecordLineError::Fields { received, expected });
     }
+    // Blanks behind commas are usual in CSV written by people.
     let mut cells = line.split(',').map(str::trim);
     let cell = cells.next().unwrap_or_default();
     let index = cell.parse().map_err(|_| RecordLineError::Index {
@@ -44,6 +45,7 @@ pub fn read_line(line: &str, axes: &mut [NcToPlcAxis]) -> Result<CycleIndex, Rec
         let mut values = [0.0; FIELDS.len()];
         for (value, field) in values.iter_mut().zip(FIELDS) {
             let cell = cells.next().unwrap_or_default();
+            // `inf` and `nan` are numbers for `parse`, and would spread to all receivers.
             let number_of_cell = cell.parse().ok().filter(|number: &f64| number.is_finite());
             *value = number_of_cell.ok_or_else(|| RecordLineError::Number {
                 axis: number,
@@ -67,6 +69,7 @@ pub fn write_line(output: &PlcOutput<'_>, out: &mut String) {
                 ",{},{},{}",
                 axis.set_position, axis.set_velocity, axis.set_acceleration
             ),
+            // Empty fields keep the columns of the axes behind it in place.
             None => write!(out, ",,,"),
         };
     }
@@ -75,6 +78,7 @@ pub fn write_line(output: &PlcOutput<'_>, out: &mut String) {
 
 fn moving([position, velocity, acceleration]: [f64; 3]) -> NcToPlcAxis {
     NcToPlcAxis {
+        // A line has no state word: without these bits the axis would be neither operational nor homed.
         state_word: StateWord::OPERATIONAL | StateWord::HOMED,
         actual_position: position,
         actual_velocity: velocity,
@@ -87,6 +91,7 @@ fn moving([position, velocity, acceleration]: [f64; 3]) -> NcToPlcAxis {
 
 /// Shortens a field for a message.
 fn shortened(cell: &str) -> String {
+    // A field may be as long as the line.
     cell.chars().take(32).collect()
 }
 

@@ -18,6 +18,7 @@ impl Retry {
     /// Counts a failed attempt, or the end of a connection. Returns the wait before the next one, and
     /// true if it is to be logged: once, and not again before the PLC was connected.
     pub fn failed(&mut self) -> (Span, bool) {
+        // Four doublings of 200 ms are 3.2 s.
         let doubled = self.failures.min(4);
         self.failures = self.failures.saturating_add(1);
         (Self::SHORTEST * (1_i64 << doubled), self.failures == 1)

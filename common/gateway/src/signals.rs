@@ -74,6 +74,7 @@ mod tests {
     use coaxle_node::signal::table;
 
     const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/PLC.md");
+    // The tables behind this heading are written by the test, the rest of the page by hand.
     const HEADING: &str = "# Signals of a gateway\n";
 
     /// To update it after a change: `UPDATE_DOCS=1 cargo test -p coaxle-gateway signals`.

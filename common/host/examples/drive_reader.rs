@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 use coaxle_host::machine::shared_memory::{DriveProcess, ProcessValues, SetValues};
 
 /// Polling interval for set values, several times per cycle, so that the response comes within the cycle.
+// A cycle lasts a millisecond in the configs that come with the receiver: five looks per cycle.
 const LOOK: Duration = Duration::from_micros(200);
 /// Interval between attempts to attach to the receiver.
 const TRY: Duration = Duration::from_millis(100);
@@ -34,9 +35,11 @@ struct Drive {
 impl Drive {
     fn follow(&mut self, set: &SetValues) -> ProcessValues {
         if set.enable {
+            // No lag and no following error: the response carries the position of the very set values that it answers.
             (self.position, self.velocity) = (set.position, set.velocity);
             ProcessValues::following(self.position, self.velocity).of(set)
         } else {
+            // A drive without power holds its position. Its velocity would otherwise stay that of the last cycle.
             self.velocity = 0.0;
             ProcessValues::off(self.position).of(set)
         }
@@ -55,6 +58,7 @@ pub(crate) fn run(path: &Path, stop: &AtomicBool, mut show: impl FnMut(String)) 
                 attached(&mut process, &mut drive, stop, &mut show);
                 show("the receiver has ended".to_owned());
             }
+            // A receiver that has not started yet is no reason to end: the attempts go on until it is there.
             Err(error) => show(error.to_string()),
         }
         std::thread::sleep(TRY);
@@ -67,12 +71,14 @@ fn attached(
     stop: &AtomicBool,
     show: &mut impl FnMut(String),
 ) {
+    // `last` begins empty with each attachment: a new run of the receiver counts from the start.
     let (mut last, mut shown) = (None::<SetValues>, Instant::now());
     while process.is_attached() && !stop.load(Ordering::Relaxed) {
         let set = process.set_values();
         // A single response per cycle: its heartbeat shows that the set values were read.
         if let Some(set) = set.filter(|set| last.is_none_or(|last| last.counter != set.counter)) {
             process.answer(&drive.follow(&set));
+            // A change of power is shown at once, the rest once a second: a line per cycle would be a thousand a second.
             let switched = last.is_none_or(|last| last.enable != set.enable);
             if switched || shown.elapsed() >= Duration::from_secs(1) {
                 let SetValues {
@@ -100,6 +106,7 @@ fn main() {
     let path = path.unwrap_or_else(|| "/dev/shm/coaxle-carriage".to_owned());
     let mut before = String::new();
     run(path.as_ref(), &AtomicBool::new(false), |line| {
+        // The failed attempts of a wait have the same text: ten lines a second would hide all others.
         if line != before {
             println!("{line}");
             before = line;

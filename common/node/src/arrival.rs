@@ -104,6 +104,7 @@ impl ArrivalRow {
         header: &FrameHeader,
         far: usize,
     ) -> Self {
+        // A `match`, since `map` is no const function.
         let send_stamp_ns = match header.send_stamp {
             Some(stamp) => Some(stamp.as_nanos()),
             None => None,
@@ -117,6 +118,7 @@ impl ArrivalRow {
             cycle_time_ns: header.cycle_time.span().as_nanos(),
             arrival_ns: arrived.as_nanos(),
             send_stamp_ns,
+            // From 1, as people count the nodes of a config. A receiver has 128 of them at most.
             far: far as u16 + 1,
         }
     }

@@ -43,6 +43,7 @@ pub trait Node {
     /// `cargo` is [that of the order](CommandOrder::cargo): memory that it brings, and takes back
     /// to be freed elsewhere.
     fn execute_with(&mut self, order: &CommandOrder, _cargo: &mut OrderCargo) -> CommandOutcome {
+        // A node without slaves answers, too: a client must not wait for its timeout.
         order.without_addressee()
     }
 
@@ -58,6 +59,7 @@ pub trait Node {
     /// Reports whether a channel of its own has subscribers. Until it is reported there is one.
     /// Data without a subscriber need not be encoded.
     fn set_subscribed(&mut self, channel: Channel, is_subscribed: bool) {
+        // A node that encodes everything is right, if slower.
         let _ = (channel, is_subscribed);
     }
 

@@ -16,6 +16,7 @@ pub fn most_similar<'n>(
     received: &str,
     known: impl IntoIterator<Item = &'n str>,
 ) -> Option<&'n str> {
+    // Jaro and Winkler for swapped letters and common beginnings, Damerau and Levenshtein for the rest.
     let likeness = |name: &&str| {
         let (name, received) = (name.to_lowercase(), received.to_lowercase());
         strsim::jaro_winkler(&name, &received)
@@ -23,9 +24,11 @@ pub fn most_similar<'n>(
     };
     let alike = known
         .into_iter()
+        // The name itself is no suggestion.
         .filter(|name| !name.is_empty() && *name != received)
         .map(|name| (likeness(&name), name))
         .filter(|(likeness, _)| *likeness > LEAST_LIKENESS);
+    // `total_cmp`: similarities are finite, but floats have no order of their own.
     let most = alike.max_by(|(a, _), (b, _)| a.total_cmp(b));
     most.map(|(_, name)| name)
 }

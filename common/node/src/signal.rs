@@ -59,6 +59,7 @@ impl Signal {
     /// Meaning, in one sentence or two.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
+        // A doc comment keeps the blank behind its slashes.
         self.doc.trim()
     }
 }
@@ -139,6 +140,7 @@ impl Instance {
     pub fn columns(&self) -> impl Iterator<Item = String> {
         let name = &self.name;
         self.signals.iter().map(move |signal| match name.as_str() {
+            // The node itself has no prefix.
             "" => signal.name.to_owned(),
             name => format!("{name}.{}", signal.name),
         })

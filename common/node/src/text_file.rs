@@ -84,7 +84,9 @@ pub fn read(path: &Path, most: u64) -> Result<String, Unreadable> {
 /// [`Unreadable`], as in [`read`], or with the number of the line.
 pub fn read_table(path: &Path, most: u64) -> Result<String, Unreadable> {
     let text = read(path, most)?;
+    // After reading: the bound of the file holds for the memory, that of lines for parsers.
     let long = (1..).zip(text.lines());
+    // Without the end of the line.
     let long = long.filter(|(_, line)| line.len() > MOST_LINE_BYTES);
     match long.map(|(line, _)| line).next() {
         Some(line) => Err(unreadable(path, LongLine { line }.into())),
@@ -127,6 +129,7 @@ impl<R> ShortLines<R> {
 
 impl<R: Read> Read for ShortLines<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        // Checked as the bytes pass: a reader row by row would collect a line without an end.
         let count = self.inner.read(buffer)?;
         for byte in &buffer[..count] {
             if *byte == b'\n' {
@@ -172,15 +175,19 @@ fn instead_of(path: &Path) -> String {
             false => one_line(&format!("; there is no folder {}", folder.display())),
         };
     };
+    // A file of the same kind only: a CSV is not meant by a TOML.
     let ending = path.extension();
+    // A folder of millions of files would take longer than the error is worth.
     let entries = entries.take(MOST_NEIGHBOURS).flatten();
     let names = entries.map(|entry| PathBuf::from(entry.file_name()));
     let names = names.filter(|name| name.extension() == ending);
     let mut stems: Vec<_> = names.map(|name| stem_of(&name)).collect();
+    // The order of a folder is that of the file system.
     stems.sort();
     let Some(meant) = most_similar(&stem_of(path), stems.iter().map(String::as_str)) else {
         return String::new();
     };
+    // With the path as it was given, so that it can be copied.
     let mut meant = path.with_file_name(meant);
     if let Some(ending) = ending {
         meant.as_mut_os_string().push(".");
@@ -196,6 +203,7 @@ fn stem_of(path: &Path) -> String {
 
 fn open_regular(path: &Path) -> Result<File, Reason> {
     // Opening a pipe would wait for a writer.
+    // The kind of the target: a link to a regular file is one.
     let kind = std::fs::metadata(path)?.file_type();
     if kind.is_file() {
         return Ok(File::open(path)?);
@@ -221,12 +229,14 @@ fn text_of(file: File, most: u64) -> Result<String, Reason> {
     check_length(&file, most)?;
     // Some system files have no length, and other files grow.
     let mut bytes = Vec::new();
+    // A byte more than allowed, which shows that there is more.
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         let received = format!("more than {most}");
         return Err(Reason::TooLong { received, most });
     }
     String::from_utf8(bytes).map_err(|error| {
+        // Up to the first wrong byte: its line is the one after these breaks.
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
         Reason::NoText { line }
@@ -246,6 +256,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.toml");
         std::fs::write(&path, "title = 'é'").unwrap();
+        // `é` has two bytes.
         assert_eq!(read(&path, 12).unwrap(), "title = 'é'");
         assert_eq!(
             refusal(&path, 11),
@@ -258,6 +269,7 @@ mod tests {
 
     #[test]
     fn a_file_that_does_not_say_its_length_is_bounded_all_the_same() {
+        // A file of /proc says 0 bytes.
         assert_eq!(
             refusal(Path::new("/proc/self/status"), 10),
             "/proc/self/status: cannot be read: received more than 10 bytes, expected at most 10"
@@ -303,6 +315,7 @@ mod tests {
     fn a_line_without_end_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
+        // Just as long as allowed, and two more.
         let fits = format!("x;y\n{}\n", "1".repeat(MOST_LINE_BYTES));
         let long = format!("x;y\n1;{}\n", "1".repeat(MOST_LINE_BYTES));
         std::fs::write(&path, &fits).unwrap();

@@ -6,6 +6,7 @@ use crate::config::ConfigError;
 use crate::text_file;
 
 /// Greatest size of a CSV file, bytes.
+// As for the points of a cam: docs/LIMITS.md.
 const MOST_BYTES: u64 = 64 << 20;
 /// Greatest number of its rows.
 const MOST_ROWS: usize = 1_000_000;
@@ -48,6 +49,7 @@ pub fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, Confi
         .filter(|(line, _)| !line.is_empty() && !line.starts_with('#'))
         .peekable();
     let separator = Separator::of(filled.peek().map_or("", |(line, _)| line));
+    // At most one: a second line without a number is a mistake.
     filled.next_if(|(line, _)| separator.is_header(line));
 
     let mut rows = Vec::new();
@@ -91,6 +93,7 @@ impl Wrong<'_> {
 
 impl Separator {
     fn of(line: &str) -> Self {
+        // The comma last: with another separator it is a decimal comma.
         [';', '\t', ',']
             .into_iter()
             .find(|separator| line.contains(*separator))
@@ -100,6 +103,7 @@ impl Separator {
     fn is_header(self, line: &str) -> bool {
         self.cells(line)
             .iter()
+            // A row with one number has a mistake, a header has none.
             .all(|cell| self.number(cell).is_none())
     }
 
@@ -133,6 +137,7 @@ impl Separator {
     }
 
     fn number(self, cell: &str) -> Option<f64> {
+        // A cell with a point has no decimal comma.
         if self != Self::Character(',') && !cell.contains('.') {
             return cell.replacen(',', ".", 1).parse().ok();
         }
@@ -154,6 +159,7 @@ mod tests {
 
     #[test]
     fn tables_of_all_countries_are_understood() {
+        // Written with commas, semicolons, tabs and blanks, and with both decimal marks.
         let expected = Ok(vec![(0.0, 0.5), (90.0, -1.25e3)]);
         for text in [
             "0,0.5\n90,-1250\n",
@@ -171,6 +177,7 @@ mod tests {
     #[test]
     fn rows_know_their_lines() {
         let (_, source) = parse("t.csv".to_owned(), "# two\nm;s\n0;0\n\n1;1\n", COLUMNS).unwrap();
+        // The comment, the header and the empty line count.
         assert_eq!(source.lines, [3, 5]);
     }
 

@@ -139,6 +139,7 @@ pub fn links(nodes: &[Wiring]) -> Vec<WiringLink> {
                 let fits = |publication: &Publication| {
                     publication.node == received.node && publication.channel == received.channel
                 };
+                // The first that fits: a node publishes a channel once.
                 if let Some(publication) = speaker.publications.iter().position(fits) {
                     ways.push(WiringLink {
                         from,
@@ -234,6 +235,7 @@ mod tests {
             })
             .collect();
         assert_eq!(
+            // By receiver, then by its subscription, then by the sender.
             ways,
             [
                 (3, "time-requests", 0),

@@ -24,6 +24,7 @@ impl CamFileError {
     #[must_use]
     pub fn code(&self) -> Option<u32> {
         match self {
+            // A mistake in the text is found before there is anything that the NC could refuse.
             Self::Config(_) => None,
             Self::Plate { error, .. } => Some(error.code()),
         }
@@ -39,8 +40,10 @@ impl CamFileError {
 
     /// Counts points from 1, as everywhere but in TOML paths: `point[2].law` becomes `point 3, law`.
     pub(super) fn with_points(self) -> Self {
+        // Errors of a plate count from 1 already: only paths of the parser count from 0.
         match self {
             Self::Config(error) => {
+                // A field of another kind keeps its path.
                 Self::Config(error.with_fields(|field| counted(&field).unwrap_or(field)))
             }
             error => error,
@@ -49,6 +52,7 @@ impl CamFileError {
 }
 
 fn counted(field: &str) -> Option<String> {
+    // Behind the bracket: a field of the file may be called point, too.
     let (row, rest) = field.strip_prefix("point[")?.split_once(']')?;
     let number = row.parse::<usize>().ok()? + 1;
     Some(format!("point {number}{}", rest.replacen('.', ", ", 1)))

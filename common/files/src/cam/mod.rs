@@ -30,6 +30,7 @@ pub use error::CamFileError;
 pub use text::TableId;
 
 /// Greatest size of a cam file, bytes: longer tables are in CSV files.
+// Some 40 000 points of 100 bytes: a file that people still edit.
 pub const MOST_BYTES: u64 = 4 << 20;
 
 /// A cam file: read, but its course not yet calculated.
@@ -122,8 +123,10 @@ impl CamFile {
         let table = parse_table(&file, text)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut read = Self::read(&file, folder, table)
+            // First the lines, which are found by the path, and then the number that people read.
             .map_err(|error| error.in_text(&file, text).with_points())?;
         read.elements = match read.shape {
+            // `[[point]]` and `[table]` have their elements at different paths.
             Shape::Points(_) => elements_of(text, &["point"]),
             Shape::Table(_) => elements_of(text, &["table", "rows"]),
         };
@@ -170,6 +173,7 @@ impl CamFile {
     /// The points or table of the plate, for a calculation elsewhere.
     #[must_use]
     pub fn source(&self) -> PlateSource {
+        // Copied: the plate is calculated elsewhere, and the file stays for its places.
         let rows = match &self.shape {
             Shape::Points(points) => SourceRows::Points(points.to_vec()),
             Shape::Table(table) => SourceRows::Positions {
@@ -189,6 +193,7 @@ impl CamFile {
         match &self.shape {
             Shape::Points(points) => points
                 .line_of(error)
+                // A CSV file of points names its own line, the cam file the place of the point.
                 .unwrap_or_else(|| self.file_at(error.row())),
             Shape::Table(table) => table.place_of(&self.file_at(error.row()), error),
         }
@@ -198,6 +203,7 @@ impl CamFile {
 impl CamFile {
     /// The file, with line and column of a point or row if known.
     fn file_at(&self, row: Option<usize>) -> String {
+        // A part of another file has no positions.
         let position = row.and_then(|row| self.elements.get(row));
         match position {
             Some(position) => format!("{}:{position}", self.file),
@@ -214,6 +220,7 @@ impl Shape {
     /// plate itself.
     fn check_size(&self, file: &str) -> Result<(), ConfigError> {
         let check = |field: &dyn Fn() -> String, received: f64| {
+            // `NaN` would pass no comparison: the plate refuses it with the NC's number.
             if !received.is_finite() || received.abs() <= LARGEST {
                 return Ok(());
             }
@@ -249,6 +256,7 @@ impl Points {
     /// A point and its field: the line of a CSV file, or the point in the cam file.
     fn place_of(&self, row: usize, field: &str) -> String {
         match &self.source {
+            // As many lines as points, by the reading of both in one loop.
             Some(csv) => format!("{}: line {}, {field}", csv.file, csv.lines[row]),
             None => format!("point[{row}].{field}"),
         }
@@ -257,6 +265,7 @@ impl Points {
     /// The CSV file, and the line in it if known; none for points in the cam file.
     fn line_of(&self, error: &CamError) -> Option<String> {
         let csv = self.source.as_ref()?;
+        // `get`: an error may name the point behind the last one.
         let line = error.row().and_then(|row| csv.lines.get(row));
         Some(match line {
             Some(line) => format!("{}: line {line}", csv.file),

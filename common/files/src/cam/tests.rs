@@ -10,6 +10,7 @@ fn rise_and_fall(before: &str, into_second: &str) -> String {
          point = [\n\
          {{ master = 0, slave = 0, law = 'polynom5' }},\n\
          {{ master = 180, slave = 50, law = 'polynom5'{into_second} }},\n\
+         // The last point has no law, since no section begins there.
          {{ master = 360, slave = 0 }},\n]"
     )
 }
@@ -39,6 +40,7 @@ fn points_make_a_motion_function() {
     );
     let plate = cam.plate().unwrap();
     assert_eq!(plate.table_type(), TableType::MotionFunction);
+    // Two periods after the point at 180.
     assert_eq!(plate.at(180.0 + 720.0).position, 50.0);
 }
 
@@ -52,6 +54,7 @@ fn what_a_point_leaves_out_is_filled_in() {
         panic!("a motion function was written");
     };
     let types = points.iter().map(|point| point.point_type);
+    // By the values given: nothing, a velocity, an acceleration, and both.
     assert!(types.eq([
         PointType::Rest,
         PointType::Velocity,
@@ -68,6 +71,7 @@ fn ignored_points_are_passed_over() {
     let text = "[[point]]\nmaster = 0\nslave = 0\nlaw = 'polynom1'\nrelative-next = 2\n\
                 [[point]]\ntype = 'ignore'\nmaster = 99\nslave = 99\n\
                 [[point]]\nmaster = 2\nslave = 2";
+    // The straight line from 0 to 2 passes the ignored point, which lies far off it.
     assert_eq!(plate(text).at(1.0).position, 1.0);
 }
 
@@ -86,6 +90,7 @@ fn rows_make_a_table() {
         for course in ["linear", "cyclic"] {
             let plate = plate(&format!("course = '{course}'\n[table]\n{settings}\n{rows}"));
             assert_eq!(plate.table_type(), expected);
+            // A row of the table, so that every interpolation passes it, but for rounding.
             assert!((plate.at(3.0).position + 1.0).abs() < 1e-15);
         }
     }
@@ -103,6 +108,7 @@ fn points_may_be_in_a_csv_file_and_errors_name_its_lines() {
     let named = "course = 'cyclic'\n[points]\ncsv = 'p.csv'\n";
     let load = |points: &str| written(named, points);
 
+    // Columns in another order, a comment, and an empty law in the last line.
     let plate = load("law,master,slave\npolynom5,0,0\n# half\npolynom5,180,50\n,360,0\n");
     let same = parse(&rise_and_fall("course = 'cyclic'", "")).and_then(|cam| cam.plate());
     let (plate, same) = (plate.expect("a plate"), same.expect("a plate"));
@@ -112,6 +118,7 @@ fn points_may_be_in_a_csv_file_and_errors_name_its_lines() {
     for (points, expected) in [
         (
             "law,master,slave\npolynom5,0,0\n\npolynom5,-1,1\n,2,0\n",
+            // Empty lines count: the second point is in line 4.
             "line 4: 0x4a06: ",
         ),
         (
@@ -166,11 +173,13 @@ fn a_csv_file_lies_beside_the_cam_file_and_errors_name_its_lines() {
     std::fs::remove_file(&csv).expect("it was there");
     let missing = CamFile::load(&cam).expect_err("refused");
 
+    // Half of the way between 0 and 0.5.
     assert_eq!(good.at(0.5).position, 0.25);
     let name = csv.display();
     assert_eq!(descending.code(), Some(0x4A06));
     let message = descending.to_string();
     assert!(
+        // Head, a row, an empty line and a row before it.
         message.starts_with(&format!("{name}: line 5: 0x4a06: ")),
         "{message}"
     );
@@ -205,6 +214,7 @@ fn errors_name_the_point_or_row_and_the_field() {
         (no_law, "point 1, law: received none, expected one"),
         (
             &rise_and_fall("", ", velo = 1"),
+            // `velo` is a slip for `velocity`.
             "point 2, velo: unknown field `velo`",
         ),
         (
@@ -253,6 +263,7 @@ fn errors_name_the_point_or_row_and_the_field() {
         ),
         (
             "[table]\nrows = [[0, 0], [1, 1], [3, 0]]\nequidistant = true",
+            // Half of the distance from 0 to 3.
             "table.rows[1]: 0x4a04: row 1, master: received 1, expected 1.5",
         ),
         ("[table]\nrows = [[0, 0]]", "table: 0x4a02: received 1 rows"),
@@ -279,10 +290,12 @@ fn errors_name_the_point_or_row_and_the_field() {
 fn broken_toml_is_told_in_one_line_with_its_number() {
     let message = refusal("title = 'x'\n\ncourse = = 'linear'");
     assert!(
+        // Column 10: the second equals sign.
         message.starts_with("cams/t.toml:3:10: is not valid TOML: "),
         "{message}"
     );
     assert_eq!(message.lines().count(), 1, "{message}");
+    // Texts that the parser of TOML quotes over several lines.
     for text in ["[[point", "\u{1}", "'", "a = \"\n\n"] {
         assert_eq!(refusal(text).lines().count(), 1);
     }
@@ -296,6 +309,7 @@ fn a_file_that_is_no_text_is_refused() {
             .to_string()
             .starts_with("no/such.toml: cannot be read: ")
     );
+    // A folder can be opened, but not read.
     let folder = CamFile::load(Path::new("/")).unwrap_err();
     assert!(folder.to_string().starts_with("/: cannot be read: "));
 }

@@ -64,6 +64,7 @@ impl TableId {
 impl TryFrom<i64> for TableId {
     type Error = String;
     fn try_from(number: i64) -> Result<Self, String> {
+        // From a wider number: a number beyond 255 must not become another plate by wrapping.
         match u8::try_from(number) {
             Ok(id) if id > 0 => Ok(Self(id)),
             _ => Err(format!("0x4b32: received {number}, expected 1 to 255")),
@@ -101,6 +102,7 @@ struct TableText {
 impl CamText {
     /// The points or table of the plate; a CSV file is searched for in `folder`.
     pub(super) fn shape(&self, file: &str, folder: &Path) -> Result<Shape, CamFileError> {
+        // A slice pattern tells an empty list from a given one.
         match (&self.table, &self.points, &self.point[..]) {
             (Some(table), None, []) => table.checked(file, folder).map(Shape::Table),
             (None, Some(points), []) => points.load(folder).map(Shape::Points),
@@ -111,6 +113,7 @@ impl CamText {
                 "0x4b35: received neither points nor a table, expected several [[point]], one [points] or one [table]",
             )
             .into()),
+            // A table beside any points is the more likely slip, so that the first field of it is named.
             (Some(_), _, _) => Err(ConfigError::field(
                 file,
                 "table",
@@ -130,6 +133,7 @@ impl CamText {
 const NO_LAW: &str = "received none, expected one: only the last point and ignored ones need none";
 
 fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Points, CamFileError> {
+    // The row with the missing law is the error: the path is made from it.
     let points = WrittenPoint::to_points(points)
         .map_err(|row| ConfigError::field(file, format!("point[{row}].law"), NO_LAW))?;
     Ok(Points {
@@ -140,6 +144,7 @@ fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Points, CamFileE
 
 impl PointsText {
     fn load(&self, folder: &Path) -> Result<Points, CamFileError> {
+        // Beside the cam file: both are moved together.
         let (written, source) = point_table::load_points(&folder.join(&self.csv))?;
         let points = WrittenPoint::to_points(&written).map_err(|row| {
             ConfigError::field(
@@ -161,9 +166,11 @@ impl TableText {
             (Some(rows), None) => (rows.clone(), None),
             (None, Some(csv)) => {
                 let (rows, source) = two_columns::read(&folder.join(csv), ["master", "slave"])?;
+                // With its lines, which errors name instead of rows.
                 (rows, Some(source))
             }
             (rows, _) => {
+                // Given as missing and given twice need different cures.
                 let received = if rows.is_some() { "both" } else { "neither" };
                 let reason = format!("received {received} of rows and csv, expected one of them");
                 return Err(ConfigError::field(file, "table", reason).into());

@@ -5,7 +5,7 @@
 //! | `MC_FlyingGear` | `[flying-gear]` |
 //! | the axis parameters of the slave | `[axis]` |
 //!
-//! `docs/SAWS.md` describes the format with examples.
+//! `docs/GEARS.md` describes the format with examples.
 
 mod text;
 
@@ -77,6 +77,7 @@ impl GearFile {
     /// # Errors
     /// [`FlyingGearError`].
     pub fn gear(&self) -> Result<FlyingGear, FlyingGearError> {
+        // Checked at the velocity in the file, which the limits are compared with.
         let gear = FlyingGear::enable(&self.parameters, &self.master, self.slave_position)?;
         gear.check_limits(&self.limits, self.master.velocity, self.cycle.0)?;
         Ok(gear)

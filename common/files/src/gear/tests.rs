@@ -9,8 +9,11 @@ const FILE: &str = "title = 'x'\n[master]\nposition = 800\nvelocity = -200\n[sla
 fn a_file_is_a_gear_at_the_moment_it_is_enabled() {
     let file = GearFile::parse("t.toml", FILE).unwrap();
     assert_eq!((file.title.as_str(), file.master_unit.as_str()), ("x", "u"));
+    // The deceleration is that of the acceleration by default, the cycle a millisecond.
     assert_eq!((file.limits.deceleration(), file.cycle.0), (5000.0, 1e-3));
+    // The slave takes 50 u at half of the final velocity: the master comes from 100 u before 460, at falling positions.
     assert_eq!(file.gear().unwrap().start_position(), 560.0);
+    // The slave would have to follow with 600, above its 500.
     let fast = FILE.replace("velocity = -200", "velocity = -600");
     assert_eq!(
         GearFile::parse("t.toml", &fast)
@@ -20,6 +23,7 @@ fn a_file_is_a_gear_at_the_moment_it_is_enabled() {
             .code(),
         0x42dd
     );
+    // Falling positions: at 500 the master has passed 560.
     let past = FILE.replace("position = 800", "position = 500");
     assert_eq!(
         GearFile::parse("t.toml", &past)

@@ -94,6 +94,7 @@ impl GearText {
             master: Kinematics {
                 position: self.master.position.get(),
                 velocity: self.master.velocity.get(),
+                // The gear is enabled while the master moves steadily.
                 acceleration: 0.0,
             },
             slave_position: self.slave.position.get(),

@@ -14,9 +14,11 @@ impl Columns {
     /// # Errors
     /// The reason if a column is unknown or duplicate, or master or slave is missing.
     pub(super) fn of(header: &str) -> Option<Result<Self, String>> {
+        // The comma last: with another separator it is a decimal comma.
         let separators = [';', '\t', ','];
         let separator = separators.into_iter().find(|c| header.contains(*c))?;
         let names: Vec<_> = cells(header, separator).collect();
+        // A law makes the difference between points and positions: both have master and slave.
         let has_law = names
             .iter()
             .any(|name| Field::called(name) == Some(Field::Law));
@@ -32,6 +34,7 @@ impl Columns {
 
     /// Parses a number; a decimal comma is accepted unless the comma is the separator.
     pub(super) fn number(&self, cell: &str) -> Option<f64> {
+        // A cell with a point has no decimal comma: 1,234.5 is refused, not read as 1.2345.
         if self.separator != ',' && !cell.contains('.') {
             return cell.replacen(',', ".", 1).parse().ok();
         }
@@ -47,6 +50,7 @@ fn fields(names: &[&str]) -> Result<Vec<Field>, String> {
     let mut fields = Vec::new();
     for name in names {
         let known = || Field::ALL.map(Field::name).join(", ");
+        // The names of the PLC are accepted, and those of cam files are listed.
         let field = Field::called(name)
             .ok_or_else(|| format!("received column {name:?}, expected some of {}", known()))?;
         if fields.contains(&field) {
@@ -55,6 +59,7 @@ fn fields(names: &[&str]) -> Result<Vec<Field>, String> {
         }
         fields.push(field);
     }
+    // All other fields have a default.
     for needed in [Field::Master, Field::Slave] {
         if !fields.contains(&needed) {
             return Err(format!(

@@ -15,6 +15,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
     let first = lines.next();
     let columns = first.and_then(|(number, header)| Some((number, Columns::of(header)?)));
     match columns {
+        // Without a law these are positions, or no table: the reader of positions says which.
         None => {
             let (rows, _) = two_columns::parse(file.to_owned(), text, ["master", "slave"])?;
             Ok(PointTable::Positions(rows))
@@ -47,6 +48,7 @@ type Points = (Vec<WrittenPoint>, Vec<usize>);
 /// The lines with contents, with their numbers.
 fn filled(text: &str) -> impl Iterator<Item = (usize, &str)> {
     // Tabs at the end of a line may separate cells that are empty.
+    // Programs for spreadsheets write a mark of the byte order.
     let lines = text.trim_start_matches('\u{feff}').lines();
     let lines = lines.map(|line| line.trim_matches([' ', '\r']));
     let numbered = (1..).zip(lines);
@@ -60,6 +62,7 @@ fn points<'a>(
 ) -> Result<Points, ConfigError> {
     let (mut points, mut numbers) = (Vec::new(), Vec::new());
     for (number, line) in lines {
+        // Before a row is read: a file of 64 MiB may have more than a million short lines.
         if points.len() == MOST_ROWS {
             return Err(too_many(file));
         }
@@ -76,6 +79,7 @@ fn points<'a>(
 fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, String)> {
     let cells: Vec<_> = columns.cells(line).collect();
     let (received, expected) = (cells.len(), columns.fields.len());
+    // A missing cell would shift all cells behind it.
     if received != expected {
         let reason = format!("received {received} columns, expected {expected}, as in the header");
         return Err((None, reason));
@@ -83,11 +87,13 @@ fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, 
     let mut point = default_point();
     for (field, cell) in columns.fields.iter().zip(cells) {
         // An empty cell means the default, except for the positions.
+        // A position of its own is the point: a default would move it to 0.
         if cell.is_empty() && !matches!(field, Field::Master | Field::Slave) {
             continue;
         }
         let value = columns
             .number(cell)
+            // Words are laws and types: the field decides if a word fits.
             .map_or(Value::Word(cell), Value::Number);
         let set = field.set(&mut point, value);
         set.map_err(|reason| (Some(*field), reason))?;
@@ -101,6 +107,7 @@ pub(super) fn write(table: &PointTable) -> String {
         PointTable::Positions(rows) => {
             text.push_str("master,slave\n");
             for (master, slave) in rows {
+                // The shortest text that is read as the same number.
                 let _ = writeln!(text, "{master},{slave}");
             }
         }
@@ -110,6 +117,7 @@ pub(super) fn write(table: &PointTable) -> String {
                 let _ = writeln!(
                     text,
                     "{},{},{},{},{},{},{},{},{}",
+                    // Points are numbered from 1, as the NC does.
                     point.index.unwrap_or(row as u32 + 1),
                     point.law.map_or("", |law| law.file_name()),
                     point.point_type.map_or("", |kind| kind.file_name()),

@@ -64,6 +64,7 @@ impl Field {
     /// The field of a name of either kind, regardless of case.
     pub(super) fn called(name: &str) -> Option<Self> {
         let is_it = |field: &Self| {
+            // Names of the PLC are not case-sensitive, and people mix both kinds.
             field.name().eq_ignore_ascii_case(name) || field.plc_name().eq_ignore_ascii_case(name)
         };
         Self::ALL.into_iter().find(is_it)
@@ -112,6 +113,7 @@ pub(super) const fn default_point() -> WrittenPoint {
         law: None,
         point_type: None,
         relative_next: 1,
+        // Not a number until it is set: a missing position is found, whatever the others are.
         master: f64::NAN,
         slave: f64::NAN,
         velocity: 0.0,
@@ -145,6 +147,7 @@ fn is_law(law: MotionLaw, word: &str) -> bool {
 fn point_type(value: Value<'_>) -> Result<PointType, String> {
     let found = match value {
         Value::Word(word) => PointType::ALL.into_iter().find(|kind| {
+            // Both by name: `rest`, and MOTIONPOINTTYPE_REST.
             kind.file_name().eq_ignore_ascii_case(word)
                 || type_name(*kind).eq_ignore_ascii_case(word)
         }),
@@ -170,12 +173,14 @@ fn received_text(value: Value<'_>) -> String {
 }
 
 fn code_of(number: f64) -> Option<u16> {
+    // Codes are words of 16 bits: 5.5 or -1 must not become a code by the cast.
     let is_code = number.fract() == 0.0 && (0.0..=65535.0).contains(&number);
     is_code.then_some(number as u16)
 }
 
 fn integer<T: TryFrom<i64>>(value: Value<'_>) -> Result<T, String> {
     let number = value.number()?;
+    // Below 10¹⁵ a float holds every whole number exactly.
     let is_whole = number.fract() == 0.0 && number.abs() < 1e15;
     let whole = is_whole.then_some(number as i64);
     let fits = whole.and_then(|whole| T::try_from(whole).ok());

@@ -23,6 +23,7 @@ use coaxle_node::two_columns::Source;
 use coaxle_plate::{PlateSource, SourceRows, WrittenPoint};
 
 /// Greatest size of a file with points, bytes.
+// A million rows of 64 bytes.
 const MOST_BYTES: u64 = 64 << 20;
 /// Greatest number of points or rows in it.
 const MOST_ROWS: usize = 1_000_000;
@@ -54,6 +55,7 @@ impl PointTable {
     pub fn load(path: &Path, format: Format, array: Option<&str>) -> Result<Self, ConfigError> {
         let file = path.display().to_string();
         match format {
+            // As a table, since its lines are bounded in length.
             Format::Csv => Self::from_csv(&file, &text_file::read_table(path, MOST_BYTES)?),
             Format::StructuredText => {
                 let text = text_file::read(path, MOST_BYTES)?;
@@ -114,6 +116,7 @@ impl From<&PlateSource> for PointTable {
             SourceRows::Points(points) => {
                 Self::Points(points.iter().map(WrittenPoint::from).collect())
             }
+            // The interpolation is no part of a table: the cam file has it.
             SourceRows::Positions { rows, .. } => Self::Positions(rows.clone()),
         }
     }

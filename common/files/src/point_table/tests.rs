@@ -35,9 +35,11 @@ fn plc(text: &str) -> Result<PointTable, String> {
 
 #[test]
 fn what_is_written_is_read_again() {
+    // 0.1 + 0.2 has 17 digits, and 1e300 an exponent.
     let positions = PointTable::Positions(vec![(0.0, 0.1 + 0.2), (1e-300, -1e15), (1e300, 5.0)]);
     for table in [points(), positions] {
         assert_eq!(csv(&table.to_csv()), Ok(table.clone()));
+        // Exactly: the shortest text of a float is read as the same float.
         assert_eq!(plc(&table.to_structured_text("Cam")), Ok(table));
     }
 }
@@ -66,7 +68,9 @@ fn tables_of_all_countries_are_understood() {
     };
     for text in [
         "master,slave,law,velocity\n0,0.5,polynom5-mm,\n90,-1.25,,2\n",
+        // A mark of the byte order, a comment, names of the PLC, decimal commas.
         "\u{feff}# exported\n\nFunctionType;SlavePos;MasterPos;SlaveVelo\r\nMOTIONFUNCTYPE_POLYNOM5_MM;0,5;0;0\r\n;-1,25;90;2,0\r\n",
+        // 15 is the code of the law. Separated by tabs, with a comma in a number.
         "law\tmaster\tslave\tvelocity\n15\t0\t0.5\t\n\t90\t-1,25\t2\n",
     ] {
         assert_eq!(csv(text), Ok(expected(2.0)), "{text}");
@@ -127,7 +131,9 @@ fn programs_are_read_as_they_are_written() {
     let expected = PointTable::Positions(vec![(0.0, 0.0), (90.0, -1500.0), (180.0, 0.0)]);
     for text in [
         "VAR\n Cam : ARRAY[0..2, 0..1] OF LREAL := [0, 0.0, 90, -1.5e3, 180.0, 0];\nEND_VAR",
+        // A constant as a bound, lists of rows, a repeated number, a type, an underscore, and a base.
         "cam:array[1..N,1..2] of lreal:=[[2(0.0)],[LREAL#90.0,-1_500.0],[16#B4,0]]; // and more\nx : INT := 5;",
+        // Assignments only: the loop has variables as indices and says nothing.
         "(* rows *) Cam[0,0] := 0; Cam[0,1] := 0; Cam[1,0] := 90; Cam[1,1] := -1500; Cam[2,0] := 180; CAM[2, 1] := 0;\n\
          FOR i := 0 TO 2 DO Other[i, 0] := i; END_FOR {pragma [0..1]} s := 'a [ b';",
         "Cam : ARRAY[0..2,0..1] OF LREAL;\nCam[0,0]:=0.0;Cam[0,1]:=0.0;Cam[1,0]:=90.0;Cam[1,1]:=-1500.0;Cam[2,0]:=180.0;Cam[2,1]:=0.0;",
@@ -144,6 +150,7 @@ fn programs_are_read_as_they_are_written() {
     };
     assert_eq!(points.len(), 3);
     assert_eq!(points[0].law, Some(MotionLaw::SplineLinear));
+    // The assignment behind the declaration replaces IGNORE.
     assert_eq!(points[1].point_type, Some(PointType::Velocity));
     assert_eq!((points[2].master, points[2].slave), (9.0, 8.0));
 }
@@ -209,6 +216,7 @@ fn what_is_no_array_is_named_by_its_line() {
             "array of line 1: element 1: received no slave position",
         ),
         (
+            // Refused before the first element is made.
             format!("{rows}1000000000000(0.0)]"),
             "line 2: received 1000000000000 elements, expected at most",
         ),

@@ -68,6 +68,7 @@ impl SawFile {
     pub fn parse(file: &str, text: &str) -> Result<Self, ConfigError> {
         let parsed: text::SawText = parse(file, text)?;
         let checked = parsed.checked(file);
+        // Lines are known to the text only.
         checked.map_err(|error| error.in_text(file, text))
     }
 

@@ -33,6 +33,7 @@ fn a_file_is_a_moment_and_a_command() {
          sync-mode.mask = ['max-velo', 'rollback-lock']\nlimits.jerk = 5000"
     );
     let saw = parse(&saw(head, &tail)).unwrap();
+    // 253 is the table of axis 3: 256 − 3.
     assert_eq!((saw.title.as_str(), saw.table_id), ("x", 253));
     assert_eq!(
         (saw.master_unit.as_str(), saw.slave_unit.as_str()),
@@ -71,6 +72,7 @@ fn a_change_of_velocity_may_be_over_time() {
 fn an_angle_makes_the_gear_steeper() {
     let tail = "[gear-in-velo]\nratio = { numerator = 3, denominator = 2 }";
     let saw = parse(&saw("angle-degrees = 60", tail)).unwrap();
+    // 1.5 / cos 60°.
     let ratio = saw.plan().unwrap().line().ratio;
     assert!((ratio - 3.0).abs() < 1e-14, "{ratio}");
 }
@@ -80,6 +82,7 @@ fn a_start_distance_is_waited_for() {
     let text = saw("", &format!("{POS}master-start-distance = 50"));
     let waiting = parse(&text).unwrap();
     let plan = waiting.plan().unwrap();
+    // 50 before the synchronous position of 200.
     assert_eq!(plan.master_start(), 150.0);
     // Another motion of the master would belong to another moment.
     let SawRemedy {
@@ -103,6 +106,7 @@ fn a_refused_command_has_a_remedy() {
             .master_distance
             .is_some_and(|distance| distance != 200.0)
     );
+    // The jerk grows with v³ / d²: time is d / v, and the jerk v over its square.
     assert!(remedy.master_speed.is_some_and(|speed| speed < 100.0));
 }
 
@@ -156,6 +160,7 @@ fn errors_name_the_field_what_was_received_and_what_is_expected() {
             "gear-in-velo.ratio.denominator: received -1",
         ),
         (
+            // Column 10: the second equals sign.
             "title = 'x'\n\nmaster = = 1",
             "t.toml:3:10: is not valid TOML: ",
         ),

@@ -100,6 +100,7 @@ struct AxisText {
 impl SawText {
     /// Checks the fields together and returns the file; `file` is its name in errors.
     pub(super) fn checked(self, file: &str) -> Result<SawFile, ConfigError> {
+        // No other saw exists in a file, so that every number is free.
         let table_id = saw_table_id(self.slave_axis, |_| false)
             .map_err(|error| ConfigError::field(file, "slave-axis", error))?;
         let moment = CouplingMoment {
@@ -129,6 +130,7 @@ fn one_command(
     match (position, velocity) {
         (Some(command), None) => Ok(SawCommand::GearInPos(command)),
         (None, Some(command)) => Ok(SawCommand::GearInVelo(command)),
+        // Given as missing and given twice need different cures.
         (position, _) => {
             let received = if position.is_some() { "both" } else { "none" };
             let reason =
@@ -151,6 +153,7 @@ fn at_angle(
         SawCommand::GearInPos(command) => &mut command.ratio,
         SawCommand::GearInVelo(command) => &mut command.ratio,
     };
+    // The angle acts on the numerator alone: the denominator stays as it was written.
     let Ratio { numerator, .. } = diagonal_ratio(angle, ratio.numerator)
         .map_err(|error| ConfigError::field(file, "angle-degrees", error))?;
     ratio.numerator = numerator;
@@ -188,6 +191,7 @@ impl AxisText {
         let min_position = self.min_position.map(Finite::get);
         let max_position = self.max_position.map(Finite::get);
         if let (Some(min), Some(max)) = (min_position, max_position)
+            // Equal limits leave no way, and no position in between.
             && min >= max
         {
             let reason = format!("received {max}, expected above min-position, which is {min}");
@@ -197,6 +201,7 @@ impl AxisText {
             dynamics,
             min_position,
             max_position,
+            // The guard belongs to the axis of a receiver, not to a plan from a file.
             guard: None,
         })
     }

@@ -22,6 +22,7 @@ pub use request::{
 
 /// Returns the number at an offset; none beyond the end.
 fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {
+    // `checked_add`: the offset may come from a length in the packet, near the greatest number.
     let four = bytes.get(offset..offset.checked_add(4)?)?;
     Some(u32::from_le_bytes(four.try_into().ok()?))
 }

@@ -21,16 +21,19 @@ pub fn notified(data: &[u8], mut each: impl FnMut(&NotifiedSample<'_>)) -> bool 
 
 fn walk(data: &[u8], each: &mut impl FnMut(&NotifiedSample<'_>)) -> Option<()> {
     // The first number is the length of the rest, which is known.
+    // Bounded by the bytes themselves: a count of 2³² stamps ends with the first one that is not there.
     let stamps = u32_at(data, 4)?;
     let mut rest = data.get(8..)?;
     for _ in 0..stamps {
         let (low, high) = (u32_at(rest, 0)?, u32_at(rest, 4)?);
+        // Two halves: the crate reads numbers of four bytes only, and the stamp has eight.
         let stamp = u64::from(low) | u64::from(high) << 32;
         let samples = u32_at(rest, 8)?;
         rest = rest.get(12..)?;
         for _ in 0..samples {
             let (handle, length) = (u32_at(rest, 0)?, u32_at(rest, 4)? as usize);
             let data = rest.get(8..)?.get(..length)?;
+            // The slice was taken above, so that the rest is not shorter.
             rest = &rest[8 + length..];
             each(&NotifiedSample {
                 stamp,
@@ -48,6 +51,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Two stamps, of two samples and of one.
+    // Each number has its lowest byte first, as in Beckhoff's *ADS commands*, "ADS Device Notification".
     const TWO: [u8; 68] = [
         64, 0, 0, 0, 2, 0, 0, 0, // length, stamps
         1, 2, 3, 4, 5, 6, 7, 8, 2, 0, 0, 0, // stamp, samples
@@ -69,6 +73,7 @@ mod tests {
 
     #[test]
     fn one_that_ends_too_early_says_so() {
+        // Also without the last byte: a value cut at its end is no value.
         for length in 0..TWO.len() {
             assert!(!notified(&TWO[..length], |_| {}), "{length}");
         }

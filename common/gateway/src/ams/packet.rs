@@ -5,6 +5,7 @@ use super::{u16_at, u32_at};
 /// The TCP port of AMS.
 pub const AMS_PORT: u16 = 48_898;
 /// Greatest length of a packet: no reply to a gateway's request is longer.
+// A notification of 128 axes has 17 kB: 128 bytes each, and 8 in front.
 pub const MOST_PACKET_BYTES: usize = 1 << 20;
 /// The flags of a request.
 pub const REQUEST: u16 = 4;
@@ -68,8 +69,10 @@ impl Packet<'_> {
             out.extend_from_slice(&address.net_id);
             out.extend_from_slice(&address.port.to_le_bytes());
         };
+        // The data of a request are a symbol's name or an image: far below 4 GiB.
         let data = self.data.len() as u32;
         out.clear();
+        // A reserved word of zero marks an AMS packet. The router uses others for its own messages.
         out.extend_from_slice(&[0, 0]);
         out.extend_from_slice(&(AMS_HEADER as u32 + data).to_le_bytes());
         address(self.target, out);
@@ -93,11 +96,14 @@ pub fn take_packet(bytes: &[u8]) -> Result<Option<(Option<Packet<'_>>, usize)>, 
         return Ok(None);
     };
     let received = length as usize;
+    // Messages of the router have no AMS header.
     let least = if kind == 0 { AMS_HEADER } else { 0 };
+    // Checked before the rest arrives: a wrong length would make the buffer wait for gigabytes.
     if !(least..=MOST_PACKET_BYTES).contains(&received) {
         return Err(AmsError::Length { received });
     }
     let end = TCP_HEADER + received;
+    // A stream has no packets: the rest comes with a later read.
     let Some(content) = bytes.get(TCP_HEADER..end) else {
         return Ok(None);
     };
@@ -105,7 +111,9 @@ pub fn take_packet(bytes: &[u8]) -> Result<Option<(Option<Packet<'_>>, usize)>, 
         return Ok(Some((None, end)));
     }
     let packet = parse(content).ok_or(AmsError::Length { received })?;
+    // At 20, between the flags and the error.
     let stated = u32_at(content, 20).unwrap_or_default() as usize;
+    // Two lengths that disagree: bytes were lost or inserted, and the next header cannot be found.
     if packet.data.len() == stated {
         Ok(Some((Some(packet), end)))
     } else {
@@ -142,6 +150,7 @@ mod tests {
     };
     const OWN: AmsAddress = AmsAddress {
         net_id: [192, 168, 1, 10, 1, 1],
+        // A port above 0x8000, as clients have.
         port: 0x8001,
     };
 
@@ -160,10 +169,12 @@ mod tests {
         let mut bytes = Vec::new();
         packet.write(&mut bytes);
         let expected = [
+            // 0x0353 is 851, and 0x8001 the port of the gateway, lowest byte first.
             0, 0, 32, 0, 0, 0, 5, 12, 34, 56, 1, 1, 0x53, 3, 192, 168, 1, 10, 1, 1, 1, 0x80, 4, 0,
             4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 3, 2, 1,
         ];
         assert_eq!(bytes, expected);
+        // 6 bytes of the TCP header and 32 of the AMS header.
         assert_eq!(take_packet(&bytes), Ok(Some((Some(packet), 38))));
     }
 
@@ -184,6 +195,7 @@ mod tests {
             assert_eq!(take_packet(&bytes[..length]), Ok(None));
         }
         let end = bytes.len();
+        // The first bytes of a following packet stay.
         bytes.extend_from_slice(&[0, 0, 32]);
         assert_eq!(take_packet(&bytes), Ok(Some((Some(packet), end))));
     }
@@ -191,12 +203,15 @@ mod tests {
     #[test]
     fn lengths_that_cannot_be_are_refused() {
         let received = 31;
+        // A byte less than the header has.
         let short = [0, 0, 31, 0, 0, 0];
         assert_eq!(take_packet(&short), Err(AmsError::Length { received }));
+        // 4 GiB: refused before any of it is waited for.
         let endless = [0, 0, 255, 255, 255, 255];
         assert!(take_packet(&endless).is_err());
         let mut contradicting = vec![0, 0, 32, 0, 0, 0];
         contradicting.extend_from_slice(&[0; 20]);
+        // At offset 20 of the header: one byte of data is stated, and none is there.
         contradicting.extend_from_slice(&[1, 0, 0, 0]);
         contradicting.extend_from_slice(&[0; 8]);
         let (received, stated) = (32, 1);

@@ -55,6 +55,7 @@ pub fn read_write(group: u32, offset: u32, length: u32, bytes: &[u8]) -> Vec<u8>
 #[must_use]
 pub fn add_notification(group: u32, offset: u32, length: u32) -> Vec<u8> {
     let mut data = numbers(&[group, offset, length, EVERY_CYCLE, 0, 0]);
+    // Reserved bytes at the end of the request.
     data.extend_from_slice(&[0; 16]);
     data
 }
@@ -67,6 +68,7 @@ pub fn result(reply: &[u8]) -> Result<&[u8], AdsRefusal> {
     match u32_at(reply, 0) {
         Some(0) => Ok(&reply[4..]),
         Some(code) => Err(AdsRefusal(code)),
+        // A code that no device has, since an error of a short reply must not read as success.
         None => Err(AdsRefusal(u32::MAX)),
     }
 }
@@ -76,6 +78,7 @@ pub fn result(reply: &[u8]) -> Result<&[u8], AdsRefusal> {
 #[must_use]
 pub fn read_bytes(behind_result: &[u8]) -> Option<&[u8]> {
     let length = u32_at(behind_result, 0)? as usize;
+    // Fewer bytes than stated are an error. More are ignored.
     behind_result.get(4..)?.get(..length)
 }
 
@@ -101,9 +104,11 @@ mod tests {
     #[test]
     fn requests_say_how_long_what_they_bring_is() {
         let data = read_write(HANDLE_BY_NAME, 0, 4, b"A.b");
+        // Four numbers of four bytes, and three letters.
         assert_eq!(data.len(), 16 + 3);
         assert_eq!(u32_at(&data, 0), Some(0xf003));
         assert_eq!(u32_at(&data, 12), Some(3));
+        // Six numbers and 16 reserved bytes.
         assert_eq!(add_notification(VALUE_BY_HANDLE, 9, 128).len(), 40);
         assert_eq!(write(VALUE_BY_HANDLE, 9, &[1, 2]).len(), 14);
         assert_eq!(read(VALUE_BY_HANDLE, 9, 2).len(), 12);

@@ -43,10 +43,12 @@ impl HostPort {
 impl TryFrom<String> for HostPort {
     type Error = WrongPlcAddress;
     fn try_from(text: String) -> Result<Self, WrongPlcAddress> {
+        // From the right: the port is behind the last colon.
         let (host, port) = match text.rsplit_once(':') {
             Some((host, port)) => (host, Some(port)),
             None => (text.as_str(), None),
         };
+        // A blank or a slash is a slip of the keyboard, which the resolver would report as an unknown host.
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
         let number = port.map(str::parse::<u16>).transpose();
         match number {
@@ -74,6 +76,7 @@ impl From<HostPort> for String {
 impl TryFrom<String> for NetId {
     type Error = WrongPlcAddress;
     fn try_from(text: String) -> Result<Self, WrongPlcAddress> {
+        // `u8` refuses numbers beyond 255, and `try_into` any other number of them.
         let numbers: Result<Vec<u8>, _> = text.split('.').map(str::parse).collect();
         let six = numbers.ok().and_then(|numbers| numbers.try_into().ok());
         six.map(Self).ok_or(WrongPlcAddress {

@@ -11,6 +11,7 @@ use super::OutputConfig;
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<OutputConfig>, D::Error> {
+    // Any kind: a table is what older configs have, and gets the text of `visit_map`.
     deserializer.deserialize_any(OutputsVisitor)
 }
 

@@ -19,11 +19,13 @@ fn what_is_left_out_has_its_default() {
     let ads = config.ads.as_ref().unwrap();
     assert_eq!((ads.port, ads.read), (851, ReadMode::Polling));
     assert_eq!(config.layout, Layout::AxisRef);
+    // Half of the 1000 µs.
     assert_eq!(config.poll_period(), Span::from_micros(500));
     assert_eq!(config.scan_time().span(), Span::from_micros(500));
     let output = &config.outputs[0];
     assert_eq!(output.channel, OutputChannel::FarAxes);
     assert_eq!(output.axes[0].image, ImageKind::NcToPlc);
+    // Time requests, and the one output.
     assert_eq!(config.wiring().subscriptions.len(), 2);
 }
 
@@ -103,6 +105,7 @@ fn errors_name_the_field_what_came_and_what_is_expected() {
             format!("{}{AXIS}", ADS.replace("10.0.0.2.1.1", "10.0.0.2")),
             "g.toml:5:10: ads.net-id: received \"10.0.0.2\", expected six numbers",
         ),
+        // A host cannot have a blank.
         (
             format!("{}{AXIS}", ADS.replace("'10.0.0.2'", "'a b'")),
             "g.toml:4:11: ads.address: received \"a b\", expected a host or host:port",

@@ -76,6 +76,7 @@ fn connections(received: &[&str]) -> String {
 }
 
 pub(super) fn check(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    // First, since the other checks depend on the kind of connection.
     check_connections(config)?;
     if config.axes.is_empty() && config.outputs.is_empty() {
         return Err(WrongGateway::Nothing);
@@ -103,6 +104,7 @@ fn check_connections(config: &GatewayConfig) -> Result<(), WrongGateway> {
 }
 
 fn check_lists(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    // Axes of the PLC are optional: a gateway may only write to it.
     count("axis", config.axes.len(), 0)?;
     let ids = config.axes.iter().map(|axis| axis.id.to_string());
     once("axis", "id", ids)?;
@@ -112,11 +114,13 @@ fn check_lists(config: &GatewayConfig) -> Result<(), WrongGateway> {
         .map(|axis| format!("{:?}", axis.name.as_str()));
     once("axis", "name", names)?;
     let received = config.outputs.len();
+    // A record on a pipe or in a datagram has one index, which belongs to one node's cycle.
     if received > 1 && config.ads.is_none() {
         return Err(WrongGateway::Outputs { received });
     }
     let outputs = config.outputs.iter();
     let sources =
+        // A node may stand in several outputs with different channels.
         outputs.map(|output| format!("{:?} of {:?}", output.channel, output.node.as_str()));
     once("output", "node", sources)?;
     for (number, output) in config.outputs.iter().enumerate() {
@@ -166,6 +170,7 @@ fn check_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
         return Err(missing(format!("axis[{number}].symbol")));
     }
     let index = config.ads.as_ref().and_then(|ads| ads.cycle_index.clone());
+    // Without axes the index is read by nobody.
     if !config.axes.is_empty() && is_empty(&index) {
         return Err(missing("ads.cycle-index".to_owned()));
     }
@@ -188,6 +193,7 @@ fn output_axis(
 }
 
 fn check_no_symbols(config: &GatewayConfig) -> Result<(), WrongGateway> {
+    // A symbol is refused without ADS, since it would look as if it were used.
     let of_axes = config.axes.iter().position(|axis| axis.symbol.is_some());
     let of_axes = of_axes.map(|number| format!("axis[{number}].symbol"));
     let of_outputs = output_axis(config, |axis| axis.symbol.is_some());
@@ -217,6 +223,7 @@ fn check_udp(config: &GatewayConfig) -> Result<(), WrongGateway> {
                     expected: "host:port, such as \"192.168.1.20:5066\"",
                 });
             }
+            // Datagrams of a PLC have no usual port, unlike ADS.
             Some(end) if end.port().is_none() => return Err(WrongGateway::Port { field }),
             _ => {}
         }

@@ -34,14 +34,17 @@ pub fn run(args: &NodeArgs, transport_service: Option<TransportService>) -> anyh
     }
     args.die_with_parent()?;
     let stop = Arc::new(StopFlag::default());
+    // An address that cannot be opened ends the program before the node is announced.
     let (port, end) = port::rings(&config, Arc::clone(&stop));
     let threads = start(&config, end).map_err(|error| args.wrong(format!("{error:#}")))?;
     let outcome = coaxle_host::node::run(Setup {
         lab,
         ..setup(args, config, port, transport_service)?
     });
+    // Not before the end of the node: outputs are written until then.
     stop.set();
     for thread in threads {
+        // Joined before the outcome is returned: handles of the PLC are released in these threads.
         // A thread that panicked has reported it.
         let _ = thread.join();
     }
@@ -97,6 +100,7 @@ fn setup(
         lab: None,
         send_stamps: true,
         wiring: config.wiring(),
+        // Beacons would show the clock of the gateway, not that of the PLC.
         timing: TimingEndpoints::default(),
         run_for: args.run_for,
         recorder: Box::new(GatewayRecorder::new(&config, rows)),

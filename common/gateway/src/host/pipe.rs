@@ -15,6 +15,7 @@ use crate::record_line::{head_line, read_line, write_line};
 use crate::{PlcOutput, PlcSample};
 
 /// A line that is longer is none.
+// 128 axes with three numbers of 25 characters have less than 10 kB.
 const MOST_LINE_BYTES: u64 = 64 * 1024;
 
 /// Starts to read and to write. The reading thread is not among those that can be ended: it waits for standard input,
@@ -28,6 +29,7 @@ pub(super) fn start(config: &GatewayConfig, end: PlcEnd) -> anyhow::Result<Vec<J
     } = end;
     let format = format(config.pipe.as_ref());
     if config.axes.is_empty() {
+        // Nothing on a pipe shows a PLC that only reads: it counts as connected from the start.
         let _ = link.connected();
     } else {
         let config = config.clone();
@@ -80,7 +82,9 @@ impl PipeReader {
         let mut number = 0_u64;
         loop {
             line.clear();
+            // A line without an end would otherwise fill the memory.
             let length = input.by_ref().take(MOST_LINE_BYTES).read_line(&mut line)?;
+            // Right after the read: parsing is not part of the arrival.
             let at = machine::now();
             number += 1;
             let text = line.trim_end();
@@ -88,6 +92,7 @@ impl PipeReader {
                 return Ok(());
             }
             // A head line may be first.
+            // Only the first line: a later one is a mistake, and counted.
             if text.is_empty() || number == 1 && text.starts_with("index") {
                 continue;
             }
@@ -96,6 +101,7 @@ impl PipeReader {
                 Ok::<_, crate::record_line::RecordLineError>(())
             });
             if let Err(error) = taken
+                // The first refusal only: a thousand lines a second would be refused in the same way.
                 && self.link.count_refused()
             {
                 tracing::warn!(
@@ -109,6 +115,7 @@ impl PipeReader {
         let layout = self.config.layout.into();
         let mut record = vec![0; record_len(self.config.axes.len())];
         loop {
+            // A pipe cuts records anywhere: a part of the last one ends with the pipe.
             match input.read_exact(&mut record) {
                 Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => return Ok(()),
                 other => other?,
@@ -132,6 +139,7 @@ fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: PlcOutputs, st
     if format == PipeFormat::Csv {
         line = head_line(config.output_names().iter().map(String::as_str)) + "\n";
         record.extend_from_slice(line.as_bytes());
+        // Nobody reads: there is no place for outputs, and the node goes on.
         if put(&record).is_err() {
             return;
         }
@@ -156,8 +164,10 @@ fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: PlcOutputs, st
                 write_line(&output, &mut line);
                 record.clear();
                 record.extend_from_slice(line.as_bytes());
+                // A missing axis is an empty field of a line.
                 true
             }
+            // A record of bytes has no place for a missing axis.
             PipeFormat::Binary => write_record(&slot, &axes, config.layout.into(), &mut record),
         };
         if is_whole && let Err(error) = put(&record) {
@@ -170,5 +180,6 @@ fn write(config: &GatewayConfig, format: PipeFormat, mut outputs: PlcOutputs, st
 fn put(record: &[u8]) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(record)?;
+    // Flushed for each record: a reader in real time must not wait for a full buffer.
     out.flush()
 }

@@ -14,8 +14,10 @@ use crate::config::GatewayConfig;
 use crate::{LinkState, PlcOutput, PlcSample, Port};
 
 /// Samples that can wait for the node, and outputs for the PLC.
+// At 1 kHz 64 ms, as many as the node takes in one cycle.
 const RING: usize = 64;
 /// Interval at which waiting threads check for the end.
+// The longest delay of an end, beside the wait for a reply.
 const STOP_POLL: Duration = Duration::from_millis(50);
 
 /// Ends the threads.
@@ -36,6 +38,7 @@ impl StopFlag {
         let until = machine::now() + pause;
         let poll = Span::from_nanos(STOP_POLL.as_nanos() as i64);
         while !self.is_set() && machine::now() < until {
+            // In pieces, so that a pause of seconds does not delay the end.
             machine::sleep_until(until.min(machine::now() + poll));
         }
     }
@@ -61,11 +64,13 @@ impl PlcLink {
 
     pub(super) fn disconnected(&self) {
         self.is_up.store(false, Ordering::Relaxed);
+        // A PLC that is away is not stopped: what is known of it ended with the connection.
         self.is_stopped.store(false, Ordering::Relaxed);
     }
 
     /// Stores whether the PLC's runtime is stopped. True if that has changed.
     pub(super) fn set_stopped(&self, is_stopped: bool) -> bool {
+        // `swap` sets and compares at once: a change is logged once.
         self.is_stopped.swap(is_stopped, Ordering::Relaxed) != is_stopped
     }
 
@@ -135,6 +140,7 @@ pub(super) fn rings(config: &GatewayConfig, stop: Arc<StopFlag>) -> (RingPort, P
     let (output, output_full) = RingBuffer::new(RING);
     let (mut output_empty, returned) = RingBuffer::new(RING);
     for _ in 0..RING {
+        // Allocated here: buffers go round, and no cycle of the node allocates.
         let stamped = StampedSample {
             at: Instant::EPOCH,
             sample: PlcSample::of_axes(axes),
@@ -174,19 +180,23 @@ impl Port for RingPort {
         let Ok(stamped) = self.samples.pop() else {
             return false;
         };
+        // Copied: the buffers of the ring are those of the threads.
         sample.replace(&stamped.sample);
         // The node's clock reads `now` at the start of this cycle.
         sample.at = now + (stamped.at - machine::cycle_start());
+        // Room is certain: there are as many buffers as places.
         let _ = self.emptied.push(stamped);
         true
     }
 
     fn send(&mut self, output: &PlcOutput<'_>) {
+        // All buffers are with the writer, which hangs: newer axes follow.
         let Ok(mut slot) = self.returned.pop() else {
             return;
         };
         slot.number = output.number;
         slot.index = output.index;
+        // A slot has room for the longest output; this one may be shorter.
         slot.axes[..output.axes.len()].copy_from_slice(output.axes);
         let _ = self.outputs.push(slot);
         if let Some(writer) = self.writer.get() {
@@ -220,11 +230,13 @@ impl Samples {
         at: Instant<Machine>,
         fill: impl FnOnce(&mut PlcSample) -> Result<(), E>,
     ) -> Result<(), E> {
+        // No buffer: the node stands still, or 64 samples came in one of its cycles.
         let Some(mut stamped) = self.spare.take().or_else(|| self.empty.pop().ok()) else {
             return Ok(());
         };
         stamped.at = at;
         if let Err(error) = fill(&mut stamped.sample) {
+            // Kept here: only the node's end may push into the ring of empty ones.
             self.spare = Some(stamped);
             return Err(error);
         }
@@ -244,7 +256,9 @@ impl PlcOutputs {
         if self.take(slot) {
             return true;
         }
+        // Wakes by itself as well, since the flag of the end wakes nobody.
         std::thread::park_timeout(STOP_POLL);
+        // Looked at again: the wake-up came with an output.
         self.take(slot)
     }
 
@@ -253,6 +267,7 @@ impl PlcOutputs {
         while self.take(&mut slots.spare) {
             let number = slots.spare.number;
             if let Some((slot, is_new)) = slots.newest.get_mut(number) {
+                // The buffers change places: the older one is filled next.
                 std::mem::swap(slot, &mut slots.spare);
                 *is_new = true;
             }

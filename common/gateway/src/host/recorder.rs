@@ -44,11 +44,13 @@ impl GatewayRecorder {
     fn log_changes(&mut self, signals: &GatewaySignals) {
         let node = &self.config.name;
         if signals.plc_runs > self.logged.runs {
+            // The first run is the start, not a change.
             if self.logged.runs > 0 {
                 let index = signals.plc_index;
                 tracing::warn!(%node, "the PLC goes on with index {index}: another run of it");
             }
             self.logged.runs = signals.plc_runs;
+            // Another run is logged as synced again.
             self.logged.is_synced = false;
         }
         if signals.plc_synced != self.logged.is_synced {
@@ -78,6 +80,7 @@ impl Recorder<GatewaySnapshot> for GatewayRecorder {
         self.rows
             .row(record.ideal_start, record.woke, &snapshot.signals);
         self.log_changes(&snapshot.signals.node);
+        // In place: a snapshot of many axes is not allocated in each cycle.
         match &mut self.newest {
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),
@@ -120,6 +123,7 @@ fn status_of(config: &GatewayConfig, snapshot: &GatewaySnapshot) -> Map<String, 
 
 /// Health of the gateway: the first condition that needs attention.
 fn health(config: &GatewayConfig, node: &GatewaySignals) -> &'static str {
+    // The connection first: without it the other figures are old.
     if !node.plc_is_up {
         "plc-away"
     } else if node.plc_is_stopped {
@@ -127,6 +131,7 @@ fn health(config: &GatewayConfig, node: &GatewaySignals) -> &'static str {
     } else if config.axes.is_empty() {
         "ok"
     } else if node.plc_runs == 0 {
+        // Connected, and no index has come yet.
         "plc-silent"
     } else if !node.plc_synced {
         "starting-up"

@@ -17,8 +17,10 @@ use crate::config::{GatewayConfig, HostPort, OutputAxisConfig, UdpConfig};
 use crate::record::{RecordLengthError, read_record, record_len, write_image};
 
 /// Silence after which a PLC is away.
+// Ten cycles of the slowest PLC (100 ms).
 const SILENCE: Span = Span::from_secs(1);
 /// Longest wait for a datagram between checks for the end.
+// The longest delay of an end.
 const RECEIVE_POLL: Duration = Duration::from_millis(100);
 
 /// Starts to listen and to send.
@@ -77,6 +79,7 @@ fn sending(send_to: &HostPort) -> anyhow::Result<UdpSocket> {
     let field = || format!("udp.send-to: cannot send to {}:{}", to.0, to.1);
     for any in ["0.0.0.0:0", "[::]:0"] {
         let socket = UdpSocket::bind(any).with_context(field)?;
+        // A socket of the other family cannot be connected to it.
         if socket.connect(to).is_ok() {
             return Ok(socket);
         }
@@ -100,9 +103,11 @@ impl Receiving {
         let mut newest = None;
         while !stop.is_set() {
             let came = self.socket.recv(&mut bytes);
+            // Right after the datagram: parsing is not part of the arrival.
             let now = machine::now();
             match came {
                 Ok(length) if self.take(now, &bytes[..length]) => {
+                    // The first one after a silence only.
                     if newest.replace(now).is_none() {
                         let _ = self.link.connected();
                         tracing::info!("datagrams of the PLC come");
@@ -113,6 +118,7 @@ impl Receiving {
                 Err(error) if is_nothing(error.kind()) => {}
                 Err(error) => {
                     tracing::debug!(%error, "a datagram could not be taken");
+                    // An interface that is down fails at once, and the loop would take a whole processor.
                     stop.sleep(Span::from_millis(100));
                 }
             }
@@ -159,6 +165,7 @@ fn send(config: &GatewayConfig, socket: &UdpSocket, mut outputs: PlcOutputs, sto
     let axes: Vec<&OutputAxisConfig> = config.output_axes().collect();
     let (layout, mut record) = (config.layout.into(), Vec::new());
     while !stop.is_set() {
+        // Whole or not at all: a record has no place for a missing axis.
         if outputs.next_into(&mut slot) && write_record(&slot, &axes, layout, &mut record) {
             // A missing peer is no reason to stop: the next datagram may arrive.
             if let Err(error) = socket.send(&record) {

@@ -17,6 +17,7 @@ struct Wires {
 impl Port for Wires {
     fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         self.calls += 1;
+        // A cycle asks until there is nothing: three calls in two cycles, and a sample in every other one.
         if !self.calls.is_multiple_of(3) {
             return false;
         }
@@ -50,6 +51,7 @@ fn cycles_do_not_allocate() {
     let mut sent = 0;
     assert_no_alloc(|| {
         for k in 0..6_000 {
+            // Half of the cycle time, as the gateway runs.
             let now = Instant::EPOCH + Span::from_micros(500 * k);
             let request = Message::TimeRequest(TimeRequest::default());
             gateway.receive(now - Span::from_micros(100), 0, &request);

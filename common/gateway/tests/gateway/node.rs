@@ -39,6 +39,7 @@ type Given = Rc<RefCell<Vec<(u16, Option<NcToPlcAxis>)>>>;
 impl Port for Wires {
     fn receive(&mut self, now: Instant<Local>, sample: &mut PlcSample) -> bool {
         // The node gets nothing before its time.
+        // Half of the cycle of 1 ms.
         let scan = Span::from_micros(500);
         if self.samples.front().is_none_or(|next| next.at > now + scan) {
             return false;
@@ -63,6 +64,7 @@ impl Port for Wires {
 }
 
 fn random(source: &mut Xoshiro256PlusPlus, below: f64) -> f64 {
+    // The upper 53 bits: as many as a float has.
     below * (source.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
@@ -106,6 +108,7 @@ impl Plc {
                 before = n;
                 samples.push_back(self.sample(n, at + 60_000.0, 1));
             }
+            // Parts of half a cycle.
             at += 500_000.0 * pauses.next_part();
         }
         samples
@@ -178,6 +181,7 @@ fn each_cycle_of_the_plc_is_published_once_with_its_count_and_index() {
     let mut gateway = gateway(plc.notifying(5));
     let sent = run(&mut gateway, 5);
     let newest = sent.last().expect("it is there");
+    // 5000 cycles, less those of the first second, in which the clock becomes known.
     assert!(sent.len() > 3_500, "{}", sent.len());
     for frame in &sent {
         let header = frame.header;
@@ -204,6 +208,7 @@ fn a_plc_that_starts_anew_or_comes_over_another_connection_is_another_run() {
     for sample in &mut samples {
         let seconds = sample.at.as_nanos() / 1_000_000_000;
         if seconds >= 3 {
+            // 20 000 cycles are 20 s of difference: far beyond the tolerance of 0.1 s.
             sample.index = CycleIndex(sample.index.0.wrapping_sub(20_000));
         }
         if seconds >= 5 {
@@ -227,6 +232,7 @@ fn a_plc_that_falls_silent_publishes_nothing_and_nothing_is_replayed() {
     let mut gateway = gateway(samples);
     let sent = run(&mut gateway, 4);
     let last = sent.last().expect("it is there");
+    // The last sample may be taken by the next scan, and published 20 µs later.
     assert!(last.at < Instant::from_nanos(2_002_000_000));
 }
 
@@ -272,12 +278,15 @@ fn time_responses_are_about_the_clock_of_the_plc() {
     // Reading takes 100 µs on average, which counts as part of the PLC.
     let shows = |at: Instant<Local>| {
         let since = at.as_nanos() as f64 / (1.0 + plc.drift_ppm * 1e-6);
+        // 80 µs, and 20 of the 40 that vary.
         since + (500 * CYCLE) as f64 - 100_000.0
     };
     let received = response.received.as_nanos() as f64 - shows(at);
     let responded = response.responded.as_nanos() as f64 - shows(now);
+    // The jitter of reading is ±20 µs about its mean.
     assert!(received.abs() < 25_000.0, "{received}");
     assert!(responded.abs() < 25_000.0, "{responded}");
+    // Both lie on one line: only its slope counts over the 130 µs between them.
     assert!((received - responded).abs() < 500.0);
 }
 
@@ -333,12 +342,14 @@ fn errors(plc: Plc, samples: VecDeque<PlcSample>, seconds: i64) -> (f64, f64) {
     let (mut at_gateway, mut at_receiver) = (Vec::new(), Vec::new());
     for frame in &sent {
         let count = frame.header.count;
+        // 100 to 120 µs on the network.
         let delay = 100_000.0 + random(&mut random_numbers, 20_000.0);
         let arrived = frame.at + Span::from_nanos(delay as i64);
         clock.message(1, count, arrived, frame.header.send_stamp);
         let now = arrived + Span::from_micros(300);
         let _ = clock.cycle(now, |_, _| {});
         let n = count as i64 - i64::from(plc.first_index);
+        // Settled: five seconds after the start.
         if n < 5_000 {
             continue;
         }

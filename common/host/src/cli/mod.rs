@@ -45,11 +45,14 @@ impl LogArgs {
             _ => EnvFilter::new(self.filter()),
         };
         let (writer, guard) = tracing_appender::non_blocking(std::io::stderr());
+        // A second call in the process, as in tests, is refused by the global subscriber, and changes nothing.
         let _ = tracing_subscriber::fmt()
             .with_env_filter(filter)
             .with_writer(writer)
+            // Standard error may be closed: an error about that, written to standard error, would panic.
             .log_internal_errors(false)
             .with_ansi(std::io::stderr().is_terminal())
+            // The target names the module, which says something to people who look for a fault only.
             .with_target(self.verbose > 0)
             .try_init();
         Logging { _writer: guard }
@@ -70,8 +73,10 @@ impl LogArgs {
 /// Pending log lines are written first. For a config, every mistake has a line.
 #[must_use]
 pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
+    // Dropping it flushes. The error line would otherwise stand before the last lines of the log.
     drop(logging);
     let exit = result.unwrap_or_else(|error| {
+        // Each line has a prefix of its own, so that a search for "error:" finds every mistake of a config.
         // An error is ignored here: standard error may be closed.
         for line in lines_of(&error) {
             let _ = writeln!(std::io::stderr(), "error: {line}");
@@ -89,13 +94,16 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
 /// the program continues with Zenoh's defaults.
 pub fn tune_transport() {
     let (name, value) = ZENOH_RUNTIME;
+    // An operator's own setting wins. The second start ends here, too: otherwise the program would restart for ever.
     if std::env::var_os(name).is_some() {
         return;
     }
+    // Without a path there is nothing to restart: the settings are worth 26 % of the latency, not the start of the node.
     let Ok(program) = std::env::current_exe() else {
         return;
     };
     let mut command = Command::new(program);
+    // The first argument is the name of the program, which the new call has already.
     command.args(std::env::args_os().skip(1)).env(name, value);
     // Returns only if it failed.
     let _ = Os::replace_this_process(&mut command);
@@ -111,6 +119,7 @@ pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
     };
     let trimmed = text.trim();
     let number_len = trimmed
+        // A sign, an exponent, or `inf` and `nan` are no digits: `parse` alone would accept all of them.
         .find(|c: char| !(c.is_ascii_digit() || c == '.'))
         .unwrap_or(trimmed.len());
     let (number, unit) = trimmed.split_at(number_len);
@@ -123,7 +132,9 @@ pub fn parse_duration(text: &str) -> Result<Span, BadDuration> {
         _ => return Err(bad()),
     };
     let number: f64 = number.parse().map_err(|_| bad())?;
+    // Out-of-range numbers saturate, so that the comparison with the bounds below finds them.
     let span = Span::from_secs_f64(number * seconds_per_unit);
+    // A duration of zero would end a run before its first cycle, and one of the greatest span never.
     if span > Span::ZERO && span < Span::MAX {
         Ok(span)
     } else {
@@ -163,6 +174,7 @@ mod tests {
             ("500ms", Span::from_millis(500)),
             ("250us", Span::from_micros(250)),
             ("2min", Span::from_secs(120)),
+            // A fraction of an hour: 1.5 · 3600 s.
             ("1.5h", Span::from_secs(5400)),
             ("3", Span::from_secs(3)),
             (" 0.5 s ", Span::from_millis(500)),
@@ -174,6 +186,7 @@ mod tests {
     #[test]
     fn what_is_no_duration_is_quoted() {
         for text in [
+            // No number, a unit without one, an unknown unit, a sign, zero, two points, and two that no span holds.
             "",
             "s",
             "10 parsecs",
@@ -208,6 +221,7 @@ mod tests {
         assert_eq!(code(Ok(Exit::NoData)), ExitCode::from(5));
         assert_eq!(code(Err(anyhow::anyhow!("no"))), ExitCode::FAILURE);
         let wrong = ConfigError::whole("a.toml", "no").into();
+        // 78 is EX_CONFIG of sysexits.h, by which a service manager sees that a restart does not help.
         assert_eq!(code(Err(wrong)), ExitCode::from(78));
         assert_eq!(
             code(Err(NodeNotFound("saw".to_owned()).into())),

@@ -12,6 +12,7 @@ use crate::network::credentials::known_nodes;
 use crate::network::transport::endpoint;
 
 /// Endpoints on which the examples' nodes listen.
+// Zenoh's own port and the next: a sender and a receiver on one machine need one each.
 const DEFAULT: [&str; 2] = ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"];
 
 /// Network options of a command that reaches running nodes.
@@ -46,16 +47,20 @@ impl NetworkArgs {
         let mut transport = match config {
             Some(file) => of_config(file)?,
             None => TransportConfig {
+                // Endpoints of the command line are for plain networks. A secure profile has its own in its Zenoh config.
                 connect: connect.clone(),
                 ..TransportConfig::default()
             },
         };
+        // A node's folder would sign an order with the name of the node, and access control knows operators only.
         if let (Some(file), Some(_), None) = (config, &transport.secure, secure) {
             let file = file.display().to_string();
             let reason = "received the folder of the node alone, expected --secure with that of an operator besides";
             return Err(ConfigError::field(&file, "transport.secure", reason));
         }
+        // The folder of the command line replaces that of the node's config, whose rights do not include commands.
         transport.secure.clone_from(secure);
+        // A config without any endpoint says that its node is reached by nothing: the default would find another one.
         if transport.connect.is_empty() && config.is_none() && secure.is_none() {
             transport.connect = DEFAULT.map(str::to_owned).to_vec();
         }
@@ -72,7 +77,9 @@ impl NetworkArgs {
     pub fn watch(&self, nodes: &[NodeName]) -> anyhow::Result<Watcher> {
         let transport = self.transport()?;
         let known = match (&self.secure, nodes) {
+            // Without a profile nothing forbids the wildcard key, so that all nodes are watched.
             (None, _) => Vec::new(),
+            // Access control answers a wildcard subscription with silence: each known node is named instead.
             (Some(folder), []) => known_nodes(folder)?,
             (Some(_), nodes) => nodes.to_vec(),
         };
@@ -86,11 +93,14 @@ fn of_config(file: &Path) -> Result<TransportConfig, ConfigError> {
     let text = text_file::read(file, MOST_CONFIG_BYTES)?;
     let mut config = parse_table(&name, &text)?;
     let mut section = toml::Table::new();
+    // The other sections belong to a kind of node that is not known here: only this one is parsed.
     section.extend(config.remove_entry("transport"));
     let read = from_table::<Section>(&name, section);
     let mut transport = read.map_err(|error| error.in_text(&name, &text))?.transport;
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
+    // The client listens nowhere: the ports of the node are in use by the node itself.
     let listens = std::mem::take(&mut transport.listen);
+    // A node in client mode listens nowhere: its router, under `connect`, is the way to it.
     if transport.mode == TransportMode::Peer {
         transport
             .connect
@@ -108,6 +118,7 @@ struct Section {
 /// The endpoint of a node that listens on all addresses of this machine.
 fn reachable(endpoint: &str) -> String {
     endpoint
+        // An unspecified address is for listening only. On the node's own machine the loopback address reaches it.
         .replacen("/0.0.0.0:", "/127.0.0.1:", 1)
         .replacen("/[::]:", "/[::1]:", 1)
 }
@@ -135,6 +146,7 @@ mod tests {
         let file = folder.path().join("saw.toml");
         let text = "name = 'saw'\n[transport]\nconnect = ['tcp/10.0.0.1:7447']\n\
                     secure = 'saw'\nlisten = ['tcp/0.0.0.0:7448', 'tcp/[::]:7448', 'tcp/10.0.0.2:1']\n[slave]\n";
+        // Both unspecified addresses, one of another machine, and an endpoint that the node itself connects to.
         std::fs::write(&file, text).unwrap();
         let error = looked(&[], Some(&file), None).unwrap_err().to_string();
         assert!(error.contains("expected --secure"), "{error}");
@@ -154,6 +166,7 @@ mod tests {
 
         std::fs::write(&file, "[transport]\nmode = 'star'").unwrap();
         let error = looked(&[], Some(&file), None).unwrap_err().to_string();
+        // Line 2, column 8: the value after `mode = `.
         assert!(error.contains("saw.toml:2:8: transport.mode"), "{error}");
     }
 

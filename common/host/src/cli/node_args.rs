@@ -68,7 +68,9 @@ impl NodeArgs {
     pub fn load<C: WithLab>(&self) -> anyhow::Result<NodeFile<C>> {
         let NodeFile { config, lab } = NodeFile::load(&self.config)?;
         let lab = match lab {
+            // A machine started from a config of an experiment would move with injected faults. The operator has to say so.
             Some(fields) if !self.lab => return Err(self.wrong(fields.refusal()).into()),
+            // Asked for without a table: nothing is injected, and log and status still say that it is an experiment.
             None if self.lab => Some(LabFields::default()),
             lab => lab,
         };
@@ -79,6 +81,7 @@ impl NodeArgs {
     pub fn wrong(&self, reason: impl ToString) -> ConfigError {
         let file = self.file();
         let error = ConfigError::whole(&file, reason);
+        // The text is read again: the error was found in parsed values, which know no lines any more.
         match text_file::read(&self.config, MOST_CONFIG_BYTES) {
             Ok(text) => error.in_text(&file, &text),
             Err(_) => error,
@@ -94,6 +97,7 @@ impl NodeArgs {
     /// The folder that relative paths in the config start from: the config's own.
     #[must_use]
     pub fn folder(&self) -> &Path {
+        // A bare file name has an empty parent, which joins to a path relative to the working directory.
         self.config.parent().unwrap_or(Path::new(""))
     }
 
@@ -107,6 +111,7 @@ impl NodeArgs {
         node: &NodeName,
         configured: &TransportConfig,
     ) -> anyhow::Result<TransportConfig> {
+        // The config's endpoints are replaced as a whole: an added endpoint could never take one away.
         let mut transport = configured.clone();
         if !self.connect.is_empty() {
             transport.connect.clone_from(&self.connect);
@@ -114,10 +119,12 @@ impl NodeArgs {
         if !self.listen.is_empty() {
             transport.listen.clone_from(&self.listen);
         }
+        // Before the folder of the command line is set: that one is relative to the working directory.
         transport.relative_to(self.folder());
         if let Some(folder) = &self.secure {
             transport.secure = Some(folder.clone());
         }
+        // The built config is dropped: the check alone counts, so that `--check` finds what a start would refuse.
         zenoh_config(&transport).map_err(|error| self.wrong(format!("{error:#}")))?;
         if let Some(folder) = &transport.secure {
             check_holder(node, folder).map_err(|error| self.wrong(format!("{error:#}")))?;
@@ -144,6 +151,7 @@ impl NodeArgs {
             role: role.to_owned(),
             instances,
         };
+        // A recording is read long after the run: the facts say by which node and version it was written.
         let facts = [
             ("node", node.as_str()),
             ("role", role),
@@ -171,6 +179,7 @@ impl NodeArgs {
         let Some(path) = &self.record else {
             return Ok(None);
         };
+        // The text as it is, not as parsed: a replay builds the node from the same bytes.
         let config = text_file::read(&self.config, MOST_CONFIG_BYTES)?;
         let name = self.config.file_name().unwrap_or_default();
         let attached = Attached {
@@ -220,6 +229,7 @@ fn log_recording_path(asked: &Path, path: &Path, growth: Growth) {
 fn check_holder(node: &NodeName, folder: &Path) -> anyhow::Result<()> {
     let field = || format!("transport.secure: {}", folder.display());
     let credentials = Credentials::open(folder).with_context(field)?;
+    // Access control goes by the name in the certificate. Another's folder would make this node act as that other.
     if credentials.name() != node {
         bail!(
             "{}: received the certificate of {:?}, expected that of this node, {:?}",
@@ -229,6 +239,7 @@ fn check_holder(node: &NodeName, folder: &Path) -> anyhow::Result<()> {
         );
     }
     match credentials.check(machine::wall_clock()) {
+        // A node without valid credentials still holds its slaves and its trace. The log says that nobody lets it in.
         Ok(()) | Err(CredentialsFault::Expired(_) | CredentialsFault::NotYet) => Ok(()),
         Err(fault) => Err(fault).with_context(field),
     }
@@ -273,6 +284,7 @@ mod tests {
             connecting.connect,
             ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"]
         );
+        // Each list is replaced alone: `--connect` says nothing about where the node listens.
         assert_eq!(connecting.listen, configured.listen);
 
         let listening = args("a.toml --listen tcp/[::]:7")
@@ -284,6 +296,7 @@ mod tests {
 
     #[test]
     fn a_wrong_endpoint_is_quoted() {
+        // Without a protocol the address looks complete, and Zenoh would retry it silently.
         let refused = Cli::try_parse_from(["node", "a.toml", "--connect", "192.168.1.10"]);
         let message = refused.err().expect("no endpoint").to_string();
         assert!(message.contains("'192.168.1.10'"), "{message}");
@@ -305,6 +318,7 @@ mod tests {
     #[test]
     fn checking_is_not_running() {
         assert!(args("a.toml --check").check);
+        // A check writes nothing: each of these would create a file or a run.
         for line in [
             "node a.toml --check --for 1s",
             "node a.toml --check --trace t.csv",

@@ -17,12 +17,16 @@ use crate::network::credentials::{BadCredentials, Credentials};
 use crate::network::transport::{Client, OverZenoh, Transport};
 
 /// Longest time to wait for a node to appear.
+// Longer than Zenoh's scouting delay (0.5 s) and the first round of its retries (0.25, 0.5 and 1 s).
 const SEARCH: Span = Span::from_secs(5);
 /// Response timeout: nodes respond within a second; the rest is for a slow network.
+// Longer than the second within which a command server reports a cycle that hangs.
 const ANSWER: Duration = Duration::from_secs(3);
 /// Time for other nodes to announce themselves.
+// Longer than Zenoh's scouting delay of 500 ms.
 const ROUND: Span = Span::from_millis(600);
 /// Interval between checks for the node.
+// A hundredth of a second is not noticed by people, and costs little for five seconds.
 const LOOK: Duration = Duration::from_millis(10);
 
 /// Client that sends orders; its calls block until the response.
@@ -78,10 +82,12 @@ impl Commander {
         };
         let client = self.transport.client(&key, ANSWER)?;
         let place = format!("asked under {key}, {}", self.transport.whereabouts());
+        // A request without a server would wait for the full response timeout and end in the same silence.
         if !is_there(&*client) {
             let others = self.others(node);
             bail!("node {node} takes no orders: it is not there after {SEARCH}, {place}{others}");
         }
+        // Lost on the way there or on the way back: nobody can tell, so the text promises neither.
         let Some(payload) = client.request(order.to_json())? else {
             bail!(
                 "node {node} did not answer, so it may or may not have the command after all; {place}"
@@ -134,8 +140,10 @@ fn holder_of(secure: Option<&Path>) -> Result<Option<NodeName>, BadCredentials> 
 }
 
 fn is_there(client: &dyn Client) -> bool {
+    // The machine's monotonic clock: a step of the wall clock must not end or prolong the search.
     let end = machine::now() + SEARCH;
     loop {
+        // Asked before the clock: a busy machine that slept past the end still finds the server.
         if client.has_server() {
             return true;
         }

@@ -13,6 +13,7 @@ use serde_json::{Map, Value};
 use crate::network::transport::{Declared, InvisibilityReason, OverZenoh, Transport};
 
 /// Longest status accepted, bytes: that of a node with thousands of axes.
+// 4 KiB of JSON for each of 4096 axes.
 const LONGEST_STATUS: usize = 16 << 20;
 /// Greatest number of nodes kept: a malicious publisher could invent more.
 const MOST_NODES: usize = 10_000;
@@ -43,15 +44,18 @@ struct Seen {
 
 impl Seen {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<NodeName, SeenNode>> {
+        // A map of plain values is whole between two statements: a panic elsewhere leaves it usable.
         self.nodes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Updates the node that a key names.
     fn note(&self, key: &str, what: impl FnOnce(&mut SeenNode)) {
+        // A key of another layout is of another program on the network.
         let Some(name) = NodeName::of_key(key) else {
             return;
         };
         let mut nodes = self.lock();
+        // Known nodes are still updated when the map is full: only new names are refused.
         if nodes.len() >= MOST_NODES && !nodes.contains_key(&name) {
             return;
         }
@@ -60,6 +64,7 @@ impl Seen {
             is_alive: false,
             status: None,
         }));
+        // Unlocked first: a woken thread would otherwise wait for this very lock.
         drop(nodes);
         self.changed.notify_all();
     }
@@ -82,6 +87,7 @@ impl Watcher {
     pub fn over(transport: Arc<dyn Transport>, nodes: &[NodeName]) -> anyhow::Result<Self> {
         let keys = |node: &NodeName| (node.status_key(), node.alive_key());
         let keys: Vec<_> = match nodes {
+            // Subscriptions with a wildcard, since the names are not known.
             [] => vec![(ANY_STATUS_KEY.to_owned(), ANY_ALIVE_KEY.to_owned())],
             nodes => nodes.iter().map(keys).collect(),
         };
@@ -118,8 +124,10 @@ impl Watcher {
         let end = machine::now() + patience;
         let mut nodes = self.seen.lock();
         loop {
+            // The condition is checked before each wait: a notification before the first wait is not lost.
             let seen: Vec<_> = nodes.values().cloned().collect();
             let left = end - machine::now();
+            // The timeout is checked first, so that a machine without progress still returns.
             if left <= Span::ZERO || enough(&seen) {
                 return seen;
             }
@@ -155,12 +163,14 @@ impl Watcher {
 
 /// Takes a status, which names its node. Other data are ignored.
 fn take_status(seen: &Seen, at: Instant<Machine>, bytes: &[u8]) {
+    // Checked before parsing: JSON of any length would be built up in memory.
     if bytes.len() > LONGEST_STATUS {
         return;
     }
     let Ok(Value::Object(status)) = serde_json::from_slice(bytes) else {
         return;
     };
+    // The sender's name is in the payload, because the handler of a wildcard gets no key.
     let named = status.get("node").and_then(Value::as_str);
     let name = named.and_then(|name| NodeName::new(name).ok());
     if let Some(name) = name {
@@ -184,6 +194,7 @@ mod tests {
 
     #[test]
     fn all_nodes_are_seen_with_what_they_said_last() {
+        // A fixed clock: the arrival of the status is known exactly.
         let transport = InProcess::dated_by(|| Instant::from_nanos(5));
         let _early = transport.announce("coaxle/line/alive").unwrap();
         let watcher = Watcher::over(Arc::new(transport.clone()), &[]).unwrap();
@@ -201,6 +212,7 @@ mod tests {
         let seen = watcher.seen();
         let names: Vec<_> = seen.iter().map(|node| node.name.as_str()).collect();
         assert_eq!(names, ["line", "saw"]);
+        // Announced before the watcher opens: presence has a history.
         assert!(seen.iter().all(|node| node.is_alive) && seen[0].status.is_none());
         let (at, status) = seen[1].status.as_ref().unwrap();
         assert_eq!((at.as_nanos(), &status["cycle"]), (5, &2.into()));
@@ -226,6 +238,7 @@ mod tests {
         let transport = InProcess::default();
         let watcher = Watcher::over(Arc::new(transport.clone()), &[]).unwrap();
         for text in [
+            // Empty, broken, no object, no name, a name that is no text, a name that is no part of a key.
             "",
             "{",
             "[]",
@@ -247,6 +260,7 @@ mod tests {
         let later = std::thread::spawn(move || {
             publish(&transport, "coaxle/saw/status", r#"{ "node": "saw" }"#);
         });
+        // A minute is never waited for: the other thread publishes at once.
         let somebody = watcher.wait_for(Span::from_secs(60), |seen| !seen.is_empty());
         assert_eq!(somebody.len(), 1);
         later.join().unwrap();

@@ -12,8 +12,10 @@ use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Scans and messages that telemetry may lag behind: a second's worth of a few nodes at 1 kHz.
+// A second at 1 kHz has 1000 scans; fifteen messages per scan come on top.
 const ENTRIES: usize = 16_384;
 /// Axes in these messages.
+// 512 frames of the longest kind, or 16 384 of four axes each.
 const AXES: usize = 512 * MAX_AXES;
 /// Orders in these scans: more than arrive in a second.
 const ORDERS: usize = 256;
@@ -104,6 +106,7 @@ impl InputTap {
     /// Records an order that the node executes. The copy shares the plate that may come with the
     /// order and is not its last owner: the order itself goes back to the command server.
     pub(crate) fn ordered(&mut self, order: &CommandOrder) {
+        // Pushed in this order: an order entry without its order would take that of the next entry.
         let has_room = !self.entries.is_full() && self.orders.push(order.clone()).is_ok();
         self.is_whole &= has_room && self.entries.push(InputEntry::Order).is_ok();
     }
@@ -122,6 +125,7 @@ impl InputTap {
             is_whole: self.is_whole,
         };
         // Entries left over from a scan without room belong to the next one, which is incomplete then.
+        // A scan whose entry is lost leaves its inputs in the ring.
         self.is_whole = self.entries.push(scan).is_ok();
     }
 
@@ -132,6 +136,7 @@ impl InputTap {
         message: &Message<'_>,
     ) -> Option<()> {
         let (message, axes) = message.split();
+        // Before the axes are written: axes without a message would be read as those of the next message.
         if self.entries.is_full() {
             return None;
         }
@@ -158,6 +163,7 @@ impl Inputs {
                     message,
                     axes,
                 } => {
+                    // `map_while` ends early only if the rings disagree, which the order of pushing prevents.
                     let axes: Vec<_> = (0..axes).map_while(|_| self.axes.pop().ok()).collect();
                     self.open.received.push(ReceivedMessage {
                         at,
@@ -172,6 +178,7 @@ impl Inputs {
                     now,
                     is_whole,
                 } => {
+                    // The inputs of an incomplete scan are dropped with it, so that they are not replayed in the next one.
                     let told = std::mem::take(&mut self.open);
                     if !is_whole {
                         self.gap = true;
@@ -251,6 +258,7 @@ mod tests {
     #[test]
     fn a_scan_that_has_no_room_for_all_is_left_out_and_said() {
         let (mut tap, mut inputs) = inputs();
+        // A message per entry fills the ring to the last place.
         for _ in 0..ENTRIES {
             tap.received(at(1), 0, &REFUSED);
         }
@@ -262,6 +270,7 @@ mod tests {
         tap.scan(at(20), at(21), at(22));
         tap.scan(at(30), at(31), at(32));
         let whole = inputs.take().unwrap();
+        // The second scan is incomplete as well: it holds the inputs of both. The third is whole.
         assert_eq!((whole.scan.now, whole.scan.received.len()), (at(32), 0));
         assert!(whole.after_gap);
     }

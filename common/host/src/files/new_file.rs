@@ -10,8 +10,10 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// [`ErrorKind::AlreadyExists`] if the file exists, or the system's error.
 pub fn create_new(path: &Path) -> io::Result<File> {
+    // The system's own exclusive creation: a check beforehand would leave a gap for another process.
     match File::create_new(path) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists && holds_nothing(path) => {
+            // A device and a pipe exist before the run, and must be opened as they are.
             File::create(path)
         }
         created => created,
@@ -27,12 +29,15 @@ pub fn create_next(path: &Path) -> io::Result<(File, PathBuf)> {
     let mut next = path.to_owned();
     for number in 2_u64.. {
         match create_new(&next) {
+            // A folder of that name exists too, but counting up would never say so: its error is reported.
             Err(error) if error.kind() == ErrorKind::AlreadyExists && next.is_file() => {
+                // Counted from the asked path: counting from the last try would give saw-2-3.mcap.
                 next = numbered(path, number);
             }
             created => return created.map(|file| (file, next)),
         }
     }
+    // Unreachable in practice: the numbers end after 1.8e19 files.
     Err(ErrorKind::AlreadyExists.into())
 }
 

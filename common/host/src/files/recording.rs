@@ -15,9 +15,12 @@ use crate::files::new_file::create_next;
 use crate::files::synced_file::SyncedFile;
 
 /// Memory for entries that wait to be written: a disk may stall for a second or more.
+// 32 MiB of 100 signals in a row are 28 000 rows, so that the count below ends the queue at 16 s of 1 kHz.
 const QUEUE_BYTES: usize = 32 << 20;
 /// Capacity in rows, as many as this memory holds, within these limits.
+// The channel allocates its places at once: the count bounds them where rows are small.
 const MOST_ENTRIES: usize = 16_384;
+// Rows of more than 43 000 signals (32 MiB / 64 / 12 bytes) still have a queue.
 const FEWEST_ENTRIES: usize = 64;
 /// Approximate size of a signal in a row.
 const SIGNAL_BYTES: usize = 12;
@@ -77,6 +80,7 @@ impl Recording {
         attached: &[Attached<'_>],
     ) -> anyhow::Result<Self> {
         let cannot = || format!("cannot write the recording {}", path.display());
+        // The next free name: the recording of an earlier run is never overwritten by a restart of the service.
         let (file, path) = create_next(path).with_context(cannot)?;
         let tables = std::slice::from_ref(table);
         let mut writer = Writer::create(
@@ -91,6 +95,7 @@ impl Recording {
             put.with_context(cannot)?;
         }
         let signals: usize = table.instances.iter().map(|of| of.signals.len()).sum();
+        // `max(1)` is for a node without signals: a division by zero would end it.
         let entries = QUEUE_BYTES / (SIGNAL_BYTES * signals).max(1);
         let (queue, entries) = sync_channel(entries.clamp(FEWEST_ENTRIES, MOST_ENTRIES));
         let file = path.display().to_string();
@@ -99,6 +104,7 @@ impl Recording {
             .spawn(move || {
                 let written = write(writer, &entries);
                 written
+                    // Logged when it happens. The result itself is read only when the node ends, perhaps days later.
                     .inspect_err(|error| tracing::error!(%file, "the recording ends here: {error}"))
             })
             .with_context(cannot)?;
@@ -127,6 +133,7 @@ impl Recording {
 
     /// Adds the row of a cycle.
     pub fn row(&mut self, at: Instant<Machine>, woke: Instant<Machine>, row: &impl Serialize) {
+        // A table does not change during a run: each further row would fail and log in the same way.
         if self.failure.is_some() {
             return;
         }
@@ -142,6 +149,7 @@ impl Recording {
     /// Adds the inputs of the node before a scan.
     pub fn told(&mut self, record: &InputRecord) {
         self.input_gaps += u64::from(record.after_gap);
+        // `push` counts what it drops. The difference says whether these inputs were lost, for the facts of the file.
         let dropped = self.dropped;
         self.push(RecordingEntry::Inputs {
             at_ns: record.ideal_start.as_nanos(),
@@ -178,7 +186,9 @@ impl Recording {
             ("dropped", self.dropped.to_string()),
             ("input-gaps", self.input_gaps.to_string()),
         ];
+        // Before the queue closes: the facts at the end say whether the file is whole.
         self.facts(facts);
+        // Closing the queue ends the thread's loop after the entries that are in it.
         self.queue = None;
         let Some(thread) = self.thread.take() else {
             return Ok(());
@@ -190,6 +200,7 @@ impl Recording {
             .take()
             .map_or(Ok(()), |error| Err(error.into()));
         let incomplete = || format!("the recording {} is incomplete", self.path.display());
+        // The writer's error comes first: a full disk explains more than a row behind it.
         written.and(rows).with_context(incomplete)
     }
 
@@ -208,6 +219,7 @@ impl Recording {
         let pushed = queue.try_send(entry);
         // A disconnected queue is not logged here: the thread has logged the reason itself.
         if let Err(TrySendError::Full(_)) = &pushed
+            // Once: at 1 kHz a slow disk would fill the log instead. The count is in the status.
             && self.dropped == 0
         {
             let file = self.path.display();
@@ -220,6 +232,7 @@ impl Recording {
 impl Drop for Recording {
     /// Finishes the file of a node that did not end regularly, too.
     fn drop(&mut self) {
+        // Without the thread there is nothing to write: `finish` was called before.
         if self.thread.is_some() {
             let _ = self.finish();
         }
@@ -229,6 +242,7 @@ impl Drop for Recording {
 /// Writes entries until the queue closes, and ends the file.
 fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<RecordingEntry>) -> anyhow::Result<()> {
     for entry in entries {
+        // The first error ends the thread: a record may be half written, and what follows would be unreadable.
         match entry {
             RecordingEntry::Row(row) => writer.row(0, &row),
             RecordingEntry::Inputs {
@@ -294,6 +308,7 @@ mod tests {
         let rows: Vec<_> = rows.collect();
         assert_eq!(rows.len(), 100);
         // The machine's clock is kept to the nanosecond.
+        // A 64-bit count: a float is exact to the nanosecond for 2⁵³ ns only, 104 days of uptime.
         assert_eq!(rows[3].at_ns, (start + Span::from_millis(30)).as_nanos());
         assert_eq!(rows[3].values, [Some(Value::Number(3.0))]);
         let facts = items.iter().filter_map(|item| match item {
@@ -327,6 +342,7 @@ mod tests {
 
     #[test]
     fn nobody_waits_for_a_disk_that_is_full_and_it_is_said() {
+        // Any write to /dev/full is refused with ENOSPC.
         let path = Path::new("/dev/full");
         let error = Recording::create(path, &boiler(), &Facts::new(), &[]).map(|_| ());
         let message = format!("{:#}", error.unwrap_err());

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::network::transport::Publisher;
 
 /// Length of a piece: twenty a second look like motion, and the overhead of each stays small.
+// A thousand messages a second would each carry the overhead of a whole recording.
 pub(crate) const PIECE: Span = Span::from_millis(50);
 
 /// Rows, log lines and status of a node, published in small recordings while there is a subscriber.
@@ -43,9 +44,11 @@ impl RowStream {
         woke: Instant<Machine>,
         row: &impl Serialize,
     ) {
+        // The first row begins a piece, whatever its instant: the cycles of a node begin anywhere.
         if self.began.is_none_or(|began| at - began >= PIECE) {
             self.send();
             self.began = Some(at);
+            // Asked once per piece: the transport's answer takes a call into the session, too much for each row.
             self.is_watched = !self.is_broken && self.publisher.has_subscriber();
         }
         if !self.is_watched {
@@ -92,6 +95,7 @@ impl RowStream {
 
     fn break_off(&mut self, error: &str) {
         tracing::error!("nobody can look on any more: {error}");
+        // A table that cannot be encoded will not become encodable: the rest of the run goes on without viewers.
         self.is_broken = true;
         self.is_watched = false;
     }

@@ -47,6 +47,7 @@ impl Rows {
         }
         let mut facts = self.facts.clone();
         facts.insert("epoch".to_owned(), format!("{epoch:016x}"));
+        // Read at the start of the run: a later step of the wall clock would bend the times of one file.
         let offset = machine::wall_clock_offset_ns();
         let pieces = Pieces::of(self.table.clone(), facts, offset);
         self.stream = Some(RowStream::new(&self.table, pieces, publisher));
@@ -86,6 +87,7 @@ impl Rows {
             name: self.table.name.clone(),
             text: text.into(),
         };
+        // Borrowed by the stream first, then given to the recording: no copy is needed.
         if let Some(stream) = &mut self.stream {
             stream.log(&line);
         }
@@ -96,6 +98,7 @@ impl Rows {
 
     /// Adds the node's status, as published: JSON.
     pub fn reported(&mut self, at: Instant<Machine>, status: &str) {
+        // The file gets the status even if nobody watches, the stream only while somebody does.
         if let Some(recording) = &mut self.recording {
             recording.status(at, status);
         }
@@ -116,11 +119,13 @@ impl Rows {
     /// # Errors
     /// Names the incomplete file and the reason.
     pub fn finish(&mut self) -> anyhow::Result<()> {
+        // The last piece is shorter than the others. Without this call it would be lost.
         if let Some(mut stream) = self.stream.take() {
             stream.send();
         }
         let traced = self.trace.as_mut().map_or(Ok(()), Trace::finish);
         let recorded = self.recording.as_mut().map_or(Ok(()), Recording::finish);
+        // Both are finished before the first error is returned: a failed trace must not cost the recording.
         traced.and(recorded)
     }
 }
@@ -161,6 +166,7 @@ mod tests {
         let take = move |_, bytes: &[u8]| taken.lock().unwrap().push(bytes.to_vec());
         let subscribed = network.subscribe("coaxle/boiler/rows", Box::new(take));
         let subscribed = subscribed.unwrap();
+        // 420 ms: the subscriber of 200 ms on sees pieces that begin at 200, 250, 300 and 350 ms.
         show(&mut rows, 200, 420);
         drop(subscribed);
         show(&mut rows, 420, 600);
@@ -173,10 +179,12 @@ mod tests {
         let joined = &join.nodes()[0];
         // Received from the next piece on; the last pieces are still under way when the subscriber
         // is gone.
+        // Four pieces of 50 rows.
         assert_eq!((joined.rows, joined.missing), (200, 0));
         let file = join.finish().unwrap();
         let items: Vec<_> = Reader::new(file.as_slice()).map(Result::unwrap).collect();
         let count = |what: fn(&Item) -> bool| items.iter().filter(|item| what(item)).count();
+        // Lines and statuses at 200 and 300 ms; that of 400 ms is in the piece that nobody hears any more.
         assert_eq!(count(|item| matches!(item, Item::Log(_))), 2);
         assert_eq!(count(|item| matches!(item, Item::Status { .. })), 2);
         let epoch = items.iter().find_map(|item| match item {

@@ -14,6 +14,7 @@ impl Write for SyncedFile {
     }
 
     fn flush(&mut self) -> io::Result<()> {
+        // `sync_data` instead of `sync_all`: times of change in the inode are not worth a second write.
         match self.0.sync_data() {
             // A target that is no file, such as a pipe, has no disk.
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),

@@ -54,6 +54,7 @@ pub fn apply(config: &RealTimeConfig) -> Vec<Denied> {
 pub fn carriers(config: &RealTimeConfig) -> Option<u8> {
     config
         .priority
+        // 1 is the lowest real-time priority: 0 would be refused by the kernel.
         .map(|priority| priority.saturating_sub(1).max(1))
 }
 
@@ -81,6 +82,7 @@ impl Drop for Raised {
         if self.is_raised
             && let Err(reason) = Os::drop_priority()
         {
+            // A thread that cannot go back keeps its priority for the run, which may starve others: the log says so.
             tracing::warn!("the main thread keeps its real-time priority: {reason}");
         }
     }
@@ -114,6 +116,7 @@ mod tests {
         assert_eq!(
             lines,
             [
+                // `sched_setscheduler` takes 1 to 99 for SCHED_FIFO; a mask of processors has 1024 bits.
                 "priority = 0: received 0, expected 1 to 99",
                 "cpu = 1000000: received 1000000, expected 0 to 1023",
             ]

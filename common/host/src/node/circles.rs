@@ -16,10 +16,12 @@ use serde_json::{Map, Value, json};
 use crate::network::transport::{Declared, Transport};
 
 /// Longest status accepted, bytes: that of a node with thousands of axes.
+// 4 KiB of JSON for each of 4096 axes.
 const LONGEST_STATUS: usize = 16 << 20;
 /// Time without a status after which a node is forgotten: 20 statuses missing.
 const SILENCE: Span = Span::from_secs(5);
 /// Capacity of the ring of changes to the cycle. A change that does not fit is sent with the next status.
+// A frame has 128 axes at most, so that eight full channels change at once.
 const CHANGES: usize = 1024;
 
 /// Subscribes to other nodes' statuses and searches them for circles.
@@ -88,8 +90,10 @@ impl CircleSearch {
         for other in watch.nodes() {
             let (statuses, name) = (Arc::clone(&statuses), other.clone());
             let on_status = move |at, bytes: &[u8]| {
+                // Checked before it is kept: the map holds one status per node, of any sender under that key.
                 if bytes.len() <= LONGEST_STATUS {
                     let mut statuses = statuses.lock().unwrap_or_else(PoisonError::into_inner);
+                    // A newer status replaces one that was not read: only the present coupling counts.
                     statuses.insert(name.clone(), (at, bytes.to_vec()));
                 }
             };
@@ -121,10 +125,12 @@ impl CircleSearch {
         status: &mut Map<String, Value>,
         is_followed: impl Fn(&NodeName) -> bool,
     ) {
+        // A node that follows senders only can be in no circle: its status has no entry about them.
         if self.sources.is_empty() {
             return;
         }
         self.read(now);
+        // After reading: a status that has just arrived is not missing.
         self.log_silent_nodes(now, is_followed);
         let finding = self.watch.look(status);
         self.give(&finding);
@@ -134,8 +140,10 @@ impl CircleSearch {
 
     fn read(&mut self, now: Instant<Machine>) {
         let statuses = self.statuses.lock();
+        // Taken as a whole: parsing JSON under the lock would hold the transport's thread.
         let statuses = std::mem::take(&mut *statuses.unwrap_or_else(PoisonError::into_inner));
         for (node, (at, bytes)) in statuses {
+            // A status that is no JSON is of another program: the node counts as silent.
             let Ok(Value::Object(status)) = serde_json::from_slice(&bytes) else {
                 continue;
             };
@@ -143,6 +151,7 @@ impl CircleSearch {
             let last = Some(at);
             self.sources.insert(
                 node,
+                // A status ends the search for a missing one, and a later silence is logged again.
                 Source {
                     last,
                     ..Source::default()
@@ -161,11 +170,13 @@ impl CircleSearch {
     fn log_silent_nodes(&mut self, now: Instant<Machine>, is_followed: impl Fn(&NodeName) -> bool) {
         for (other, source) in &mut self.sources {
             if source.last.is_some() || !is_followed(other) {
+                // Without frames the node itself is missing, which its health says already.
                 source.missed_since = None;
                 continue;
             }
             let since = *source.missed_since.get_or_insert(now);
             if now - since > SILENCE && !source.is_logged {
+                // Once per silence: rights do not come back by themselves.
                 source.is_logged = true;
                 tracing::warn!(
                     node = %self.node,
@@ -181,7 +192,9 @@ impl CircleSearch {
             let is_axis =
                 |given: &CircleChange| (given.channel, given.id) == (change.channel, change.id);
             let place = self.given.iter().position(is_axis);
+            // The cycle begins with no circle for every axis, so that only others are remembered.
             let before = place.map_or(CircleState::None, |place| self.given[place].state);
+            // Not remembered where the ring is full, so that the next status tries again.
             if change.state == before || self.to_cycle.push(*change).is_err() {
                 continue;
             }
@@ -208,6 +221,7 @@ impl CircleSearch {
             }
             names.extend(circle.map(|circle| (name.clone(), circle)));
         }
+        // Replaced as a whole: a slave that left its circle must not keep the old text.
         *self.slaves.lock() = names;
         status.insert("circles".to_owned(), finding.to_json());
     }
@@ -215,6 +229,7 @@ impl CircleSearch {
     fn log_finding(&mut self, finding: &CircleFinding) {
         let node = &self.node;
         let found: Vec<_> = finding.circles.iter().map(ToString::to_string).collect();
+        // Only what is new: the same circles are found four times a second.
         for circle in found.iter().filter(|circle| !self.found.contains(circle)) {
             tracing::error!(
                 %node,

@@ -22,9 +22,11 @@ use crate::node::outbox::{Outbox, OutgoingFrame};
 use crate::node::telemetry::{ArrivalRecord, Records};
 
 /// Longest sleep between checks of the stop flag.
+// A Ctrl-C is noticed within this time also by a node with a cycle of 100 ms, or a clock that starts later.
 const NAP: Span = Span::from_millis(50);
 
 /// Time from the start of a clock to its zero, so that the first cycle is not late already.
+// Fifty of the shortest cycles.
 const RUN_UP: Span = Span::from_millis(5);
 
 /// Everything the cycle thread owns.
@@ -57,6 +59,7 @@ impl NodeClock {
         origin: Instant<Machine>,
     ) -> Result<Self, WrongTerm> {
         Ok(Self {
+            // Seeds by name: a changed jitter leaves the random walk of the drift as it was.
             deviated: DeviatedClock::new(config, seed_of(seed, "clock"), origin)?,
             jitter: CycleJitter::new(config, seed_of(seed, "jitter")),
         })
@@ -70,6 +73,7 @@ impl NodeClock {
 
     /// Start of the first cycle of a node with this clock.
     pub(crate) fn first_cycle(config: &ClockConfig) -> Instant<Local> {
+        // The deviation of the start is part of the experiment: nodes whose cycles begin at other phases.
         Instant::EPOCH + config.start_phase()
     }
 }
@@ -175,10 +179,12 @@ impl<N: Node> Cycle<N> {
 /// Waits for an instant; returns false if `stop` was set meanwhile.
 fn wait_until(wake: Instant<Machine>, spin: Span, stop: &AtomicBool) -> bool {
     while !stop.load(Ordering::Relaxed) {
+        // Short naps: the sleep itself cannot be interrupted by the flag.
         let nap = machine::now() + NAP;
         if nap < wake {
             machine::sleep_until(nap);
         } else {
+            // Only the last nap is exact, by an absolute deadline with the spin.
             machine::sleep_then_spin_until(wake, spin);
             return true;
         }
@@ -235,6 +241,7 @@ mod tests {
     fn bench(clock: &str) -> Bench {
         let config: ClockConfig = parse("test", clock).unwrap();
         let counters = Arc::new(Counters::default());
+        // 64 places: few enough to be filled by the test of full rings.
         let (inbox, mailbox) = mailbox(64, 64, Arc::clone(&counters.mailbox_dropped));
         let (outbox, frames) = outbox(4096);
         let (arrivals, arrived) = RingBuffer::new(64);
@@ -244,6 +251,7 @@ mod tests {
         let (records, telemetry) = telemetry(node.snapshot(), usize::MAX, arrived);
         let cycle = Cycle {
             node,
+            // Zero at the machine's own zero, so that instants of both clocks are compared by eye.
             clock: NodeClock::new(&config, 1, Instant::EPOCH).unwrap(),
             mailboxes: vec![mailbox],
             orders,
@@ -300,6 +308,7 @@ mod tests {
 
         let mut body = Vec::new();
         let frame = bench.frames.pop(&mut body).unwrap();
+        // The cycle that begins at 2 ms, although its scan began 30 µs late.
         assert_eq!(frame.ideal_start, at(2_000));
         let record = bench.record();
         assert_eq!((record.ideal_start, record.woke), (at(2_000), at(2_030)));
@@ -311,12 +320,15 @@ mod tests {
     fn the_node_sees_its_own_clock_and_the_record_the_machines() {
         // 1000 ppm fast: local second 1 is at machine time 1/1.001.
         let mut bench = bench("drift-ppm = 1000");
+        // 1 s / 1.001 = 999 000.999 µs, and a microsecond of lateness.
         let woke = at(999_002);
         bench.inbox.push(at(500_000), &REFUSED);
         bench.cycle.scan(woke);
         let record = bench.record();
+        // 500 ms · 1.001.
         assert_eq!(record.snapshot.last_arrival.as_nanos(), 500_500_000);
         assert_eq!(record.woke, woke);
+        // 1 s / 1.001 is 999 000.999 µs, a nanosecond beside the literal.
         assert!((record.ideal_start - at(999_001)).abs() < Span::from_micros(1));
     }
 
@@ -345,8 +357,10 @@ mod tests {
         }
         let read = |counter| crate::node::counters::read(counter);
         assert_eq!(read(&bench.counters.cycles), 200);
+        // Each of the 200 scans fills a place, and nobody empties them.
         assert_eq!(read(&bench.counters.telemetry_dropped), 200 - 64);
         assert_eq!(read(&bench.counters.arrivals_dropped), 200 - 64);
+        // Nobody takes frames either: of 4096 bytes each takes 100 and its header.
         assert!(read(&bench.counters.publish_dropped) > 0);
     }
 
@@ -394,9 +408,11 @@ mod tests {
         timed
             .cycle
             .run(&limits(Some(run_for)), &AtomicBool::new(false));
+        // At least: a busy machine may end later.
         assert!(machine::now() - start >= run_for);
         assert!(crate::node::counters::read(&timed.counters.cycles) > 0);
 
+        // A start phase of 100 s: the stop must be seen during the wait for the first cycle.
         let stopped = bench("start-phase-us = 1e8");
         stopped.cycle.run(&limits(None), &AtomicBool::new(true));
         assert_eq!(crate::node::counters::read(&stopped.counters.cycles), 0);

@@ -27,11 +27,13 @@ impl Faults {
         channel: Channel,
         far: usize,
     ) -> Result<Self, WrongTerm> {
+        // A link without faults passes no model: no random number is drawn, and no delay added.
         let any = *config != LinkConfig::default();
         let seed = far_link_seed(seed, "link", channel, far);
         Ok(Self {
             tampering: Tampering::new(config, seed, key),
             link: any.then(|| LinkModel::new(config, seed)).transpose()?,
+            // Times of faults in a config count from the start of the node.
             start: machine::now(),
         })
     }

@@ -34,6 +34,7 @@ pub(crate) struct Mailbox {
     messages: Consumer<Stored>,
     axes: Consumer<Option<AxisSample>>,
     /// The axes of one frame.
+    // A single frame: the buffer is filled again for the next one.
     frame: Box<[Option<AxisSample>]>,
 }
 
@@ -51,6 +52,7 @@ pub(crate) fn mailbox(messages: usize, axes: usize, rejected: Arc<AtomicU64>) ->
     let mailbox = Mailbox {
         messages: messages_out,
         axes: axes_out,
+        // Never more than fits into the ring: a mailbox of exchanges has no axes.
         frame: vec![None; MAX_AXES.min(axes)].into(),
     };
     (inbox, mailbox)
@@ -67,6 +69,7 @@ impl Inbox {
 
     fn try_push(&mut self, arrival: Instant<Machine>, message: &Message<'_>) -> Option<()> {
         let (message, axes) = message.split();
+        // Checked before the axes are written, which could not be taken back.
         if self.messages.is_full() {
             return None;
         }
@@ -85,13 +88,16 @@ impl Mailbox {
     /// Takes the messages that are in it now. Messages that arrive meanwhile wait for the next
     /// call, so a flood cannot hold up the cycle for longer than a full ring takes.
     pub(crate) fn drain(&mut self, mut each: impl FnMut(Instant<Machine>, &Message<'_>)) {
+        // The number of now, not until empty: a flood would otherwise keep the cycle in here.
         for _ in 0..self.messages.slots() {
             let Ok(stored) = self.messages.pop() else {
                 return;
             };
+            // A message without axes gets an empty slice.
             let frame = &mut self.frame[..stored.axes];
             if let Ok(axes) = self.axes.read_chunk(stored.axes) {
                 let (first, second) = axes.as_slices();
+                // A ring wraps: a frame may lie in two pieces, at the end and at the beginning.
                 let (start, end) = frame.split_at_mut(first.len());
                 start.copy_from_slice(first);
                 end.copy_from_slice(second);
@@ -137,6 +143,7 @@ mod tests {
     #[test]
     fn messages_come_out_in_order_and_a_full_box_counts() {
         let rejected = Arc::new(AtomicU64::new(0));
+        // Four places for seven messages.
         let (mut inbox, mut mailbox) = mailbox(4, 0, Arc::clone(&rejected));
         (0..7).for_each(|k| inbox.push(at(k), &REFUSED));
         assert_eq!(rejected.load(Ordering::Relaxed), 3);
@@ -181,6 +188,7 @@ mod tests {
             drained += 1;
             inbox.push(arrival, message);
         });
+        // The messages that were pushed while draining wait for the next scan.
         assert_eq!(drained, 3);
     }
 }

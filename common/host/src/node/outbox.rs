@@ -10,6 +10,7 @@ use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Bytes before each body: channel, ideal start, rate, length, far node.
+// Bytes of the fields in this order: u8, i64, f64, u32, u16.
 const HEADER: usize = 1 + 8 + 8 + 4 + 2;
 
 /// Data about a frame, besides its body, for the publisher.
@@ -56,9 +57,11 @@ impl Outbox {
     #[must_use]
     pub(crate) fn push(&mut self, frame: &OutgoingFrame, body: &[u8]) -> bool {
         let header = frame.encode(body.len() as u32);
+        // All or nothing: a frame cut by a full ring would shift all later ones.
         let Ok(mut chunk) = self.ring.write_chunk(HEADER + body.len()) else {
             return false;
         };
+        // A free stretch that passes the end of the ring has two parts.
         let (first, second) = chunk.as_mut_slices();
         spread(&header, 0, first, second);
         spread(body, HEADER, first, second);
@@ -86,9 +89,11 @@ impl OutgoingFrames {
     /// Takes the oldest frame; its body replaces the contents of `body`.
     pub(crate) fn pop(&mut self, body: &mut Vec<u8>) -> Option<OutgoingFrame> {
         let mut header = [0; HEADER];
+        // Fewer bytes than a header mean an empty ring: frames are committed whole.
         self.ring.pop_entire_slice(&mut header).ok()?;
         let (frame, length) = OutgoingFrame::decode(&header);
         body.clear();
+        // The capacity stays from the longest frame of this wake-up.
         body.resize(length as usize, 0);
         self.ring
             .pop_entire_slice(body)
@@ -115,6 +120,7 @@ impl OutgoingFrame {
     fn encode(&self, length: u32) -> [u8; HEADER] {
         let mut header = [0; HEADER];
         header[0] = self.channel as u8;
+        // Native order: both ends are threads of one process.
         header[1..9].copy_from_slice(&self.ideal_start.as_nanos().to_ne_bytes());
         header[9..17].copy_from_slice(&self.drift_ppm.to_ne_bytes());
         header[17..21].copy_from_slice(&length.to_ne_bytes());
@@ -129,6 +135,7 @@ impl OutgoingFrame {
             bytes
         };
         let frame = Self {
+            // A number out of `encode` of this very process.
             channel: Channel::ALL[usize::from(header[0])],
             far: u16::from_ne_bytes([header[21], header[22]]),
             ideal_start: Instant::from_nanos(i64::from_ne_bytes(eight(1))),
@@ -141,12 +148,14 @@ impl OutgoingFrame {
 }
 
 fn scaled(passed: Span, drift_ppm: f64) -> Span {
+    // Nanoseconds of a cycle fit a float exactly; ppm · 1e-6 is the relative rate.
     let gained = passed.as_nanos() as f64 * drift_ppm * 1e-6;
     passed + Span::from_nanos(gained.round() as i64)
 }
 
 /// Copies `bytes` to offset `at` of a target that is split in two.
 fn spread(bytes: &[u8], at: usize, first: &mut [u8], second: &mut [u8]) {
+    // `at` may lie beyond the first part: then all bytes go into the second.
     let room = first.len().saturating_sub(at).min(bytes.len());
     let (head, tail) = bytes.split_at(room);
     if !head.is_empty() {
@@ -173,6 +182,7 @@ mod tests {
 
     #[test]
     fn frames_of_every_length_pass_the_end_of_the_ring_unharmed() {
+        // A prime length, so that frames wrap at another place each time round.
         let (mut outbox, mut frames) = outbox(101);
         let mut body = Vec::new();
         for k in 0..500 {
@@ -188,6 +198,7 @@ mod tests {
     fn a_frame_that_does_not_fit_leaves_the_others_whole() {
         let (mut outbox, mut frames) = outbox(100);
         assert!(outbox.push(&frame(1), &[7; 60]));
+        // 60 + 23 bytes leave 17 of 100: 30 with their header do not fit.
         assert!(!outbox.push(&frame(2), &[8; 30]));
         drop(outbox);
         assert!(!frames.is_finished());
@@ -201,6 +212,7 @@ mod tests {
     fn a_fast_clock_counts_more_nanoseconds() {
         let passed = Span::from_micros(300);
         assert_eq!(scaled(passed, 0.0), passed);
+        // 300 µs · 500 ppm = 150 ns.
         assert_eq!(scaled(passed, 500.0), passed + Span::from_nanos(150));
         assert_eq!(scaled(passed, -500.0), passed - Span::from_nanos(150));
     }

@@ -21,6 +21,7 @@ pub(crate) struct Watched<'a> {
 }
 
 pub(crate) fn panics() -> (PanicWatch, Panics) {
+    // Unbounded, since a panicking thread must not wait: it sends one name, and there are few threads.
     let (sender, receiver) = unbounded_channel();
     (PanicWatch { sender }, Panics { receiver })
 }
@@ -40,6 +41,7 @@ impl Panics {
     pub(crate) async fn next(&mut self) -> &'static str {
         match self.receiver.recv().await {
             Some(thread) => thread,
+            // All watches are gone, so that no thread can panic any more: the end comes another way.
             None => std::future::pending().await,
         }
     }
@@ -47,6 +49,7 @@ impl Panics {
 
 impl Drop for Watched<'_> {
     fn drop(&mut self) {
+        // Also dropped at a regular end, which is nothing to report.
         if std::thread::panicking() {
             // The receiver may be gone.
             let _ = self.watch.sender.send(self.thread);

@@ -16,9 +16,11 @@ use crate::node::outbox::{OutgoingFrame, OutgoingFrames};
 use crate::node::timing::{BeaconSender, Socket};
 
 /// Longest sleep without a wake-up.
+// The last wake-up may come before the ring counts as abandoned: its end is noticed within this time.
 const IDLE: Duration = Duration::from_millis(50);
 
 /// Greatest number of bytes that sealing adds to a body, with a margin.
+// A stamp of 11 bytes (a flag, and an i64 of ten) and a check sum of 4.
 const SEAL_ROOM: usize = 32;
 
 /// A channel this node publishes.
@@ -68,8 +70,10 @@ pub(crate) fn publish_waiting(
     counters: &Counters,
     now: impl Fn() -> Instant<Machine>,
 ) {
+    // Allocated once per wake-up, not per frame.
     let mut body = Vec::new();
     while let Some(frame) = frames.pop(&mut body) {
+        // Beacons are UDP datagrams of their own: the transport never sees them.
         if frame.channel.is_timing() {
             let sent = beacons
                 .as_mut()
@@ -88,6 +92,7 @@ pub(crate) fn publish_waiting(
                 tracing::debug!(%error, "the transport refused a frame");
                 count(&counters.publish_failed);
             }
+            // No channel for it: wiring declares one for each channel that a node sends on.
             None => count(&counters.publish_failed),
         }
     }
@@ -102,16 +107,19 @@ fn send(
     send_stamps: bool,
     now: impl Fn() -> Instant<Machine>,
 ) -> anyhow::Result<()> {
+    // Requests and responses are worth nothing without their departure, so that they are always stamped.
     let stamped = send_stamps || !frame.channel.carries_axes();
     let at = now();
     let mut outcome = Ok(());
     for delay in channel.faults.deliveries(at) {
         let mut sealed = Vec::with_capacity(body.len() + SEAL_ROOM);
+        // The stamp is read as late as possible: what follows it until the network is measured as delay.
         let stamp = stamped.then(|| frame.since_ideal_start(now()) - delay);
         channel.seal.seal(body, stamp, &mut sealed);
         // The transport keeps the frame, so each gets a buffer of its own.
         channel.faults.tamper(at, &sealed, |frame| {
             let published = channel.publisher.publish(frame.to_vec());
+            // The first error stays: a second copy that passes does not make the frame published.
             outcome = std::mem::replace(&mut outcome, Ok(())).and(published);
         });
     }

@@ -23,6 +23,7 @@ pub(crate) struct Contact {
 }
 
 /// Interval between checks of the axes of frames that have none of the followed ones.
+// Ids change with a restart of the sender at most, and copying them allocates.
 const LOOK: Span = Span::from_secs(1);
 
 impl Contact {
@@ -44,6 +45,7 @@ impl Contact {
     fn note_other_axes(&self, at: Instant<Machine>, ids: impl FnOnce() -> Vec<u32>) {
         let other = self.other_axes.lock();
         let mut other = other.unwrap_or_else(PoisonError::into_inner);
+        // The interval is checked before the ids are read: they are decoded from the payload.
         if other
             .as_ref()
             .is_none_or(|(before, _)| at - *before >= LOOK)
@@ -60,12 +62,14 @@ impl Contact {
     /// True if the source has announced itself. For display only: health depends on the age of its
     /// frames.
     pub(crate) fn is_alive(&self) -> bool {
+        // Relaxed: a status that sees the change a moment later is as good.
         self.alive.load(Ordering::Relaxed)
     }
 
     /// Age of the source's last good frame; none before the first.
     pub(crate) fn frame_age(&self, now: Instant<Machine>) -> Option<Span> {
         match self.last_frame.load(Ordering::Relaxed) {
+            // The clock of the machine starts at its boot: no frame has the least of all numbers.
             i64::MIN => None,
             nanos => Some(now - Instant::from_nanos(nanos)),
         }
@@ -109,6 +113,7 @@ impl Reception {
     /// Takes a message; returns true if it was good. A delayed message is delivered at once, with a
     /// stamp in the future, and held by the node.
     pub(crate) fn take(&mut self, arrival: Instant<Machine>, payload: &[u8]) -> bool {
+        // A single good copy is enough: the others may be damaged by injected faults.
         let mut is_good = false;
         let Self {
             carries_axes,
@@ -127,6 +132,7 @@ impl Reception {
                     match message {
                         Message::Frame(_) => {
                             let nanos = arrival.as_nanos();
+                            // Dated by the delayed arrival, as the node sees it.
                             contact.last_frame.store(nanos, Ordering::Relaxed);
                             count(&counters.received);
                         }
@@ -140,9 +146,11 @@ impl Reception {
                         | Message::BeaconRequest(_)
                         | Message::BeaconResponse(_) => {}
                     }
+                    // Refused messages as well: the node counts them by their reasons.
                     inbox.push(arrival, message);
                 });
                 if is_of_other_axes {
+                    // Outside the reader, which borrows the payload for its own message.
                     contact.note_other_axes(arrival, || reader.axis_ids(payload));
                 }
             });

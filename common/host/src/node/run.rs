@@ -103,6 +103,7 @@ pub fn run<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
 {
+    // Before the session opens: the warning stands above the first failure of a network.
     warn_of_exposure(&setup.name, &setup.transport)?;
     let config = setup.transport.clone();
     let opening = async move { OverZenoh::open(&config).await };
@@ -123,6 +124,7 @@ where
 /// Logs one warning per security risk of the transport.
 fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Result<()> {
     let exposure = Exposure::of(transport)?;
+    // Endpoints that it connects to are left out: they let nobody in.
     let open = exposure.without_mutual_tls(&exposure.listens);
     if !open.is_empty() {
         tracing::warn!(
@@ -136,6 +138,7 @@ fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Res
     };
     let credentials = Credentials::open(folder)?;
     let now = machine::wall_clock();
+    // An error, not an end: the node may run, alone.
     if let Err(fault) = credentials.check(now) {
         tracing::error!(%node, "no other node lets this one in: {fault}");
     } else if credentials.check(now + RENEW_WITHIN).is_err() {
@@ -151,6 +154,7 @@ fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Res
 fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
     // Zenoh panics on a runtime with one thread only.
     tokio::runtime::Builder::new_multi_thread()
+        // Zenoh has threads of its own. The host waits for signals and for the ends of threads only.
         .worker_threads(1)
         .thread_name("host")
         .enable_all()
@@ -248,6 +252,7 @@ fn outcome(ended: EndReason, run: &RunContext) -> Outcome {
         epoch: run.epoch,
         cycles: read(&counters.cycles),
         published: read(&counters.published),
+        // Either way the frame did not leave.
         not_published: read(&counters.publish_dropped) + read(&counters.publish_failed),
         received: read(&counters.received),
         refused: read(&counters.refused),

@@ -59,7 +59,9 @@ impl Session {
         let alive = transport.announce(&name.alive_key())?;
         let run = transport.announce(&name.run_key(epoch))?;
         let namesakes = Arc::default();
+        // The own run is announced before it is watched, so that its own token would be seen.
         let on_change = keeping(Arc::clone(&namesakes), Some(name.run_key(epoch)));
+        // By run and not by name: both nodes of one name have the same `alive` key.
         let watched = transport.watch(&name.runs_key(), on_change)?;
         Ok(Self {
             transport,
@@ -82,6 +84,7 @@ impl Session {
 
     /// Watches for nodes that receive the axes of this node, `name`, if it publishes any.
     pub(crate) fn watch_receivers(&mut self, name: &NodeName) -> anyhow::Result<()> {
+        // A node that publishes no axes has no key that others would announce themselves under.
         if self.axes.is_empty() {
             return Ok(());
         }
@@ -108,6 +111,7 @@ impl Session {
     /// Names of the nodes that announce to receive the axes of this node, in order.
     pub(crate) fn seen_by(&self) -> Vec<String> {
         names(&self.seen_by, |key| {
+            // The last part of the key is the name of the receiver.
             key.rsplit('/').next().map(str::to_owned)
         })
     }
@@ -124,12 +128,14 @@ impl Session {
             let channel = publication.channel;
             let key = publication.node.channel_key(channel);
             let publisher = Arc::from(self.transport.publisher(&key, Urgency::RealTime)?);
+            // Shared with the publish thread: here it only says whether there is a subscriber.
             if channel.carries_axes() {
                 self.axes.push(Arc::clone(&publisher));
             }
             channels.push(PublishedChannel {
                 channel,
                 far: publication.far,
+                // The key is part of the check sum: a frame under a foreign key is refused.
                 seal: KeySeal::new(&key),
                 publisher,
                 faults: Faults::new(&publication.faults, seed, &key, channel, publication.far)?,
@@ -154,11 +160,14 @@ impl Session {
             Reception::new(subscription, seed, inbox, Arc::clone(&contact), counters)?;
         let panics = self.panics.clone();
         let on_bytes = move |arrival, bytes: &[u8]| {
+            // The thread is the transport's own: a panic there would end nothing by itself.
             let _watched = panics.over("receive");
             reception.take(arrival, bytes);
         };
         let frames = self.transport.subscribe(&key, Box::new(on_bytes))?;
+        // Frames before presence: a node that is seen alive is heard as well.
         self.declared.push(frames);
+        // Requests and responses come from nodes whose axes have a contact already.
         if channel.carries_axes() {
             self.watch(&subscription.node, Arc::clone(&contact))?;
             self.contacts.push(contact);
@@ -176,6 +185,7 @@ impl Session {
             key: name.command_key(),
             requests,
         });
+        // With certificates the operator's name is a part of the key, on which access control acts.
         for key in [name.command_key(), name.operator_command_keys()] {
             let orders = Arc::clone(&orders);
             let on_request = move |arrival, request| orders.take(arrival, request);
@@ -237,6 +247,7 @@ impl Orders {
     fn take(&self, arrival: Instant<Machine>, request: Box<dyn Request>) {
         match self.given_by(request.key()) {
             Some(by) => self.requests.send(arrival, request, by),
+            // A request under `coaxle/*/command` is meant for many nodes, and an order for a single one.
             None => {
                 let received = request.key().to_owned();
                 let many = InvalidOrder::AmbiguousKey { received };
@@ -251,6 +262,7 @@ impl Orders {
         if operator.is_empty() {
             return Some(None);
         }
+        // `command-x` is no key of orders.
         let operator = operator.strip_prefix('/')?;
         NodeName::new(operator).ok().map(Some)
     }
@@ -269,6 +281,7 @@ fn keeping(keys: Keys, own: Option<String>) -> PresenceHandler {
         if own.as_deref() != Some(key) && is_there {
             keys.insert(key.to_owned());
         } else {
+            // The own key was never inserted, so that its removal changes nothing.
             keys.remove(key);
         }
     })

@@ -87,15 +87,18 @@ pub trait Recorder<S>: Send {
 }
 
 /// Interval at which the rings are emptied.
+// The rings hold 0.8 s of the shortest cycle, and more of longer ones.
 const TICK: Duration = Duration::from_millis(10);
 /// Four times a second.
 const STATUS_PERIOD: Span = Span::from_millis(250);
 
 /// Memory for records that wait for telemetry.
+// 8192 records of 4 KiB.
 const RECORD_BYTES: usize = 32 << 20;
 /// Capacity in records, as many as this memory holds; at most nearly a second's worth at the
 /// shortest cycle time, and at least the lower limit.
 const MOST_RECORDS: usize = 8192;
+// 64 ms at 1 kHz: telemetry empties the rings every 10 ms.
 const FEWEST_RECORDS: usize = 64;
 
 /// The cycle thread's ends of the rings: records circulate, so that none is allocated in a cycle.
@@ -119,12 +122,14 @@ pub(crate) fn telemetry<S: Clone>(
     arrivals: Consumer<ArrivalRecord>,
 ) -> (Records<S>, Telemetry<S>) {
     let count = (RECORD_BYTES / bytes.max(1)).clamp(FEWEST_RECORDS, MOST_RECORDS);
+    // Both rings have the same length, so that a record in hand always finds a place.
     let (mut emptied, empty) = RingBuffer::new(count);
     let (full, records) = RingBuffer::new(count);
     for _ in 0..count {
         let record = Record {
             ideal_start: Instant::EPOCH,
             woke: Instant::EPOCH,
+            // Cloned here, with its buffers, which `clone_from` uses again in each cycle.
             snapshot: snapshot.clone(),
         };
         // The ring has room for all of them.
@@ -148,11 +153,13 @@ impl<S: Clone> Records<S> {
         woke: Instant<Machine>,
         snapshot: &S,
     ) -> bool {
+        // No empty record: all of them wait for telemetry. The cycle is left out and counted.
         let Ok(mut record) = self.empty.pop() else {
             return false;
         };
         record.ideal_start = ideal_start;
         record.woke = woke;
+        // `clone_from` and not `clone`: vectors of the same length keep their memory.
         record.snapshot.clone_from(snapshot);
         self.full.push(record).is_ok()
     }
@@ -192,6 +199,7 @@ pub(crate) fn observe<S>(
     recorder: &mut dyn Recorder<S>,
     reporter: &mut Reporter,
 ) -> anyhow::Result<()> {
+    // At once: a client that looks for the node has its status without a wait.
     let mut next_status = machine::now();
     loop {
         // Read before the rings are emptied, so that the last records are not missed.
@@ -207,14 +215,17 @@ pub(crate) fn observe<S>(
             break;
         }
         if machine::now() >= next_status {
+            // From now on, not from the last due time: after a stall there is one status, not a burst.
             next_status = machine::now() + STATUS_PERIOD;
             let now = machine::now();
             let status = reporter.report(now, recorder.status());
             recorder.reported(now, &status);
         }
+        // The park is only a sleep here: nobody wakes telemetry, which saves the cycle a call.
         std::thread::park_timeout(TICK);
     }
     let finished = recorder.finish();
+    // After the recorder: the last status counts what it dropped at the end.
     reporter.report_end(machine::now(), recorder.status());
     finished
 }

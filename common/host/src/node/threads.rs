@@ -44,6 +44,7 @@ pub(crate) fn start_publisher(
 ) -> anyhow::Result<JoinHandle<()>> {
     let counters = Arc::clone(counters);
     thread("publish", panics, move || {
+        // Above the telemetry and the log, below the cycle.
         real_time::raise(priority);
         publish(frames, &mut channels, beacons, send_stamps, &counters);
     })
@@ -75,6 +76,7 @@ pub(crate) fn start_beacons(
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     let thread = thread("timing", panics, move || {
+        // Arrival stamps are the kernel's, but a response should be in the next cycle.
         real_time::raise(priority);
         receiver.work(&stopped);
     })?;
@@ -109,10 +111,13 @@ pub(crate) fn start_cycle<N: Node>(
     let (now_running, running) = oneshot::channel();
     let (ending, ended) = oneshot::channel();
     let thread = thread("cycle", panics, move || {
+        // Dropped by a panic as well: the host learns of either end by the closed channel.
         let _ending = ending;
+        // On the thread itself: priority and processor are attributes of a thread.
         let denied = real_time::apply(&wishes.real_time);
         // The receiver may be gone while the thread still runs.
         let _ = now_running.send(denied);
+        // As late as possible: cycles that passed while threads started would count as missed.
         let cycle = with_clock(wishes.clock.starting_soon());
         let limits = Limits {
             run_for: wishes.run_for,
@@ -137,6 +142,7 @@ fn thread<T: Send + 'static>(
     std::thread::Builder::new()
         .name(name.to_owned())
         .spawn(move || {
+            // Held to the end of the work, so that a panic is reported under this name.
             let _watched = panics.over(name);
             work()
         })
@@ -145,8 +151,10 @@ fn thread<T: Send + 'static>(
 
 /// Longest time for a thread to end: one that writes to a file without a reader would keep the node
 /// from ending.
+// Far more than a disk stalls, and less than the 90 s after which systemd kills a service.
 const JOIN_TIMEOUT: Span = Span::from_secs(5);
 /// Interval between checks for the end.
+// Polled, since `join` of the standard library has no timeout.
 const JOIN_CHECK_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Waits for a thread that was requested to end, and returns its result.
@@ -167,6 +175,7 @@ pub(crate) async fn joined<T>(name: &str, thread: JoinHandle<T>) -> anyhow::Resu
 }
 
 fn what_it_said(panic: &(dyn Any + Send)) -> &str {
+    // `panic!` has a `&str` without arguments, and a `String` with them.
     let text = panic.downcast_ref::<&str>().copied();
     let owned = panic.downcast_ref::<String>().map(String::as_str);
     text.or(owned).unwrap_or("it did not say why")

@@ -33,9 +33,11 @@ impl AxisAddress {
     pub fn read(text: &str) -> Option<Self> {
         let mut parts = text.split('/');
         let (node, channel, id) = (parts.next()?, parts.next()?, parts.next()?);
+        // A fourth part would be another kind of key.
         if parts.next().is_some() {
             return None;
         }
+        // By name, as in the keys: numbers of channels are no part of a text that travels.
         let channel = Channel::ALL
             .into_iter()
             .find(|known| known.name() == channel);
@@ -46,6 +48,7 @@ impl AxisAddress {
         })
     }
 
+    // A key for maps: the types themselves have no order.
     fn key(&self) -> (&str, &str, u32) {
         (self.node.as_str(), self.channel.name(), self.id)
     }
@@ -86,6 +89,7 @@ impl fmt::Display for Circle {
         for axis in &self.0 {
             write!(f, "{axis} follows ")?;
         }
+        // The first axis again: a circle reads as one only when it closes.
         match self.0.first() {
             Some(first) => first.fmt(f),
             None => Ok(()),
@@ -103,6 +107,7 @@ pub fn circles(followers: &[Follower]) -> Vec<Circle> {
 
 /// The circles through the first `count` of these axes: for each the shortest, without duplicates.
 fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
+    // By number from here on: a search over names would compare texts at each step.
     let numbers: BTreeMap<_, _> = (followers.iter().enumerate())
         .map(|(n, follower)| (follower.axis.key(), n))
         .collect();
@@ -110,6 +115,7 @@ fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
         .map(|follower| {
             let masters = follower.masters.iter();
             masters
+                // Axes that nobody described lead nowhere: senders, and nodes without a status.
                 .filter_map(|master| numbers.get(&master.key()).copied())
                 .collect()
         })
@@ -117,6 +123,7 @@ fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
     let mut is_told = vec![false; followers.len()];
     let mut found = Vec::new();
     for first in 0..count {
+        // An axis that is in a circle already has been shown: a second circle through it would be the same news.
         if is_told[first] {
             continue;
         }
@@ -133,9 +140,11 @@ fn circles_through(followers: &[Follower], count: usize) -> Vec<Circle> {
 /// The shortest path from an axis over its masters back to itself.
 fn shortest_through(first: usize, masters: &[Vec<usize>]) -> Option<Vec<usize>> {
     let mut reached_from = vec![None; masters.len()];
+    // Breadth first: the first way back to the start is a shortest one.
     let mut due = VecDeque::from([first]);
     while let Some(axis) = due.pop_front() {
         for master in &masters[axis] {
+            // Back at the start: the way that led here is the circle.
             if *master == first {
                 let mut circle = vec![axis];
                 let mut at = axis;
@@ -143,9 +152,11 @@ fn shortest_through(first: usize, masters: &[Vec<usize>]) -> Option<Vec<usize>> 
                     circle.push(before);
                     at = before;
                 }
+                // Collected from the end.
                 circle.reverse();
                 return Some(circle);
             }
+            // Reached before on a way that is no longer.
             if reached_from[*master].is_none() {
                 reached_from[*master] = Some(axis);
                 due.push_back(*master);
@@ -195,6 +206,7 @@ mod tests {
 
     #[test]
     fn lines_and_trees_have_no_circle() {
+        // Every axis is followed on several ways: a way that meets itself is no circle.
         let tree: [(&str, &[&str]); 4] = [
             ("a", &["line"]),
             ("b", &["a", "line"]),

@@ -21,6 +21,7 @@ pub fn followers_of(node: &NodeName, status: &Map<String, Value>) -> Vec<Followe
         })
     };
     let slaves = parts(status, "slaves").filter_map(|slave| {
+        // A slave without a phase is not coupled: its circle is open.
         let is_coupled = !slave["phase"].is_null();
         follower(Channel::Slaves, slave["id"].as_u64()?, slave, is_coupled)
     });
@@ -44,6 +45,7 @@ pub(super) fn upstream_of(status: &Map<String, Value>, most: usize) -> Vec<Upstr
     let list = status
         .get("circles")
         .and_then(|of| of["upstream"].as_array());
+    // Before reading: a status of another node may hold any number of entries.
     let list = list.into_iter().flatten().take(most);
     let read = |entry: &Value| {
         Some(Upstream {
@@ -52,6 +54,7 @@ pub(super) fn upstream_of(status: &Map<String, Value>, most: usize) -> Vec<Upstr
                 masters: addresses(&entry["follows"]),
                 is_coupled: entry["coupled"].as_bool()?,
             },
+            // Out of range is no entry, as any malformed one.
             hops: u32::try_from(entry["hops"].as_u64()?).ok()?,
         })
     };

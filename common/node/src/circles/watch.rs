@@ -56,6 +56,7 @@ impl CircleWatch {
     /// Creates the watch of a node that follows axes of these receivers, which follow others themselves.
     pub fn new(node: NodeName, follows: impl IntoIterator<Item = NodeName>) -> Self {
         let others = follows.into_iter().filter(|other| *other != node);
+        // A node that follows its own axes knows them.
         let heard = others.map(|other| (other, None)).collect();
         Self { node, heard }
     }
@@ -69,11 +70,14 @@ impl CircleWatch {
     pub fn take(&mut self, node: &NodeName, status: &Map<String, Value>) {
         if let Some(known) = self.heard.get_mut(node) {
             let own = followers_of(node, status).into_iter().take(MOST_AXES);
+            // A hop is added by each reader: the node itself is one away.
             let own = own.map(|follower| Upstream { follower, hops: 1 });
             let passed_on = upstream_of(status, MOST_AXES).into_iter();
             let passed_on = passed_on.filter_map(|Upstream { follower, hops }| {
+                // The number comes from another node, and may be the greatest.
                 let hops = hops.saturating_add(1);
                 let is_known_better =
+                    // Axes of that node and of this one are known at first hand.
                     follower.axis.node == *node || follower.axis.node == self.node;
                 (hops <= MOST_HOPS && !is_known_better).then_some(Upstream { follower, hops })
             });
@@ -91,6 +95,7 @@ impl CircleWatch {
     /// Searches for circles through the axes of this node, as listed in its own status.
     #[must_use]
     pub fn look(&self, own: &Map<String, Value>) -> CircleFinding {
+        // From the status and not from the config: only it says what is coupled now.
         let own = followers_of(&self.node, own);
         let upstream = self.before(&own);
         let all = own
@@ -98,6 +103,7 @@ impl CircleWatch {
             .chain(upstream.iter().map(|before| &before.follower));
         let coupled = |follower: &&Follower| follower.is_coupled;
         let closed: Vec<_> = all.clone().filter(coupled).cloned().collect();
+        // Own axes stand first, so that their count bounds the search to circles through them.
         let closed = circles_through(&closed, own.iter().filter(coupled).count());
         let all: Vec<_> = all.cloned().collect();
         let possible = circles_through(&all, own.len());
@@ -106,6 +112,7 @@ impl CircleWatch {
             channel: axis.channel,
             id: axis.id,
             state: match axis {
+                // Closed first: an axis may be in an open circle as well.
                 axis if is_in(&closed, axis) => CircleState::Closed,
                 axis if is_in(&possible, axis) => CircleState::Open,
                 _ => CircleState::None,
@@ -115,6 +122,7 @@ impl CircleWatch {
         let unknown = self.unknown(&all);
         let mut circles = closed;
         for circle in possible {
+            // A closed circle is found as a possible one as well.
             if !circles.contains(&circle) {
                 circles.push(circle);
             }
@@ -133,6 +141,7 @@ impl CircleWatch {
         let mut known: BTreeMap<_, &Upstream> = BTreeMap::new();
         for entry in self.heard.values().flatten().flatten() {
             let nearest = known.entry(entry.follower.axis.key()).or_insert(entry);
+            // The nearest entry is the youngest.
             if entry.hops < nearest.hops {
                 *nearest = entry;
             }
@@ -140,6 +149,7 @@ impl CircleWatch {
         let mut due: Vec<_> = own.iter().flat_map(|follower| &follower.masters).collect();
         let mut found = Vec::new();
         while let Some(master) = due.pop() {
+            // Taken out, so that a circle does not run for ever.
             if let Some(entry) = known.remove(&master.key()) {
                 due.extend(&entry.follower.masters);
                 found.push(entry.clone());
@@ -150,6 +160,7 @@ impl CircleWatch {
 
     /// Nodes with axes that these follow whose statuses are not known.
     fn unknown(&self, known: &[Follower]) -> Vec<NodeName> {
+        // A followed node is known by its own status, a further one by any entry about it.
         let is_known = |node: &NodeName| match self.heard.get(node) {
             Some(heard) => heard.is_some(),
             None => known.iter().any(|follower| follower.axis.node == *node),
@@ -159,6 +170,7 @@ impl CircleWatch {
             .filter(|master| follows_others(master) && !is_known(&master.node))
             .map(|master| master.node.clone())
             .collect();
+        // `dedup` joins neighbours only.
         unknown.sort();
         unknown.dedup();
         unknown
@@ -188,6 +200,7 @@ impl CircleFinding {
 
 /// True for a receiver's axis: axes published by a sender or a gateway follow no other.
 const fn follows_others(axis: &AxisAddress) -> bool {
+    // Senders and gateways publish on the other channels.
     matches!(axis.channel, Channel::Slaves | Channel::FarAxes)
 }
 

@@ -18,6 +18,7 @@ pub struct OutOfRange {
 }
 
 /// Adds the range to a schema.
+// Given by the types, so that an editor refuses what the parser refuses.
 fn add_range(schema: &mut Schema, (least, most): (Bound<f64>, Bound<f64>)) {
     let bounds = [
         (least, "minimum", "exclusiveMinimum"),
@@ -50,6 +51,7 @@ macro_rules! checked_number {
             /// # Errors
             /// [`OutOfRange`] if the number is out of range.
             pub fn new(number: f64) -> Result<Self, OutOfRange> {
+                // Finite first: a range without an end contains infinity.
                 if number.is_finite() && Self::RANGE.contains(&number) {
                     Ok(Self(number))
                 } else {
@@ -181,6 +183,7 @@ macro_rules! zero_by_default {
     ($($name:ident),*) => {$(
         impl Default for $name {
             fn default() -> Self {
+                // `0.0` is within each of these ranges.
                 Self(0.0)
             }
         }
@@ -231,6 +234,7 @@ impl FaultSeconds {
 pub struct FirstCount(u64);
 
 impl FirstCount {
+    // 4·10¹⁰ cycles of 100 ms are 4·10⁹ s, 127 years; nanoseconds of an i64 last for 292.
     const MOST: u64 = 40_000_000_000;
 
     /// The count.
@@ -241,6 +245,7 @@ impl FirstCount {
 
     /// True if counts begin as without faults.
     #[must_use]
+    // By reference: the attribute of serde that calls it passes one.
     pub const fn is_zero(&self) -> bool {
         self.0 == 0
     }
@@ -253,6 +258,7 @@ impl TryFrom<u64> for FirstCount {
             return Ok(Self(count));
         }
         Err(OutOfRange {
+            // Shown as a float: a count beyond 2⁵³ is refused anyway, and its last digits do not matter.
             received: count as f64,
             expected: "a count of at most 40000000000",
         })

@@ -13,6 +13,7 @@ use super::list::at_most;
 use super::term::{Term, drift_terms};
 
 /// Most steps of a clock.
+// Each piece of the clock looks at all steps.
 const MOST_STEPS: usize = 128;
 
 /// A deviation injected into a node's clock: linear, periodic, step, random walk, and jitter of
@@ -55,6 +56,7 @@ impl ClockConfig {
     /// Resolves the relative paths of its terms' files from `folder`, for example the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         for term in &mut self.drift_terms_ppm {
+            // An absolute path stays as it is.
             term.relative_to(folder);
         }
     }

@@ -44,6 +44,7 @@ impl ConfigError {
     /// Several errors of one file.
     pub(crate) fn fields(file: &str, fields: impl IntoIterator<Item = (String, String)>) -> Self {
         let mistakes = fields.into_iter();
+        // In the order of the schema. `in_text` sorts them by their lines.
         let mistakes = mistakes.map(|(field, reason)| Mistake::new(file, &field, reason));
         Self::Wrong(mistakes.collect())
     }
@@ -87,9 +88,11 @@ impl ConfigError {
             return self;
         };
         let file = one_line(file);
+        // A mistake of another file, such as a CSV, has its own lines.
         for mistake in mistakes.iter_mut().filter(|mistake| mistake.file == file) {
             mistake.locate(text);
         }
+        // Sorted stably: mistakes without a place come first, in their order.
         mistakes.sort_by_key(|mistake| mistake.position);
         Self::Wrong(mistakes)
     }
@@ -100,6 +103,7 @@ impl ConfigError {
     pub fn in_table(self, file: &str, table: &toml::Table) -> Self {
         let mut named = self.in_text(file, &table.to_string());
         if let Self::Wrong(mistakes) = &mut named {
+            // The text was made from the table, so that its lines say nothing to anybody.
             mistakes
                 .iter_mut()
                 .for_each(|mistake| mistake.position = None);
@@ -139,6 +143,7 @@ impl ConfigError {
 /// Text on the duplicate key, if that is the error.
 fn twice(text: &str, error: &toml::de::Error) -> Option<String> {
     let key = text.get(error.span()?)?;
+    // The parser of TOML has no codes: its message is all that tells the kind.
     let is_so = error.message() == "duplicate key";
     is_so.then(|| format!(" {}, expected once", one_line(key)))
 }
@@ -153,6 +158,7 @@ fn decimal_comma(text: &str, start: usize) -> Option<String> {
     let (whole, part) = before.trim_end().rsplit_once(',')?;
     let (key, whole) = whole.rsplit_once('=')?;
     let whole = whole.trim();
+    // `[1` of a list is not all digits.
     let are_digits = [whole, part]
         .iter()
         .all(|digits| !digits.is_empty() && digits.chars().all(is_digit));
@@ -177,6 +183,7 @@ impl Mistake {
             file: one_line(file),
             position: None,
             field: one_line(field),
+            // In this order: rewording looks at the beginning, which shortening keeps.
             reason: one_line(&reworded(&reason.to_string())),
         }
     }
@@ -184,6 +191,7 @@ impl Mistake {
     /// Looks its field up in the text of its file. A subfield at the beginning of the reason is
     /// moved to the field.
     fn locate(&mut self, text: &str) {
+        // A syntax error has its place from the parser.
         if self.position.is_some() {
             return;
         }

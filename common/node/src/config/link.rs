@@ -80,6 +80,7 @@ impl LinkConfig {
     #[must_use]
     pub fn is_faulty(&self, since_start: Span) -> bool {
         let until = self.faults_until_s;
+        // Excluded: at the end itself the link is well.
         until.is_none_or(|until| since_start < until.span())
     }
 }

@@ -29,6 +29,7 @@ impl<'de, const MOST: usize, T: Deserialize<'de>> Visitor<'de> for Bounded<MOST,
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
         let mut elements = Vec::new();
+        // Read before it is refused: serde gives no length of a sequence in advance.
         while let Some(element) = list.next_element()? {
             if elements.len() == MOST {
                 let reason = format!("received more than {MOST}, expected at most that many");

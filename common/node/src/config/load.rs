@@ -45,6 +45,7 @@ pub fn from_table<T: DeserializeOwned + JsonSchema>(
     file: &str,
     table: toml::Table,
 ) -> Result<T, ConfigError> {
+    // Copied for errors only: the deserializer consumes its value.
     part_of_table(file, "", table.clone().into(), &table, schema_of::<T>)
 }
 
@@ -65,6 +66,7 @@ pub(crate) fn part_of_table<T: DeserializeOwned>(
             ("", field) => field.to_owned(),
             (path, field) => format!("{path}.{field}"),
         };
+        // Only after an error: a comparison with the schema costs more than reading.
         let findings = compare(schema_of_whole().as_value(), whole);
         ConfigError::read(file, &field, error.inner().message(), findings)
     })
@@ -104,6 +106,7 @@ mod tests {
     #[test]
     fn no_fault_is_beyond_what_a_machine_can_have() {
         for clock in [
+            // Beyond each range by a decade or more: no slip of a digit.
             "drift-ppm = 1e308",
             "drift-ppm = -2e6",
             "random-walk-ppm = 1e4",
@@ -134,6 +137,7 @@ mod tests {
     #[test]
     fn a_first_count_is_one_that_far_time_holds() {
         let clock: ClockConfig = parse("t", "first-count = 40000000000").unwrap();
+        // The limit itself is allowed.
         assert_eq!(clock.first_count.get(), 40_000_000_000);
         for (count, expected) in [
             (
@@ -157,6 +161,7 @@ mod tests {
             let message = refusal::<LinkConfig>(text);
             assert!(message.ends_with("; did you mean 0.25?"), "{message}");
         }
+        // Lists, two values, no digits, and a blank behind the comma: no decimal commas.
         for text in ["a = [1,2", "loss = 1 2", "loss = , 1", "loss = 1, 2"] {
             let message = refusal::<LinkConfig>(text);
             assert!(!message.contains("did you mean"), "{message}");
@@ -165,6 +170,7 @@ mod tests {
 
     #[test]
     fn broken_toml_says_where() {
+        // Column 8: the second equals sign.
         let message = refusal::<LinkConfig>("loss = = 1");
         assert!(
             message.starts_with("test.toml:1:8: is not valid TOML: "),

@@ -16,10 +16,12 @@ pub struct Position {
 impl Position {
     /// The position of a byte of a text.
     pub(super) fn of(text: &str, byte: usize) -> Self {
+        // `get`: an offset within a character must not panic.
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |end| end + 1);
         Self {
             line: 1 + before.matches('\n').count(),
+            // Characters, as editors count. Bytes would be off behind an umlaut.
             column: 1 + before[line_start..].chars().count(),
         }
     }
@@ -31,6 +33,7 @@ impl Position {
         let last = text.rsplit('\n').next().unwrap_or_default().chars().count();
         let lines = text.matches('\n').count();
         self.line += lines;
+        // Behind a line break the column counts from 1.
         self.column = if lines > 0 {
             1 + last
         } else {
@@ -57,6 +60,7 @@ pub fn elements_of(text: &str, path: &[&str]) -> Vec<Position> {
     let Some(DeValue::Array(list)) = list else {
         return Vec::new();
     };
+    // Moved on from element to element: a search from the beginning for each would take time with the square of their number.
     let mut position = Position { line: 1, column: 1 };
     let mut done = 0;
     let places = list.iter().map(|element| {
@@ -88,13 +92,16 @@ impl Place {
         let mut walk = Walk::new(&root);
         walk.follow(field);
         let mut reason = reason;
+        // A reason may begin with several fields: of a part, and of a part of that part.
         while let Some((more, rest)) = reason.split_once(": ") {
+            // A colon may belong to the reason itself, as behind an NC code or a file.
             if !(walk.leads_to(more) || says_what_is_wrong(more, rest)) {
                 break;
             }
             walk.follow(more);
             reason = rest;
         }
+        // After the walk: the reason without fields says if the key or the value is wrong.
         let position = walk.byte(reason).map(|byte| Position::of(text, byte));
         Some(Self {
             position,
@@ -108,6 +115,7 @@ impl Place {
 
 /// True if a reason begins with the name of the field concerned.
 fn says_what_is_wrong(field: &str, reason: &str) -> bool {
+    // A code such as 0x4b32, or a file's name, is no field.
     let is_field = field.starts_with(|c: char| c.is_ascii_lowercase())
         && field
             .chars()
@@ -147,6 +155,7 @@ impl<'d> Walk<'d> {
         }
         let path = path.trim_start_matches('.');
         if !path.is_empty() {
+            // Out of the document from here on: the parent's place stays.
             self.at = None;
             self.call(path);
         }
@@ -188,6 +197,7 @@ impl<'d> Walk<'d> {
     }
 
     fn call(&mut self, key: &str) {
+        // A number of an element follows its list without a point.
         if !self.called.is_empty() && !key.starts_with(['[', ',']) {
             self.called.push('.');
         }
@@ -201,6 +211,7 @@ impl<'d> Walk<'d> {
         };
         let entries = table.iter().filter_map(|(key, value)| {
             let rest = path.strip_prefix(key.get_ref().as_ref())?;
+            // `far` must not match `far-axes`.
             (rest.is_empty() || rest.starts_with(['.', '['])).then_some((key, value, rest))
         });
         entries.max_by_key(|(key, ..)| key.get_ref().len())
@@ -221,6 +232,7 @@ impl<'d> Walk<'d> {
         let Some(DeValue::Table(table)) = self.at else {
             return None;
         };
+        // serde counts the variants of an enum, and does not name them.
         let keys: Vec<_> = table.keys().map(|key| key.get_ref().as_ref()).collect();
         let is_so = reason.starts_with("wanted exactly 1 element") && keys.len() > 1;
         is_so.then(|| {
@@ -234,6 +246,7 @@ impl<'d> Walk<'d> {
     /// Offset of the error: the key if that is wrong, otherwise the value.
     fn byte(&self, reason: &str) -> Option<usize> {
         let span = match reason.starts_with("unknown field") {
+            // An unknown field is wrong by its name.
             true => &self.key,
             false => &self.value,
         };
@@ -247,6 +260,7 @@ type Entry<'d, 'p> = (&'d Spanned<DeString<'d>>, &'d Spanned<DeValue<'d>>, &'p s
 /// Name of an element of a list.
 fn name_of<'d>(element: &'d DeValue<'d>, kind: &str) -> Option<&'d str> {
     let key = match kind {
+        // Elements of these lists have no name of their own.
         "far" => "node",
         "step" => "label",
         _ => "name",
@@ -280,6 +294,7 @@ mod tests {
             ("title", "1:9|title|wrong"),
             ("receiver", "2:1|receiver|wrong"),
             ("receiver[0].mode", "4:8|receiver \"saw\".mode|wrong"),
+            // The name is wrong itself, so that the number names the element.
             ("receiver[0].name", "3:8|receiver[0].name|wrong"),
             (
                 "receiver[0].slave[0].gear.ratio",
@@ -335,6 +350,7 @@ mod tests {
         let text = "# é\n[table]\nrows = [[0, 0], [1, 'é'], [2, 3],\n  [4, 5]]\n[[point]]\na = 1\n[[point]]\n";
         let rows = elements_of(text, &["table", "rows"]);
         let rows: Vec<_> = rows.iter().map(Position::to_string).collect();
+        // `é` is a single column, so that the third is at 27 and not 28.
         assert_eq!(rows, ["3:9", "3:17", "3:27", "4:3"]);
         let points = elements_of(text, &["point"]);
         let points: Vec<_> = points.iter().map(Position::to_string).collect();

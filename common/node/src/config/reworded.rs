@@ -18,6 +18,7 @@ pub(super) fn reworded(reason: &str) -> String {
     if let Some(rest) = ["invalid type: ", "invalid value: "]
         .iter()
         .find_map(|start| reason.strip_prefix(start))
+        // From the right: a received text may hold the same words.
         && let Some((received, expected)) = rest.rsplit_once(", expected ")
     {
         return format!("received {}, expected {}", value(received), kind(expected));
@@ -50,11 +51,13 @@ pub(super) fn reworded(reason: &str) -> String {
 
 /// Texts between backticks.
 fn ticked(text: &str) -> impl Iterator<Item = &str> {
+    // Every other piece lies between backticks.
     text.split('`').skip(1).step_by(2)
 }
 
 /// A value as serde calls it: ``integer `3` ``, `string "x"`.
 fn value(received: &str) -> String {
+    // serde writes the kind, a blank, and the value.
     let (kind, value) = received.split_once(' ').unwrap_or((received, ""));
     match (kind, value) {
         ("string", text) => format!("the text {text}"),
@@ -136,6 +139,7 @@ mod tests {
             ("Belt", "; did you mean \"belt\"?"),
             ("cariage", "; did you mean \"carriage\"?"),
             ("saw", ""),
+            // Too far from all of them.
             ("", ""),
         ] {
             assert_eq!(did_you_mean(received, known), meant, "{received}");

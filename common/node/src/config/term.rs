@@ -10,6 +10,7 @@ use super::checked::{FaultSeconds, Fraction, PeriodSeconds, Ppm};
 use super::list::at_most;
 
 /// Most terms of a sum.
+// Each is evaluated for every message, and for every 10 ms of a clock.
 pub(super) const MOST_TERMS: usize = 16;
 
 /// Limit of the sum of the drift terms, ppm. With a drift and a sine in addition a clock still runs
@@ -111,7 +112,7 @@ impl<V> Term<V> {
 }
 
 impl Term<Ppm> {
-    /// Greatest distance from zero; for noise, exceeded by one value in a hundred million.
+    /// Greatest distance from zero; for noise, exceeded by two values in a thousand million.
     fn most(&self) -> f64 {
         match self {
             Self::Constant(value) => value.get().abs(),
@@ -119,7 +120,9 @@ impl Term<Ppm> {
             Self::Pulse { height, .. } => height.get().abs(),
             Self::Step { by, .. } => by.get().abs(),
             Self::Uniform { from, to } => from.get().abs().max(to.get().abs()),
+            // e⁻²⁰ is 2·10⁻⁹.
             Self::Exponential(mean) => 20.0 * mean.get().abs(),
+            // Beyond 6 σ to either side lie 2·10⁻⁹.
             Self::Normal(sigma) => 6.0 * sigma.get(),
             // The values in the file are checked when it is read.
             Self::File { .. } => Ppm::MOST,
@@ -148,6 +151,7 @@ where
 {
     let value = V::deserialize(deserializer)?;
     let number = value.into();
+    // A deviation is drawn with a sign already.
     if number >= 0.0 {
         return Ok(value);
     }
@@ -208,10 +212,12 @@ mod tests {
                 ": drift-terms-ppm[0].step.at-s: received -1, expected a number from 0 to 1000000000",
             ),
             (
+                // 1e5 three times, and 6 · 0.5.
                 "[{ constant = 1e5 }, { step = { at-s = 1, by = -1e5 } }, { constant = -1e5 }, { normal = 0.5 }]",
                 ": drift-terms-ppm: received terms that come to 300003 in sum, expected at most 300000",
             ),
             (
+                // 20 · 2e4.
                 "[{ exponential = 2e4 }]",
                 ": drift-terms-ppm: received terms that come to 400000 in sum, expected at most 300000",
             ),
@@ -222,6 +228,7 @@ mod tests {
                 "{message}"
             );
         }
+        // A term beyond the most.
         let many = "{ constant = 1 }, ".repeat(MOST_TERMS + 1);
         for (config, list) in [
             (
@@ -237,6 +244,7 @@ mod tests {
                 config,
                 format!(
                     "t.toml:1:{}: {list}: received more than 16, expected at most that many",
+                    // The value begins behind ` = `, in column length + 4.
                     list.len() + 4
                 )
             );

@@ -29,6 +29,7 @@ pub struct TimingLinkConfig {
     #[serde(default)]
     pub per_s: BeaconsPerSecond,
     /// Faults applied to the beacons, in both directions.
+    // Not written where nothing is injected, so that a config of a machine has no field of the lab.
     #[serde(default, skip_serializing_if = "is_default")]
     #[schemars(extend("x-lab" = "[[lab.far]] with its node and timing-faults = {}"))]
     pub faults: LinkConfig,
@@ -42,6 +43,7 @@ impl TimingLinkConfig {
     /// Interval between beacons.
     #[must_use]
     pub fn interval(&self) -> Span {
+        // 1 to 200 a second, so that the interval is 5 ms to a second.
         Span::from_secs_f64(1.0 / self.per_s.get())
     }
 }

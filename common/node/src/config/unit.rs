@@ -27,6 +27,7 @@ impl Unit {
     pub fn new(unit: impl Into<String>) -> Result<Self, WrongUnit> {
         let unit = unit.into();
         let is_plain = |c: char| !c.is_whitespace() && !c.is_control();
+        // Characters, not bytes: `µm/°` is four.
         if (1..=LONGEST).contains(&unit.chars().count()) && unit.chars().all(is_plain) {
             Ok(Self(unit))
         } else {
@@ -44,6 +45,7 @@ impl Unit {
     #[must_use]
     pub fn in_place_of_u(&self, unit: &str) -> String {
         match unit.strip_prefix('u') {
+            // `unit` or `us` begin with a `u`, and are no unit of an axis.
             Some(rest) if rest.is_empty() || rest.starts_with('/') => format!("{self}{rest}"),
             _ => unit.to_owned(),
         }

@@ -9,12 +9,16 @@ use super::terms::{Terms, WrongTerm};
 use crate::config::{ClockConfig, DriftStep, JitterConfig};
 
 /// Length of the straight pieces of a varying drift.
+// Fine enough for a sine of a second: the mean of a piece differs from its middle by (2π · 0.01)²/24, 0.02 %.
 const WANDERING_PIECE: Span = Span::from_millis(10);
 /// Length of the pieces of a constant drift, which only keep its numbers small.
+// 60 s · 0.1 of drift are 6 · 10⁹ ns, exact in a float.
 const STEADY_PIECE: Span = Span::from_secs(60);
 /// Limit of the sum of all deviations: no clock stands still or runs backwards.
+// The limits of the single fields come to it in sum: 100 000 of drift and sine each, and 300 000 of terms.
 const MOST_PPM: f64 = 500_000.0;
 /// Pieces kept for instants of the past: at least five seconds' worth.
+// 512 · 10 ms.
 const HISTORY: usize = 512;
 
 /// A node's clock: a reference clock `R` (true time, or the machine's monotonic clock) with a
@@ -49,6 +53,7 @@ struct Piece {
 impl Piece {
     fn local_at(&self, reference: Span) -> Span {
         let passed = reference - self.reference;
+        // Only the gain is a float, which would not hold whole nanoseconds beyond 2⁵³, 104 days.
         self.local + passed + self.gained(passed)
     }
 
@@ -101,9 +106,11 @@ impl<R: Domain> DeviatedClock<R> {
     pub fn local_at(&mut self, reference: Instant<R>) -> Instant<Local> {
         let since = reference - self.origin;
         while since >= self.newest().end() {
+            // Pieces are made in order, whatever is asked: the random walk has one value for each.
             self.extend();
         }
         let begun = self.number_until(|piece| piece.reference <= since);
+        // An instant before the oldest piece is calculated with that one.
         Instant::EPOCH + self.pieces[begun.saturating_sub(1)].local_at(since)
     }
 
@@ -114,6 +121,7 @@ impl<R: Domain> DeviatedClock<R> {
         while self.newest().reached <= local {
             self.extend();
         }
+        // By the greatest reading so far: after a jump back the first reading counts.
         let first = self.number_until(|piece| piece.reached <= local);
         self.origin + self.pieces[first].reference_at(local)
     }
@@ -138,8 +146,10 @@ impl<R: Domain> DeviatedClock<R> {
         let last = *self.newest();
         let exact = last.length.as_nanos() as f64 * last.rate + last.local_fraction;
         let gained = nearest(exact);
+        // The rest below a nanosecond goes on in the next piece.
         let mut local = last.local + last.length + Span::from_nanos(gained as i64);
         for step in &self.config.steps {
+            // Exactly equal: pieces end at every step.
             if step_instant(step) == last.end() {
                 local += step.phase_us.span();
             }
@@ -182,11 +192,13 @@ impl<R: Domain> DeviatedClock<R> {
             .steps
             .iter()
             .map(|step| step_instant(step) - start)
+            // Steps of the past, and the one that begins this piece, end nothing.
             .filter(|until| *until > Span::ZERO)
             .fold(piece, Span::min)
     }
 
     fn rate_from(&mut self, start: Span, length: Span) -> f64 {
+        // The middle of the piece: the linear part of a change falls out.
         let middle = (start + length / 2).as_secs_f64();
         let steps: f64 = self
             .config
@@ -201,10 +213,12 @@ impl<R: Domain> DeviatedClock<R> {
         });
         let walk = self.config.random_walk_ppm.get();
         if walk > 0.0 {
+            // The variance of a random walk grows with time: its step with the root of it.
             self.walk_ppm += walk * length.as_secs_f64().sqrt() * self.random.normal();
         }
         let sum = self.config.drift_ppm.get() + steps + sine + self.walk_ppm;
         let end = (start + length).as_secs_f64();
+        // Terms have their exact mean: a pulse shorter than a piece is not missed.
         let sum = sum + self.terms.mean(start.as_secs_f64(), end);
         sum.clamp(-MOST_PPM, MOST_PPM)
     }
@@ -216,6 +230,7 @@ fn nearest(nanos: f64) -> f64 {
     const WHOLE_FROM: f64 = (1_u64 << 52) as f64;
     const UP: f64 = 1.5 * WHOLE_FROM;
     if nanos.abs() < 0.5 * WHOLE_FROM {
+        // From 2⁵² to 2⁵³ a float has no fraction: adding rounds to the nearest whole number, ties to even.
         (nanos + UP) - UP
     } else {
         nanos.round_ties_even()
@@ -250,6 +265,7 @@ impl CycleJitter {
     )]
     pub fn next(&mut self) -> Span {
         match &self.jitter {
+            // Drawn only where there is jitter: a clock without it uses no numbers.
             Some(jitter) => Span::from_micros_f64(self.random.jitter_us(jitter)),
             None => Span::ZERO,
         }

@@ -62,6 +62,7 @@ impl LinkModel {
         Ok(Self {
             config: config.clone(),
             random: Random::new(seed),
+            // Before any message.
             newest: Span::from_nanos(i64::MIN),
             in_burst: false,
             correlated: None,
@@ -73,7 +74,7 @@ impl LinkModel {
     /// they arrive in that order except for those that `reorder` holds back.
     pub fn offer(&mut self, since_start: Span) -> Deliveries {
         let mut deliveries = Deliveries::default();
-        // Drawn for every message, so that one fault does not shift the numbers of another.
+        // Drawn for every message, so that a greater share of one fault does not shift the numbers of another.
         let lost = self.random.chance(self.config.loss.get());
         let twice = self.random.chance(self.config.duplication.get());
         let held = self.random.chance(self.config.reorder.get());
@@ -86,6 +87,7 @@ impl LinkModel {
         }
         if held {
             let most = self.config.reorder_us.get();
+            // A held message has its delay as any other, and waits besides.
             let held = delay + Span::from_micros_f64(most * self.random.uniform());
             deliveries.push(self.seen(since_start, held));
         } else {
@@ -94,8 +96,10 @@ impl LinkModel {
             deliveries.push(self.seen(since_start, self.newest - since_start));
         }
         if twice {
+            // A second way through the network has a delay of its own.
             let second = self.delay(since_start);
             let second = self.seen(since_start, second);
+            // A copy is a copy: it cannot arrive before the original is seen.
             deliveries.push(second.max(deliveries.delays[0]));
         }
         deliveries
@@ -117,6 +121,7 @@ impl LinkModel {
             Some(spikes) if self.random.chance(spikes.share.get()) => {
                 let (from, to) = (spikes.from_us.get(), spikes.to_us.get());
                 let spike = from + (to - from) * self.random.uniform();
+                // Drawn before it is asked: the end of the faults must not shift other numbers.
                 if self.config.is_faulty(since_start) {
                     spike
                 } else {
@@ -128,6 +133,7 @@ impl LinkModel {
         let correlated = self.correlated_us(since_start);
         let terms = self.terms.at(since_start.as_secs_f64());
         let micros = self.config.latency_us.get() + steps + jitter + spike + correlated + terms;
+        // Normal jitter may exceed the latency: nothing arrives before it was sent.
         Span::from_micros_f64(micros.max(0.0))
     }
 
@@ -139,8 +145,10 @@ impl LinkModel {
         let now = match self.correlated {
             None => fresh,
             Some((at, before)) => {
+                // Messages are offered in order. Two at one instant share their delay.
                 let passed = (since_start - at).as_secs_f64().max(0.0);
                 let alike = libm::exp(-passed / config.time_s.get());
+                // √(1 − ρ²) keeps the variance: AR(1).
                 before * alike + fresh * (1.0 - alike * alike).sqrt()
             }
         };
@@ -151,6 +159,7 @@ impl LinkModel {
     fn is_in_burst(&mut self) -> bool {
         if let Some(BurstLossConfig { begins, ends }) = self.config.burst_loss {
             self.in_burst = match self.in_burst {
+                // The state changes before the message: the one that starts a burst is lost.
                 true => !self.random.chance(ends.get()),
                 false => self.random.chance(begins.get()),
             };
@@ -171,6 +180,7 @@ impl LinkModel {
         let grid = self.config.resolution_us.span().as_nanos();
         if grid > 0 {
             let nanos = arrival.as_nanos();
+            // Euclidean, so that instants before zero round up as well.
             let past = nanos.rem_euclid(grid);
             if past > 0 {
                 arrival = Span::from_nanos(nanos - past + grid);
@@ -183,6 +193,7 @@ impl LinkModel {
         self.config.partitions.iter().any(|partition| {
             let from = partition.at_s.span();
             let until = from + partition.for_s.span();
+            // By the instant of sending: what is under way when a partition begins still arrives.
             (from..until).contains(&since_start)
         })
     }

@@ -30,11 +30,13 @@ impl Random {
 
     /// Uniform in 0 (included) to 1 (excluded).
     pub fn uniform(&mut self) -> f64 {
+        // 53 bits: all that a float has between 0 and 1.
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// True with this probability.
     pub fn chance(&mut self, share: f64) -> bool {
+        // No number is drawn for a share of 0.
         share > 0.0 && self.uniform() < share
     }
 
@@ -51,6 +53,7 @@ impl Random {
 /// Derives a seed for each part of a run, so that adding a part changes no other's numbers.
 #[must_use]
 pub fn seed_of(run: u64, part: &str) -> u64 {
+    // By name: a part that is added or moved leaves the seeds of the others.
     let name = u64::from(crc32fast::hash(part.as_bytes()));
     // SplitMix64's finaliser spreads the two over all bits.
     let mut mixed = run
@@ -65,6 +68,7 @@ pub fn seed_of(run: u64, part: &str) -> u64 {
 #[must_use]
 pub fn link_seed(run: u64, part: &str, channel: Channel) -> u64 {
     let seed = seed_of(run, part);
+    // A node publishes either its axes or its slaves.
     if channel.carries_axes() {
         seed
     } else {

@@ -12,6 +12,7 @@ pub(super) fn assert_distributed(numbers: &[f64], cdf: impl Fn(f64) -> f64) {
         let above = ((k + 1) as f64 / count - expected).abs();
         most.max(below).max(above)
     });
+    // 1.95 = √(−ln(0.001 / 2) / 2).
     let limit = 1.95 / count.sqrt();
     assert!(
         distance < limit,
@@ -23,6 +24,7 @@ pub(super) fn assert_distributed(numbers: &[f64], cdf: impl Fn(f64) -> f64) {
 pub(super) fn assert_moments(numbers: &[f64], mean: f64, deviation: f64) {
     let count = numbers.len() as f64;
     let measured = numbers.iter().sum::<f64>() / count;
+    // The standard error of a mean is σ/√n.
     let error = 4.0 * deviation / count.sqrt();
     assert!(
         (measured - mean).abs() < error,
@@ -50,6 +52,7 @@ pub(super) fn assert_share(hits: usize, tries: usize, share: f64) {
 
 /// The distribution function of the normal distribution with mean 0.
 pub(super) fn normal(x: f64, deviation: f64) -> f64 {
+    // `erfc` keeps its digits far below the mean, where 1 + erf would cancel.
     0.5 * libm::erfc(-x / (deviation * core::f64::consts::SQRT_2))
 }
 

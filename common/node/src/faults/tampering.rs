@@ -25,6 +25,7 @@ impl Tampering {
     /// there is none.
     #[must_use]
     pub fn new(config: &LinkConfig, seed: u64, key: &str) -> Option<Self> {
+        // Without either there is nothing to copy, and messages pass as they are.
         let any = config.corruption.get() > 0.0 || !config.forgeries.is_empty();
         any.then(|| Self {
             config: config.clone(),
@@ -46,6 +47,7 @@ impl Tampering {
         // Drawn for every message, so that one fault does not shift the numbers of another.
         let damaged = self.random.chance(self.config.corruption.get());
         let damaged = damaged && self.config.is_faulty(since_start);
+        // Replaced, not damaged: the forged one comes below.
         match (self.is_replaced(since_start), damaged) {
             (true, _) => {}
             (false, true) => {
@@ -79,11 +81,13 @@ impl Tampering {
         self.forged.extend_from_slice(message);
         let (cut, place) = (self.random.chance(0.5), self.random.uniform());
         if cut {
+            // Any length but the whole one.
             let length = (place * message.len() as f64) as usize;
             self.forged.truncate(length);
         } else {
             let bit = (place * 8.0 * message.len() as f64) as usize;
             if let Some(byte) = self.forged.get_mut(bit / 8) {
+                // Any bit, so that header, axes and check sum are hit in their proportion.
                 *byte ^= 1 << (bit % 8);
             }
         }
@@ -95,6 +99,7 @@ impl Tampering {
         match what {
             Forged::Noise => {
                 forged.clear();
+                // As long as a genuine message: length alone must not give it away.
                 forged.extend(message.iter().map(|_| (random.uniform() * 256.0) as u8));
                 true
             }
@@ -110,6 +115,7 @@ impl Tampering {
 fn is_due(forgery: &Forgery, done: bool, since_start: Span) -> bool {
     let from = forgery.at_s.span();
     match forgery.for_s {
+        // The end is excluded.
         Some(length) => (from..from + length.span()).contains(&since_start),
         None => !done && since_start >= from,
     }
@@ -152,6 +158,7 @@ impl Forger {
             Forged::OtherKey => KeySeal::new("another/key").seal(body, header.send_stamp, forged),
             _ => seal.seal(body, header.send_stamp, forged),
         }
+        // After sealing: receivers look at the version before the check sum.
         if let (Forged::OtherVersion, Some(version)) = (what, forged.first_mut()) {
             *version = FORMAT_VERSION + 1;
         }
@@ -161,6 +168,7 @@ impl Forger {
 
 fn change_header(header: &mut FrameHeader, what: &Forged, number: u32) {
     match what {
+        // Any other number. A fixed one, so that the forged run stays the same run.
         Forged::OtherRun => header.epoch ^= 0x5bd1_e995,
         Forged::OtherNode => header.sender ^= 0x5bd1_e995,
         Forged::CycleTimeUs(cycle) => header.cycle_time = cycle.0,
@@ -171,6 +179,7 @@ fn change_header(header: &mut FrameHeader, what: &Forged, number: u32) {
 }
 
 const fn advance(header: &mut FrameHeader, by: i64) {
+    // Wrapping: a forger may take any number.
     header.count = header.count.wrapping_add_signed(by);
     header.index = coaxle_clock::CycleIndex::of_count(header.count);
 }
@@ -184,6 +193,7 @@ fn change_axis(axis: &mut NcToPlcAxis, what: &Forged, random: &mut Random) {
             axis.actual_position += by.get();
         }
         Forged::NotFinite => {
+            // 1e300 is finite, and beyond any limit.
             let any = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300];
             let value = any[(random.uniform() * 4.0) as usize];
             match (random.uniform() * 3.0) as usize {

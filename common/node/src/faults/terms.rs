@@ -86,6 +86,7 @@ impl Terms {
         let mut opened = Self {
             curves: Vec::new(),
             noises: Vec::new(),
+            // A stream of its own: terms do not shift the numbers of jitter and losses.
             random: Random::new(seed_of(seed, "terms")),
         };
         for (number, term) in terms.iter().enumerate() {

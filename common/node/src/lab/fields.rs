@@ -43,6 +43,7 @@ fn collect(path: &str, value: &Value, fields: &mut Vec<String>) {
                 collect(&format!("{path}.{name}"), value, fields);
             }
         }
+        // A list of numbers is one value, a list of parts has names.
         Value::Array(list) if list.iter().any(|element| key_of(element).is_some()) => {
             for element in list {
                 let Some((key, name)) = key_of(element) else {
@@ -50,6 +51,7 @@ fn collect(path: &str, value: &Value, fields: &mut Vec<String>) {
                 };
                 let mut rest = element.clone();
                 if let Value::Table(rest) = &mut rest {
+                    // The name stands before the path, not among the fields.
                     rest.remove(key);
                 }
                 collect(&format!("{path} {name:?}"), &rest, fields);
@@ -61,6 +63,7 @@ fn collect(path: &str, value: &Value, fields: &mut Vec<String>) {
 
 /// Returns the key and the name that identify an element of a list.
 fn key_of(element: &Value) -> Option<(&'static str, &str)> {
+    // A far node is known by its node, a slave by its name.
     ["node", "name"].into_iter().find_map(|key| {
         let name = element.get(key)?.as_str()?;
         Some((key, name))

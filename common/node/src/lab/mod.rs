@@ -54,6 +54,7 @@ pub trait LabTable:
 /// # Errors
 /// [`WrongTerm`] names the field and the file.
 pub fn check_lab_clock(clock: &ClockConfig, folder: &Path) -> Result<(), WrongTerm> {
+    // On a copy: the paths of the config itself stay as they were written.
     let mut clock = clock.clone();
     clock.relative_to(folder);
     check_clock(&clock).map_err(|wrong| wrong.within("clock"))
@@ -115,6 +116,7 @@ impl<C: WithLab> NodeFile<C> {
     /// A config that cannot be written as TOML.
     pub fn text_of(config: &C) -> Result<String, toml::ser::Error> {
         let mut table = toml::Table::try_from(config)?;
+        // The fields are in their places in the type, and in the table in the file.
         remove_lab_fields(marked_schema_of::<C>().as_value(), &mut table);
         let lab = config.lab();
         if lab != C::Lab::default() {
@@ -128,6 +130,7 @@ impl<C: WithLab> NodeFile<C> {
     pub fn schema() -> Schema {
         let mut schema = schema_without_lab_fields::<C>();
         let mut lab = schema_of::<C::Lab>();
+        // A schema within another one names no dialect.
         lab.remove("$schema");
         if let Some(Value::Object(definitions)) = lab.remove("$defs") {
             let empty = || Value::Object(Map::new());
@@ -152,6 +155,7 @@ impl<C: WithLab> NodeFile<C> {
         whole: toml::Table,
         folder: Option<&Path>,
     ) -> Result<Self, ConfigError> {
+        // First: a field at its old place gets an answer of its own, not that of an unknown field.
         refuse_lab_fields(file, marked_schema_of::<C>().as_value(), &whole)?;
         let mut rest = whole.clone();
         let table = rest.remove(LAB);
@@ -159,8 +163,10 @@ impl<C: WithLab> NodeFile<C> {
         let Some(table) = table else {
             return Ok(Self { config, lab: None });
         };
+        // Before parsing: shown as written, without defaults.
         let fields = LabFields::of(&table);
         let lab: C::Lab = part_of_table(file, LAB, table, &whole, Self::schema)?;
+        // Without a folder, as in a text of a test, relative files have no place.
         if let Some(folder) = folder {
             lab.check_files(folder)
                 .map_err(|wrong| ConfigError::whole(file, wrong.within(LAB)))?;
@@ -205,6 +211,7 @@ fn remove(table: &mut toml::Table, path: &str) {
         return;
     };
     let (name, index) = match first.split_once('[') {
+        // An index behind the name: an element of a list.
         Some((name, index)) => (name, index.trim_end_matches(']').parse().ok()),
         None => (first, None),
     };

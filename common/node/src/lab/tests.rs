@@ -169,6 +169,7 @@ fn a_config_survives_being_written_and_read() {
     for text in [MACHINE.to_owned(), format!("{MACHINE}{LAB}")] {
         let config = read(&text).unwrap().config;
         let written = NodeFile::text_of(&config).unwrap();
+        // Another text may say the same: the values count.
         let again = read(&written).unwrap();
         assert_eq!(again.config, config);
         assert_eq!(again.lab.is_some(), text.contains("lab"), "{written}");
@@ -187,6 +188,7 @@ fn the_schemas_differ_by_where_the_fields_are() {
     assert!(file["properties"]["lab"]["properties"]["clock"].is_object());
     assert!(in_place["$defs"]["Part"]["properties"]["fault"].is_object());
     assert!(file["$defs"]["Part"]["properties"]["fault"].is_null());
+    // Definitions of both schemas are in one place.
     assert!(file["$defs"]["PartLab"].is_object());
     // A scenario's node has the fields where they belong.
     assert!(parse::<Toy>("t", "name = 'a'\nclock = { drift-ppm = 5 }").is_ok());

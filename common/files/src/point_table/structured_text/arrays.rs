@@ -50,6 +50,7 @@ impl<'a> Arrays<'a> {
         line: usize,
     ) -> &mut Array {
         let key = name.to_lowercase();
+        // Initial values of the earlier declaration must not stay.
         self.named.remove(&key);
         let array = || (name, Array::new(kind, first, line));
         &mut self.named.entry(key).or_insert_with(array).1
@@ -58,7 +59,9 @@ impl<'a> Arrays<'a> {
     /// The array of that name; without a declaration its kind follows from the assignment.
     pub(super) fn assigned(&mut self, name: &'a str, kind: Kind, line: usize) -> &mut Array {
         let known = self.named.get(&name.to_lowercase());
+        // An array of another kind is another one of that name.
         if known.is_none_or(|(_, array)| array.kind != kind) {
+            // Undeclared arrays count from 0.
             return self.declared(name, kind, [0, 0], line);
         }
         let known = self.named.entry(name.to_lowercase());
@@ -75,6 +78,7 @@ impl<'a> Arrays<'a> {
 
     pub(super) fn take(&mut self, name: &str) -> Option<Array> {
         let (_, array) = self.named.remove(&name.to_lowercase())?;
+        // A declaration without values is no plate.
         (!array.is_empty()).then_some(array)
     }
 
@@ -102,7 +106,9 @@ impl Array {
 
     /// Appends an element of an initial value this number of times.
     pub(super) fn push(&mut self, times: f64, element: Element) -> Result<(), String> {
+        // Two numbers for each row: a point counts as two.
         let room = (2 * MOST_ROWS).saturating_sub(self.numbers + 2 * self.points.len());
+        // Before the loop: `1000000000(0.0)` would fill the memory. A fraction or `NaN` is no count.
         if !(0.0..=room as f64).contains(&times) || times.fract() != 0.0 {
             return Err(format!(
                 "received {times} elements, expected at most {MOST_ROWS} rows"
@@ -111,11 +117,13 @@ impl Array {
         for _ in 0..times as usize {
             match (&element, self.kind) {
                 (Element::Point(point), Kind::Points) => {
+                    // Initial values begin at the lower bound, whatever it is.
                     let index = self.first[0] + self.points.len() as i64;
                     self.points.insert(index, (**point).clone());
                 }
                 (Element::Number(number), Kind::Positions) => {
                     let row = self.first[0] + (self.numbers / 2) as i64;
+                    // Master and slave alternate: the rows of the array lie one behind the other.
                     self.rows.entry(row).or_default()[self.numbers % 2] = Some(*number);
                     self.numbers += 1;
                 }
@@ -136,6 +144,7 @@ impl Array {
         column: i64,
         number: f64,
     ) -> Result<(), String> {
+        // A column below the first becomes negative, and is refused by the conversion.
         let place = usize::try_from(column - self.first[1])
             .ok()
             .filter(|place| *place < 2);
@@ -182,6 +191,7 @@ impl Array {
             Kind::Points => self.points.keys().copied().collect(),
             Kind::Positions => self.rows.keys().copied().collect(),
         };
+        // Sorted by the map: a difference other than 1 is a gap.
         if let Some(pair) = indices.windows(2).find(|pair| pair[1] != pair[0] + 1) {
             return Err(missing(pair[0] + 1, "value"));
         }
@@ -189,6 +199,7 @@ impl Array {
             Kind::Points => {
                 for (index, point) in &self.points {
                     for (value, name) in [(point.master, "MasterPos"), (point.slave, "SlavePos")] {
+                        // A point in a program may be filled by several assignments: only now all are read.
                         if value.is_nan() {
                             return Err(missing(*index, name));
                         }

@@ -23,6 +23,7 @@ pub(super) fn read(
     let mut arrays = Parser::new(text)
         .arrays(wanted)
         .map_err(|wrong| ConfigError::field(file, format!("line {}", wrong.line), wrong.reason))?;
+    // Named: any array of the file. Not named: the only one that has values.
     let found = match wanted {
         Some(name) => arrays.take(name),
         None if arrays.names().count() == 1 => arrays.take_first(),
@@ -37,6 +38,7 @@ pub(super) fn read(
                 None => ("array", "received no name".to_owned()),
             };
             let expected = match &names[..] {
+                // Names of others help a person who misspelt one.
                 [] => "the file has no array of MC_MotionFunctionPoint or of pairs of LREAL with values".to_owned(),
                 names => format!("expected one of: {}", names.join(", ")),
             };

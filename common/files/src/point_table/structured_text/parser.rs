@@ -31,7 +31,9 @@ impl<'a> Parser<'a> {
         let mut arrays = Arrays::default();
         while let Some(token) = self.next() {
             let Token::Word(name) = token else { continue };
+            // A program has many arrays, and only the wanted one has to be a plate.
             let is_wanted = wanted.is_none_or(|wanted| wanted.eq_ignore_ascii_case(name));
+            // `:` and not `:=`, which is a token of its own.
             let read = if self.take_sign(':') {
                 self.declaration(name, &mut arrays)
             } else if self.take_sign('[') {
@@ -46,6 +48,7 @@ impl<'a> Parser<'a> {
 
     /// Reads `ARRAY[1..3] OF MC_MotionFunctionPoint := [ … ]`; the name and `:` are already taken.
     fn declaration(&mut self, name: &'a str, arrays: &mut Arrays<'a>) -> Result<(), Wrong> {
+        // Other declarations are skipped up to the next word that has a colon or a bracket.
         if !self.take_word("ARRAY") || !self.take_sign('[') {
             return Ok(());
         }
@@ -59,6 +62,7 @@ impl<'a> Parser<'a> {
         if !self.take_sign(']') || !self.take_word("OF") {
             return Ok(());
         }
+        // Points have one dimension. Positions have two, of rows and columns.
         let kind = match (self.next(), dimensions.len()) {
             (Some(Token::Word(of)), 1) if of.eq_ignore_ascii_case("MC_MotionFunctionPoint") => {
                 Kind::Points
@@ -66,6 +70,7 @@ impl<'a> Parser<'a> {
             (Some(Token::Word(of)), 2) if is_number_type(of) => Kind::Positions,
             _ => return Ok(()),
         };
+        // A bound that is a constant of the program is unknown: elements are counted from 0 then.
         let first = |n: usize| dimensions.get(n).copied().flatten().unwrap_or_default();
         let array = arrays.declared(name, kind, [first(0), first(1)], self.line);
         if !self.take_sign('=') {
@@ -82,8 +87,10 @@ impl<'a> Parser<'a> {
     /// Reads the first index of a dimension, `1` of `1..3`; none where it is not a literal.
     fn bounds(&mut self) -> Option<i64> {
         let first = self.whole_literal();
+        // `1..3`: without the two points the literal is part of an expression.
         let is_literal = self.take_sign('~');
         // The last index does not matter: elements without an initial value are not part of the plate.
+        // To the end of the dimension: expressions are skipped.
         while !matches!(self.peek(), None | Some(Token::Sign(',' | ']' | ';'))) {
             self.next();
         }
@@ -99,10 +106,12 @@ impl<'a> Parser<'a> {
     ) -> Result<(), Wrong> {
         while !self.take_sign(']') {
             // Some programs write a list for each row.
+            // A single level: rows of an array of two dimensions.
             if may_nest && self.take_sign('[') {
                 self.list(array, read, false)?;
             } else {
                 let element = read(self)?;
+                // A number before a bracket is a count, as in `3(0.0)`.
                 let (times, element) = match (element, self.peek()) {
                     (Element::Number(times), Some(Token::Sign('('))) => {
                         self.expect('(')?;
@@ -115,6 +124,7 @@ impl<'a> Parser<'a> {
                 let pushed = array.push(times, element);
                 pushed.map_err(|reason| self.wrong(reason))?;
             }
+            // At the end of the file neither comes, so that the loop ends with an error.
             if !self.take_sign(',') && self.peek() != Some(Token::Sign(']')) {
                 return Err(self.unexpected("',' or ']'"));
             }
@@ -149,6 +159,7 @@ impl<'a> Parser<'a> {
     /// Reads `[1].MasterPos := 0.0` or `[0, 1] := 0.0`; the name and `[` are already taken. Others
     /// are skipped.
     fn assignment(&mut self, name: &'a str, arrays: &mut Arrays<'a>) -> Result<(), Wrong> {
+        // An index that is a variable belongs to a loop, whose values are not in the text.
         let Some(row) = self.whole_literal() else {
             return Ok(());
         };
@@ -165,6 +176,7 @@ impl<'a> Parser<'a> {
                 .assign_position(row, column, number)
                 .map_err(|reason| self.wrong(reason));
         }
+        // Other structures have fields with other names.
         if !(self.take_sign(']') && self.take_sign('.')) {
             return Ok(());
         }
@@ -198,11 +210,13 @@ impl<'a> Parser<'a> {
     /// `MC_MotionPointType.MOTIONPOINTTYPE_REST`.
     fn value(&mut self) -> Result<Value<'a>, Wrong> {
         let sign = if self.take_sign('-') { -1.0 } else { 1.0 };
+        // A plus says nothing.
         self.take_sign('+');
         match self.next() {
             Some(Token::Number(number)) => Ok(Value::Number(sign * number)),
             Some(Token::Word(mut word)) => {
                 while self.take_sign('.') || self.take_sign('#') {
+                    // `LREAL#-1.5`: the sign may stand behind the type.
                     let sign = if self.take_sign('-') { -1.0 } else { sign };
                     match self.next() {
                         Some(Token::Number(number)) => return Ok(Value::Number(sign * number)),
@@ -225,6 +239,7 @@ impl<'a> Parser<'a> {
             return None;
         };
         self.next();
+        // Bounded, so that differences of indices cannot overflow.
         let is_whole = number.fract() == 0.0 && number.abs() < 1e9;
         is_whole.then_some(if is_negative { -number } else { number } as i64)
     }
@@ -235,6 +250,7 @@ impl<'a> Parser<'a> {
 
     fn next(&mut self) -> Option<Token<'a>> {
         let (line, token) = self.tokens.next()?;
+        // Kept for errors: the token that is wrong has been taken.
         self.line = line;
         Some(token)
     }

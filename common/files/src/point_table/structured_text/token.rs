@@ -41,6 +41,7 @@ impl<'a> Tokens<'a> {
     /// Skips to the end of the construct that begins here, or to the end of the text.
     fn pass(&mut self, open: usize, close: &str) {
         let inner = self.rest.get(open..).unwrap_or_default();
+        // A construct that is not closed ends with the text.
         let end = inner
             .find(close)
             .map_or(self.rest.len(), |at| open + at + close.len());
@@ -51,6 +52,7 @@ impl<'a> Tokens<'a> {
         loop {
             self.take_while(char::is_whitespace);
             match self.rest.as_bytes() {
+                // Comments and strings may hold brackets and colons that mean nothing.
                 [b'/', b'/', ..] => self.pass(2, "\n"),
                 [b'(', b'*', ..] => self.pass(2, "*)"),
                 [b'/', b'*', ..] => self.pass(2, "*/"),
@@ -73,6 +75,7 @@ impl<'a> Tokens<'a> {
         let mut end = 0;
         while is_part(end)
             || bytes.get(end) == Some(&b'#')
+            // `1..3` is a range: the point belongs to the number only before a digit.
             || bytes.get(end) == Some(&b'.') && bytes.get(end + 1).is_some_and(u8::is_ascii_digit)
             || matches!(bytes.get(end), Some(b'+' | b'-')) && is_exponent(&bytes[..end])
         {
@@ -85,6 +88,7 @@ impl<'a> Tokens<'a> {
 
 /// True if a sign may follow: `1.5e`.
 fn is_exponent(before: &[u8]) -> bool {
+    // In base 16 an `E` is a digit.
     matches!(before.last(), Some(b'e' | b'E')) && !before.contains(&b'#')
 }
 
@@ -93,6 +97,7 @@ fn number_of(text: &str) -> Option<f64> {
     match plain.split_once('#') {
         None => plain.parse().ok(),
         Some((base, digits)) => {
+            // The bases of IEC 61131-3.
             let base = base.parse().ok().filter(|base| [2, 8, 16].contains(base))?;
             u32::from_str_radix(digits, base).ok().map(f64::from)
         }

@@ -24,6 +24,7 @@ fn of_points(points: &[WrittenPoint], array: &str) -> String {
     let lines: Vec<_> = lines.collect();
     declaration(
         array,
+        // From 1, as the indices of the points.
         &format!("ARRAY[1..{}] OF MC_MotionFunctionPoint", points.len()),
         &lines,
         "MC_TABLETYPE_MOTIONFUNCTION",
@@ -36,6 +37,7 @@ fn of_rows(rows: &[(f64, f64)], array: &str) -> String {
         .iter()
         .map(|(master, slave)| format!("        {}, {}", number(*master), number(*slave)));
     let lines: Vec<_> = lines.collect();
+    // From 0. An array without rows has no last index.
     let last = rows.len().saturating_sub(1);
     declaration(
         array,
@@ -71,6 +73,7 @@ fn declaration(
 fn value(field: Field, row: usize, point: &WrittenPoint) -> String {
     match field {
         Field::Index => point.index.unwrap_or(row as u32 + 1).to_string(),
+        // The last point has no law, and the structure has a field for it.
         Field::Law => point.law.unwrap_or(MotionLaw::Polynom1).name().to_owned(),
         Field::Type => type_name(point.point_type.unwrap_or_default()),
         Field::RelativeNext => point.relative_next.to_string(),

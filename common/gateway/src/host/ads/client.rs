@@ -15,8 +15,10 @@ use crate::ams::{
 use crate::config::AdsConfig;
 
 /// Timeout of a response.
+// The text of the error says so, too.
 const RESPONSE_TIMEOUT: Span = Span::from_secs(1);
 /// Notifications that wait to be taken; older ones are left out.
+// Nearly two cycles of 128 axes and the index, if each comes in a packet of its own.
 const MOST_WAITING: usize = 256;
 
 /// A connection. After an error it is of no use: a late response could be taken for that to another request.
@@ -88,11 +90,13 @@ impl AdsClient {
                 let [a, b, c, d] = ip.octets();
                 [a, b, c, d, 1, 1]
             }
+            // An AMS net id has room for an IPv4 address only. A PLC that is reached by IPv6 needs `own-net-id`.
             (None, IpAddr::V6(_)) => [127, 0, 0, 1, 1, 1],
         };
         let own = AmsAddress {
             net_id: own,
             // Ports from 0x8000 on are for clients.
+            // The process id: two gateways on one PC should differ.
             port: 0x8000 | std::process::id() as u16,
         };
         Ok(Self::over(Box::new(tcp), own, config))
@@ -138,6 +142,7 @@ impl AdsClient {
         let mut handle = [0; 4];
         self.read_reply(READ_WRITE, &data, &request, &mut handle)?;
         let handle = u32::from_le_bytes(handle);
+        // Kept for the end: the PLC holds handles until they are released.
         self.handles.push((WRITE, handle));
         Ok(handle)
     }
@@ -176,6 +181,7 @@ impl AdsClient {
 
     /// The next notification, if one comes within `timeout`.
     pub(super) fn notification(&mut self, timeout: Span) -> Result<Option<Notified>, AdsError> {
+        // By the monotonic clock, not per read: a stream of other packets must not prolong the wait.
         let until = machine::now() + timeout;
         loop {
             if let Some(notified) = self.notifications.pop_front() {
@@ -193,6 +199,7 @@ impl AdsClient {
     pub(super) fn release_handles(mut self) {
         let handles = std::mem::take(&mut self.handles);
         // Notifications first: they are of the values.
+        // In reverse order of their making: a notification refers to the handle of its value.
         for (command, handle) in handles.into_iter().rev() {
             let data = match command {
                 DELETE_NOTIFICATION => handle.to_le_bytes().to_vec(),
@@ -202,6 +209,7 @@ impl AdsClient {
                 .send_request(command, &data, "giving back a handle")
                 .is_err()
             {
+                // Each further handle would cost another second.
                 return;
             }
         }
@@ -215,8 +223,10 @@ impl AdsClient {
         value: &mut [u8],
     ) -> Result<Instant<Machine>, AdsError> {
         let reply = self.send_request(command, data, request)?;
+        // The arrival of the newest bytes, which are those of this reply.
         let at = self.received_at;
         let read = ams::read_bytes(&reply).unwrap_or_default();
+        // A symbol of another length is another structure: a part of it would pass for an image.
         if read.len() != value.len() {
             return Err(AdsError::Length {
                 request: request.to_owned(),
@@ -235,6 +245,7 @@ impl AdsClient {
         data: &[u8],
         request: &str,
     ) -> Result<Vec<u8>, AdsError> {
+        // Wrapping: after 2³² requests no old reply is left.
         self.invoke = self.invoke.wrapping_add(1);
         let invoke = self.invoke;
         let packet = Packet {
@@ -256,6 +267,7 @@ impl AdsClient {
         loop {
             match self.packet(until)? {
                 Some(reply) if (reply.command, reply.invoke) == (command, invoke) => {
+                    // The router refuses by the error of the header, the device by the result in the data.
                     if reply.error != 0 {
                         return Err(refused(AdsRefusal(reply.error)));
                     }
@@ -263,6 +275,7 @@ impl AdsClient {
                         .map(<[u8]>::to_vec)
                         .map_err(refused);
                 }
+                // A late reply to an earlier request, or a notification, which is queued.
                 Some(_) => {}
                 None => {
                     let request = request.to_owned();
@@ -281,17 +294,20 @@ impl AdsClient {
                 match reply {
                     Some(IncomingPacket::Reply(reply)) => return Ok(Some(reply)),
                     Some(IncomingPacket::Notified(data)) => {
+                        // The oldest goes: an old cycle of the PLC is of no use, and the newest is.
                         if self.notifications.len() == MOST_WAITING {
                             self.notifications.pop_front();
                         }
                         let at = self.received_at;
                         self.notifications.push_back(Notified { at, data });
+                        // Handed back as a reply to nobody, so that `notification` looks into the queue at once.
                         return Ok(Some(AdsReply::notification_marker()));
                     }
                     None => {}
                 }
             }
             let left = until - machine::now();
+            // After the received packets: those that are there count, even if time is over.
             if left <= Span::ZERO {
                 return Ok(None);
             }
@@ -301,8 +317,10 @@ impl AdsClient {
 
     /// Takes the bytes that come within this time, if any.
     fn receive(&mut self, timeout: Span) -> Result<(), AdsError> {
+        // Longer packets take several reads.
         let mut bytes = [0; 4096];
         let length = self.wire.receive(&mut bytes, timeout)?;
+        // 0 is a read that timed out.
         if length > 0 {
             self.received_at = machine::now();
             self.received.extend_from_slice(&bytes[..length]);
@@ -347,6 +365,7 @@ fn classified(packet: &Packet<'_>) -> Option<IncomingPacket> {
             error: packet.error,
             data,
         })),
+        // Requests to this PC: a gateway serves nobody.
         _ => None,
     }
 }

@@ -19,6 +19,7 @@ use client::{AdsClient, AdsError};
 use plc::{Notifications, Polling, Writing};
 
 /// Period of requests for the PLC's state, beside all others: they detect a PLC in stop, and a connection that has ended.
+// Two requests a second, beside two thousand for the index at cycles of 1 ms.
 const STATE_PERIOD: Span = Span::from_millis(500);
 /// State of a running PLC.
 const RUN: u16 = 5;
@@ -40,6 +41,7 @@ fn work(config: &GatewayConfig, ads: &AdsConfig, mut end: PlcEnd) {
     let plc = String::from(ads.address.clone());
     let mut said = String::new();
     while !end.stop.is_set() {
+        // Ends without an error only when the gateway ends.
         let Err(error) = converse(config, ads, &mut end, &mut retry) else {
             break;
         };
@@ -47,6 +49,7 @@ fn work(config: &GatewayConfig, ads: &AdsConfig, mut end: PlcEnd) {
         let (pause, is_first) = retry.failed();
         // Once for each reason.
         let reason = error.to_string();
+        // A reason that changes helps to find the fault: a missing route, then a missing symbol.
         if is_first || reason != said {
             tracing::warn!(
                 "the PLC at {plc} is away: {reason}. It is tried again until it is there"
@@ -66,9 +69,11 @@ fn converse(
     retry: &mut Retry,
 ) -> Result<(), AdsError> {
     let mut client = AdsClient::connect(ads)?;
+    // Before the handles: a PLC that does not answer is another fault than a symbol that is missing.
     let state = client.state()?;
     let mut writings = Writing::prepare(&mut client, config)?;
     let reading = AxisReading::prepare(&mut client, config, ads)?;
+    // Counted only once all symbols are found: each connection may begin a new run of the PLC.
     let connection = end.link.connected();
     retry.succeeded();
     end.link.set_stopped(state != RUN);
@@ -78,6 +83,7 @@ fn converse(
         String::from(ads.address.clone())
     );
     let ended = exchange(config, &mut client, reading, &mut writings, end, connection);
+    // After an error a reply may still be on its way: the PLC releases the handles with the connection.
     if ended.is_ok() {
         client.release_handles();
     }
@@ -97,6 +103,7 @@ impl AxisReading {
         config: &GatewayConfig,
         ads: &AdsConfig,
     ) -> Result<Self, AdsError> {
+        // Without axes nothing is read, and the connection is for writing and for the state.
         let (Some(index), false) = (&ads.cycle_index, config.axes.is_empty()) else {
             return Ok(Self::Nothing);
         };
@@ -132,18 +139,22 @@ fn exchange(
             }
             AxisReading::Nothing => {}
         }
+        // Only the newest of each output: a PLC slower than the receiver has no use for the cycles between.
         end.outputs.newest_into(&mut slots);
         for slot in slots.take() {
             requested_at = machine::now();
             writings[slot.number].write(client, slot)?;
         }
+        // After reading and writing, which are what matters.
         if machine::now() - state_read_at > STATE_PERIOD {
+            // Counted as a request, so that the next poll keeps its distance from it.
             (requested_at, state_read_at) = (machine::now(), machine::now());
             log_state_change(client.state()?, end);
         }
         match &mut reading {
             AxisReading::Polling(polling) => {
                 let part = polling.pauses.next_part();
+                // From the request on: the time that the PLC took is part of the pause.
                 pause(
                     requested_at,
                     Span::from_secs_f64(period.as_secs_f64() * part),
@@ -151,6 +162,7 @@ fn exchange(
             }
             // Waiting for the notification was the pause.
             AxisReading::Notifications(_) => {}
+            // Nothing arrives that would set the pace.
             AxisReading::Nothing => pause(machine::now(), period),
         }
     }

@@ -14,8 +14,10 @@ use crate::polled::{PlcMemory, PollPauses, Polled, poll};
 use crate::record::write_image;
 
 /// Bytes of the cycle index.
+// `UINT` or `WORD`.
 const INDEX_LEN: usize = 2;
 /// Timeout of notifications.
+// Ten cycles of the slowest PLC (100 ms).
 const SILENCE: Span = Span::from_secs(1);
 
 /// Reads the index again and again, and the axes whenever it is new.
@@ -61,11 +63,13 @@ impl Polling {
             kept: Instant::EPOCH,
         };
         let polled = poll(&mut memory, self.newest)?;
+        // The arrival of the first index that matches: reading the images took longer.
         let at = memory.kept;
         match polled {
             Polled::Nothing => {}
             Polled::Torn => end.link.count_torn(1),
             Polled::Images(index) => {
+                // Only after a whole sample: a torn cycle is read again.
                 self.newest = Some(index);
                 let images = self.images.iter().map(<[u8; IMAGE_LEN]>::as_slice);
                 send(end, at, index, connection, self.layout, images);
@@ -127,6 +131,7 @@ impl Notifications {
         let (index, axes) = handles(client, config, index)?;
         let mut lengths = vec![INDEX_LEN];
         lengths.resize(1 + axes.len(), IMAGE_LEN);
+        // In the order of the parts: the index is part 0.
         let parts = std::iter::once(index).chain(axes).zip(&lengths);
         let parts = parts.map(|(handle, length)| client.notify(handle, *length));
         Ok(Self {
@@ -148,6 +153,7 @@ impl Notifications {
         timeout: Span,
     ) -> Result<(), AdsError> {
         let mut next = client.notification(timeout)?;
+        // Nothing else shows a connection that the PLC has given up.
         if next.is_none() && machine::now() - self.newest > SILENCE {
             return Err(AdsError::Silent);
         }
@@ -174,6 +180,7 @@ impl Notifications {
             ..
         } = self;
         let is_whole = notified(&notification.data, |sample| {
+            // A handle of an earlier connection, or of nobody.
             let Some(part) = parts.iter().position(|part| *part == sample.handle) else {
                 return;
             };
@@ -192,6 +199,7 @@ impl Notifications {
                 }
             }
         });
+        // The difference since the last notification: the link counts sums.
         end.link.count_torn(self.assembly.torn() - self.torn);
         self.torn = self.assembly.torn();
         if is_whole {
@@ -228,6 +236,7 @@ fn send<'a>(
         for (axis, image) in sample.axes.iter_mut().zip(images) {
             *axis = NcToPlcAxis::from_image_slice(layout, image)?;
         }
+        // The images were made with the length that the structure has.
         Ok::<_, coaxle_axis::ImageLengthError>(())
     });
     if sent.is_err() {
@@ -253,6 +262,7 @@ impl Writing {
         let layout = config.layout.into();
         outputs
             .map(|output| Self::of(client, output, layout))
+            // The first missing symbol ends the connection: half an output would be worse than none.
             .collect()
     }
 
@@ -284,6 +294,7 @@ impl Writing {
         slot: &OutputSlot,
     ) -> Result<(), AdsError> {
         for ((handle, kind), axis) in self.axes.iter().zip(&slot.axes) {
+            // An axis that did not come keeps its last values in the PLC. The index says that others are new.
             let Some(axis) = axis else {
                 continue;
             };

@@ -45,6 +45,7 @@ const CONFIG: &str = "
 /// The velocities of the axis in the server and of the slave, mm/s, and the distance of the axis per cycle, mm.
 const VELOCITY: f64 = 500.0;
 const SLAVE_VELOCITY: f64 = 250.0;
+// 500 mm/s · 100 ms.
 const STEP: f64 = 50.0;
 
 /// A recorded packet.
@@ -108,6 +109,7 @@ impl AdsWire for Tape {
         let Some(next) = left.front_mut().filter(|packet| !packet.is_of_gateway) else {
             return Err(std::io::ErrorKind::UnexpectedEof.into());
         };
+        // Rounded up, so that a single byte is not cut into nothing.
         let length = next.bytes.len().div_ceil(2);
         bytes[..length].copy_from_slice(&next.bytes[..length]);
         next.bytes.drain(..length);
@@ -183,6 +185,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
         let cycles = pair[1].0.steps_since(pair[0].0);
         assert!(cycles >= 1, "{pair:?}");
         let way = pair[1].1.set_position - pair[0].1.set_position;
+        // Exact: the server counts in whole cycles, and 50 mm are exact in binary.
         assert_eq!(way, STEP * f64::from(cycles));
     }
     for (_, axis) in &samples {
@@ -194,6 +197,7 @@ fn the_gateway_sends_what_it_sent_and_finds_what_the_server_held() {
         let [carriage, blade] = [0, 1].map(|n| slot.axes[n].unwrap());
         assert_eq!(carriage.axis_id, 1);
         assert!((carriage.set_velocity - SLAVE_VELOCITY).abs() < 1e-9);
+        // The second slave runs at twice the speed, backwards.
         assert!((blade.set_velocity + 2.0 * SLAVE_VELOCITY).abs() < 1e-9);
         assert_eq!(blade.set_position, -2.0 * carriage.set_position);
     }

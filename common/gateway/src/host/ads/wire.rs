@@ -35,7 +35,9 @@ impl Tcp {
         for address in (host, port).to_socket_addrs()? {
             match TcpStream::connect_timeout(&address, timeout) {
                 Ok(socket) => {
+                    // Small requests: Nagle's algorithm would hold each back until the last one is acknowledged.
                     socket.set_nodelay(true)?;
+                    // A PLC that reads no more fills the buffer, and the thread would hang in `write`.
                     socket.set_write_timeout(Some(timeout))?;
                     return Ok(Self(socket));
                 }
@@ -57,10 +59,12 @@ impl AdsWire for Tcp {
     }
 
     fn receive(&mut self, bytes: &mut [u8], timeout: Span) -> Result<usize> {
+        // A timeout of 0 is refused by the standard library: it would mean to wait without end.
         let least = Span::from_micros(1);
         self.0
             .set_read_timeout(Some(duration(timeout.max(least))))?;
         match self.0.read(bytes) {
+            // The end of the stream, not an empty read.
             Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
             Ok(length) => Ok(length),
             Err(error) => match error.kind() {
@@ -71,6 +75,7 @@ impl AdsWire for Tcp {
     }
 }
 
+// Spans here are positive.
 fn duration(span: Span) -> Duration {
     Duration::from_nanos(span.as_nanos().unsigned_abs())
 }

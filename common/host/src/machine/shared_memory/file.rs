@@ -52,6 +52,7 @@ fn created(path: &Path) -> Result<File, Reason> {
 /// A file writable by others could hold any data about the drive.
 fn check_mode(file: &File) -> Result<(), Reason> {
     let received = Os::mode_of(file).map_err(system("looked at"))?;
+    // Only writing counts: set values are no secret.
     if received & 0o002 == 0 {
         Ok(())
     } else {
@@ -76,6 +77,7 @@ fn opened(path: &Path) -> Result<File, Reason> {
 }
 
 fn open_file(path: &Path, make: bool) -> Result<File, Reason> {
+    // The link itself is looked at: any user may put one into /dev/shm that leads to another file.
     let found = std::fs::symlink_metadata(path).ok();
     if let Some(received) = found.as_ref().and_then(Os::kind_of) {
         return Err(Reason::NoFile { received });
@@ -85,10 +87,12 @@ fn open_file(path: &Path, make: bool) -> Result<File, Reason> {
 
 /// Checks that the file is the memory of a drive, of this version.
 fn check(file: &File, length: u64) -> Result<(), Reason> {
+    // Version before length: files of another version differ in length as well, and the version says why.
     let magic = word(file, MAGIC_FIELD.offset());
     if magic != MAGIC {
         let bytes = magic.to_ne_bytes();
         let length = bytes
+            // A file shorter than a word is quoted with its own bytes only.
             .len()
             .min(usize::try_from(length).unwrap_or(usize::MAX));
         let received = bytes[..length].escape_ascii().to_string();
@@ -101,6 +105,7 @@ fn check(file: &File, length: u64) -> Result<(), Reason> {
             expected: VERSION,
         });
     }
+    // Both lengths: that of the file, and the one its header claims. A shorter file would be mapped beyond its end.
     let said = word(file, SIZE_FIELD.offset());
     match [length, said].into_iter().find(|size| *size != SIZE as u64) {
         Some(received) => Err(Reason::Size {
@@ -123,6 +128,7 @@ fn word(mut file: &File, offset: usize) -> u64 {
     let _ = sought.and_then(|_| {
         let mut taken = 0;
         while taken < bytes.len() {
+            // A read may return fewer bytes than asked for: the rest is read again.
             match file.read(&mut bytes[taken..])? {
                 0 => break,
                 more => taken += more,

@@ -7,6 +7,8 @@ pub const MAGIC: u64 = u64::from_ne_bytes(*b"COAXLEDR");
 /// The version of the layout.
 pub const VERSION: u64 = 1;
 /// Bytes of the file.
+// 48 words: a header and a name of 16, set values of 16, actual values of 16; blocks begin at 128 and 256.
+// Begins of blocks lie on lines of the processor's cache (64 bytes): the two writers never share one.
 pub const SIZE: usize = 384;
 /// Words of the file.
 pub const WORDS: usize = SIZE / 8;

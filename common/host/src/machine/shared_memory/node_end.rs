@@ -62,6 +62,7 @@ impl SharedMemoryDrive {
             mapping: Mapping::of(&file).map_err(system)?,
             path: path.to_owned(),
             file,
+            // Run 0 means that the node has ended: a random run of 0 becomes 1.
             run: identity.run.max(1),
         };
         end.begin(identity);
@@ -114,12 +115,15 @@ impl NodeEnd {
     fn begin(&self, identity: &DriveIdentity<'_>) {
         let words = self.mapping.words();
         let put = |field: Field, value: u64| words[field.0].store(value, Ordering::Relaxed);
+        // First of all: a process that is attached to an older run lets go before any field changes.
         words[at::RUN.0].store(0, Ordering::SeqCst);
+        // Kept across runs: a sequence that began again at 0 could repeat a number that a reader has in hand.
         let set_sequence = words[at::SET_SEQUENCE.0].load(Ordering::Relaxed);
         for word in &words[at::NAME.0..] {
             word.store(0, Ordering::Relaxed);
         }
         // A process that is reading now must not take two different states for one.
+        // Up by two and even: a reader in the middle of the old block sees a changed number.
         put(at::SET_SEQUENCE, set_sequence.wrapping_add(2) & !1);
         put(at::MAGIC_FIELD, at::MAGIC);
         put(at::VERSION_FIELD, at::VERSION);
@@ -128,6 +132,7 @@ impl NodeEnd {
         let cycle_time = identity.cycle_time.span().as_nanos();
         put(at::CYCLE_TIME, u64::try_from(cycle_time).unwrap_or(0));
         put(at::NODE_PID, std::process::id().into());
+        // Cut in the middle of a character if need be: the reader replaces what is no UTF-8.
         let name = &identity.slave.as_bytes()[..identity.slave.len().min(at::NAME_BYTES)];
         put(at::NAME_LENGTH, name.len() as u64);
         for (word, bytes) in words[at::NAME.0..].iter().zip(name.chunks(8)) {
@@ -135,6 +140,7 @@ impl NodeEnd {
             whole[..bytes.len()].copy_from_slice(bytes);
             word.store(u64::from_ne_bytes(whole), Ordering::Relaxed);
         }
+        // Release: a process that sees the run has all stores above it.
         words[at::RUN.0].store(self.run, Ordering::Release);
     }
 
@@ -159,12 +165,14 @@ impl NodeEnd {
             words,
             [
                 counter,
+                // Bit patterns of negative instants come back by the same cast at the other end.
                 ideal_start as u64,
                 set.position.to_bits(),
                 set.velocity.to_bits(),
                 set.acceleration.to_bits(),
                 enable.into(),
                 resets,
+                // A number of the layout, not of the enum: a reordered enum must not change the memory.
                 state_number(state),
             ],
         );
@@ -197,11 +205,13 @@ impl DriveLink for NodeEnd {
             position,
             velocity,
         ] = block::read(sequence, words)?;
+        // Values of a process that is attached to an earlier run of the node are none.
         (run == self.run).then(|| DriveReply {
             heartbeat,
             counter,
             resets,
             state: ProcessState::of(state),
+            // The layout gives the code the lower 32 bits of a word.
             error: error as u32,
             position: f64::from_bits(position),
             velocity: f64::from_bits(velocity),
@@ -213,6 +223,7 @@ impl Drop for NodeEnd {
     fn drop(&mut self) {
         // The last command is "no power", for a process that checks no other field.
         self.write_set(&DriveCommand::default());
+        // A process that has the file mapped does not notice its removal.
         self.mapping.words()[at::RUN.0].store(0, Ordering::Release);
         file::remove(&self.path, &self.file);
     }

@@ -122,6 +122,7 @@ impl DriveProcess {
         let mapping = Mapping::of(&file).map_err(system)?;
         let words = mapping.words();
         let run = words[at::RUN.0].load(Ordering::Acquire);
+        // Checked after mapping: the node may end at any time, and the mapping stays valid without it.
         if run == 0 {
             return Err(file::wrong(path, Reason::Ended));
         }
@@ -140,12 +141,14 @@ impl DriveProcess {
     /// run, attach again.
     #[must_use]
     pub fn is_attached(&self) -> bool {
+        // Another node may have taken the file over, with other axes.
         self.word(at::RUN) == self.run
     }
 
     /// Name and axis id of the slave of the set values.
     #[must_use]
     pub fn slave(&self) -> (String, u32) {
+        // The length comes from another process: a greater one would read set values as a name.
         let length = self.word(at::NAME_LENGTH).min(at::NAME_BYTES as u64);
         let words = &self.mapping.words()[at::NAME.0..];
         let bytes = words
@@ -159,6 +162,7 @@ impl DriveProcess {
     /// The nominal cycle time of the node.
     #[must_use]
     pub fn cycle_time(&self) -> Span {
+        // A count beyond an i64 is no cycle time of a node.
         Span::from_nanos(i64::try_from(self.word(at::CYCLE_TIME)).unwrap_or(0))
     }
 
@@ -175,9 +179,11 @@ impl DriveProcess {
             enable,
             resets,
         ] = block::read(&words[at::SET_SEQUENCE.0], &words[at::SET_COUNTER.0..])?;
+        // Asked after the block was read: set values of a node that ended meanwhile are not handed out.
         self.is_attached().then(|| SetValues {
             counter,
             ideal_start: Instant::from_nanos(ideal_start as i64),
+            // Any other number is no permission for power.
             enable: enable == 1,
             resets,
             position: f64::from_bits(position),
@@ -188,6 +194,7 @@ impl DriveProcess {
 
     /// Writes the actual values of the drive. Each call increments the process's heartbeat.
     pub fn answer(&mut self, values: &ProcessValues) {
+        // Wrapping: the node compares with the last number only.
         self.heartbeat = self.heartbeat.wrapping_add(1);
         self.write(self.run, values);
     }
@@ -217,6 +224,7 @@ impl DriveProcess {
 
 impl Drop for DriveProcess {
     fn drop(&mut self) {
+        // Run 0: the node takes values of its own run only, so that these count as silence.
         self.write(0, &ProcessValues::off(0.0));
     }
 }

@@ -12,6 +12,7 @@ use super::layout::{FIELDS, SIZE};
 use super::*;
 
 const PARAMETERS: ProcessDriveParameters = ProcessDriveParameters {
+    // Small, so that the tests reach the limits within a few steps.
     max_silent_cycles: 5,
     switch_on_cycles: 50,
     following_error_window: 10.0,
@@ -78,6 +79,7 @@ fn what_one_end_writes_the_other_reads() {
         (set.position, set.velocity, set.acceleration),
         (1.5, 2.0, 3.0)
     );
+    // Within a minute: the instant is from the machine's clock at all, and not from another one.
     assert!((coaxle_os::machine::now() - set.ideal_start).abs() < Span::from_secs(60));
 
     drive.power_on(1.5, 0.0);
@@ -100,6 +102,7 @@ fn what_one_end_writes_the_other_reads() {
     for _ in 0..6 {
         step(&mut drive, 1.5);
     }
+    // The sixth silent cycle is the first beyond `max_silent_cycles` of 5.
     let silent = DriveFault::Silent { cycles: 6, most: 5 };
     assert_eq!(drive.actual().fault, Some(silent));
 }
@@ -113,6 +116,7 @@ fn a_cycle_does_not_allocate() {
     let mut followed = 0;
     assert_no_alloc(|| {
         for k in 0..10_000 {
+            // Nine tenths of the cycles are answered but for every seventh, which the limit of 5 silent cycles bears.
             step(&mut drive, f64::from(k) * 1e-3);
             // Sometimes the process is late, or gone.
             if k % 7 != 0 && k % 1_000 < 900 {
@@ -182,6 +186,7 @@ fn a_file_that_cannot_be_is_refused_with_what_was_found_and_expected() {
         bytes
     };
     for (found, expected) in [
+        // Offsets of the layout: 24 is the run, 8 the version, 16 the size.
         (with(24, 0), "was left behind by a node that has ended"),
         (
             b"hello".to_vec(),
@@ -195,6 +200,7 @@ fn a_file_that_cannot_be_is_refused_with_what_was_found_and_expected() {
         std::fs::write(&path, &found).unwrap();
         let error = attach(&path).unwrap_err();
         assert!(error.starts_with(&at(expected)), "{error}");
+        // A crashed node leaves a whole file, and a failed reservation an empty one: a node takes over both.
         let is_left_behind = expected.starts_with("was left") || found.is_empty();
         match create(&path) {
             Ok(_) => assert!(is_left_behind, "{expected}"),
@@ -259,6 +265,7 @@ proptest! {
     #[test]
     fn garbage_never_panics(
         garbage in proptest::collection::vec(any::<u8>(), 0..2 * SIZE),
+        // Nothing, the magic, the version, the size, or the whole header is genuine.
         keep in prop_oneof![Just(0_usize), Just(8), Just(16), Just(24), Just(128)],
     ) {
         let folder = Folder::new();
@@ -274,6 +281,7 @@ proptest! {
             &std::fs::OpenOptions::new().write(true).open(&path).unwrap(), &bytes[..length], 0,
         ).unwrap();
         drive.power_on(0.0, 0.0);
+        // More cycles than `switch_on_cycles` of 50: every state of the drive is reached with garbage.
         for _ in 0..60 {
             step(&mut drive, 0.0);
         }
@@ -283,6 +291,7 @@ proptest! {
         }
         drop(drive);
         std::fs::write(&path, &bytes).unwrap();
+        // With fewer than 24 bytes kept, the size in the header is garbage.
         if bytes.len() != SIZE || keep < 24 {
             prop_assert!(attach(&path).is_err());
         }

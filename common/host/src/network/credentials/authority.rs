@@ -49,6 +49,7 @@ impl Validity {
 
     fn dates(self) -> anyhow::Result<[OffsetDateTime; 2]> {
         let date = |at: SystemTime| {
+            // Before 1970 there is no certificate: such a time becomes the epoch.
             let seconds = at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
             OffsetDateTime::from_unix_timestamp(i64::try_from(seconds)?)
                 .map_err(anyhow::Error::from)
@@ -65,9 +66,11 @@ impl Authority {
     /// # Errors
     /// The system provides no random numbers.
     pub fn new(validity: Validity) -> anyhow::Result<Self> {
+        // P-256: TLS 1.3 obliges every implementation to support it (RFC 8446, 9.1).
         let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256).context("the authority's key")?;
         let number: String = key
             .public_key_raw()
+            // The last eight bytes: the names of two authorities agree with a probability of 2⁻⁶⁴.
             .iter()
             .rev()
             .take(8)
@@ -128,6 +131,7 @@ impl Authority {
             .iter()
             .map(|host| alternative(host))
             .collect::<Result<_, _>>()?;
+        // A leaf that could sign would make every stolen node folder an authority.
         params.is_ca = IsCa::ExplicitNoCa;
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         // Every node is a server to some nodes and a client to others.
@@ -135,6 +139,7 @@ impl Authority {
             ExtendedKeyUsagePurpose::ServerAuth,
             ExtendedKeyUsagePurpose::ClientAuth,
         ];
+        // Without the identifier, verifiers have to try every authority of the same name.
         params.use_authority_key_identifier_extension = true;
         [params.not_before, params.not_after] = validity.dates()?;
         let signed = params.signed_by(&key, &self.issuer);
@@ -149,6 +154,7 @@ impl Authority {
 fn authority_params(name: &str) -> CertificateParams {
     let mut params = CertificateParams::default();
     params.distinguished_name = called(name);
+    // Length 0: the authority signs leaves, and none of those signs further.
     params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
     params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
     params
@@ -162,7 +168,9 @@ fn called(name: &str) -> DistinguishedName {
 
 /// An IPv6 address may be in brackets, as in an endpoint.
 fn alternative(host: &str) -> anyhow::Result<SanType> {
+    // A host name has no brackets, so that trimming does no harm to it.
     let bare = host.trim_start_matches('[').trim_end_matches(']');
+    // An address needs an entry of its own kind: clients compare addresses with addresses only.
     if let Ok(address) = bare.parse() {
         return Ok(SanType::IpAddress(address));
     }

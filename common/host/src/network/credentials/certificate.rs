@@ -15,6 +15,7 @@ pub(super) struct Facts {
 
 pub(super) fn facts(certificate: &CertificateDer<'_>) -> Result<Facts, String> {
     let (_, read) = X509Certificate::from_der(certificate).map_err(|error| error.to_string())?;
+    // A date before 1970 counts as expired long ago.
     let not_after = u64::try_from(read.validity().not_after.timestamp()).unwrap_or_default();
     Ok(Facts {
         common_name: common_name(certificate).ok_or("has no common name")?,
@@ -26,6 +27,7 @@ pub(super) fn facts(certificate: &CertificateDer<'_>) -> Result<Facts, String> {
 #[must_use]
 pub(crate) fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     let (_, read) = X509Certificate::from_der(certificate).ok()?;
+    // The first, as in Zenoh's access control: a second one must not give other rights.
     let name = read.subject().iter_common_name().next()?;
     name.as_str().ok().map(str::to_owned)
 }
@@ -44,6 +46,7 @@ pub fn date(time: SystemTime) -> String {
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default()
         .as_secs();
+    // A time beyond the calendar is shown in seconds instead of an error.
     let seconds = i64::try_from(seconds).unwrap_or(i64::MAX);
     ASN1Time::from_timestamp(seconds).map_or_else(|_| format!("{seconds} s"), |t| t.to_string())
 }

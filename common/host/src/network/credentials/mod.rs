@@ -40,6 +40,7 @@ pub const KEY_FILE: &str = "key.pem";
 pub const TIMING_KEY_FILE: &str = "timing.key";
 
 /// Time before its end from which a certificate should be renewed.
+// A month: the new folders are carried to each PC by hand.
 pub const RENEW_WITHIN: Duration = Duration::from_secs(30 * 24 * 60 * 60);
 
 /// Returns the secret that authenticates beacons; none in a folder from before beacons existed.
@@ -69,7 +70,9 @@ pub fn timing_secret(folder: &Path) -> Result<Option<BeaconSecret>, BadCredentia
 pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
     let file = folder.join(PROFILE_FILE);
     let text = text_file::read(&file, MOST_CONFIG_BYTES)?;
+    // The rules name each key in quotes. A parser of JSON5 would bring a dependency for this one list.
     let quoted = text.split('"').filter(|word| word.ends_with("/status"));
+    // A set: a node is named in several rules.
     let nodes: BTreeSet<_> = quoted.filter_map(NodeName::of_key).collect();
     if nodes.is_empty() {
         return wrong_file(format!(
@@ -81,6 +84,7 @@ pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
 }
 
 /// Greatest length of a key file, bytes.
+// A secret has 64 hexadecimal digits and an end of line.
 const MOST_KEY_BYTES: u64 = 1024;
 
 /// The contents of a secure profile folder.
@@ -101,12 +105,14 @@ impl Credentials {
     /// [`BadCredentials`] names the file that is missing or has other contents.
     pub fn open(folder: &Path) -> Result<Self, BadCredentials> {
         let mut authorities = RootCertStore::empty();
+        // The file may hold several: certificates of any of them are trusted.
         for authority in certificates(&folder.join(AUTHORITY_FILE))? {
             let added = authorities.add(authority);
             added.map_err(|error| BadCredentials::new(folder.join(AUTHORITY_FILE), error))?;
         }
         let file = folder.join(CERTIFICATE_FILE);
         let chain = certificates(&file)?;
+        // The first certificate of a chain is that of the holder, by the order of TLS.
         let facts = certificate::facts(&chain[0]);
         let facts = facts.map_err(|reason| BadCredentials::new(file.clone(), reason))?;
         let name = NodeName::new(facts.common_name);
@@ -114,6 +120,7 @@ impl Credentials {
         Ok(Self {
             folder: folder.to_owned(),
             name: name
+                // Names of nodes are parts of keys: a certificate with any other name could not be addressed.
                 .map_err(|error| BadCredentials::new(folder.join(CERTIFICATE_FILE), error))?,
             not_after: facts.not_after,
             authorities,
@@ -149,12 +156,14 @@ impl Credentials {
         let key = provider()
             .key_provider
             .load_private_key(self.key.clone_key());
+        // A key that cannot be loaded is treated as that of another certificate: either way the file is replaced.
         let key = key.map_err(|_| CredentialsFault::OtherKey)?;
         let certified = CertifiedKey::new(self.chain.clone(), key);
         certified
             .keys_match()
             .map_err(|_| CredentialsFault::OtherKey)?;
         let authorities = Arc::new(self.authorities.clone());
+        // The own certificate is verified as other nodes would verify it: as that of a client.
         let verifier = WebPkiClientVerifier::builder_with_provider(authorities, provider());
         let verifier = verifier.build();
         let verifier = verifier.map_err(|error| CredentialsFault::Unusable(error.to_string()))?;
@@ -174,6 +183,7 @@ impl Credentials {
                 CredentialsFault::Expired(date(self.not_after))
             }
             Of::NotValidYet | Of::NotValidYetContext { .. } => CredentialsFault::NotYet,
+            // A wrong signature: the authority has the same name, and another key.
             Of::UnknownIssuer | Of::BadSignature => CredentialsFault::OtherAuthority,
             other => CredentialsFault::Unusable(other.to_string()),
         }
@@ -185,6 +195,7 @@ impl Credentials {
     /// A key that belongs to another certificate.
     pub(crate) fn client_config(&self) -> Result<ClientConfig, rustls::Error> {
         ClientConfig::builder_with_provider(provider())
+            // Nodes of the profile refuse TLS 1.2, since mutual TLS is on.
             .with_protocol_versions(&[&rustls::version::TLS13])?
             .with_root_certificates(self.authorities.clone())
             .with_client_auth_cert(self.chain.clone(), self.key.clone_key())

@@ -13,6 +13,7 @@ fn named(name: &str) -> CertificateParams {
     let mut params = CertificateParams::default();
     params.distinguished_name = rcgen::DistinguishedName::new();
     params.distinguished_name.push(DnType::CommonName, name);
+    // A fixed year, and a fixed instant in it below: the tests do not depend on today.
     params.not_before = rcgen::date_time_ymd(2026, 1, 1);
     params.not_after = rcgen::date_time_ymd(2027, 1, 1);
     params
@@ -46,6 +47,7 @@ fn folder(name: &str, by: &Authority, beside: &Authority) -> tempfile::TempDir {
 
 /// In the middle of 2026.
 fn summer() -> SystemTime {
+    // 2026-06-21, by 1 782 000 000 s since 1970.
     UNIX_EPOCH + Duration::from_secs(1_782_000_000)
 }
 
@@ -66,12 +68,14 @@ fn what_nobody_would_believe_is_said() {
     let (ours, theirs) = (authority("ours"), authority("theirs"));
     let good = folder("saw", &ours, &ours);
     let credentials = Credentials::open(good.path()).unwrap();
+    // A year later the certificate of 2026 is over, a year earlier it has not begun.
     let late = credentials.check(summer() + 365 * DAY).unwrap_err();
     assert!(matches!(late, CredentialsFault::Expired(_)), "{late}");
     let early = credentials.check(summer() - 365 * DAY);
     assert_eq!(early, Err(CredentialsFault::NotYet));
 
     let mixed = folder("saw", &theirs, &ours);
+    // Signed by one authority, with the certificate of the other beside it.
     let credentials = Credentials::open(mixed.path()).unwrap();
     let fault = credentials.check(summer());
     assert_eq!(fault, Err(CredentialsFault::OtherAuthority));
@@ -101,6 +105,7 @@ fn a_file_that_is_not_there_or_no_certificate_is_named() {
         assert_eq!(error.file, path);
         assert!(error.to_string().contains("coaxle secure init"), "{error}");
     }
+    // Blanks are not allowed in a key, and so not in the name of a node.
     let nameless = folder("no name at all", &ours, &ours);
     let error = Credentials::open(nameless.path()).unwrap_err();
     assert!(error.to_string().contains("no name at all"), "{error}");

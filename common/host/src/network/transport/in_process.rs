@@ -51,6 +51,7 @@ impl InProcess {
     }
 
     fn hub(&self) -> MutexGuard<'_, Hub> {
+        // A panic in a handler of a test must not poison all others: the maps are whole between statements.
         self.hub.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -63,6 +64,7 @@ impl InProcess {
     ) -> Held<H> {
         let mut hub = self.hub();
         hub.declared += 1;
+        // Numbered: two declarations of one key live and end apart.
         let at = (key.to_owned(), hub.declared);
         place(&mut hub).insert(at.clone(), Arc::new(handler));
         Held {
@@ -75,6 +77,7 @@ impl InProcess {
     /// The handlers of a key and of all patterns that match it, so that they can be called without
     /// the hub.
     fn all_meant<H>(&self, key: &str, place: fn(&mut Hub) -> &mut Handlers<H>) -> Vec<Arc<H>> {
+        // Cloned out of the lock: a handler may publish, subscribe or drop a declaration itself.
         let mut hub = self.hub();
         let meant = place(&mut hub).iter().filter(|((of, _), _)| means(of, key));
         meant.map(|(_, handler)| Arc::clone(handler)).collect()
@@ -94,6 +97,7 @@ impl InProcess {
     fn announced(&self, key: &str) -> Vec<String> {
         let hub = self.hub();
         let announced = hub.announcements.keys().map(|(key, _)| key.clone());
+        // The other way round: here the argument is the pattern, and the announcements are keys.
         announced
             .filter(|announced| means(key, announced))
             .collect()
@@ -104,6 +108,7 @@ impl InProcess {
 fn means(pattern: &str, key: &str) -> bool {
     let (mut wanted, mut parts) = (pattern.split('/'), key.split('/'));
     loop {
+        // Part by part: `*` stands for exactly one part, and a longer key does not match.
         match (wanted.next(), parts.next()) {
             (None, None) => return true,
             (Some(wanted), Some(part)) if wanted == "*" || wanted == part => {}
@@ -136,7 +141,9 @@ impl Drop for Announced {
             return;
         };
         let (transport, (key, _)) = (held.transport.clone(), held.at.clone());
+        // Removed before the question: the own announcement would otherwise still count.
         drop(held);
+        // A second announcement of the same key is still there: watchers see one presence, as in Zenoh.
         if !transport.is_announced(&key) {
             transport.tell_watchers(&key, false);
         }
@@ -158,6 +165,7 @@ impl Transport for InProcess {
     }
 
     fn announce(&self, key: &str) -> anyhow::Result<Declared> {
+        // Asked before declaring, for the same reason as at the end.
         let is_first = !self.is_announced(key);
         let held = self.declare(key, (), |hub| &mut hub.announcements);
         if is_first {
@@ -167,6 +175,7 @@ impl Transport for InProcess {
     }
 
     fn watch(&self, key: &str, on_change: PresenceHandler) -> anyhow::Result<Declared> {
+        // Announcements that exist already are reported first, as Zenoh's history does.
         for announced in self.announced(key) {
             on_change(&announced, true);
         }
@@ -204,11 +213,13 @@ struct ToKey {
 
 impl Publisher for ToKey {
     fn publish(&self, bytes: Vec<u8>) -> anyhow::Result<()> {
+        // Taken once: all subscribers of a sample see the same arrival.
         let arrival = (self.transport.now)();
         for on_bytes in self
             .transport
             .all_meant(&self.key, |hub| &mut hub.subscribers)
         {
+            // A subscriber is called by one thread at a time, as a callback of Zenoh is.
             let mut on_bytes = on_bytes.lock().unwrap_or_else(PoisonError::into_inner);
             on_bytes(arrival, &bytes);
         }
@@ -296,6 +307,7 @@ mod tests {
     fn what_is_published_reaches_all_who_subscribe_to_its_key_while_they_do() {
         let transport = InProcess::dated_by(|| at(7));
         let publisher = transport.publisher("a", Urgency::RealTime).unwrap();
+        // Published without any subscriber: the value is lost, not kept.
         assert!(!publisher.has_subscriber());
         publisher.publish(vec![0]).unwrap();
         let (first, seen_first) = subscribed(&transport, "a");
@@ -328,6 +340,7 @@ mod tests {
             transport.announce("a").unwrap(),
         );
         drop((one, transport.announce("b").unwrap()));
+        // `b` appears and ends without a word, and `one` ends while `two` is still there.
         assert_eq!(*seen.lock().unwrap(), [true]);
         drop(two);
         assert_eq!(*seen.lock().unwrap(), [true, false]);
@@ -344,6 +357,7 @@ mod tests {
         let client = transport.client("a", Duration::from_secs(9)).unwrap();
         let ask = |text: &str| client.request(text.to_owned()).unwrap();
         assert!(!client.has_server());
+        // Nobody holds the reply channel, so that the nine seconds are not waited for.
         assert_eq!(ask("nobody"), None);
         let on_request = |at: Instant<Machine>, request: Box<dyn Request>| {
             if *request.payload() != *b"ignored" {
@@ -354,6 +368,7 @@ mod tests {
         let served = transport.serve("a", Box::new(on_request)).unwrap();
         assert!(client.has_server());
         assert_eq!(ask("hello").unwrap(), b"a hello 3");
+        // Dropped without a reply: the request ends at once.
         assert_eq!(ask("ignored"), None);
         drop(served);
         assert_eq!(ask("hello"), None);

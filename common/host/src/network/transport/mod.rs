@@ -73,6 +73,7 @@ pub trait Transport: Send + Sync {
 
     /// Finds out why a node is not visible, by trying to reach it. Takes some seconds.
     fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
+        // Only a transport with endpoints can dial: the others have no reason to give.
         let _ = node;
         None
     }

@@ -95,6 +95,7 @@ fn a_node_that_is_silent_is_not_known_any_more() {
     bench.other_says("null");
     let _ = bench.look(0, "null");
     assert_eq!(bench.given(), [CircleState::Open]);
+    // Exactly 5 s are no silence, a millisecond more is.
     let _ = bench.look(5_000, "null");
     assert_eq!(bench.given(), []);
     let status = bench.look(5_001, "null");
@@ -120,6 +121,7 @@ fn a_full_ring_delays_what_the_cycle_is_given() {
         id: 9,
         state: CircleState::None,
     };
+    // Filled to the last place by axes that no circle has.
     while bench.search.to_cycle.push(change).is_ok() {}
     bench.other_says("null");
     let _ = bench.look(0, "null");

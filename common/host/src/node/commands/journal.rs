@@ -13,6 +13,7 @@ pub(super) fn log(
 ) {
     let line = line(by, order, answer);
     match order.is_dry_run() {
+        // A dry run changes nothing, and a person who tries values out sends many in a row.
         true => tracing::debug!(%node, "{line}"),
         false => tracing::info!(%node, "{line}"),
     }
@@ -20,6 +21,7 @@ pub(super) fn log(
 
 fn line(by: Option<&NodeName>, order: &CommandOrder, answer: &CommandAnswer) -> String {
     let by = match by {
+        // Zenoh without certificates names nobody.
         Some(name) => format!("{:?}", name.as_str()),
         None => "somebody without a name".to_owned(),
     };

@@ -27,6 +27,7 @@ const MAX_WAITING: usize = 16;
 /// The cycle's end and the server's end of a node, and the sender that accepts requests.
 pub(crate) fn commands(node: &NodeName) -> (OrderQueue, CommandServer, RequestSender) {
     let (order_in, order_out) = RingBuffer::new(MAX_WAITING);
+    // As many places as for orders, so that executed orders find one.
     let (outcome_in, outcome_out) = RingBuffer::new(MAX_WAITING);
     let (sender, requests) = server::requests(MAX_WAITING);
     let queue = OrderQueue::new(order_out, outcome_in);

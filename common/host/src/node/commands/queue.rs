@@ -9,6 +9,7 @@ use rtrb::{Consumer, Producer};
 
 /// Greatest age of an order that is still executed. The client gets the response that an older one
 /// is not executed at that time, or a moment later.
+// Shorter than the server's second: an order is never executed after its client heard that it was not.
 const EXECUTE_WITHIN: Span = Span::from_millis(900);
 
 /// An order on its way to the cycle, with all the memory that it needs there.
@@ -61,12 +62,14 @@ impl OrderQueue {
     ) {
         let mut any = false;
         // An order is executed only if there is room for its outcome.
+        // Counted once: orders that arrive while these are executed wait for the next scan.
         for _ in 0..self.orders.slots().min(self.outcomes.slots()) {
             let Ok(mut queued) = self.orders.pop() else {
                 break;
             };
             let in_time = woke - queued.arrival < EXECUTE_WITHIN;
             let outcome = in_time.then(|| execute(&queued.order, &mut queued.cargo));
+            // `any` is set by orders that expired as well: their memory is freed by the server.
             any |= self
                 .outcomes
                 .push(ReturnedOrder { queued, outcome })
@@ -79,6 +82,7 @@ impl OrderQueue {
 
     fn wake(&self) {
         if let Some(server) = &self.server {
+            // A futex on Linux: `unpark` takes no lock.
             server.unpark();
         }
     }

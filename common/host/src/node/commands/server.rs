@@ -18,9 +18,11 @@ use crate::network::transport::Request;
 use crate::node::circles::CircleNames;
 
 /// Time within which an order gets its response, even if the cycle hangs.
+// Clients wait for three seconds, so that they hear the reason instead of silence.
 const ANSWER_WITHIN: Span = Span::from_secs(1);
 
 /// Longest sleep without a wake-up: due responses wait no longer.
+// A hung order is answered later by this at most, which the client's three seconds bear.
 const IDLE: Duration = Duration::from_millis(20);
 
 /// Sends a reply with this response, as an error if no slave got the order.
@@ -43,6 +45,7 @@ pub(crate) struct RequestSender {
 
 pub(super) fn requests(most: usize) -> (RequestSender, Receiver<ArrivedRequest>) {
     let (sender, receiver) = sync_channel(most);
+    // The thread does not exist yet when the ends are created.
     let server = None;
     (RequestSender { sender, server }, receiver)
 }
@@ -65,6 +68,7 @@ impl RequestSender {
             request,
             by,
         };
+        // `try_send`: the caller is the transport's thread, which receives frames as well.
         let (arrived, reason) = match self.sender.try_send(arrived) {
             Ok(()) => return self.wake(),
             Err(TrySendError::Full(arrived)) => (arrived, NotTaken::Busy),
@@ -111,6 +115,7 @@ impl CommandServer {
             requests,
             orders,
             outcomes,
+            // As many as can wait, so that the list never grows.
             waiting: Vec::with_capacity(MAX_WAITING),
             taken: 0,
             circles: CircleNames::default(),
@@ -131,6 +136,7 @@ impl CommandServer {
             if last_round {
                 break;
             }
+            // A request that arrived since the round has set the flag: the park returns at once.
             std::thread::park_timeout(IDLE);
         }
         let stopped = CommandAnswer::not_taken(&NotTaken::Stopped);
@@ -141,6 +147,7 @@ impl CommandServer {
 
     /// Responds to requests with an outcome, then to those past their timeout, then accepts new ones.
     pub(crate) fn round(&mut self, now: Instant<Machine>) {
+        // Outcomes before timeouts: an order that was executed in time is never reported as unanswered.
         while let Ok(returned) = self.outcomes.pop() {
             self.finish(&returned);
         }
@@ -154,6 +161,7 @@ impl CommandServer {
             }
             in_time
         });
+        // Timeouts before new requests: their places are free for these.
         while let Ok(arrived) = self.requests.try_recv() {
             self.take(arrived);
         }
@@ -163,15 +171,18 @@ impl CommandServer {
     fn finish(&mut self, returned: &ReturnedOrder) {
         let ReturnedOrder { queued, outcome } = returned;
         let Some(outcome) = outcome else {
+            // The client has been answered by the timeout, or will be within a tenth of a second.
             return;
         };
         let is_it = |waiting: &Waiting| waiting.number == queued.number;
+        // An order whose client was answered meanwhile is not in the list any more.
         if let Some(place) = self.waiting.iter().position(is_it) {
             let Waiting { request, by, .. } = self.waiting.remove(place);
             let order = &queued.order;
             let mut outcome = CommandAnswer::with_cargo(order, outcome, &queued.cargo);
             self.name_circle(order, &mut outcome);
             answer(&*request, &outcome);
+            // After the response: a log that is slow delays no client.
             journal::log(&self.node, by.as_ref(), order, &outcome);
         }
     }
@@ -181,6 +192,7 @@ impl CommandServer {
     fn name_circle(&self, order: &CommandOrder, answer: &mut CommandAnswer) {
         if let (CommandOrder::Slave(order), CommandVerdict::Refused { code, text, .. }) =
             (order, &mut answer.verdict)
+            // The code in the form in which the response carries it.
             && *code == format!("{CIRCLE_CODE:#06x}")
             && let Some(circle) = self.circles.of(order.addressee.as_str())
         {
@@ -199,8 +211,11 @@ impl CommandServer {
             Ok(order) => order,
             Err(error) => return answer(&*request, &CommandAnswer::malformed(&error)),
         };
+        // The number is used up only by an order that was pushed.
         let number = self.taken;
+        // `waiting` may be full although the ring is not: the cycle has taken the orders, and not returned them yet.
         if self.waiting.len() < MAX_WAITING && !self.orders.is_full() {
+            // Allocated here, since the cycle must not: points of a plate, or values that an order reads.
             let cargo = order.cargo();
             let queued = QueuedOrder {
                 number,

@@ -31,6 +31,7 @@ impl Request for Kept {
 
     fn reply(&self, json: String, taken: bool) {
         let answer = CommandAnswer::from_json(json.as_bytes()).unwrap();
+        // The transport marks a response as an error by `taken`: both have to agree.
         assert_eq!(answer.is_taken(), taken);
         let entry = (self.text.clone(), answer);
         self.answers.lock().unwrap().push(entry);
@@ -133,8 +134,10 @@ fn a_cycle_that_stands_still_neither_answers_nor_executes_later() {
     bench.server.round(at(1));
     bench.server.round(at(999));
     assert!(bench.answers.lock().unwrap().is_empty());
+    // The second is over exactly now, and 999 ms are within it.
     bench.server.round(at(1_000));
     assert_eq!(bench.reasons(), ["no-answer"]);
+    // Popped with 1.001 s of age, beyond the 0.9 s: it returns unexecuted.
     assert!(bench.scan(1_001).is_empty());
 
     // The next order finds a working server.
@@ -142,6 +145,7 @@ fn a_cycle_that_stands_still_neither_answers_nor_executes_later() {
     bench.server.round(at(1_003));
     assert_eq!(bench.scan(1_004), [2.0]);
     bench.server.round(at(1_005));
+    // The toy of this test has no slaves: the reason shows that the order was executed.
     assert_eq!(bench.reasons(), ["no-slaves"]);
 }
 
@@ -184,6 +188,7 @@ fn a_node_that_ends_says_so_to_those_who_wait() {
         other => panic!("{other:?}"),
     };
     let reasons: Vec<_> = answers.lock().unwrap().iter().map(reason).collect();
+    // The first was executed and gets its outcome. The second was never taken from the queue.
     assert_eq!(reasons, ["no-slaves", "stopped"]);
 
     // The server is gone.

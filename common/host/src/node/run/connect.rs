@@ -41,12 +41,14 @@ pub(super) fn connect<N: Node>(
     let service = setup.transport_service.take();
     let service = service.map(|start| start(Arc::clone(&transport)));
     let service = service.transpose()?;
+    // Bulk: rows for viewers never delay a frame.
     let rows = transport.publisher(&run.name.rows_key(), Urgency::Bulk)?;
     setup.recorder.begin(run.epoch, rows);
     let mut session = Session::open(transport, &run.name, run.epoch, run.panics.clone())?;
     let channels = session.publish(&setup.wiring.publications, setup.seed)?;
     let mut timing = timing_channel(setup)?;
     for (subscription, inbox) in setup.wiring.subscriptions.iter().zip(inboxes) {
+        // Beacons come over a socket of their own. Without a timing channel nobody sends any.
         if !subscription.channel.is_timing() {
             let counters = Arc::clone(&run.counters);
             session.subscribe(subscription, setup.seed, inbox, counters)?;
@@ -56,6 +58,7 @@ pub(super) fn connect<N: Node>(
     }
     session.take_orders(&run.name, requests)?;
     session.watch_receivers(&run.name)?;
+    // Access control gives no node the right to list all others.
     if setup.transport.secure.is_none() {
         session.watch_neighbours(&run.name)?;
     }
@@ -78,12 +81,15 @@ pub(super) fn connect<N: Node>(
 
 /// The timing channel of the node, if configured and permitted.
 fn timing_channel<N: Node>(setup: &Setup<N>) -> anyhow::Result<Option<TimingChannel>> {
+    // Without a configured endpoint there is no socket at all.
     if setup.timing.is_none() {
         return Ok(None);
     }
     let mut secret = None;
+    // A plain network has no secret: its beacons carry a check sum, as its frames do.
     if let Some(folder) = &setup.transport.secure {
         secret = timing_secret(folder)?;
+        // A channel without authentication would let any datagram move the clock of a secured node.
         if secret.is_none() {
             tracing::warn!(
                 node = %setup.name,

@@ -21,12 +21,14 @@ use crate::node::threads::start_server;
 /// Messages with axes between two scans: two seconds' worth at 1 kHz.
 const MAILBOX_MESSAGES: usize = 2048;
 /// Axes in these messages: 128 frames of the longest kind, or all messages with few axes each.
+// Room for all messages at full length would be 262 144 axes in each subscription.
 const MAILBOX_AXES: usize = 128 * MAX_AXES;
 /// Requests or responses between two scans: those of a hundred nodes in a second, at ten each.
 const MAILBOX_EXCHANGES: usize = 1024;
 /// Forty of the longest frames.
 const OUTBOX_BYTES: usize = 1 << 20;
 /// Arrivals that telemetry may lag behind: nearly a second's worth at the shortest cycle time, and a second's worth in one burst besides.
+// The shortest cycle of 100 µs makes 10 000 a second.
 const ARRIVAL_RECORDS: usize = 8192 + 1024;
 
 /// The rings of a node, by who holds their ends.
@@ -69,11 +71,14 @@ pub(super) fn open_rings<N: Node>(
     let (inboxes, mailboxes) = mailboxes(&setup.wiring.subscriptions, &run.counters);
     let (outbox, frames) = outbox(OUTBOX_BYTES);
     let (arrivals, arrived) = RingBuffer::new(ARRIVAL_RECORDS);
+    // Sized by the snapshot: a node of many axes keeps fewer records in the same memory.
     let (records, mut telemetry) = telemetry(node.snapshot(), node.snapshot_size(), arrived);
+    // Copies of all messages cost memory and time: only a recording has a use for them.
     let (inputs, recorded) = setup.recorder.wants_inputs().then(inputs).unzip();
     telemetry.attach(recorded);
     let (mut orders, server, mut requests) = commands(&setup.name);
     let circle_names = server.circles();
+    // Started before the rings have both ends: the others wake this thread by its handle.
     let server = start_server(server, &run.panics)?;
     orders.attach(server.thread().clone());
     requests.attach(server.thread().clone());
@@ -103,7 +108,9 @@ pub(super) fn open_rings<N: Node>(
 fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>, Vec<Mailbox>) {
     let mailbox = |subscription: &Subscription| {
         let (messages, axes) = match subscription.reader.axes() {
+            // Time requests carry no axes, and come ten times a second instead of a thousand.
             0 => (MAILBOX_EXCHANGES, 0),
+            // Few axes: as many places as all messages could fill.
             axes => (MAILBOX_MESSAGES, MAILBOX_AXES.min(MAILBOX_MESSAGES * axes)),
         };
         mailbox(messages, axes, Arc::clone(&counters.mailbox_dropped))

@@ -75,9 +75,11 @@ pub(super) fn start<N: Node + Send + 'static>(
         arrivals,
         inputs,
     } = cycle;
+    // The cycle wakes a thread by its handle, so that the thread has to be there first.
     outbox.attach(publisher.thread().clone());
     let circles = connected.circles;
     let counters = Arc::clone(&run.counters);
+    // Built on the cycle thread, which starts the clock at its first cycle.
     let with_clock = move |clock| Cycle {
         node,
         clock,
@@ -109,6 +111,7 @@ pub(super) fn start<N: Node + Send + 'static>(
 impl RunningNode {
     /// Waits for the first cycle, and logs the start with the settings that were not granted.
     pub(super) async fn report_start(&mut self, run: &RunContext) {
+        // A cycle thread that panicked before its first cycle sends nothing: its end is reported elsewhere.
         let Ok(denied) = (&mut self.cycle.running).await else {
             return;
         };
@@ -136,12 +139,14 @@ impl RunningNode {
         let published = joined("publish", self.publisher).await;
         let observed = joined("telemetry", self.telemetry).await;
         let timed = match self.beacons {
+            // Last: the thread only waits for its socket, and its messages have no reader any more.
             Some(beacons) => {
                 beacons.stop.store(true, Ordering::Relaxed);
                 joined("timing", beacons.thread).await
             }
             None => Ok(()),
         };
+        // After all threads: the last frames and the last status leave by this session.
         self.session.close();
         // An error of a thread itself is more specific than that one of them panicked.
         cycled?;
@@ -159,6 +164,7 @@ fn identity<N: Node>(setup: &Setup<N>, epoch: u64) -> Identity {
         .wiring
         .publications
         .iter()
+        // Requests and responses are left out: a node that only asks for the time is followed by nobody.
         .filter(|p| p.channel.carries_axes());
     Identity {
         name: setup.name.clone(),

@@ -25,6 +25,7 @@ impl Announcements {
         if !is_heard {
             self.0.remove(source);
         }
+        // Most calls find nothing to do: no token is declared again four times a second.
         if is_heard == self.0.contains_key(source) {
             return;
         }

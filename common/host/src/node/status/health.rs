@@ -66,8 +66,10 @@ pub(crate) enum Evidence {
 /// Judges by arriving frames: a session opens and a `put` succeeds even without a counterpart.
 pub(crate) fn judge(evidence: Evidence) -> Health {
     match evidence {
+        // Frames before tokens: a token may be lost or refused while frames arrive.
         Evidence::Source { age: Some(age), .. } if age <= FRESH => Health::Ok,
         Evidence::Source { alive: true, .. } => Health::NoData,
+        // Without a token and without frames the node is absent, or not to be seen.
         Evidence::Source { alive: false, .. } => Health::Waiting,
         Evidence::Followers { any: true } => Health::Ok,
         Evidence::Followers { any: false } => Health::Waiting,

@@ -28,8 +28,10 @@ use unseen::{Inquiry, Search};
 use waiting::{last_came, other_axes, others};
 
 /// Interval of the reminders that a node still waits.
+// Often enough for a person who waits, and twelve lines a minute at most.
 const REMINDER: Span = Span::from_secs(5);
 /// Time in which counterparts usually appear; until then waiting is not worth a warning.
+// Three attempts to connect (after 0.25, 0.5 and 1 s) lie within it.
 const STARTUP_GRACE: Span = Span::from_secs(2);
 
 /// Identity of the node in its status.
@@ -103,8 +105,11 @@ impl Reporter {
         self.announce_received_nodes(now);
         self.look_for_hearers(now);
         let (evidence, source) = self.evidence(now);
+        // A namesake outranks all others: whose frames arrive is then unknown.
         let health = match (self.session.namesakes(), judge(evidence)) {
+            // Refused only while waiting: a node whose frames arrive is not refused, whatever a dial says.
             (0, Health::Waiting) if self.is_refused(source) => Health::Refused,
+            // A subscriber is there, and access control drops the frames at either end.
             (0, Health::Ok) if self.unheard.reason().is_some() => Health::Refused,
             (0, health) => health,
             _ => Health::NameTaken,
@@ -130,6 +135,7 @@ impl Reporter {
         };
         let worst = evidence
             .zip(0..)
+            // The first of equals, so that the text names the same source each time.
             .min_by_key(|(evidence, _)| how_well(*evidence));
         let any = || self.session.has_follower();
         worst.unwrap_or_else(|| (Evidence::Followers { any: any() }, 0))
@@ -138,6 +144,7 @@ impl Reporter {
     /// Inquires why sources are not visible, one at a time, and logs each confirmed reason.
     fn look_for_missing(&mut self, now: Instant<Machine>) {
         let node = &self.identity.name;
+        // `find` is asked first: it takes the finding even if it confirms nothing.
         if let Some((n, found)) = self.inquiry.take()
             && self.searches[n].find(found)
             && let Some(unseen) = self.searches[n].reason()
@@ -154,6 +161,7 @@ impl Reporter {
         }
         for (n, contact) in self.session.contacts().iter().enumerate() {
             let is_seen = judge(evidence_of(contact, now)) != Health::Waiting;
+            // A single dial at a time: a list of dead addresses would start a thread for each.
             if self.searches[n].is_due(now, is_seen) && !self.inquiry.is_open() {
                 let (source, transport) = (&self.identity.sources[n].0, self.session.transport());
                 self.searches[n].ask(now);
@@ -167,6 +175,7 @@ impl Reporter {
         let mut heard = BTreeMap::new();
         let sources = self.identity.sources.iter().zip(self.session.contacts());
         for ((source, _), contact) in sources {
+            // Several channels of one node count together: it is heard only if all of them arrive.
             *heard.entry(source).or_insert(true) &= judge(evidence_of(contact, now)) == Health::Ok;
         }
         let transport = &**self.session.transport();
@@ -192,6 +201,7 @@ impl Reporter {
         if !self.identity.in_secure_network {
             return;
         }
+        // Without a subscriber the health is waiting already.
         let is_well = !self.session.has_follower() || !self.session.seen_by().is_empty();
         if !self.unheard.is_due(now, is_well) {
             return;
@@ -213,6 +223,7 @@ impl Reporter {
     fn is_refused(&self, source: usize) -> bool {
         let search = self.searches.get(source);
         matches!(
+            // `Unreachable` may end by itself, a refusal does not.
             search.and_then(Search::reason),
             Some(InvisibilityReason::Refused(_))
         )
@@ -291,6 +302,7 @@ impl Reporter {
         let node = &self.identity.name;
         let wanted = self.wanted(evidence, now);
         match note {
+            // First of all: the health may be good, and the name taken nevertheless.
             _ if health == Health::NameTaken => tracing::error!(
                 %node,
                 "another node is called {:?} too: whoever follows it keeps to the one that was there first; \
@@ -311,6 +323,7 @@ impl Reporter {
             (Some((node, key)), Evidence::Source { alive: true, age }) => {
                 let refused = read(&self.counters.refused);
                 let other_axes = other_axes(&self.session.contacts()[source].other_axes());
+                // Neither a good frame nor a refused one, and yet it is alive: access control drops them unseen.
                 let hint = if age.is_none() && refused == 0 && self.identity.in_secure_network {
                     "; if its cycle runs, the zenoh.json5 of one of the two gives no rights to the other"
                 } else {
@@ -349,10 +362,12 @@ impl Reporter {
 
 /// Granted real-time priorities per thread, and denied settings.
 fn real_time_of(granted: &real_time::Outcome) -> Value {
+    // The cycle thread has not reported yet.
     let Some(denied) = granted.get() else {
         return json!({ "priorities": {}, "denied": [] });
     };
     let denied: Vec<_> = denied.iter().map(ToString::to_string).collect();
+    // Read from the system, not from the config: Zenoh's threads inherit theirs.
     let priorities: Map<_, _> = Os::priorities()
         .into_iter()
         .map(|(thread, priority)| (thread, json!(priority)))
@@ -378,6 +393,7 @@ fn merged(
 ) -> Map<String, Value> {
     let word = word_for(health, &details);
     let mut status = details;
+    // The host's facts come last, so that they win.
     status.extend(facts);
     status.insert("health".to_owned(), json!(word));
     status
@@ -385,6 +401,7 @@ fn merged(
 
 fn word_for(health: Health, details: &Map<String, Value>) -> String {
     match (health, details.get("health").and_then(Value::as_str)) {
+        // The node's own word counts only where the network has no worse one.
         (Health::Ok, Some(own)) => own.to_owned(),
         (health, _) => health.to_string(),
     }
@@ -406,6 +423,7 @@ impl HealthLog {
     fn new(started: Instant<Machine>) -> Self {
         Self {
             last_word: None,
+            // The first line about waiting comes after the grace, the next ones at the interval.
             next_reminder: started + STARTUP_GRACE,
         }
     }
@@ -418,6 +436,7 @@ impl HealthLog {
         }
         // In the first moment no counterpart is known: not worth a line.
         if changed && !(first && health != Health::Ok) {
+            // A change is as good as a reminder.
             self.next_reminder = now + REMINDER;
             return Some(Note::Changed);
         }
@@ -466,6 +485,7 @@ mod tests {
                     .map(|note| (note, now)),
             );
         }
+        // The grace of 2 s, then every 5 s, until 15 s are over.
         assert_eq!(
             notes,
             [2.0, 7.0, 12.0].map(|secs| (Note::StillWaiting, at(secs)))
@@ -477,6 +497,7 @@ mod tests {
             Some(Note::Changed)
         );
 
+        // A counterpart within the grace: only its arrival is logged.
         let mut quick = HealthLog::new(start);
         assert_eq!(quick.next(at(0.1), Health::Waiting, "waiting"), None);
         assert_eq!(quick.next(at(0.6), Health::Ok, "ok"), Some(Note::Changed));

@@ -11,10 +11,13 @@ use coaxle_os::machine::Machine;
 use crate::network::transport::{InvisibilityReason, Transport};
 
 /// Time a node is missing before the transport looks for the reason. Most nodes appear sooner.
+// Six times Zenoh's scouting delay.
 const INQUIRY_DELAY: Span = Span::from_secs(3);
 /// Interval between two findings that confirm a reason: a node that is about to start has none.
+// A node that starts refuses connections until it listens: twice the same is no coincidence.
 const CONFIRMATION_INTERVAL: Span = Span::from_secs(3);
 /// Interval between checks of a confirmed reason.
+// Dialling is a connection with a handshake at the other end: rarely, while nothing changes.
 const REVIEW: Span = Span::from_secs(30);
 
 /// State of one node that may be missing.
@@ -30,12 +33,14 @@ impl Search {
     /// True if an inquiry is due. A visible node is not missing any more.
     pub(crate) fn is_due(&mut self, now: Instant<Machine>, is_seen: bool) -> bool {
         if is_seen {
+            // All of it: a node that vanishes again may have another reason.
             *self = Self::default();
             return false;
         }
         let since = *self.missing_since.get_or_insert(now);
         let due = match self.asked {
             None => since + INQUIRY_DELAY,
+            // A finding that differs from the confirmed one is checked again soon.
             Some(asked) if self.reason.is_some() && self.found == self.reason => asked + REVIEW,
             Some(asked) => asked + CONFIRMATION_INTERVAL,
         };
@@ -53,11 +58,14 @@ impl Search {
             // Visible meanwhile.
             return false;
         }
+        // Twice the same, and not what is known already.
         let holds = found == self.found && found != self.reason;
         if holds {
             self.reason.clone_from(&found);
         }
+        // Kept also if it differs: the next one is compared with it.
         self.found = found;
+        // No reason at all may be confirmed too, and is not worth a line.
         holds && self.reason.is_some()
     }
 
@@ -79,6 +87,7 @@ impl Inquiry {
 
     /// Starts an inquiry about the n-th node.
     pub(crate) fn open(&mut self, n: usize, node: &NodeName, transport: &Arc<dyn Transport>) {
+        // A single place: the thread ends even if nobody takes its answer any more.
         let (answer, answered) = sync_channel(1);
         let (node, transport) = (node.clone(), Arc::clone(transport));
         let asking = move || answer.send(transport.invisibility_reason(node.as_str()));
@@ -96,6 +105,7 @@ impl Inquiry {
         let found = match answered.try_recv() {
             Ok(found) => found,
             Err(TryRecvError::Empty) => return None,
+            // The thread panicked: as if there were no finding.
             Err(TryRecvError::Disconnected) => None,
         };
         self.0 = None;
@@ -134,11 +144,14 @@ mod tests {
     #[test]
     fn a_reason_holds_when_it_is_found_twice() {
         let (asked, held) = course(|_| refused("a"));
+        // At 3 and 6 s, then every 30 s once confirmed.
         assert_eq!((asked, held), (vec![3, 6, 36], vec![6]));
         let (asked, held) = course(|at| if at < 8 { None } else { refused("b") });
         assert_eq!(asked[..4], [3, 6, 9, 12]);
+        // Two findings of `b`, at 9 and 12 s.
         assert_eq!(held, [12]);
         let (_, held) = course(|at| refused(if at < 10 { "a" } else { "b" }));
+        // At 36 s the reason differs, and 3 s later the new one is confirmed.
         assert_eq!(held, [6, 39], "it was looked at again at 36");
     }
 

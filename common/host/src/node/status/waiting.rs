@@ -7,6 +7,7 @@ use coaxle_node::keys::NodeName;
 /// Text on the time since the last arrival.
 pub(crate) fn last_came(age: Option<Span>, running: Span) -> String {
     let seconds = |span: Span| span.as_secs_f64();
+    // Tenths of a second: the status comes every quarter.
     match age {
         Some(age) => format!("the last one came {:.1} s ago", seconds(age)),
         None => format!("none came in {:.1} s", seconds(running)),

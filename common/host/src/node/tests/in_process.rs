@@ -28,11 +28,13 @@ fn a_node_follows_another() {
         (sent.ended, got.ended),
         (EndReason::TimeUp, EndReason::TimeUp)
     );
+    // Both run for a second or two at 2 ms: hundreds of frames on an idle machine, ten on any.
     assert!(sent.published > 10 && sent.not_published == 0, "{sent:?}");
     assert!(got.received > 10 && got.refused == 0, "{got:?}");
 
     let remembered = memory.get();
     assert!(remembered.finished && remembered.in_order);
+    // Each cycle leaves a record or is counted as dropped.
     assert_eq!(remembered.records + got.telemetry_dropped, got.cycles);
     let samples = remembered.last.unwrap().snapshot.samples;
     assert!(samples > 10 && samples <= got.received, "{samples}");
@@ -86,6 +88,7 @@ fn a_thread_that_panics_ends_the_node_and_is_named() {
     // An hour, if the panic went unnoticed.
     let mut setup = setup("ill", TransportConfig::default(), 3_600, &Memory::default());
     setup.recorder = Box::new(Ill(0));
+    // The name of the thread and its own words.
     let message = format!("{:#}", run_over(setup, InProcess::default()).unwrap_err());
     assert_eq!(message, "the telemetry thread panicked: five is too many");
 }

@@ -52,6 +52,7 @@ impl Recorder<ToySnapshot> for Memory {
         let later = memory
             .last
             .is_none_or(|last| record.ideal_start > last.ideal_start);
+        // Latches: a single step back makes the flag false for good.
         memory.in_order = later && (memory.in_order || memory.records == 0);
         memory.records += 1;
         memory.last = Some(*record);

@@ -22,6 +22,7 @@ fn endpoint() -> String {
         .and_then(|listener| listener.local_addr())
         .unwrap()
         .port();
+    // The listener is dropped, so that the port is free again for the test.
     format!("tcp/127.0.0.1:{port}")
 }
 
@@ -49,6 +50,7 @@ fn watch(endpoint: &str, node: &str, wanted: impl Fn(&Value) -> bool) -> Vec<Val
         .wait()
         .unwrap();
     let mut seen = Vec::new();
+    // 120 waits of a quarter second.
     for _ in 0..120 {
         let wait = std::time::Duration::from_millis(250);
         if let Ok(Some(sample)) = statuses.recv_timeout(wait) {
@@ -70,6 +72,7 @@ fn frames_arrive_and_both_ends_say_so() {
     let (sender_memory, memory) = (Memory::default(), Memory::default());
     let sender = {
         let (at, memory) = (at.clone(), sender_memory.clone());
+        // Two seconds longer than the receiver, which connects to it.
         started(move || setup("belt", listening(&at), 8, &memory))
     };
     let receiver = {
@@ -92,6 +95,7 @@ fn frames_arrive_and_both_ends_say_so() {
         (sent.ended, got.ended),
         (EndReason::TimeUp, EndReason::TimeUp)
     );
+    // Six seconds at 2 ms are 3000 frames.
     assert!(sent.published > 100 && sent.not_published == 0, "{sent:?}");
     assert!(got.received > 100 && got.refused == 0, "{got:?}");
 
@@ -166,6 +170,7 @@ fn orders_reach_the_cycle_and_are_answered() {
 
     assert_reason(&at, "coaxle/servo/command", "{ no order }", "malformed");
     let halt = order("toy", Command::Home { position: 9.0 }).to_json();
+    // A key with a wildcard would command every node of the network.
     assert_reason(&at, "coaxle/*/command", &halt, "malformed");
     node.join().unwrap();
     let snapshot = memory.get().last.unwrap().snapshot;
@@ -220,6 +225,7 @@ fn a_port_in_use_is_an_error_that_names_it() {
     );
     assert!(message.contains(&at), "{message}");
     assert!(message.contains("in use"), "{message}");
+    // No place in Zenoh's source.
     assert!(!message.contains(".rs:"), "{message}");
 }
 

@@ -126,6 +126,7 @@ impl Stepped {
         let (circle_search, circles) =
             CircleSearch::open(&node, subscriptions, server.circles(), &network.transport).unwrap();
         let (outbox, frames) = outbox(4096);
+        // A single place: these tests take no arrivals.
         let (arrivals, arrived) = RingBuffer::new(1);
         let clock = ClockConfig::default();
         let cycle_time = CycleTime::new(Span::from_millis(2)).unwrap();
@@ -233,6 +234,7 @@ fn a_frame_is_in_the_next_scan_of_who_follows() {
     belt.step(at(2));
     let after = saw.step(at(4));
     assert_eq!(after.samples, 1);
+    // The instant of the publication, by the clock of the network.
     assert_eq!(after.last_arrival.since_epoch(), Span::from_millis(2));
     assert_eq!(saw.step(at(6)).samples, 1);
 }
@@ -247,11 +249,13 @@ fn health_goes_with_what_arrives() {
     assert_eq!(saw.health(at(0)), "no-data");
     belt.step(at(10));
     assert_eq!(saw.health(at(10)), "ok");
+    // 500 ms are fresh, a millisecond more is not.
     assert_eq!(saw.health(at(510)), "ok");
     assert_eq!(saw.health(at(511)), "no-data");
     belt.step(at(520));
     drop(belt);
     assert_eq!(saw.health(at(521)), "ok", "frames count");
+    // Neither a frame within half a second, nor a token.
     assert_eq!(saw.health(at(1_100)), "waiting");
     drop(saw);
     assert_eq!(
@@ -271,6 +275,7 @@ fn who_hears_a_node_says_so_as_long_as_it_does() {
         belt.step(now);
         belt.status(now)["seen_by"].clone()
     };
+    // Each looks at its own status before the first frame is sent.
     assert_eq!(told(&mut saw, at(2)), serde_json::json!([]));
     assert_eq!(told(&mut saw, at(4)), serde_json::json!(["press", "saw"]));
     // No status arrived meanwhile.
@@ -298,6 +303,7 @@ fn a_node_of_a_secure_network_that_nobody_hears_says_so() {
         .transport
         .subscribe("coaxle/belt/axes", Box::new(deaf));
     let ok = ["ok"; 6];
+    // Missing for 3 s, confirmed 3 s later: six good seconds.
     assert_eq!(course(&mut belt, 10), [&ok[..], &["refused"; 2]].concat());
     let heard = network
         .transport
@@ -330,12 +336,14 @@ fn frames_without_the_axis_are_refused_and_are_no_health() {
 fn faults_over_the_link_lose_and_delay() {
     let network = Network::new();
     let mut belt = Stepped::sending("belt", &network);
+    // Half a minute of delay, and half of the frames lost.
     let faults = "latency-us = 30000000\nloss = 0.5";
     let mut late = Stepped::following("late", "belt", AXIS, faults, &network);
     for k in 0..50 {
         belt.step(at(2 * k));
     }
     let after = late.step(at(100));
+    // Binomial: 25 ± 3.5 of 50, at more than four standard deviations to either side.
     assert!((10..40).contains(&after.samples), "{after:?}");
     // The stamp lies half a minute ahead.
     let last = after.last_arrival.since_epoch();
@@ -403,6 +411,7 @@ fn every_field_of_the_status_has_its_own_number() {
             telemetry_dropped,
             arrivals_dropped,
         ];
+        // Ten, twenty, … : two fields that were mixed up would show.
         for (times, counter) in (1..).map(|n| 10 * n).zip(all) {
             (0..times).for_each(|_| count(counter));
         }
@@ -418,6 +427,7 @@ fn every_field_of_the_status_has_its_own_number() {
     let frame_at = at(1_400);
     network.set(frame_at);
     belt.step(frame_at);
+    // 50 frames of the counter, and the one that arrived in between.
     let expected = serde_json::json!({
         "node": "saw", "role": "toy", "epoch": "00000000000000ab", "uptime_s": 1.5, "health": "ok", "namesakes": 0,
         "cycles": 10, "telemetry_dropped": 90, "exchange_refused": 70,
@@ -454,6 +464,7 @@ fn two_nodes_of_one_name_notice_each_other() {
     let other = open("saw", 3);
     assert_eq!(first.namesakes(), 0);
     let second = open("belt", 2);
+    // Each sees the other, and neither itself.
     assert_eq!((first.namesakes(), second.namesakes()), (1, 1));
     drop(second);
     assert_eq!((first.namesakes(), other.namesakes()), (0, 0));

@@ -34,6 +34,7 @@ pub(crate) use sender::BeaconSender;
 pub(crate) type Socket = <Os as System>::StampedSocket;
 
 /// Length of the longest beacon, with a margin; longer datagrams are not beacons.
+// A beacon has at most 512 bytes: docs/WIRE.md.
 const LONGEST_BEACON: usize = 512;
 
 /// The timing channel of a node, before its threads have its ends.
@@ -57,17 +58,21 @@ impl TimingChannel {
         seed: u64,
         secret: Option<BeaconSecret>,
     ) -> anyhow::Result<Self> {
+        // A node that only asks needs no known port: the response goes to the source of its datagram.
         let address = endpoints.listen.unwrap_or_else(|| any_like(endpoints));
         let socket = Socket::bind(address)
             .with_context(|| format!("timing: cannot open UDP {address} for beacons"))?;
         let other = socket
+            // Two handles of one socket: both directions have the same port, which firewalls expect.
             .try_clone()
             .context("timing: cannot share the socket")?;
+        // Port 0 becomes the one that the system chose.
         let bound = socket.address().unwrap_or(address);
         let stamps = stamped_by(socket.stamps());
         tracing::info!(%node, "timing channel on UDP {bound}, stamped by {stamps}");
         let peers = Peers::default();
         let mut sender = BeaconSender::new(other, peers.clone());
+        // Requests to several nodes, and responses, share the socket.
         for publication in publications.iter().filter(|p| p.channel.is_timing()) {
             let Publication {
                 channel,
@@ -110,6 +115,7 @@ impl TimingChannel {
         let contact = Contact::new();
         let mut subscription = subscription.clone();
         if let (Reader::Beacons(intake), Some(secret)) = (&mut subscription.reader, &self.secret) {
+            // Without this a datagram of anybody with a right check sum would be accepted.
             *intake = intake.clone().authenticated(secret);
         }
         self.receiver.add(BeaconPath {
@@ -144,6 +150,7 @@ fn address_of(
     channel: Channel,
     far: usize,
 ) -> Option<SocketAddr> {
+    // A publication of requests goes to a node, and a subscription to responses comes from it.
     let follows = match channel {
         Channel::BeaconRequests => publication,
         _ => !publication,
@@ -156,6 +163,7 @@ fn address_of(
 
 /// Any port, of the address family that it sends to.
 fn any_like(endpoints: &TimingEndpoints) -> SocketAddr {
+    // An IPv4 socket reaches no IPv6 address.
     match endpoints.nodes.first() {
         Some((_, SocketAddr::V6(_))) => (Ipv6Addr::UNSPECIFIED, 0).into(),
         Some((_, SocketAddr::V4(_))) | None => (Ipv4Addr::UNSPECIFIED, 0).into(),
@@ -175,6 +183,7 @@ struct Peer {
 }
 
 /// Greatest number of nodes that get responses.
+// Bounds the memory: source addresses of datagrams are not authenticated in a plain network.
 const MOST_PEERS: usize = 64;
 
 impl Peers {
@@ -192,13 +201,16 @@ impl Peers {
             .find(|known| known.requester == peer.requester);
         match known {
             Some(known) => {
+                // Numbers wrap: the difference as a signed one is the distance, up to 2³¹ either way.
                 let ahead = peer.number.wrapping_sub(known.number) as i32;
+                // Another run counts from its own beginning, so that its number says nothing.
                 if known.run != peer.run || ahead > 0 {
                     *known = peer;
                 }
             }
             None => {
                 if peers.len() == MOST_PEERS {
+                    // The oldest entry goes: a requester that is still there is noted with its next beacon, 20 ms later.
                     peers.remove(0);
                 }
                 peers.push(peer);

@@ -13,6 +13,7 @@ use super::{LONGEST_BEACON, Peers};
 use crate::node::reception::Reception;
 
 /// Pause after a datagram that could not be received.
+// A socket whose interface is down fails at once, and the loop would take a whole processor.
 const PAUSE: Span = Span::from_millis(100);
 
 /// A path by which beacons arrive.
@@ -46,9 +47,11 @@ impl<S: StampedSocket> BeaconReceiver<S> {
 
     /// Receives until `stop` is set.
     pub(crate) fn work(&mut self, stop: &AtomicBool) {
+        // A byte more than allowed, so that a longer datagram is seen as such.
         let mut buffer = [0; LONGEST_BEACON + 1];
         while !stop.load(Ordering::Relaxed) {
             match self.socket.receive(&mut buffer) {
+                // The length that the kernel states may exceed what the buffer took.
                 Ok(Some(came)) => self.take(&came, &buffer[..came.length.min(buffer.len())]),
                 Ok(None) => {}
                 Err(error) => {
@@ -62,6 +65,7 @@ impl<S: StampedSocket> BeaconReceiver<S> {
 
     /// Takes a datagram. One without a valid stamp is ignored, and so is one that is too long.
     pub(super) fn take(&mut self, came: &ReceivedDatagram, bytes: &[u8]) {
+        // Without a stamp the arrival is unknown by a whole wait of the thread: worse than no beacon.
         let Some(at) = came.at_ns.filter(|_| bytes.len() <= LONGEST_BEACON) else {
             return;
         };
@@ -69,12 +73,14 @@ impl<S: StampedSocket> BeaconReceiver<S> {
         let answers = |path: &&mut BeaconPath| path.from == Some(came.from);
         let path = match self.paths.iter_mut().find(answers) {
             Some(path) => Some(path),
+            // Requests have no fixed source: nodes are noted by the beacons that they send.
             None => self.paths.iter_mut().find(|path| path.from.is_none()),
         };
         let Some(path) = path else {
             return;
         };
         let is_good = path.reception.take(Instant::from_nanos(at), bytes);
+        // Only a good request sets the address: a forged one would lead the responses away.
         if is_good
             && path.channel == Channel::BeaconRequests
             && let Some(label) = BeaconLabel::of(path.channel, bytes)

@@ -54,6 +54,7 @@ const LATEST: Span = Span::from_millis(50);
 /// Tolerance because the clocks are read one after the other.
 const READING: Span = Span::from_micros(1);
 /// Greatest number of nodes whose newest beacon is known.
+// As many as get responses.
 const MOST: usize = 64;
 
 impl<S: StampedSocket> BeaconSender<S> {
@@ -75,6 +76,7 @@ impl<S: StampedSocket> BeaconSender<S> {
 
     /// Sends a beacon; returns false if it cannot.
     pub(crate) fn send(&mut self, frame: &OutgoingFrame, body: &[u8]) -> bool {
+        // First: the departure of the previous beacon goes into this one.
         self.note_departures();
         let Some(label) = BeaconLabel::of(frame.channel, body) else {
             return false;
@@ -88,6 +90,7 @@ impl<S: StampedSocket> BeaconSender<S> {
         let to = channel
             .to
             .or_else(|| self.peers.address_of(label.requester));
+        // A response to a node that has not asked yet, or was displaced by 64 others.
         let Some(to) = to else {
             return false;
         };
@@ -100,8 +103,11 @@ impl<S: StampedSocket> BeaconSender<S> {
                 == (frame.channel, frame.far, label.requester)
         };
         let place = self.sent.iter().position(same);
+        // Taken out, since the entry of this beacon replaces it at the end of the list.
         let before = place.map(|place| self.sent.remove(place));
+        // A beacon of an earlier run is of another clock.
         let before = before.filter(|before| before.label.run == label.run);
+        // The departure may not be known yet: the field stays empty then.
         let before = before.and_then(|before| Some((before, before.left?)));
         let called = machine::now();
         let departure = Departure {
@@ -109,6 +115,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             stamps: self.socket.stamps(),
             before: before.map(|(sent, left)| {
                 (
+                    // In the clock of this frame's cycle: the ideal start is the common zero.
                     sent.label.number,
                     frame.since_ideal_start(left) - sent.earlier,
                 )
@@ -119,6 +126,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             tracing::debug!(%error, "the timing channel refused a beacon");
             return false;
         }
+        // The list is in the order of sending: the first is the one not used for longest.
         if self.sent.len() == MOST {
             self.sent.remove(0);
         }
@@ -131,6 +139,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             left: None,
             earlier,
         });
+        // Counted as the kernel counts: it numbers the datagrams of a socket from 0, and wraps.
         self.number = self.number.wrapping_add(1);
         true
     }
@@ -141,6 +150,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             let left = Instant::from_nanos(left_ns);
             // A stamp of another beacon would be off by far more.
             let fits = |sent: &SentBeacon| {
+                // A stamp of another datagram would make a departure that never was.
                 sent.left.is_none()
                     && (sent.called - READING..=sent.called + LATEST).contains(&left)
             };
@@ -149,6 +159,7 @@ impl<S: StampedSocket> BeaconSender<S> {
             // A datagram that the kernel refused may have been counted by it, or not.
             let place = sent.iter().position(counted);
             if let Some(place) = place.or_else(|| sent.iter().position(fits)) {
+                // Moved along by the difference, so that later numbers fit again.
                 self.number = (self.number).wrapping_add(number.wrapping_sub(sent[place].number));
                 sent[place].left = Some(left);
             }

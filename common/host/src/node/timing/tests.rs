@@ -124,6 +124,7 @@ fn each_beacon_tells_when_the_one_before_left() {
     let mut left = Vec::new();
     for number in 0..4 {
         assert!(sender.send(&frame, &request(number)));
+        // Two microseconds after the call: as a kernel stamps.
         left.push(machine::now().as_nanos() + 2_000);
         let nothing_is_known = number == 1;
         if !nothing_is_known {
@@ -139,6 +140,7 @@ fn each_beacon_tells_when_the_one_before_left() {
         let since = Instant::from_nanos(left[number as usize]) - frame.ideal_start;
         Some((number, since.as_nanos()))
     };
+    // The departure of number 1 is not known when number 2 is sent.
     let expected = [None, before(0), None, before(2)];
     for ((known, to), expected) in known.iter().zip(expected) {
         assert_eq!(known.map(|it| (it.number, it.left_ns)), expected);
@@ -154,6 +156,7 @@ fn a_stamp_of_another_time_is_not_believed_and_a_refused_datagram_breaks_nothing
     sender.add(channel(Channel::BeaconRequests, Some(at(5))));
     let frame = frame(Channel::BeaconRequests);
     assert!(sender.send(&frame, &request(0)));
+    // A second ago: far outside the 50 ms after the call.
     let long_ago = machine::now().as_nanos() - 1_000_000_000;
     paper.departures.lock().unwrap().push_back((0, long_ago));
     assert!(sender.send(&frame, &request(1)));
@@ -168,6 +171,7 @@ fn a_stamp_of_another_time_is_not_believed_and_a_refused_datagram_breaks_nothing
     let before: Vec<_> = (sent.iter())
         .map(|(bytes, _)| read(bytes).before.map(|before| before.number))
         .collect();
+    // The departure of 0 was not believed. Those of 1 and 2 fit by time, and by the corrected count.
     assert_eq!(before, [None, None, Some(1), Some(2)]);
     let mut refusing = BeaconSender::new(
         Paper {
@@ -270,13 +274,16 @@ fn answers_go_to_where_the_newest_good_beacon_came_from() {
     let older = asked(8);
     receiver.take(&came(older.len(), at(200), Some(60)), &older);
     let mut damaged = asked(10);
+    // A flipped bit, so that the check sum does not fit.
     damaged[3] ^= 1;
     receiver.take(&came(damaged.len(), at(300), Some(70)), &damaged);
     let unstamped = asked(11);
     receiver.take(&came(unstamped.len(), at(400), None), &unstamped);
+    // 513 bytes are one too many.
     receiver.take(&came(513, at(500), Some(80)), &[1; 513]);
     assert_eq!(
         messages(&mut mailbox),
+        // The damaged one arrives as refused. Those without a stamp and too long arrive nowhere.
         [(50, true), (60, true), (70, false)]
     );
     assert!(sender.send(&frame, &answer));
@@ -292,6 +299,7 @@ fn answers_are_taken_from_where_the_beacons_went() {
     receiver.take(&came(3, at(8), Some(50)), &bytes);
     assert_eq!(messages(&mut mailbox), []);
     receiver.take(&came(3, at(7), Some(50)), &bytes);
+    // Three bytes are no beacon: refused, but taken.
     assert_eq!(messages(&mut mailbox), [(50, false)]);
 }
 
@@ -316,6 +324,7 @@ fn the_systems_socket_says_when_datagrams_left_and_came() {
         let Some(received) = came.at_ns else {
             continue;
         };
+        // A microsecond for reading two clocks.
         assert!((before - 1_000..=after + 1_000).contains(&received));
         if one.stamps() == Stamps::Application {
             assert_eq!(one.departure(), None);

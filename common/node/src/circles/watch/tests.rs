@@ -29,6 +29,7 @@ impl Node {
 
     fn report(&mut self) {
         let phase = self.is_coupled.then_some("in-sync");
+        // A phase is what makes a slave coupled.
         let mut status = json!({
             "slaves": { "loop": { "id": 1, "follows": [self.follows], "phase": phase } }
         });
@@ -56,6 +57,7 @@ fn statuses(nodes: &mut [Node], times: usize) {
             .iter()
             .map(|node| (name(&node.name), node.status.clone()))
             .collect();
+        // All at once, so that each turn passes a status one node on.
         for node in &mut *nodes {
             said.iter()
                 .for_each(|(of, status)| node.watch.take(of, status));
@@ -91,6 +93,7 @@ fn a_circle_is_closed_when_each_of_its_axes_is_coupled() {
     let mut nodes = ring(3);
     nodes[0].is_coupled = true;
     nodes[1].is_coupled = true;
+    // Two of three: one axis that is free leaves the circle open.
     statuses(&mut nodes, 3);
     assert!(nodes.iter().all(|node| node.state() == CircleState::Open));
     nodes[2].is_coupled = true;
@@ -123,6 +126,7 @@ fn what_is_known_of_an_axis_that_left_does_not_go_round_for_ever() {
     statuses(&mut nodes, 3);
     assert_eq!(nodes[0].state(), CircleState::Open);
     nodes[2].watch.forget(&name("gone"));
+    // Twice as often as the most hops, so that the last entry has gone wherever it could.
     statuses(&mut nodes, 2 * MOST_HOPS as usize);
     assert_eq!(nodes[0].state(), CircleState::None);
     assert_eq!(nodes[2].finding.unknown, [name("gone")]);
@@ -145,6 +149,7 @@ fn a_status_that_is_none_is_nobodys_axes() {
     for status in [
         json!({}),
         json!({ "slaves": 1, "axes": [], "circles": 3 }),
+        // An id beyond 32 bits, a negative one, and masters that are no addresses.
         json!({ "slaves": { "x": 1, "y": { "id": -1 }, "z": { "id": 5e12, "follows": [1, ""] } } }),
         json!({ "circles": { "upstream": [1, {}, { "axis": "b/slaves/1", "coupled": 1 }] } }),
     ] {

@@ -58,6 +58,7 @@ impl<'s> Comparison<'s> {
 
     fn value(&mut self, schema: &'s Schema, value: &Value, path: &str) {
         let Some(schema) = self.meant(schema, value) else {
+            // Ambiguous: nothing is said rather than something wrong.
             return;
         };
         match value {
@@ -65,6 +66,7 @@ impl<'s> Comparison<'s> {
             Value::Array(list) => {
                 let items = schema.get("items");
                 for (n, element) in list.iter().enumerate() {
+                    // Tuples have a schema for each place.
                     let firsts = schema.get("prefixItems").and_then(|firsts| firsts.get(n));
                     if let Some(schema) = firsts.or(items) {
                         self.value(schema, element, &format!("{path}[{n}]"));
@@ -77,6 +79,7 @@ impl<'s> Comparison<'s> {
 
     fn table(&mut self, schema: &'s Schema, table: &Table, path: &str) {
         let known = schema.get("properties").and_then(Schema::as_object);
+        // An open table takes any field, as Zenoh's settings do.
         let is_closed = schema.get("additionalProperties") == Some(&Schema::Bool(false));
         let field = |name: &str| match path {
             "" => name.to_owned(),
@@ -87,6 +90,7 @@ impl<'s> Comparison<'s> {
             match known.and_then(|known| known.get(name)) {
                 Some(schema) => {
                     if let Some(mark) = schema.get(LAB_MARK).and_then(Schema::as_str) {
+                        // The mark has a place for the value, so that the message can be copied into the file.
                         self.lab_fields.push(LabField {
                             field: field(name),
                             in_lab: mark.replace("{}", &short(value)),
@@ -104,6 +108,7 @@ impl<'s> Comparison<'s> {
             free.map(String::as_str)
         };
         for name in &unknown {
+            // Fields that are not there yet are meant more often than those that are.
             let meant = match did_you_mean(name, free()) {
                 meant if meant.is_empty() => did_you_mean(name, names().map(String::as_str)),
                 meant => meant,
@@ -137,6 +142,7 @@ impl<'s> Comparison<'s> {
     fn meant(&self, schema: &'s Schema, value: &Value) -> Option<&'s Schema> {
         let mut candidates = Vec::new();
         self.candidates(schema, value, &mut candidates);
+        // No candidate, or several: the document does not say which is meant.
         match candidates[..] {
             [only] => Some(only),
             _ => None,
@@ -147,6 +153,7 @@ impl<'s> Comparison<'s> {
         let schema = resolved(self.root, schema);
         match alternatives(schema) {
             Some(all) => {
+                // Alternatives may have alternatives.
                 for one in all {
                     self.candidates(one, value, candidates);
                 }
@@ -162,6 +169,7 @@ fn short(value: &Value) -> String {
     /// Characters of a value in a message.
     const MOST: usize = 120;
     let text = value.to_string();
+    // Cut at a character, not in the middle of its bytes.
     match text.char_indices().nth(MOST) {
         None => text,
         Some((end, _)) => format!("{} …", &text[..end]),
@@ -172,11 +180,13 @@ fn short(value: &Value) -> String {
 fn fits(schema: &Schema, value: &Value) -> bool {
     let kind = schema.get("type").and_then(Schema::as_str);
     match value {
+        // A variant of an enum is a table with its name as the only key.
         Value::Table(table) if kind == Some("object") => match variant(schema) {
             Some(name) => table.contains_key(name),
             None => true,
         },
         Value::Array(_) => kind == Some("array"),
+        // Plain values have no fields that could be missing.
         _ => false,
     }
 }

@@ -50,6 +50,7 @@ pub fn kind(root: &Value, schema: &Value) -> String {
 fn one_of(kinds: impl Iterator<Item = String>) -> String {
     let mut all: Vec<String> = Vec::new();
     for kind in kinds {
+        // Alternatives may read the same in words.
         if !all.contains(&kind) {
             all.push(kind);
         }
@@ -63,6 +64,7 @@ fn range(schema: &Value) -> String {
     let above = bound("exclusiveMinimum").map(readable);
     let most = bound("maximum").map(readable);
     let below = bound("exclusiveMaximum").map(readable);
+    // A schema of ours has one bound at either end.
     match (least, above, most, below) {
         (Some(least), _, Some(most), _) => format!(" from {least} to {most}"),
         (Some(least), _, None, None) => format!(" of at least {least}"),
@@ -108,6 +110,7 @@ pub(in crate::config) fn readable(number: f64) -> String {
 pub(super) fn variant(schema: &Value) -> Option<&str> {
     let fields = schema.get("properties")?.as_object()?;
     match schema.get("required")?.as_array()?.as_slice() {
+        // A struct with one required field has the same schema, and reads the same.
         [only] if fields.len() == 1 => only.as_str(),
         _ => None,
     }

@@ -20,6 +20,7 @@ const LAB_MARK: &str = "x-lab";
 #[must_use]
 pub fn schema_of<T: JsonSchema>() -> Schema {
     let mut schema = marked_schema_of::<T>();
+    // Marks are for the parser of configs. Editors would take them for unknown keywords.
     RecursiveTransform(without_mark).transform(&mut schema);
     schema
 }
@@ -53,6 +54,7 @@ fn without_lab_fields(schema: &mut Schema) {
 #[must_use]
 pub fn resolved<'s>(root: &'s Value, part: &'s Value) -> &'s Value {
     let target = part.get("$ref").and_then(Value::as_str);
+    // All references of these schemas are to definitions of their own.
     let name = target.and_then(|target| target.strip_prefix("#/$defs/"));
     let definition = name.and_then(|name| root.get("$defs")?.get(name));
     definition.unwrap_or(part)
@@ -71,6 +73,7 @@ fn simplify(schema: &mut Schema) {
         return;
     };
     fields.remove("format");
+    // TOML has no null: an absent field is the default.
     fields.retain(|name, value| name != "default" || !value.is_null());
     without_null(fields);
     if let Some(Value::String(text)) = fields.get_mut("description") {
@@ -81,6 +84,7 @@ fn simplify(schema: &mut Schema) {
 fn without_null(fields: &mut Map<String, Value>) {
     if let Some(Value::Array(types)) = fields.get_mut("type") {
         types.retain(|name| name != "null");
+        // `type: [number, null]` is an optional number.
         if let [only] = &types[..] {
             let only = only.clone();
             fields.insert("type".to_owned(), only);
@@ -94,10 +98,12 @@ fn without_null(fields: &mut Map<String, Value>) {
     };
     let is_null = |part: &Value| part.get("type").is_some_and(|name| name == "null");
     all.retain(|part| !is_null(part));
+    // An alternative that is left alone moves up.
     if let [Value::Object(only)] = &all[..] {
         let only = only.clone();
         fields.remove("anyOf");
         for (name, value) in only {
+            // The field's own description wins over that of its type.
             fields.entry(name).or_insert(value);
         }
     }
@@ -115,6 +121,7 @@ fn target_of_a_link(text: &str) -> Option<(usize, usize)> {
 
 /// A doc comment without its links, in one line for each paragraph.
 fn plain(text: &str) -> String {
+    // Links of rustdoc, whose text stays.
     let mut text = text.replace("[`", "`").replace("`]", "`");
     while let Some((begin, end)) = target_of_a_link(&text) {
         text.replace_range(begin..end, "");

@@ -34,6 +34,7 @@ fn constant_drift_adds_up_without_rounding_error() {
     for (ppm, expected) in [("0.1", 8_640.0), ("0.1234567", 10_666.658_88)] {
         let mut clock = clock(&format!("drift-ppm = {ppm}"));
         let deviation = deviation_us(&mut clock, 86_400.0);
+        // 2 ns: the floats of the expected figure, and of the conversion.
         assert!((deviation - expected).abs() < 0.002, "{deviation}");
     }
 }
@@ -43,6 +44,7 @@ fn a_drift_step_begins_at_its_instant() {
     let mut clock = clock("steps = [{ at-s = 10, drift-ppm = 5 }]");
     assert_eq!(deviation_us(&mut clock, 10.0), 0.0);
     assert_eq!(clock.drift_ppm(), 5.0);
+    // 5 ppm for two seconds.
     assert_eq!(deviation_us(&mut clock, 12.0), 10.0);
 }
 
@@ -67,6 +69,7 @@ fn a_phase_step_back_reads_again_what_was_read_before() {
     // The clock reads these twice: the first time counts.
     assert_eq!(clock.reference_at(local(1_999_900)), at(1.9999));
     assert_eq!(clock.reference_at(local(1_999_999)), at(1.999_999));
+    // 300 µs later than without the jump.
     assert_eq!(clock.reference_at(local(2_000_000)), at(2.0003));
     assert_eq!(clock.reference_at(local(2_500_000)), at(2.5003));
 }
@@ -108,6 +111,7 @@ fn a_sine_has_its_closed_form() {
         // The integral of 10·sin(2π·t/4).
         let expected = 10.0 * 4.0 / core::f64::consts::TAU * (1.0 - angle.cos());
         assert!(
+            // A thousandth of the swing of 12.7 µs.
             (deviation - expected).abs() < 0.01,
             "{eighth}: {deviation}, {expected}"
         );
@@ -146,6 +150,7 @@ fn a_random_walk_has_independent_normal_steps() {
     }
     let products = first.iter().zip(&change).map(|(a, b)| a * b);
     let correlation = products.sum::<f64>() / (spread * spread * first.len() as f64);
+    // Four standard errors of a correlation of zero.
     assert!(
         correlation.abs() < 4.0 / (first.len() as f64).sqrt(),
         "{correlation}"
@@ -205,6 +210,7 @@ fn terms_have_their_closed_forms_at_the_ends_of_pieces() {
             let secs = 0.05 * f64::from(k);
             let (deviation, expected) = (deviation_us(&mut clock, secs), form(secs));
             let off = (deviation - expected).abs();
+            // 2 ns: the exact mean of each piece leaves rounding only.
             assert!(
                 off < 0.002,
                 "{term} at {secs} s: {deviation}, expected {expected}"
@@ -236,6 +242,7 @@ fn the_largest_drift_of_all_stops_no_clock() {
     for k in 1..20_000 {
         let reference = at(0.001 * f64::from(k));
         let local = clock.local_at(reference);
+        // Half the rate, less a microsecond for rounding.
         assert!(local - last >= Span::from_micros(499), "{reference:?}");
         assert!((clock.reference_at(local) - reference).abs() <= NANOSECOND * 2);
         last = local;
@@ -389,6 +396,7 @@ proptest! {
                 .fold(Span::ZERO, |sum, jump| sum + jump);
             prop_assert!(local >= Span::ZERO);
             // No drift here is beyond 0.3 %.
+            // 1000 of drift, 300 of the sine, four steps of 200 and three terms of 100 ppm, and room for noise.
             let off = (local - passed - jumped).abs().as_nanos() as f64;
             prop_assert!(off <= 2.0 + 3e-3 * passed.as_nanos() as f64, "{off} ns");
         }
@@ -432,9 +440,11 @@ proptest! {
 
 #[test]
 fn the_nearest_nanosecond_is_that_of_the_standard_library() {
+    // Where the quick way ends: 2⁵¹.
     let edge = 2.0_f64.powi(51);
     let mut values = vec![0.0, -0.0, f64::MAX, f64::MIN, f64::INFINITY, edge, -edge];
     for whole in [0.0, 1.0, 2.0, 3.0, 1e6, 4e15, edge - 1.0] {
+        // The last is the greatest number below a half.
         for part in [0.0, 0.25, 0.5, 0.75, 0.499_999_999_999_999_94] {
             values.extend([whole + part, -(whole + part)]);
         }

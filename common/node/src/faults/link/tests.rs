@@ -19,6 +19,7 @@ fn millis(k: i64) -> Span {
 /// Deliveries of messages so far apart that none waits for another.
 fn offered(config: &str) -> Vec<Deliveries> {
     let mut link = link(config);
+    // A second apart, which no delay here exceeds.
     (0..COUNT).map(|k| link.offer(Span::from_secs(k))).collect()
 }
 
@@ -46,6 +47,7 @@ fn jitter_is_added_to_the_latency_as_distributed() {
     assert_moments(&exponentials, 130.0, 30.0);
     assert_distributed(&exponentials, |x| exponential(x - 100.0, 30.0));
     let uniforms = delays("latency-us = 50\njitter = { uniform-us = 40 }");
+    // A width of 40 has the deviation 40/√12.
     assert_moments(&uniforms, 70.0, 40.0 / 12f64.sqrt());
     assert_distributed(&uniforms, |x| uniform(x, 50.0, 90.0));
 }
@@ -56,6 +58,7 @@ fn terms_add_to_the_delay_at_the_moment_of_sending() {
         "latency-us = 100\ndelay-terms-us = [{ triangle = { amplitude = 40, period-s = 8 } }, \
          { pulse = { height = 500, period-s = 4, duty = 0.25, phase = 0.5 } }, { step = { at-s = 6, by = -1000 } }]",
     );
+    // Triangle of 40 at period 8: 20 after a second. The pulse is high at 2 s. The step leads below zero.
     for (secs, expected) in [
         (0, 100),
         (1, 120),
@@ -77,6 +80,7 @@ fn terms_add_to_the_delay_at_the_moment_of_sending() {
 fn terms_do_not_shift_the_numbers_of_other_faults() {
     let config = "jitter = { normal-us = 20 }\nlatency-us = 500";
     let plain = delays(config);
+    // A constant of 50, and noise without a width, which is drawn all the same.
     let shifted = delays(&format!(
         "{config}\ndelay-terms-us = [{{ constant = 50 }}, {{ uniform = {{ from = 0, to = 0 }} }}]"
     ));
@@ -94,6 +98,7 @@ fn no_message_arrives_before_it_was_sent() {
     assert!(early.iter().all(|delay| *delay >= 0.0));
     let at_once = early.iter().filter(|delay| **delay == 0.0).count();
     // A delay below half a nanosecond is zero.
+    // P(x < −5) of the jitter.
     assert_share(at_once, early.len(), normal(-5.0, 20.0));
 }
 
@@ -118,6 +123,7 @@ fn messages_are_lost_in_their_share_and_independently() {
         .collect();
     assert_share(lost.iter().filter(|lost| **lost).count(), lost.len(), 0.1);
     let both = lost.windows(2).filter(|pair| pair[0] && pair[1]).count();
+    // Independent losses: 0.1 · 0.1.
     assert_share(both, lost.len() - 1, 0.01);
     assert!(delays("loss = 1").is_empty());
 }
@@ -281,6 +287,7 @@ fn bursts_begin_and_end_by_chance() {
     let bursts = lost.windows(2).filter(|two| !two[0] && two[1]).count();
     let all = lost.iter().filter(|lost| **lost).count();
     // Four in a burst, fifty between two.
+    // 1 / 0.25, and 1 / 0.02.
     assert_share(all, lost.len(), 4.0 / 54.0);
     assert!(
         (0.9..1.1).contains(&(bursts as f64 / (COUNT as f64 / 54.0))),
@@ -298,9 +305,11 @@ fn a_correlated_delay_is_distributed_as_said_and_stays_alike() {
     }
     let mean_of = |products: &mut dyn Iterator<Item = f64>| products.sum::<f64>() / 2e5;
     let variance = mean_of(&mut delays.iter().map(|delay| delay * delay));
+    // AR(1) with ρ = e⁻⁰·¹ leaves 20 000 independent values: a standard error of 0.5 %.
     assert!((variance.sqrt() / 40.0 - 1.0).abs() < 0.03, "{variance}");
     let pairs = delays.iter().zip(&delays[10..]);
     let covariance = mean_of(&mut pairs.map(|(now, later)| now * later));
+    // Ten messages are the correlation time.
     let expected = (-1.0_f64).exp();
     assert!(
         (covariance / variance - expected).abs() < 0.03,
@@ -316,6 +325,7 @@ fn arrivals_are_seen_on_a_grid_and_not_while_the_link_stalls() {
         let sent = Span::from_micros(at_us);
         (sent + link.offer(sent).next().expect("not lost")).as_micros_f64()
     };
+    // 1.2 ms is seen at 2 ms, 2 ms at once, and 10.1 ms after the stall.
     assert_eq!(arrival(1_000), 2_000.0);
     assert_eq!(arrival(1_800), 2_000.0);
     assert_eq!(arrival(9_900), 15_000.0);

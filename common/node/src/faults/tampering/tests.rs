@@ -81,6 +81,7 @@ fn a_link_that_does_nothing_is_none() {
 fn one_message_is_forged_after_the_genuine_one() {
     let forged = |what: &str| {
         let arrived = arrivals(&format!("forgeries = [{{ at-s = 0.0035, what = {what} }}]"));
+        // Ten genuine ones, and the forged one.
         assert_eq!(arrived.len(), 11, "{what}");
         for (place, count) in (0..5).zip(0..).chain((6..11).zip(5..)) {
             assert_eq!(arrived[place], genuine(count), "{what}");
@@ -112,6 +113,7 @@ fn one_message_is_forged_after_the_genuine_one() {
 fn forgeries_last_and_repeat_and_replace() {
     let arrived =
         arrivals("forgeries = [{ at-s = 0.002, for-s = 0.003, what = 'other-axes', times = 4 }]");
+    // The frames of 2, 3 and 4 ms.
     assert_eq!(arrived.len(), 10 + 3 * 4);
     let arrived = arrivals(
         "forgeries = [{ at-s = 0.002, for-s = 0.003, what = 'other-axes', instead = true }]",
@@ -134,6 +136,7 @@ fn what_is_damaged_is_refused_and_the_rest_is_as_it_was() {
             Err(_) => refused += 1,
         });
     }
+    // 0.3 · 5000 = 1500, with a deviation of 32.
     assert!((1_400..1_600).contains(&refused), "{refused}");
     assert_eq!(late, 0);
 }
@@ -151,5 +154,6 @@ fn of_other_messages_only_noise_and_repetitions_are_forged() {
     });
     assert_eq!(arrived.len(), 2);
     assert_eq!(arrived[0], b"no frame");
+    // As many bytes as the message.
     assert_eq!(arrived[1].len(), 8);
 }

@@ -34,7 +34,9 @@ pub(super) struct Turns {
 impl Turns {
     /// Whole periods and the share of the current one.
     fn at(self, at: f64) -> (f64, f64) {
+        // Turns and not an angle: the fraction is taken before the sine, which keeps its digits after years.
         let turns = at / self.period + self.phase;
+        // `floor`, so that the share is positive before zero as well.
         let whole = turns.floor();
         (whole, turns - whole)
     }
@@ -81,6 +83,7 @@ impl Curve {
                 over: over_s.get(),
             },
             Term::File { path, between } => Self::Table(Table::read::<V>(path, *between)?),
+            // Noise is no function of time: `open` keeps it apart.
             Term::Uniform { .. } | Term::Exponential(_) | Term::Normal(_) => Self::Constant(0.0),
         })
     }
@@ -105,6 +108,7 @@ impl Curve {
                 turns,
             } => {
                 let is_high = turns.at(at).1 < *duty;
+                // Excluded at its end: with a duty of 0 the pulse is never high.
                 if is_high { *height } else { 0.0 }
             }
             Self::Step {
@@ -115,6 +119,7 @@ impl Curve {
                 let passed = at - begin;
                 match passed {
                     before if before < 0.0 => 0.0,
+                    // Also where `over` is 0: a step at once.
                     under_way if under_way < *over => by * under_way / over,
                     _ => *by,
                 }
@@ -131,6 +136,7 @@ impl Curve {
         if to <= from {
             return self.at(from);
         }
+        // The mean from the integral: exact, however many edges lie between.
         (self.integral(to) - self.integral(from)) / (to - from)
     }
 
@@ -140,12 +146,14 @@ impl Curve {
             Self::Constant(value) => value * at,
             Self::Sine(amplitude, turns) => {
                 let share = turns.at(at).1;
+                // ∫ sin(2πt/T) dt = −T/2π · cos(2πt/T).
                 -amplitude * turns.period / TAU * libm::cos(TAU * share)
             }
             Self::Triangle(amplitude, turns) => {
                 let share = turns.at(at).1;
                 let unit = match share {
                     up if up < 0.25 => 2.0 * up * up,
+                    // Each part continues the one before: 0.125 at a quarter and at three quarters.
                     down if down < 0.75 => 2.0 * down * (1.0 - down) - 0.25,
                     up => 2.0 * (1.0 - up) * (1.0 - up),
                 };
@@ -157,6 +165,7 @@ impl Curve {
                 turns,
             } => {
                 let (whole, share) = turns.at(at);
+                // Whole pulses, and the part of the present one.
                 height * turns.period * (whole * duty + share.min(*duty))
             }
             Self::Step {
@@ -166,6 +175,7 @@ impl Curve {
             } => {
                 let passed = (at - begin).max(0.0);
                 if passed < *over {
+                    // A parabola during the ramp, a line behind it: half of the ramp's time is lost.
                     0.5 * by * passed * passed / over
                 } else {
                     by * (passed - 0.5 * over)

@@ -43,9 +43,11 @@ impl Table {
                 let place = format!("line {line}, {}", COLUMNS[column]);
                 ConfigError::field(&source.file, place, reason)
             };
+            // As the limits of a term in the config: a table must not exceed them either.
             FaultSeconds::new(at).map_err(|reason| wrong(0, reason.to_string()))?;
             V::try_from(value).map_err(|reason| wrong(1, reason.to_string()))?;
             if let Some(last) = table.rows.last()
+                // Equal times have no slope.
                 && at <= last.at
             {
                 let reason = format!(
@@ -62,6 +64,7 @@ impl Table {
     fn push(&mut self, at: f64, value: f64) {
         let integral = match self.rows.last() {
             None => 0.0,
+            // Summed once: a mean over any time costs two searches.
             Some(last) => last.integral + area(last, self.slope(last, at, value), at - last.at),
         };
         self.rows.push(Row {
@@ -80,7 +83,9 @@ impl Table {
 
     /// The row that applies at `at`, and the slope from there on.
     fn row_at(&self, at: f64) -> (&Row, f64) {
+        // The row that has begun by now: a step happens at its own time.
         let begun = self.rows.partition_point(|row| row.at <= at);
+        // Before the first row its value holds.
         let row = &self.rows[begun.saturating_sub(1)];
         let slope = match self.rows.get(begun) {
             Some(next) if begun > 0 => self.slope(row, next.at, next.value),
@@ -104,5 +109,6 @@ impl Table {
 
 /// Integral of a straight line from a row on.
 fn area(row: &Row, slope: f64, passed: f64) -> f64 {
+    // v·t + ½·m·t².
     passed * (row.value + 0.5 * slope * passed)
 }

@@ -26,6 +26,7 @@ fn of_file(text: &str, between: &str) -> Result<Terms, String> {
 fn assert_near(received: f64, expected: f64, what: &str) {
     let off = (received - expected).abs();
     assert!(
+        // Relative to the size: the floats of both forms differ in their last digits.
         off < 1e-9 * (1.0 + expected.abs()),
         "{what}: {received}, expected {expected}"
     );
@@ -94,6 +95,7 @@ fn terms_add_up() {
 fn noise_is_distributed_as_its_kind_says() {
     let drawn = |text: &str| {
         let mut terms = terms(text);
+        // Both ways of drawing, in turns.
         let drawn = (0..20_000).map(|k| match k % 2 {
             0 => terms.at(f64::from(k)),
             _ => terms.mean(f64::from(k), f64::from(k) + 0.5),

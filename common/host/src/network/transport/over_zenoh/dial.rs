@@ -15,8 +15,10 @@ use super::endpoint::host_and_port;
 use crate::network::credentials::common_name;
 
 /// Timeout of each step.
+// A handshake takes two round trips: two seconds suffice even over a radio link.
 const CONNECTING: Duration = Duration::from_secs(2);
 /// Time without data after which the connection counts as accepted.
+// A server that refuses sends its alert within a round trip after the handshake.
 const SILENCE: Duration = Duration::from_millis(500);
 
 /// Result of dialling.
@@ -37,6 +39,7 @@ pub(super) fn dial(endpoint: &str, config: Arc<ClientConfig>) -> DialResult {
     let Some((host, port)) = host_and_port(endpoint) else {
         return DialResult::Unreachable("it has no address".to_owned());
     };
+    // `connect_timeout` and the verifier take an IPv6 address without the brackets of an endpoint.
     let host = host.trim_start_matches('[').trim_end_matches(']');
     let socket = match connected(host, port) {
         Ok(socket) => socket,
@@ -53,6 +56,7 @@ pub(super) fn dial(endpoint: &str, config: Arc<ClientConfig>) -> DialResult {
 
 fn connected(host: &str, port: u16) -> io::Result<TcpStream> {
     let mut last = io::Error::new(ErrorKind::NotFound, "its name has no address");
+    // A host may have several addresses, of IPv6 and IPv4: the node may listen on either.
     for address in (host, port).to_socket_addrs()? {
         match TcpStream::connect_timeout(&address, CONNECTING) {
             Ok(socket) => {
@@ -72,8 +76,10 @@ fn shake_hands(mut connection: ClientConnection, mut socket: TcpStream) -> DialR
             return result_of(&error);
         }
     }
+    // In TLS 1.3 the certificate of the server is known here, although its verdict on ours is not.
     let certificates = connection.peer_certificates().unwrap_or_default();
     let name = certificates.first().and_then(common_name);
+    // A failure to set it leaves the timeout of connecting: slower, not wrong.
     let _ = socket.set_read_timeout(Some(SILENCE));
     loop {
         match connection.read_tls(&mut socket) {
@@ -93,6 +99,7 @@ fn result_of(error: &io::Error) -> DialResult {
     let inner = error.get_ref();
     match inner.and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
         Some(error) => refused(error),
+        // A read timeout is `WouldBlock` on Unix and `TimedOut` on Windows.
         None if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
             DialResult::Unreachable("it says nothing".to_owned())
         }
@@ -105,11 +112,13 @@ fn refused(error: &rustls::Error) -> DialResult {
     use AlertDescription as Alert;
     use CertificateError as Found;
     let text = match error {
+        // The first bytes were no TLS record.
         rustls::Error::InvalidMessage(_) => return DialResult::WithoutTls,
         rustls::Error::AlertReceived(alert) => match alert {
             Alert::CertificateRequired => {
                 "it wants a certificate, and this end has none".to_owned()
             }
+            // rustls sends `decrypt_error` where the authority has the same name and another key.
             Alert::UnknownCA | Alert::DecryptError => {
                 "it does not know the authority of the certificate here".to_owned()
             }

@@ -8,6 +8,8 @@ use anyhow::bail;
 #[must_use]
 pub fn host_and_port(endpoint: &str) -> Option<(&str, u16)> {
     let (_, rest) = endpoint.split_once('/')?;
+    // An endpoint of Zenoh may have metadata after `?` and a config after `#`, with colons of their own.
+    // The last colon: an IPv6 address has more of them, within its brackets.
     let (host, port) = rest.split(['?', '#']).next()?.rsplit_once(':')?;
     Some((host, port.parse().ok()?))
 }
@@ -15,6 +17,7 @@ pub fn host_and_port(endpoint: &str) -> Option<(&str, u16)> {
 /// True if the endpoint uses UDP datagrams.
 #[must_use]
 pub fn is_over_udp(endpoint: &str) -> bool {
+    // QUIC runs over UDP.
     endpoint.starts_with("udp/") || endpoint.starts_with("quic/")
 }
 
@@ -39,6 +42,7 @@ pub fn is_local(endpoint: &str) -> bool {
 pub(super) fn check_secure_endpoint(endpoint: &str) -> anyhow::Result<()> {
     check_endpoint(endpoint)?;
     match endpoint.split_once('/') {
+        // An endpoint without a protocol was refused by the check above.
         Some(("tls", _)) | None => Ok(()),
         Some((protocol, rest)) => bail!(
             "received the protocol {protocol:?} beside transport.secure, expected tls, as in tls/{rest}"
@@ -57,6 +61,7 @@ pub fn endpoint(text: &str) -> Result<String, String> {
     }
 }
 
+// The transports that the dependency is built with: any other one is refused by Zenoh at the start.
 const PROTOCOLS: [&str; 5] = ["tcp", "udp", "tls", "quic", "unixsock-stream"];
 
 /// Checks an endpoint: Zenoh itself would retry one that can never work, silently and for ever.
@@ -71,6 +76,7 @@ pub(super) fn check_endpoint(endpoint: &str) -> anyhow::Result<()> {
         );
     }
     let address = rest.split(['?', '#']).next().unwrap_or_default();
+    // A path of a socket may hold anything, but not nothing.
     if address.is_empty() {
         bail!("has no address after the protocol");
     }
@@ -83,6 +89,7 @@ pub(super) fn check_endpoint(endpoint: &str) -> anyhow::Result<()> {
     if host.is_empty() {
         bail!("has no host, expected <host>:<port>, such as 192.168.1.10:7447");
     }
+    // Port 0 is allowed: the system chooses one, which tests rely on.
     if port.parse::<u16>().is_err() {
         bail!("received the port {port:?}, expected 0 to 65535");
     }
@@ -100,11 +107,13 @@ mod tests {
             "tls/localhost:7447",
             "udp/[::1]:7447",
             "unixsock-stream/a.sock",
+            // All of 127.0.0.0/8 is loopback, not only 127.0.0.1.
             "tcp/127.0.0.9:1#iface=lo",
         ] {
             assert!(is_local(endpoint), "{endpoint}");
         }
         for endpoint in [
+            // An unspecified address is every interface of the machine, and a name may be any machine.
             "tcp/0.0.0.0:7447",
             "tcp/[::]:7447",
             "tls/press:7447",

@@ -10,6 +10,7 @@ pub(super) fn zenoh_error(error: zenoh::Error) -> anyhow::Error {
 /// Reason of an insertion error, which Zenoh gives only in debug form, `Str("…")` or
 /// `Json5Err(Message { msg: "…" …`.
 pub(super) fn insertion_reason(debug: &str) -> String {
+    // Both forms end the reason with a quotation mark; a reason that holds one itself is cut there.
     let quoted = debug.split_once("msg: \"").or(debug.split_once("Str(\""));
     match quoted.and_then(|(_, rest)| rest.split_once('"')) {
         Some((reason, _)) => reason.to_owned(),
@@ -18,9 +19,11 @@ pub(super) fn insertion_reason(debug: &str) -> String {
 }
 
 /// Removes each ` at <file>.rs:<line>.` that Zenoh's errors carry.
+// Places in Zenoh's source say nothing to an operator, and name a folder of the machine it was built on.
 fn without_source_places(message: &str) -> String {
     let mut words: Vec<String> = Vec::new();
     for word in message.split_whitespace() {
+        // The word before the place is "at", which goes with it.
         match (after_source_place(word), words.last().map(String::as_str)) {
             (Some(rest), Some("at")) => {
                 words.pop();
@@ -38,6 +41,7 @@ fn without_source_places(message: &str) -> String {
 fn after_source_place(word: &str) -> Option<&str> {
     let (_, line) = word.split_once(".rs:")?;
     let rest = line.trim_start_matches(|c: char| c.is_ascii_digit());
+    // Without a line number the word was no place.
     (rest.len() < line.len()).then(|| rest.trim_start_matches('.'))
 }
 

@@ -39,6 +39,7 @@ impl Exposure {
             mutual_tls: is_on("transport/link/tls/enable_mtls"),
             denies_by_default: is_on("access_control/enabled")
                 && setting(&config, "access_control/default_permission") == "deny",
+            // Zenoh's default of 1 GiB is in its config. An absent setting therefore means no bound.
             max_message_size: setting(&config, "transport/link/rx/max_message_size")
                 .as_u64()
                 .unwrap_or(u64::MAX),
@@ -50,6 +51,7 @@ impl Exposure {
     #[must_use]
     pub fn without_mutual_tls<'a>(&self, endpoints: &'a [String]) -> Vec<&'a str> {
         let is_open = |endpoint: &&str| {
+            // TLS without a required client certificate encrypts, but lets anybody in.
             let has_tls = endpoint.starts_with("tls/") || endpoint.starts_with("quic/");
             !(has_tls && self.mutual_tls)
         };
@@ -70,6 +72,7 @@ fn beyond_this_machine(mut endpoints: Vec<String>) -> Vec<String> {
 pub(super) fn endpoints(config: &Config, section: &str) -> Vec<String> {
     let found = setting(config, &format!("{section}/endpoints"));
     let mode = setting(config, "mode");
+    // Zenoh's defaults are objects per mode, endpoints of ours are plain lists.
     let of_mode = mode.as_str().and_then(|mode| found.get(mode));
     let endpoints = of_mode.unwrap_or(&found).as_array();
     let texts = endpoints.into_iter().flatten().filter_map(Value::as_str);
@@ -96,6 +99,7 @@ mod tests {
         let found = exposure("listen = ['tcp/127.0.0.1:7447']\nconnect = ['tcp/localhost:7448']");
         assert!(found.listens.is_empty() && found.connects.is_empty());
         assert!(!found.multicast && !found.denies_by_default && !found.mutual_tls);
+        // Zenoh's own default.
         assert_eq!(found.max_message_size, 1 << 30);
     }
 
@@ -128,6 +132,7 @@ mod tests {
                  rules = [], subjects = [], policies = [] }} }}"
             ))
         };
+        // Both grant the same by their rules: only the default for everything else differs.
         assert!(with("deny").denies_by_default);
         assert!(!with("allow").denies_by_default);
     }

@@ -9,6 +9,7 @@ use super::endpoint::{host_and_port, is_over_udp};
 /// reason; empty if all can.
 pub(super) fn remedy(endpoints: &[String]) -> String {
     let tried = endpoints.iter().find_map(|endpoint| {
+        // Bound again after Zenoh failed: its error gives the text, and this one the kind.
         let error = listen(endpoint).err()?;
         remedy_of(endpoint, error.kind())
     });
@@ -32,6 +33,7 @@ fn remedy_of(endpoint: &str, kind: ErrorKind) -> Option<String> {
     let protocol = endpoint.split('/').next()?;
     match kind {
         ErrorKind::AddrInUse => {
+            // After the last port comes Zenoh's own.
             let other = port.checked_add(1).unwrap_or(7447);
             Some(format!(
                 "another program has port {port}: end it, or listen on another port, such as --listen {protocol}/{host}:{other}"
@@ -57,6 +59,7 @@ mod tests {
         let port = taken.local_addr().unwrap().port();
         let told = remedy(&[format!("tcp/127.0.0.1:{port}")]);
         assert!(told.contains(&format!("has port {port}")), "{told}");
+        // 192.0.2.0/24 is for documentation (RFC 5737): no machine has it.
         let told = remedy(&["tcp/192.0.2.1:7447".to_owned()]);
         assert!(told.contains("--listen tcp/0.0.0.0:7447"), "{told}");
         let fine = ["tcp/127.0.0.1:0", "unixsock-stream/a"].map(str::to_owned);

@@ -21,9 +21,11 @@ const FILES: [(&str, &str); 5] = [
 /// Loads the profile with the files of its folder.
 pub(super) fn profile(folder: &Path) -> anyhow::Result<Config> {
     let field = || format!("transport.secure: {}", folder.display());
+    // Zenoh takes relative paths from the working directory, and reads the files again with each connection.
     let folder = std::path::absolute(folder).with_context(field)?;
     let mut config = from_file(&folder.join(PROFILE_FILE)).with_context(field)?;
     for (setting, file) in FILES {
+        // Checked here: Zenoh would name the setting, not the folder that is incomplete.
         let file = folder.join(file);
         if !file.is_file() {
             bail!(
@@ -40,6 +42,7 @@ pub(super) fn profile(folder: &Path) -> anyhow::Result<Config> {
 
 /// Refuses settings that would bypass the profile.
 pub(super) fn check_section(transport: &TransportConfig) -> anyhow::Result<()> {
+    // A second file could switch off what the profile's own one switches on.
     if transport.file.is_some() {
         bail!("transport.file: received one beside transport.secure, expected either of them");
     }
@@ -49,6 +52,7 @@ pub(super) fn check_section(transport: &TransportConfig) -> anyhow::Result<()> {
              does not hold for what comes by multicast"
         );
     }
+    // A router in between has a certificate of its own, so that no rule could name the node behind it.
     if transport.mode == TransportMode::Client {
         bail!(
             "transport.mode: received \"client\" beside transport.secure, expected \"peer\": the profile is \
@@ -56,6 +60,7 @@ pub(super) fn check_section(transport: &TransportConfig) -> anyhow::Result<()> {
         );
     }
     for path in transport.settings.keys() {
+        // Each of these alone opens the node: the rules, the certificates, and links without either.
         let is_barrier = [
             "access_control",
             "transport/link/tls",

@@ -18,6 +18,7 @@ pub(super) fn from_file(file: &Path) -> anyhow::Result<Config> {
 
 /// Inserts where the config still holds Zenoh's own default.
 pub(super) fn unless_set(config: &mut Config, path: &str, json: &str) -> anyhow::Result<()> {
+    // Zenoh's config does not say what was set: a value other than the default must have been.
     let untouched = Config::default().get_json(path).ok();
     if config.get_json(path).ok() == untouched {
         insert(config, path, json)?;

@@ -22,6 +22,7 @@ pub(super) struct SessionEndpoints {
 impl SessionEndpoints {
     pub(super) fn of(config: &Config, transport: &TransportConfig) -> Self {
         Self {
+            // Only endpoints that it connects to: a node that connects to this one is at an unknown address.
             endpoints: endpoints(config, "connect"),
             secure: transport.secure.clone(),
         }
@@ -29,6 +30,7 @@ impl SessionEndpoints {
 
     /// Dials every endpoint; none if that shows no reason.
     pub(super) fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
+        // A folder that has become unreadable leaves no way to ask, and the session itself reports it.
         let config = client_config(self.secure.as_deref())?;
         let dialled = self.endpoints.iter().filter_map(|endpoint| {
             // Sockets of this machine and datagrams have no TLS over TCP to ask with.
@@ -44,6 +46,7 @@ fn client_config(secure: Option<&Path>) -> Option<Arc<ClientConfig>> {
     let config = match secure {
         Some(folder) => Credentials::open(folder).ok()?.client_config().ok()?,
         None => ClientConfig::builder_with_provider(provider())
+            // TLS 1.3 alone: its alert comes after the handshake, where the dial looks for it.
             .with_protocol_versions(&[&rustls::version::TLS13])
             .ok()?
             .with_root_certificates(RootCertStore::empty())
@@ -57,6 +60,7 @@ fn judge(
     is_secure: bool,
     dialled: &[(&str, DialResult)],
 ) -> Option<InvisibilityReason> {
+    // The node's own name first: a refusal by another node of the list says nothing about this one.
     let is_it = |found: &&(&str, DialResult)| found.1 == DialResult::Trusted(Some(node.to_owned()));
     if let Some((endpoint, _)) = dialled.iter().find(is_it) {
         return Some(InvisibilityReason::Refused(format!(
@@ -65,10 +69,12 @@ fn judge(
         )));
     }
     let refusal_text = |endpoint: &str, what: &DialResult| match what {
+        // Without a profile this end trusts nobody: its own refusal says nothing about the other end.
         DialResult::Refused(_) if !is_secure => Some(format!(
             "{endpoint} wants TLS and a certificate, and this end is not part of a secure network"
         )),
         DialResult::Refused(why) => Some(format!("{endpoint}: {why}")),
+        // Plain TCP is in order for a node without a profile.
         DialResult::WithoutTls if is_secure => Some(format!("{endpoint} has no TLS")),
         _ => None,
     };
@@ -77,6 +83,7 @@ fn judge(
         .filter_map(|(endpoint, what)| refusal_text(endpoint, what));
     let refusals: Vec<_> = refusals.collect();
     if !refusals.is_empty() {
+        // A refusal is more than an unreachable endpoint: it shows a node that is there.
         return Some(InvisibilityReason::Refused(refusals.join("; ")));
     }
     let elsewhere = dialled.iter().filter_map(|(endpoint, what)| match what {
@@ -138,6 +145,7 @@ mod tests {
             wanted.reason().contains("wants TLS and a certificate"),
             "{wanted:?}"
         );
+        // A plain node at a plain endpoint: there is no refusal to be found.
         assert_eq!(plain(DialResult::WithoutTls), None, "as it ought to be");
         assert!(matches!(
             plain(unreachable()),
