@@ -234,6 +234,7 @@ impl Command {
     /// PLC name of the command.
     #[must_use]
     pub const fn name(&self) -> &'static str {
+        // Power decides the arrow only.
         self.entry(false).0
     }
 
@@ -242,6 +243,7 @@ impl Command {
     pub const fn as_saw(&self) -> Option<SawCommand> {
         match self {
             Self::GearInPos(command) => match command.positions() {
+                // Other positions become absolute at the axis, which alone knows where it and its master are.
                 (SyncPosition::At(master), SyncPosition::At(slave)) => {
                     Some(SawCommand::GearInPos(command.at(master, slave)))
                 }
@@ -259,6 +261,7 @@ impl Command {
     }
 
     /// PLC name and arrow of each command.
+    // A common table: no command can be missing from one of them.
     const fn entry(&self, powered: bool) -> (&'static str, Option<Transition>) {
         use Transition as To;
         match self {

@@ -121,7 +121,7 @@ impl Inbox {
         cycle_start: Instant<Local>,
         mut received: impl FnMut(Instant<Local>, &FrameHeader, bool),
     ) -> Option<FrameHeader> {
-        // One turn of the queue: what is not due yet goes back behind the rest, in its order and without allocation.
+        // A single turn of the queue: what is not due yet goes back behind the rest, in its order and without allocation.
         for _ in 0..self.waiting.len() {
             let Some((at, header)) = self.waiting.pop_front() else {
                 break;
