@@ -33,6 +33,7 @@ impl Slave {
                 select(plates, order, *replace, cargo, room)
             }
             CamCommand::CamTableDelete { table } => match cargo {
+                // The plate leaves in the cargo, and is freed outside of the cycle.
                 OrderCargo::Table(deleted) if !order.dry_run => plates.delete(*table, deleted),
                 _ => plates.plan_delete(*table),
             },
@@ -47,6 +48,7 @@ impl Slave {
             order.command,
             CamCommand::CamTableSelect { .. } | CamCommand::CamTableDelete { .. }
         );
+        // A reading or a dry run that fails is no refused command of the slave.
         if let (Err(error), true) = (done, changes && !order.dry_run) {
             self.note_refusal(refusal_of(error));
         }
@@ -89,6 +91,7 @@ fn select(
             plates.plan_select(id, replace, table.as_deref(), room)
         }
         OrderCargo::Table(table) => plates.select(id, replace, table, room),
+        // The plate was calculated outside of the cycle. Its error is answered here, like all refusals.
         OrderCargo::Wrong(error) => Err(CouplingError::Cam(*error)),
         OrderCargo::Nothing | OrderCargo::Reading(_) => Err(CouplingError::NoTable),
     }
