@@ -69,7 +69,7 @@ impl Beacons {
             now + self.interval
         });
         let number = self.number;
-        // Numbers wrap after 2³² beacons. All comparisons go by the sign of a wrapping difference.
+        // Numbers wrap after 2³² beacons. All comparisons go by wrapping differences.
         self.number = self.number.wrapping_add(1);
         self.counters.sent = self.counters.sent.saturating_add(1);
         Some(number)
