@@ -170,8 +170,8 @@ impl RecentPeak {
     pub(super) fn pass(&mut self, passed: f64) {
         self.since += passed;
         if self.since >= MEMORY {
-            // Two buckets in turn forget in bounded memory. A decaying peak would fall below a ripple that still
-            // lasts.
+            // Two buckets in turn forget in bounded memory. A decaying peak would fall below a ripple between two of its
+            // peaks.
             (self.before, self.now, self.since) = (self.now, 0.0, 0.0);
         }
     }

@@ -268,7 +268,7 @@ impl Slave {
                 _ => CoupleState::Master,
             };
         }
-        // An error of its own goes first.
+        // Only without an error of its own, which names the nearer cause.
         if axis.error_code == 0 && self.error_of_master != 0 {
             axis.error_code = self.error_of_master;
             axis.state_word.insert(StateWord::ERROR);
