@@ -263,7 +263,7 @@ impl FarNode {
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;
-                // Bypass and PT1 modes never report sync, so their axes are ready without it.
+                // Bypass, PT1 and time mode never report sync, so their axes are ready without it.
                 let needs_no_clock = node.clock.is_enabled() && !node.clock.synchronises();
                 let is_there = signals.synced || needs_no_clock;
                 // A blend is a straight line between two modes: its velocity steps where it begins and ends.
