@@ -26,11 +26,13 @@ pub(crate) struct Arrivals<'a> {
 impl ArrivalLog {
     /// Creates a log for this number of far nodes.
     pub(crate) fn new(far_nodes: usize) -> Self {
+        // At the start, for the worst cycle of all nodes at once: the cycles never allocate.
         Self(VecDeque::with_capacity(far_nodes * CAPACITY))
     }
 
     /// Begins a cycle: arrivals that were not fetched are discarded.
     pub(crate) fn begin(&mut self) {
+        // Keeps its memory.
         self.0.clear();
     }
 
@@ -58,6 +60,7 @@ impl Arrivals<'_> {
     }
 
     fn push(&mut self, at: Instant<Local>, what: Arrived) {
+        // A full log loses arrivals rather than allocate: it serves recordings only.
         if self.log.len() < self.log.capacity() {
             let far = self.far;
             self.log.push_back(Arrival { far, at, what });

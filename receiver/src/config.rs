@@ -116,6 +116,7 @@ impl ReceiverConfig {
     /// The axis id of the n-th slave.
     #[must_use]
     pub fn slave_id(&self, n: usize) -> u32 {
+        // A file of at most 1 MiB has far fewer slaves than a u32 can count.
         let counted = (n + 1) as u32;
         self.slaves.get(n).and_then(|s| s.id).unwrap_or(counted)
     }
@@ -132,13 +133,16 @@ impl ReceiverConfig {
     pub fn gear_to(&self, n: usize) -> Option<GearConfig> {
         let mut number = n;
         let mut whole = GearConfig::default();
+        // At most as many steps as there are slaves, which may follow each other in a circle.
         for _ in 0..self.slaves.len() {
             let slave = self.slaves.get(number)?;
+            // A program may uncouple the slave, and the gear would hold for a while only.
             if slave.couple() != CoupleConfig::Gear || !slave.steps.is_empty() {
                 return None;
             }
             whole = GearConfig {
                 ratio: whole.ratio * slave.gear.ratio,
+                // R·(r·m + o) + O: the offset of an inner gear passes through all outer ratios.
                 offset: whole.ratio * slave.gear.offset + whole.offset,
             };
             match self.master_of(number).ok()? {
@@ -153,6 +157,7 @@ impl ReceiverConfig {
     #[must_use]
     pub fn wiring(&self) -> Wiring {
         let own = [Channel::Slaves, Channel::TimeResponses];
+        // Slaves and time responses are published in any case, and far axes on request.
         let far_axes = (!self.publish_far_axes.is_none()).then_some(Channel::FarAxes);
         let own = own.into_iter().chain(far_axes);
         let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).collect();
@@ -211,6 +216,7 @@ impl ReceiverConfig {
     pub fn timing_endpoints(&self) -> TimingEndpoints {
         let links = self.timing_links();
         TimingEndpoints {
+            // Beacons leave from the receiver. Only nodes that are followed wait for them.
             listen: None,
             nodes: links
                 .map(|(number, _, timing)| (number, timing.connect))

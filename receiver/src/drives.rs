@@ -59,6 +59,7 @@ impl Drives {
             if self.given[..n].iter().any(|(other, _)| other == name) {
                 return wrong(format!("received two for {name:?}, expected one"));
             }
+            // A misspelt name would leave the slave with a simulated drive, and the drive of the caller unused.
             if !config.slaves.iter().any(|s| s.name.as_str() == name) {
                 let names: Vec<_> = config.slaves.iter().map(|s| s.name.as_str()).collect();
                 let known = names.join(", ");
@@ -72,6 +73,7 @@ impl Drives {
 
     /// True if this slave has a drive that is not simulated.
     pub(crate) fn has_real(&self, slave: &SlaveConfig) -> bool {
+        // A drive of the caller counts as real, whatever it does: nothing is known of its limits.
         let is_given = (self.given.iter()).any(|(name, _)| name == slave.name.as_str());
         is_given || matches!(slave.drive, DriveConfig::SharedMemory(_))
     }
@@ -83,6 +85,7 @@ impl Drives {
     pub(crate) fn take(&mut self, slave: &SlaveConfig) -> Result<Box<dyn Drive>, String> {
         let place = (self.given.iter()).position(|(name, _)| name == slave.name.as_str());
         match (place, &slave.drive) {
+            // Before the configured kind, which the caller replaces. The order of the rest does not matter.
             (Some(place), _) => Ok(self.given.swap_remove(place).1),
             (None, DriveConfig::SharedMemory(_)) if !self.simulate_the_rest => Err(format!(
                 "received kind = {:?} and no drive for it, expected one that was given for {:?}",

@@ -33,8 +33,11 @@ impl PublishedFarAxes {
         masters: &[Option<Master>],
         signals: &[FarAxisSignals],
     ) -> &[NcToPlcAxis] {
+        // Keeps its memory: nothing allocates in the cycle.
         self.axes.clear();
+        // Ids go with the config, so that an axis without data leaves those of the others alone.
         for ((id, axis), modulo) in (1..).zip(&self.which).zip(&self.turns) {
+            // Without data an axis is left out, rather than shown at a position that it never had.
             if let Some(master) = &masters[*axis] {
                 let received_error = signals[*axis].received_error;
                 let mut axis = axis_struct(id, master, received_error);
@@ -49,6 +52,7 @@ impl PublishedFarAxes {
 /// Builds an axis structure. Actual values are not corrected anywhere, so the set values are used.
 fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
     let (set, own) = (master.set, master.error_code);
+    // The own error first: with it the set values are no longer those of the sender.
     let error_code = if own == 0 { received_error } else { own };
     NcToPlcAxis {
         state_word: state_word(master, error_code),

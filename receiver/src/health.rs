@@ -84,6 +84,7 @@ impl Health {
     pub(crate) const fn severity(&self) -> u8 {
         match self {
             Self::Ok => 0,
+            // Both states of standbys leave the set values in order.
             Self::NoStandby => 1,
             Self::OnStandby => 2,
             Self::StartingUp => 3,
@@ -92,6 +93,7 @@ impl Health {
             Self::MasterSilent => 6,
             Self::TwoSenders => 7,
             Self::Error(_) => 8,
+            // The worst of a far node: what its frames state cannot be followed at all.
             Self::CycleTimesDoNotFit | Self::PaceOutOfRange => 9,
             Self::SlaveBehind { .. }
             | Self::ProgramBlocked { .. }

@@ -66,6 +66,7 @@ impl MarksConfig {
             return Ok(());
         };
         let (received, spacing) = (swing.amplitude.get(), self.spacing.get());
+        // At a spacing of 0 or less a mark would not lie beyond the one before.
         if received >= spacing {
             return Err(WrongMarks::Amplitude { received, spacing });
         }
@@ -81,6 +82,7 @@ impl MarksConfig {
     #[must_use]
     pub fn position(&self, mark: u64) -> f64 {
         let n = mark as f64;
+        // The sum 0 + 1 + … + (n − 1), times the drift.
         let drift = self.spacing_drift.get() * n * (n - 1.0) * 0.5;
         let swing = self.spacing_swing.map_or(0.0, |swing| swing.sum(mark));
         self.first.get() + n * self.spacing.get() + drift + swing
@@ -110,6 +112,7 @@ impl MarksConfig {
     /// The mark that is closest to a position.
     #[must_use]
     pub fn closest_to(&self, position: f64) -> u64 {
+        // Positions of marks increase, so that only the two neighbours can be the closest.
         let beyond = self.first_beyond(position);
         let off = |mark: u64| (self.position(mark) - position).abs();
         match beyond.checked_sub(1) {
@@ -125,6 +128,7 @@ impl SpacingSwing {
         let marks = u64::from(self.marks);
         // A whole period adds zero. The sum of sines has a closed form.
         let n = (mark % marks) as f64;
+        // Σ sin(2πk/m) for k < n is sin(nπ/m)·sin((n − 1)π/m)/sin(π/m).
         let half_turn = core::f64::consts::PI / marks as f64;
         let sum = libm::sin(n * half_turn) * libm::sin((n - 1.0) * half_turn);
         self.amplitude.get() * sum / libm::sin(half_turn)

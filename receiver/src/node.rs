@@ -87,6 +87,8 @@ impl AxesFrame {
             channel,
             body: vec![0; body_capacity(axes)],
             pending: None,
+            // Until the host knows better: a frame without subscribers costs little, a missing one an error stop
+            // elsewhere.
             is_subscribed: true,
         }
     }
@@ -95,6 +97,7 @@ impl AxesFrame {
     fn encode<'a>(&mut self, header: &FrameHeader, axes: impl FnOnce() -> &'a [NcToPlcAxis]) {
         self.pending = match self.is_subscribed.then(axes) {
             None | Some([]) => None,
+            // The body has room for a frame of all axes, so that encoding cannot fail.
             Some(axes) => encode_body(header, axes, &mut self.body).ok(),
         };
     }
@@ -174,6 +177,7 @@ impl Receiver {
                 };
                 ReceiverError::Sync { field, wrong }
             })?;
+        // Messages come with the number of their subscription, so that no name is compared in the cycle.
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
@@ -192,6 +196,7 @@ impl Receiver {
             tick: Tick {
                 count: 0,
                 ideal_start: start,
+                // No cycle has run yet.
                 elapsed: 0,
             },
             slaves: AxesFrame::new(Channel::Slaves, config.slaves.len()),
@@ -245,9 +250,11 @@ impl Receiver {
         let header = FrameHeader {
             sender: self.identity.sender,
             epoch: self.identity.epoch,
+            // The manual's 16 bits of the count, for receivers that know only these.
             index: CycleIndex::of_count(self.tick.count),
             count: self.tick.count,
             cycle_time: self.schedule.cycle_time(),
+            // The host adds the stamp where the frame leaves.
             send_stamp: None,
         };
         let (pipeline, snapshot) = (&mut self.pipeline, &self.snapshot);
@@ -311,6 +318,7 @@ fn number_of(names: &[NodeName], name: &str) -> Option<usize> {
 
 /// The known names, for an unknown one.
 fn known<T, E>(names: &[NodeName], name: impl Fn(&str) -> Result<T, E>) -> [Option<T>; MAX_KNOWN] {
+    // A fixed number of them, without allocation, as an order is answered in the cycle.
     let mut known = names.iter().filter_map(|other| name(other.as_str()).ok());
     std::array::from_fn(|_| known.next())
 }
@@ -319,8 +327,10 @@ impl Node for Receiver {
     type Snapshot = ReceiverSnapshot;
 
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
+        // Decides in the inbox which axes the next cycle can still need.
         let due = self.schedule.next_start();
         match (message, self.sources.get(subscription)) {
+            // Anybody may ask, whatever the subscription.
             (Message::TimeRequest(request), _) => self.time_server.receive(at, request),
             (Message::Rejected(reason), Some(Source::Requests)) => {
                 self.refused_requests.count(*reason);
@@ -344,6 +354,7 @@ impl Node for Receiver {
                     | Message::BeaconResponse(_) => {}
                 }
             }
+            // Without a reader: a subscription that the config does not have, or anything but a request among these.
             (_, Some(Source::Requests) | None) => {}
         }
     }
@@ -375,12 +386,14 @@ impl Node for Receiver {
         self.pipeline.scan(&self.tick, &mut self.snapshot);
         self.encode_axes();
         self.time_server.respond(&self.tick, now);
+        // A request that was not fetched is dropped: its stamp is that of its own cycle.
         for (far, due) in self.due.iter_mut().enumerate() {
             *due = self.pipeline.received_from(far).ask(&self.tick);
         }
         for (far, due) in self.due_beacons.iter_mut().enumerate() {
             *due = self.pipeline.received_from(far).due_beacon(&self.tick);
         }
+        // Requests are encoded one by one while they are sent, with a single buffer.
         self.next_asked = 0;
         self.show(now);
         self.tick
@@ -400,6 +413,7 @@ impl Node for Receiver {
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
         let ideal_start = self.tick.ideal_start;
+        // Set values first: a slave elsewhere waits for them in this cycle.
         if self.slaves.pending.is_some() {
             return self.slaves.take(ideal_start);
         }
@@ -434,6 +448,7 @@ impl Node for Receiver {
     }
 
     fn ideal_start(&self, now: Instant<Local>) -> Instant<Local> {
+        // On a copy: the question alone must not count a cycle.
         let mut schedule = self.schedule;
         schedule.take(now).ideal_start
     }

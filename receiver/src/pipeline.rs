@@ -73,6 +73,7 @@ impl Pipeline {
 
     /// The node with this number among those received from.
     pub(crate) fn received_from(&mut self, number: usize) -> &mut Candidate {
+        // The host numbers all nodes in a row, the pipeline by far node and standby.
         let (far, place) = self.received_from[number];
         self.far[far].node(place)
     }
@@ -80,14 +81,17 @@ impl Pipeline {
     /// Runs one scan.
     pub(crate) fn scan(&mut self, tick: &Tick, shown: &mut ReceiverSnapshot) {
         self.arrivals.begin();
+        // Masters before slaves, which read both kinds of axes as they are in this cycle.
         for n in 0..self.far.len() {
             self.far_node(n, tick, shown);
         }
         let virtual_axes = &mut shown.signals.virtual_axes;
         let virtual_axes = self.virtual_axes.cycle(tick.ideal_start, virtual_axes);
+        // Skipped cycles count: set values go by the ideal time and not by the number of scans.
         let elapsed = Seconds(self.cycle_s * f64::from(tick.elapsed));
         self.slaves.update(&self.masters, virtual_axes, elapsed);
         self.slaves.show(shown);
+        // Last, because it depends on all of the others.
         shown.health = self.health(shown);
         shown.signals.node.health = shown.health.name();
     }
@@ -112,11 +116,13 @@ impl Pipeline {
             Channel::Slaves => self.slaves.set_circle(id, state),
             // The axes' ids are their places, from 1.
             Channel::FarAxes => {
+                // An id of 0 wraps to a place that does not exist.
                 let place = (id as usize).wrapping_sub(1);
                 if let Some(is_in_circle) = self.far_axes_in_circles.get_mut(place) {
                     *is_in_circle = state != CircleState::None;
                 }
             }
+            // Other channels have no axes that follow any.
             _ => {}
         }
     }
@@ -126,9 +132,11 @@ impl Pipeline {
     /// of a far node's fault.
     fn health(&self, shown: &ReceiverSnapshot) -> Health {
         let worst = || {
+            // The standbys behind them are part of the health of their far node.
             shown.far_health[..self.far.len()]
                 .iter()
                 .copied()
+                // Without far nodes there is none, and all is well as far as they go.
                 .max_by_key(Health::severity)
         };
         let is_in_circle = self.far_axes_in_circles.contains(&true);

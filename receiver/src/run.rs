@@ -64,13 +64,17 @@ pub fn run_with_service(
         tracing::warn!("{}: {note}", node.file());
     }
     if node.check {
+        // A check must not create shared memory, which a running node may have.
         build(node, &config, Drives::simulated(), Instant::EPOCH, 0)?;
         return node.report_valid().map(|()| Exit::Done);
     }
+    // Before anything moves: a parent that has ended already refuses the start.
     node.die_with_parent()?;
+    // Before the node: a file that cannot be written ends the program before anything moves.
     let recorder = recorder(args, &config)?;
     let follows = !config.received_nodes().is_empty();
     let (args_of_node, built) = (node.clone(), config.clone());
+    // Called by the host, which knows start and epoch only once its clock runs.
     let build = move |start, epoch| {
         let drives = drives(&built, epoch).map_err(|error| args_of_node.wrong(error))?;
         build(&args_of_node, &built, drives, start, epoch)
@@ -92,6 +96,7 @@ pub fn run_with_service(
         arrivals_not_recorded = outcome.arrivals_dropped,
         "cycles of this run"
     );
+    // A run that a signal ended early may have had no time to receive anything.
     if outcome.ended == EndReason::TimeUp && follows && outcome.received == 0 {
         tracing::error!("no data came of any node that is followed");
         return Ok(Exit::NoData);
@@ -114,6 +119,7 @@ pub fn setup(
         real_time: config.real_time,
         clock: config.clock.clone(),
         seed: config.seed,
+        // Only a file has a lab table: `run_with_service` sets it.
         lab: None,
         send_stamps: true,
         wiring: config.wiring(),

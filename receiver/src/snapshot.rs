@@ -181,6 +181,7 @@ impl ReceiverSnapshot {
             ideal_start: start,
             woke: start,
             health: Health::WaitingForMaster,
+            // All lists have their final length from the start, so that copies in the cycle do not allocate.
             signals: SignalRow::new(config),
             far_health: vec![Health::WaitingForMaster; heard].into(),
             data_cycle_times: vec![None; heard].into(),
@@ -212,6 +213,7 @@ impl ReceiverSnapshot {
     /// Memory of the snapshot, bytes.
     #[must_use]
     pub fn size(&self) -> usize {
+        // Without the first axes, which all snapshots share.
         let signals = &self.signals;
         size_of::<Self>()
             + size_of_val(&*signals.far)
@@ -234,6 +236,7 @@ impl Clone for ReceiverSnapshot {
             far_health: self.far_health.clone(),
             data_cycle_times: self.data_cycle_times.clone(),
             faults: self.faults.clone(),
+            // Never changes, so that clones share it.
             first_axes: Arc::clone(&self.first_axes),
         }
     }

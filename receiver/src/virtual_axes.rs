@@ -52,11 +52,14 @@ impl VirtualAxes {
         at: Instant<Local>,
         signals: &mut [VirtualAxisSignals],
     ) -> &[Master] {
+        // By the ideal start: a scan that wakes late must not move the axes on.
         let since_start = at - self.start;
         let places = self.axes.iter_mut().zip(&mut self.masters);
         for ((source, (axis, place)), signals) in self.sources.iter_mut().zip(places).zip(signals) {
+            // Before the source writes its values in place.
             let last = *axis;
             let sample = source.at(since_start, axis);
+            // A receiver elsewhere would refuse the whole frame for one such axis.
             if axis.implausible_field().is_some() {
                 *axis = in_error(&last, source.id());
             }
@@ -83,6 +86,7 @@ fn in_error(last: &NcToPlcAxis, axis_id: u32) -> NcToPlcAxis {
         actual_velocity: 0.0,
         set_velocity: 0.0,
         set_acceleration: 0.0,
+        // Its motion ends here.
         target_position: last.set_position,
         ..*last
     }

@@ -169,17 +169,21 @@ impl SlaveAxis {
     ) -> Kinematics {
         self.masters = masters.into();
         self.revision = self.revision.wrapping_add(1);
+        // Velocities below are quotients by it. A NaN compares as false.
         if !(elapsed.0 > 0.0 && elapsed.0.is_finite()) {
             return self.set;
         }
+        // Before the cycle: power is switched off only after two cycles at rest.
         let (before, stood) = (self.set.position, self.stands());
         if let Err(error) = self.advance(plates, elapsed) {
             self.fail(plates, error);
+            // The failed cycle is the first one of the brake. Otherwise the axis would stand for it, with a velocity.
             self.run_plan(elapsed);
         }
         self.mean_velocity = (self.set.position - before) / elapsed.0;
         self.newest_cycle = elapsed.0;
         self.finish(plates, stood);
+        // After the end of the motion: power that is switched off here presets the position to that of the drive.
         self.move_drive(plates, elapsed);
         self.wait_for_drive(plates);
         self.set
@@ -188,6 +192,7 @@ impl SlaveAxis {
     /// Reports the circle that the axis and its masters form across nodes. Couplings are refused
     /// while a circle is known; a closed one brings a coupled axis to an error stop.
     pub const fn set_circle(&mut self, circle: CircleState) {
+        // A plan from before could couple the axis into the circle, so the revision changes, too.
         self.circle = circle;
         self.revision = self.revision.wrapping_add(1);
     }
@@ -232,6 +237,7 @@ impl SlaveAxis {
     /// State of a job. The last ended ones are kept; others count as aborted.
     #[must_use]
     pub fn progress(&self, job: Job) -> JobState {
+        // Each keeper of jobs in turn: numbers are unique, so that at most one of them knows it.
         if let Some(state) = self.jobs.progress(job) {
             return state;
         }
@@ -240,6 +246,7 @@ impl SlaveAxis {
             return state;
         }
         match self.couplings.state_of(job) {
+            // Nobody knows the job any more: it ended too long ago.
             CommandState::Idle => CommandState::Aborted,
             state => state.map_error(|refusal| JobError::Refused(Refusal::Coupling(refusal))),
         }
@@ -292,6 +299,7 @@ impl SlaveAxis {
     #[must_use]
     pub fn coupling_phase(&self) -> Option<CouplingPhase> {
         let phase = self.couplings.get(self.engaged()?).phase()?;
+        // The coupling knows its own set values, the axis those that its limits have left.
         let is_behind = phase.is_in_sync() && self.left_behind.is_some();
         Some(if is_behind {
             CouplingPhase::Behind
@@ -426,11 +434,13 @@ impl SlaveAxis {
 
     /// End position of the current motion, u; the current position if there is none.
     pub(super) fn target_position(&self) -> f64 {
+        // A velocity without an end has no target.
         let target = match &self.motion {
             Motion::Own(planned) if planned.end().velocity == 0.0 => Some(planned.end().position),
             Motion::Own(_) => None,
             Motion::Coupled(kind) => self.couplings.get(*kind).target(),
         };
+        // The offset at its end: a target is where the axis comes to rest.
         target.map_or(self.set.position, |target| {
             target + self.superimposed.end().position
         })
@@ -453,7 +463,11 @@ impl SlaveAxis {
     /// The start state of another motion. The set values stay as they have left the axis.
     fn free(&self) -> Kinematics {
         match &self.motion {
+            // Before its first cycle a motion is replaced from where it began: two commands in one cycle count as the
+            // last one.
             Motion::Own(planned) => planned.taken_over().unwrap_or(self.set),
+            // Stated values of a coupling may contradict its positions. A motion of the axis's own must begin with
+            // what they bear out.
             Motion::Coupled(_) => self.guard.taken_over(&self.last_stage.borne_out(&self.set)),
         }
     }
@@ -461,6 +475,7 @@ impl SlaveAxis {
     /// True if its own motion has ended, and the axis has arrived.
     fn own_motion_is_over(&self) -> bool {
         matches!(&self.motion, Motion::Own(planned) if planned.is_over())
+            // The plan has ended, but the last stage may still be on its way to the end.
             && self.tracking == GuardState::Tracking
             && !self.superimposed.is_under_way()
     }
@@ -473,6 +488,7 @@ impl SlaveAxis {
             acceleration,
             ..
         } = self.set;
+        // Exact zeros: plans end with them, and a preset from a crawl would be a step.
         [velocity, acceleration, self.mean_velocity] == [0.0; 3]
     }
 }

@@ -38,6 +38,7 @@ impl CamPoints {
         if !(1..=Self::MOST).contains(&count) {
             return Err(WrongNumberOfPoints { received: count });
         }
+        // An array and no list: commands are copied on the cycle path, where nothing may allocate.
         let mut taken = [UNUSED; Self::MOST];
         taken[..count].copy_from_slice(points);
         Ok(Self {
@@ -47,6 +48,7 @@ impl CamPoints {
     }
 }
 
+// Never read: a slice ends at the count.
 const UNUSED: MotionPoint = MotionPoint {
     index: 0,
     function: MotionLaw::Polynom1,

@@ -70,8 +70,10 @@ pub(super) enum TakesOver {
 impl Effect {
     pub(super) const fn takes_over(&self) -> TakesOver {
         match self {
+            // Homing takes over as well, so that its job ends like that of a motion.
             Self::Home(_) | Self::Run(_) | Self::Couple(..) => TakesOver::AndGoesOn,
             Self::Phase(_) | Self::Superimpose(_) => TakesOver::GoesOnBeside,
+            // The axis is released at once. The velocity that it keeps is no part of the command.
             Self::Release => TakesOver::AndIsDone,
             Self::Power(_)
             | Self::Reset
@@ -98,6 +100,7 @@ impl Change {
     /// True if it is completed on application, with no job to follow.
     #[must_use]
     pub const fn is_done_at_once(&self) -> bool {
+        // A release is done at once, too, but it ends the job before it and has a number of its own.
         matches!(self.effect.takes_over(), TakesOver::No)
     }
 

@@ -214,6 +214,7 @@ impl Command {
     pub const fn as_saw(&self) -> Option<SawCommand> {
         match self {
             Self::GearInPos(command) => match command.positions() {
+                // Other positions become absolute at the axis, which alone knows where it and its master are.
                 (SyncPosition::At(master), SyncPosition::At(slave)) => {
                     Some(SawCommand::GearInPos(command.at(master, slave)))
                 }

@@ -52,6 +52,7 @@ macro_rules! couplings {
 
         impl Couplings {
             /// The state of the coupling of a kind.
+            // An object where no store is needed. The rest differs in its types by kind, and is dispatched below.
             pub(super) fn get(&self, kind: Kind) -> &dyn Coupling {
                 match kind { $( Kind::$kind => &self.$field, )* }
             }
@@ -146,6 +147,7 @@ macro_rules! couplings {
             pub(super) fn state_of(&self, job: Job) -> CommandState<CouplingRefusal> {
                 $(
                     let state = self.$field.state_of(job).map_error(CouplingRefusal::$kind);
+                    // Numbers of jobs are unique in an axis: at most one kind knows one.
                     if state != CommandState::Idle {
                         return state;
                     }
@@ -246,11 +248,13 @@ impl Couplings {
     pub(super) fn ended(&mut self) -> Option<Job> {
         Kind::ALL
             .into_iter()
+            // Every kind is asked: a change may end in the cycle in which another coupling takes over.
             .find_map(|kind| self.get_mut(kind).ended())
     }
 
     /// Ends every coupling, and clears values that are not kept after their end.
     pub(super) fn end_all(&mut self, tables: &mut Tables) {
+        // Ending is idempotent, so that couplings which are not engaged need no check.
         for kind in Kind::ALL {
             self.end(kind, tables);
         }

@@ -37,6 +37,7 @@ impl SlaveAxis {
             set_velocity: set.velocity,
             set_acceleration: set.acceleration,
             target_position: self.target_position(),
+            // The field has 16 bits: later numbers wrap.
             command_number: self.job().0.map_or(0, |job| job.number as u16),
             ..NcToPlcAxis::default()
         };
@@ -47,6 +48,7 @@ impl SlaveAxis {
         let set = self.set();
         match self.coupling_phase() {
             Some(CouplingPhase::Waiting | CouplingPhase::Released) => AxisState::SlavePrephase,
+            // A slave that is behind is not in sync, and so is synchronising.
             Some(phase) if phase.is_in_sync() => AxisState::SlaveSynchronous,
             Some(_) => AxisState::SlaveSynchronizing,
             None => AxisState::of_motion(set.velocity, set.acceleration),
@@ -57,6 +59,7 @@ impl SlaveAxis {
         let (status, set) = (self.status(), self.set());
         let drive = self.actual().state;
         let failed = status == AxisStatus::ErrorStop;
+        // By the drive and not by the command: a drive may have power in an error stop.
         let powered = drive == DriveState::Following;
         let constant = set.velocity != 0.0 && set.acceleration == 0.0;
         let mut word = self.queued(plates) | StateWord::of_velocity(set.velocity);
@@ -64,6 +67,7 @@ impl SlaveAxis {
         word.set(StateWord::HOMED, self.is_homed());
         word.set(
             StateWord::IN_TARGET_POSITION,
+            // Only there a motion has come to its end: at rest in an error stop it has not.
             status == AxisStatus::Standstill,
         );
         word.set(StateWord::HAS_JOB, self.has_job());

@@ -46,6 +46,7 @@ pub struct EndedJob {
 }
 
 /// Number of ended jobs that are kept.
+// A command ends four at most: that of the motion, those of two offsets, and its own if it is done at once.
 const REMEMBERED: usize = 4;
 
 /// The job that moves the axis, and those that have ended.
@@ -90,6 +91,7 @@ impl Jobs {
         if let Some(before) = self.motion
             && self.is_busy()
         {
+            // The end of the old job comes first, as a reader expects them.
             self.end(before, CommandState::Aborted);
         }
         self.motion = Some(job);
@@ -101,6 +103,7 @@ impl Jobs {
 
     /// Sets the state of the job that moves the axis, unless it has already ended.
     pub(super) fn set(&mut self, state: JobState) {
+        // A job ends once: later states of the motion are none of the job's.
         if !self.is_busy() {
             return;
         }
@@ -122,6 +125,7 @@ impl Jobs {
 
     /// True if a job was aborted by a roll-back.
     pub(super) const fn was_rolled_back(&self, job: Job) -> bool {
+        // Jobs that are done at once share the number 0.
         job.number != 0 && self.rolled_back == job.number
     }
 
@@ -129,11 +133,13 @@ impl Jobs {
     pub(super) fn end(&mut self, job: Job, state: JobState) {
         self.ended[self.next] = Some(EndedJob { job, state });
         self.next = (self.next + 1) % REMEMBERED;
+        // More than are remembered have overwritten the oldest.
         self.untaken = (self.untaken + 1).min(REMEMBERED);
     }
 
     /// Takes the next ended job.
     pub(super) fn take_ended(&mut self) -> Option<EndedJob> {
+        // The oldest that was not taken. The addend keeps the difference from falling below 0.
         let place = (self.next + REMEMBERED - self.untaken) % REMEMBERED;
         self.untaken = self.untaken.checked_sub(1)?;
         self.ended[place]

@@ -54,16 +54,19 @@ impl Planned {
 
     /// Standing at a position.
     pub(super) fn rest(position: f64, guard: &Guard) -> Self {
+        // A brake from rest takes no time.
         Self::new(guard.brake(&Kinematics::at_rest(position)))
     }
 
     /// Keeping a velocity: an acceleration is led to zero within the jerk, and the velocity change
     /// meanwhile is compensated.
     pub(super) fn keep_velocity(from: &Kinematics, guard: &Guard) -> Self {
+        // To the velocity of now, and not to the one at which the acceleration would end.
         Self::new(to_velocity(from, from.velocity, guard.limits())).from(*from)
     }
 
     pub(super) fn advance(&mut self, elapsed: Seconds) -> Kinematics {
+        // From the first cycle on the set values are the state of the motion.
         self.taken_over = None;
         self.since = self.since + elapsed;
         self.profile.at(self.since)
@@ -75,6 +78,7 @@ impl Planned {
 
     /// Remaining duration, s.
     pub(super) fn left(&self) -> f64 {
+        // A motion that is over goes on being advanced.
         (self.profile.duration().0 - self.since.0).max(0.0)
     }
 
@@ -87,6 +91,7 @@ impl Planned {
     pub(super) fn largest_acceleration_left(&self) -> f64 {
         let begins = self.profile.phase_begins();
         let later = begins.filter(|begin| *begin >= self.since);
+        // The phase under way began earlier, so it is evaluated from now on.
         core::iter::once(self.since)
             .chain(later)
             .map(|time| self.profile.at(time).acceleration.abs())

@@ -51,6 +51,7 @@ pub struct SlaveParameters {
 /// The largest of all limits: a jerk within it is not limited in effect.
 #[cfg(feature = "serde")]
 const fn no_jerk_limit() -> f64 {
+    // No limit may be larger: see `is_limit`.
     1e15
 }
 
@@ -156,6 +157,7 @@ impl SlaveParameters {
             ("distance.time-s", time_s),
             ("distance.in-sync-window", in_sync_window),
         ] {
+            // NaN fails the comparison, and is refused with the negative ones.
             if let Some(received) = received.filter(|given| !(*given >= 0.0 && given.is_finite())) {
                 return Err(WrongSlaveParameter {
                     parameter,
@@ -165,6 +167,7 @@ impl SlaveParameters {
             }
         }
         Ok(WindowMonitor::new(
+            // In time rather than in length, so that the default suits axes of any speed.
             window.unwrap_or(WINDOW * self.velocity),
             time_s.unwrap_or(WINDOW_TIME),
         ))
@@ -195,6 +198,7 @@ impl SlaveParameters {
             ("deceleration", deceleration),
             ("jerk", self.jerk),
         ] {
+            // Within this range no square or quotient of limits overflows.
             if !is_limit(received) {
                 return Err(wrong_limit(parameter, received));
             }
@@ -235,6 +239,7 @@ impl SlaveParameters {
                 });
             }
         }
+        // Infinities need no branch in a comparison, unlike an absent limit.
         let min = self.min_position.unwrap_or(f64::NEG_INFINITY);
         let max = self.max_position.unwrap_or(f64::INFINITY);
         if min < max {

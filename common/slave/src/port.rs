@@ -15,6 +15,7 @@ pub(crate) struct DrivePort {
 
 impl DrivePort {
     pub(crate) fn new(drive: Box<dyn Drive>) -> Self {
+        // The first values may be implausible, too: the axis then begins at 0.
         let actual = believed(drive.actual(), &Actual::default());
         Self { drive, actual }
     }
@@ -44,6 +45,7 @@ impl DrivePort {
 
     /// Fault of its trip.
     pub(crate) fn fault(&self) -> DriveFault {
+        // Without a stated fault the following error is the one that the axis can see itself.
         self.actual.fault.unwrap_or(DriveFault::FollowingError {
             following_error: self.actual.following_error,
         })
@@ -61,10 +63,12 @@ fn believed(now: Actual, before: &Actual) -> Actual {
     };
     Actual {
         state: match now.state {
+            // Without power a drive follows nothing, and cannot trip.
             DriveState::Off => DriveState::Off,
             _ => DriveState::Tripped,
         },
         fault: Some(DriveFault::Implausible { field, received }),
+        // States whether a process is there at all, which does not depend on its values.
         attachment: now.attachment,
         ..*before
     }

@@ -121,6 +121,7 @@ impl Refusal {
             Self::Status {
                 status, transition, ..
             } => match (status, transition) {
+                // By the state first: without power no arrow matters.
                 (AxisStatus::Disabled, _) => 0x422a,
                 (AxisStatus::Stopping, _) => 0x42ef,
                 (AxisStatus::ErrorStop, _) => 0x4b09,
@@ -177,6 +178,7 @@ impl fmt::Display for Before<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         AxisStatus::ALL
             .into_iter()
+            // From the diagram itself, so that the text cannot contradict it.
             .filter(|from| from.after(*self.0).is_some())
             .enumerate()
             .try_for_each(|(k, from)| write!(f, "{} {from}", if k == 0 { "" } else { " or" }))

@@ -41,6 +41,7 @@ impl Shift {
 
     /// True if there is an offset, or will be.
     pub(super) fn is_active(&self) -> bool {
+        // A shift that leads back to 0 is one until it has arrived.
         self.course.is_some() || self.now.position != 0.0
     }
 
@@ -64,6 +65,7 @@ impl Shift {
             return;
         };
         course.since = course.since + elapsed;
+        // Beyond its duration a profile stays at its end, so that the last cycle needs no case of its own.
         self.now = course.profile.at(course.since);
         if course.since >= course.profile.duration() {
             jobs.end(course.job, CommandState::Done);
@@ -76,6 +78,7 @@ impl Shift {
         if let Some(course) = self.course.take() {
             jobs.end(course.job, state);
         }
+        // The next motion begins in set values that contain the offset. Kept, it would count twice.
         self.now = Kinematics::at_rest(0.0);
     }
 
@@ -95,6 +98,7 @@ impl Shift {
 /// The sum of two motions; the first one bit for bit if there is no other.
 pub(super) fn plus(motion: Kinematics, added: Option<Kinematics>) -> Kinematics {
     match added {
+        // A sum with zeros would change the sign of a zero: what passes is to pass to the bit.
         None => motion,
         Some(added) => sum(&motion, &added),
     }

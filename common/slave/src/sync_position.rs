@@ -22,8 +22,10 @@ pub enum SyncPosition {
 }
 
 /// Periods of a master that are tried, in this order, counted from the next.
+// With three periods of a slave 24 plans at most: the cycle that takes the command has to bear them all.
 pub(super) const MASTER_TURNS: [i32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// Periods of a slave that are tried, each with all of those of the master.
+// The period behind the slave comes last: it begins with a way back.
 pub(super) const SLAVE_TURNS: [i32; 3] = [0, 1, -1];
 
 /// A relative position that does not exist for an axis.
@@ -125,6 +127,7 @@ impl SyncPosition {
         match (*self, axis.modulo) {
             (Self::At(position), _) => position,
             (Self::Ahead(distance), _) => axis.position + axis.ahead.sign() * distance,
+            // Refused by `check` before it comes here.
             (Self::InTurn(within), None) => within,
             (Self::InTurn(within), Some(modulo)) => {
                 let next = modulo.next(within, axis.position, axis.ahead);
@@ -137,6 +140,7 @@ impl SyncPosition {
     pub(super) fn turns(&self, all: &'static [i32]) -> &'static [i32] {
         match self {
             Self::InTurn(_) => all,
+            // A position without a period has no other passages.
             Self::At(_) | Self::Ahead(_) => &all[..1],
         }
     }
@@ -224,6 +228,7 @@ mod written {
             Ok(SyncPosition::At(position))
         }
 
+        // Files may have 500 for 500.0. A double holds integers exactly up to 2⁵³.
         fn visit_i64<E>(self, position: i64) -> Result<SyncPosition, E> {
             Ok(SyncPosition::At(position as f64))
         }

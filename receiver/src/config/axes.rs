@@ -103,6 +103,7 @@ impl AxisList {
             let received = axes.len();
             return Err(WrongAxes::TooMany { received });
         }
+        // Quadratic in at most 128 axes, without a set beside them.
         for (n, axis) in axes.iter().enumerate() {
             if axes[..n].iter().any(|other| other.id == axis.id) {
                 return Err(WrongAxes::Twice { id: axis.id });
@@ -168,6 +169,7 @@ impl TryFrom<Vec<Value>> for AxisList {
             let received = entry.to_string();
             let wrong = |reason| WrongAxes::NotAnAxis { received, reason };
             axes.extend(axes_of(entry).map_err(wrong)?);
+            // Refused in any case: reading on could only fill the memory.
             if axes.len() > 2 * MAX_AXES {
                 break;
             }
@@ -195,6 +197,7 @@ fn ids_of(entry: Value) -> Option<Vec<FarAxisConfig>> {
             let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
             // Ids beyond any valid list are not enumerated.
             let last = last.min(first.saturating_add(2 * MAX_AXES as u32));
+            // A range that runs backwards would be an empty list.
             (first <= last).then(|| (first..=last).map(FarAxisConfig::with_id).collect())
         }
         _ => None,
@@ -206,6 +209,7 @@ impl From<AxisList> for Vec<Value> {
         let entry = |axis: FarAxisConfig| {
             let id = Value::Integer(axis.id.into());
             match axis == FarAxisConfig::with_id(axis.id) {
+                // Written back as short as it may have been read.
                 true => id,
                 // Every field of an axis exists in TOML.
                 false => Value::try_from(axis).unwrap_or(id),

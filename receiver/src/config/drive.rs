@@ -33,6 +33,7 @@ impl DriveConfig {
         match self {
             Self::Simulated(parameters) => *parameters,
             Self::SharedMemory(config) => DriveParameters {
+                // The replacement keeps the window, so that virtual time monitors the drive as well.
                 following_error_window: config.following_error_window.get(),
                 following_error_time: config.following_error_time_s.get(),
                 ..DriveParameters::default()
@@ -71,6 +72,7 @@ impl SharedMemoryConfig {
     /// Monitoring parameters of the drive, in cycles of this length.
     #[must_use]
     pub fn parameters(&self, cycle_time: CycleTime) -> ProcessDriveParameters {
+        // Rounded up: the drive has at least its time. At most 600 s of 100 µs are 6·10⁶ cycles, within a u32.
         let cycles = (self.switch_on_time_s.get() / cycle_time.as_secs_f64()).ceil();
         ProcessDriveParameters {
             max_silent_cycles: self.max_silent_cycles,
@@ -195,6 +197,7 @@ fn shared_memory(form: Form) -> Result<DriveConfig, WrongForm> {
         ],
         "shared-memory",
     )?;
+    // After the fields of other kinds: those say that the kind may be the mistake.
     let path = form.path.ok_or(WrongForm::Missing(
         "path",
         "the file that the drive process maps too, such as \"/dev/shm/coaxle-carriage\"",
@@ -204,6 +207,7 @@ fn shared_memory(form: Form) -> Result<DriveConfig, WrongForm> {
         "the largest following error, u: a drive in another process is watched",
     ))?;
     let max_silent_cycles = form.max_silent_cycles.unwrap_or(20);
+    // With 0 a heartbeat in every second cycle would count as lost.
     if !(1..=MOST_SILENT_CYCLES).contains(&max_silent_cycles) {
         let reason = format!("received {max_silent_cycles}, expected 1 to {MOST_SILENT_CYCLES}");
         return Err(WrongForm::Value("max-silent-cycles", reason));

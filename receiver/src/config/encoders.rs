@@ -23,6 +23,7 @@ impl ReceiverConfig {
     /// Notes on encoders in a valid config.
     pub(super) fn notes_on_encoders(&self) -> Vec<String> {
         let axes = self.encoders().filter(|(axis, _, encoder)| {
+            // Only in mm the size of an increment on the material is known.
             self.far_axis_unit(*axis).as_str() == "mm" && encoder.increment > COARSE_INCREMENT_MM
         });
         let note = |(_, field, encoder): (usize, String, &EncoderParameters)| {
@@ -40,6 +41,7 @@ impl ReceiverConfig {
         for (_, field, encoder) in self.encoders() {
             let field = if is_short { SHORT.to_owned() } else { field };
             check(encoder)
+                // The sampling time is refused first: a wrong one would appear as a smoothing that does not fit.
                 .and_then(|()| encoder.checked(cycle).map(drop))
                 .map_err(|wrong| WrongEncoder {
                     field: format!("{field}.{}", wrong.parameter),

@@ -100,6 +100,7 @@ impl FarConfig {
     /// Faults applied to the time requests to it.
     #[must_use]
     pub fn faults_of_requests(&self) -> &LinkConfig {
+        // Both directions of a link are alike unless stated otherwise.
         self.request_faults.as_ref().unwrap_or(&self.faults)
     }
 
@@ -154,6 +155,7 @@ pub struct AsymmetryConfig {
 impl From<AsymmetryConfig> for Asymmetry {
     fn from(stated: AsymmetryConfig) -> Self {
         Self {
+            // In the direction of the frames: positive where they take longer than the requests.
             longer: stated.longer_us.span(),
             within: coaxle_clock::Span::from_micros_f64(stated.within_us.get()),
         }
@@ -163,6 +165,7 @@ impl From<AsymmetryConfig> for Asymmetry {
 /// Reads a delay whose fixed value is one that an order may set, too.
 pub(super) fn delay_in_range<'de, D: Deserializer<'de>>(file: D) -> Result<DelaySource, D::Error> {
     match DelaySource::deserialize(file)? {
+        // Checked while reading, so that the error has the line of the field.
         delay @ DelaySource::Fixed(fixed) if !delay.is_in_range() => {
             let received = fixed.as_micros_f64();
             Err(D::Error::custom(format!(

@@ -48,6 +48,7 @@ impl From<FarLimits> for InFile {
         Self {
             velocity: limits.velocity(),
             acceleration: limits.acceleration(),
+            // Only where it differs, so that the default is not written.
             deceleration: (deceleration != limits.acceleration()).then_some(deceleration),
             jerk: limits.jerk(),
         }

@@ -13,8 +13,10 @@ impl ReceiverConfig {
         let slaves = (0..self.slaves.len()).map(|n| Follower {
             axis: self.published(Channel::Slaves, self.slave_id(n)),
             masters: self.far_masters_of_slave(n),
+            // A config does not tell what is coupled later: a circle counts if it can be closed at all.
             is_coupled: true,
         });
+        // Published ids count from 1, in the order of the list.
         let far_axes = self.published_far_axes().into_iter().zip(1..);
         let far_axes = far_axes.map(|(axis, id)| Follower {
             axis: self.published(Channel::FarAxes, id),
@@ -26,6 +28,7 @@ impl ReceiverConfig {
 
     /// A circle of its own axes, closed over the network.
     pub(super) fn own_circle(&self) -> Option<Circle> {
+        // A single one is enough for a refusal.
         circles(&self.followers()).into_iter().next()
     }
 
@@ -44,6 +47,7 @@ impl ReceiverConfig {
             for master in self.masters_of(slave).unwrap_or_default() {
                 match master {
                     MasterRef::Far(axis) => found.extend(self.addresses_of(axis)),
+                    // Slaves may follow each other in a circle, which another check refuses.
                     MasterRef::Slave(next) if !seen.contains(&next) => {
                         seen.push(next);
                         due.push(next);

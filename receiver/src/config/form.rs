@@ -218,12 +218,16 @@ impl TryFrom<Form> for ReceiverConfig {
     type Error = WrongForm;
 
     fn try_from(form: Form) -> Result<Self, WrongForm> {
+        // First, because only its present name helps with an older file.
         if form.question_faults.is_some() {
             return Err(WrongForm::Renamed("question-faults", "request-faults"));
         }
+        // Errors name fields as the file has them, and the two forms have them in different places.
         let is_short = form.master.is_some();
         let far = match form.master {
+            // Both at once would leave open which of them a slave without a master follows.
             Some(_) if !form.far.is_empty() => return Err(WrongForm::Mixed("master")),
+            // Slaves of virtual axes alone need no far node.
             None if form.far.is_empty() && form.virtual_axes.is_empty() => {
                 return Err(WrongForm::Nothing);
             }
@@ -235,6 +239,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 channel: master.channel,
                 unit: master.unit,
                 modulo: master.modulo,
+                // The defaults of a [[far]], which serde fills in there.
                 mode: form.mode.unwrap_or(FilterMode::Observer),
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),
@@ -245,6 +250,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 request_faults: form.request_faults,
             }],
             None => {
+                // Fields of the short form are options, which tell a given default from an absent one.
                 let short = [
                     ("mode", form.mode.is_some()),
                     ("sync", form.sync.is_some()),
@@ -261,10 +267,12 @@ impl TryFrom<Form> for ReceiverConfig {
                 form.far
             }
         };
+        // Standbys count: each has an inbox and a clock of its own.
         let heard = far.iter().map(|far| 1 + far.standby.len()).sum();
         if heard > MOST_HEARD {
             return Err(WrongForm::TooMany(heard));
         }
+        // A node has one clock: two entries would estimate it twice, and its requests would mix.
         for (n, node) in far.iter().enumerate() {
             if far[..n].iter().any(|other| other.node == node.node) {
                 return Err(WrongForm::Twice(node.node.clone()));
@@ -290,6 +298,7 @@ impl TryFrom<Form> for ReceiverConfig {
             transport: form.transport,
             real_time: form.real_time,
         };
+        // Before all checks that resolve axes by their names.
         if let Some(name) = same_name(&config) {
             return Err(WrongForm::SameName(name));
         }
@@ -304,6 +313,7 @@ impl TryFrom<Form> for ReceiverConfig {
         axes.map_err(WrongForm::VirtualAxis)?;
         let published = config.check_published();
         published.map_err(WrongForm::Published)?;
+        // Last, because circles can be followed only in a config that is valid otherwise.
         match config.own_circle() {
             Some(circle) => Err(WrongForm::Circle(circle)),
             None => Ok(config),
@@ -325,6 +335,7 @@ impl ReceiverConfig {
 /// A name shared by two far axes.
 fn same_name(config: &ReceiverConfig) -> Option<String> {
     let mut names = config.far_axis_names();
+    // Sorted, equal names are neighbours.
     names.sort_unstable();
     let pair = names.windows(2).find(|pair| pair[0] == pair[1])?;
     Some(pair[0].clone())

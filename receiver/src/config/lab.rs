@@ -81,6 +81,7 @@ impl FarLab {
             let Some(mut link) = link.cloned() else {
                 continue;
             };
+            // On a copy: paths of the table itself are resolved with the whole config later.
             link.relative_to(folder);
             check_link(&link).map_err(|wrong| wrong.within(field))?;
         }
@@ -107,6 +108,7 @@ impl FarLab {
     fn put_into(self, far: &mut FarConfig) -> Result<(), (&'static str, String)> {
         match &mut far.timing {
             Some(timing) => timing.faults = self.timing_faults,
+            // Faults of the default are as good as none, so that the table may list a node without a channel.
             None if self.timing_faults != LinkConfig::default() => {
                 let reason = "received faults of a timing channel, expected `timing` with `connect` in the far node".to_owned();
                 return Err(("timing-faults", reason));
@@ -114,6 +116,7 @@ impl FarLab {
             None => {}
         }
         far.faults = self.faults;
+        // Replaced as a whole, even by none: a node's file has its faults in this table only.
         far.request_faults = self.request_faults;
         Ok(())
     }
@@ -134,6 +137,7 @@ impl SlaveLab {
                 .map_err(|wrong| ("marks", wrong.to_string()))?;
         }
         (slave.marks, slave.tool) = (self.marks, self.tool);
+        // Once the tool is there, since it may contradict the steps of the slave.
         slave.check_tool()
     }
 }
@@ -144,6 +148,7 @@ impl WithLab for ReceiverConfig {
     fn set_lab(&mut self, lab: ReceiverLab) -> Result<(), WrongLab> {
         (self.seed, self.clock) = (lab.seed, lab.clock);
         let nodes: Vec<_> = self.far.iter().map(|far| far.node.clone()).collect();
+        // Names apart from their entries, which the loop consumes.
         let wanted: Vec<_> = lab.far.iter().map(|far| far.node.clone()).collect();
         for (n, far) in lab.far.into_iter().enumerate() {
             let place =
@@ -181,6 +186,7 @@ fn wrong(list: &str, n: usize, field: &str, reason: String) -> WrongLab {
 /// The place of the n-th wanted name among those that there are.
 fn place_of(wanted: &[NodeName], n: usize, known: &[NodeName]) -> Result<usize, String> {
     let name = &wanted[n];
+    // Otherwise the later entry would replace the earlier one without a word.
     if wanted[..n].contains(name) {
         return Err(format!(
             "received {:?} twice, expected each once",

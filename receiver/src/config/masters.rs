@@ -56,6 +56,7 @@ impl ReceiverConfig {
     /// [`WrongSlave`] names the slave, and the existing masters.
     pub fn master_of(&self, n: usize) -> Result<MasterRef, WrongSlave> {
         let master = self.slaves[n].master.as_str();
+        // An empty name is a default only where there is no choice.
         if master.is_empty()
             && let Some(only) = self.only_axis()
         {
@@ -84,6 +85,7 @@ impl ReceiverConfig {
             let field = format!("further-masters[{k}]");
             let master = self.master_called(name);
             let master = master.ok_or_else(|| self.no_master(n, &field, name))?;
+            // By the axis and not by the name: a far axis has two names.
             if masters.contains(&master) {
                 return Err(WrongSlave {
                     field: format!("slave[{n}].{field}"),
@@ -115,6 +117,7 @@ impl ReceiverConfig {
 
     /// The far axis, the virtual axis or the slave of this name.
     fn master_called(&self, master: &str) -> Option<MasterRef> {
+        // The order does not matter in a valid config, where names are unique among all kinds.
         if let Some(axis) = self.far_axis_called(master) {
             return Some(MasterRef::Far(axis));
         }
@@ -164,6 +167,7 @@ impl ReceiverConfig {
             return;
         };
         let within = axis - self.first_axis_of(far);
+        // A unit stated for the node holds for all of its axes.
         if self.far[far].unit.is_none() {
             self.far[far].axes.set_default_unit(within, unit);
         }
@@ -202,6 +206,7 @@ impl ReceiverConfig {
     #[must_use]
     pub fn root_of(&self, n: usize) -> Option<MasterRef> {
         let mut slave = n;
+        // As many steps as slaves and one more: the last step reads the axis. A circle ends here as well.
         for _ in 0..=self.slaves.len() {
             match self.master_of(slave).ok()? {
                 axis @ (MasterRef::Far(_) | MasterRef::Virtual(_)) => return Some(axis),
@@ -214,6 +219,7 @@ impl ReceiverConfig {
 
 /// Lists names in one line, as far as they fit, with a suggestion.
 pub(super) fn listed(received: &str, mut names: Vec<String>) -> String {
+    // Before the list is cut, so that a name beyond it can still be suggested.
     let meant = did_you_mean(received, names.iter().map(String::as_str));
     let left_out = names.len().saturating_sub(MOST_LISTED);
     names.truncate(MOST_LISTED);

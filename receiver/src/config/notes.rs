@@ -16,7 +16,9 @@ impl ReceiverConfig {
 /// Note on a slave that may be faster than its drive: its set values keep the limits, but the drive
 /// falls behind.
 fn note_on_drive(n: usize, slave: &SlaveConfig) -> Option<String> {
+    // Without limits of its own a slave has those of its drive, and cannot be faster.
     let received = slave.limits?.velocity;
+    // 0 stands for a drive without a limit.
     let most = Some(slave.drive.simulated().max_velocity).filter(|most| *most > 0.0)?;
     (received > most).then(|| {
         format!(

@@ -73,6 +73,7 @@ impl ReceiverConfig {
             PublishFarAxes::All => (0..self.far_axes().count()).collect(),
             PublishFarAxes::These(names) => {
                 let number = |name: &String| self.far_axis_called(name);
+                // Unknown names are refused before anything uses this list.
                 names.iter().filter_map(number).collect()
             }
         }
@@ -80,6 +81,7 @@ impl ReceiverConfig {
 
     pub(super) fn check_published(&self) -> Result<(), WrongPublished> {
         let axes = self.published_far_axes();
+        // Checked for every form: with `true` a receiver of many nodes may have more axes than a frame holds.
         let received = axes.len();
         if received > MAX_AXES {
             return Err(WrongPublished::TooMany { received });
@@ -93,6 +95,7 @@ impl ReceiverConfig {
                 let known = listed(name, self.far_axis_names());
                 return Err(WrongPublished::Unknown { received, known });
             };
+            // By numbers: a far axis may be listed by both of its names.
             if axes[..n].contains(&axis) {
                 return Err(WrongPublished::Twice { received });
             }

@@ -102,6 +102,7 @@ impl Default for SlaveConfig {
 /// Highest velocity of a simulated drive without a configured one, u/s.
 const FASTEST: f64 = 10_000.0;
 /// The shortest lag of a drive that has an effect, s.
+// The shortest cycle time: a shorter lag ends within any cycle.
 const SHORTEST_LAG: f64 = 1e-4;
 
 impl SlaveConfig {
@@ -117,11 +118,13 @@ impl SlaveConfig {
                 0.0 => FASTEST,
                 most => most,
             };
+            // dv/dt = (v_set − v)/lag. From −v to +v that is 2·v/lag, the steepest that the drive can follow.
             let turns = 2.0 / drive.velocity_lag.max(SHORTEST_LAG);
             let acceleration = turns * velocity;
             SlaveParameters {
                 on_master_loss: OnMasterLoss::Follow,
                 distance: DistanceParameters {
+                    // Not monitored: the drive has a window of its own.
                     window: Some(0.0),
                     ..DistanceParameters::default()
                 },
@@ -143,10 +146,12 @@ impl SlaveConfig {
     /// Checks that the tool can cut. An error is the wrong field, with the received and the expected value.
     pub(crate) fn check_tool(&self) -> Result<(), (&'static str, String)> {
         let ratio = self.tool.ratio;
+        // The position on the material is a quotient by it.
         if !ratio.is_finite() || ratio == 0.0 {
             let reason = format!("received {ratio}, expected a number other than 0");
             return Err(("tool.ratio", reason));
         }
+        // Each cut would count twice.
         if self.tool.cuts_every.is_some() && self.steps.iter().any(|step| step.cut) {
             let reason = "received one beside steps that cut, expected one or the other";
             return Err(("tool.cuts-every", reason.to_owned()));

@@ -41,6 +41,7 @@ impl ReceiverConfig {
             let standbys = (1..).zip(&config.standby);
             standbys.map(move |(place, node)| ReceivedNode { far, place, node })
         });
+        // Far nodes first: lists by node can then be read by far node without a second index.
         nodes.chain(standbys).collect()
     }
 
@@ -55,9 +56,11 @@ impl ReceiverConfig {
     /// Checks the standbys: a node responds to a receiver's time requests once, so it may be listed once.
     pub(super) fn check_standbys(&self, is_short: bool) -> Result<(), WrongStandby> {
         let heard = self.received_nodes();
+        // Far nodes come first, and have been compared with each other.
         for (n, standby) in heard.iter().enumerate().skip(self.far.len()) {
             let known = heard[..n].iter().find(|other| other.node == standby.node);
             let expected = match known {
+                // First of all reasons: its own name is wrong wherever else it may be listed.
                 _ if *standby.node == self.name => "another node than this receiver",
                 None => continue,
                 Some(known) if known.far == standby.far && known.place == 0 => {
@@ -67,6 +70,7 @@ impl ReceiverConfig {
                 Some(known) if known.place == 0 => "a node that is not followed already",
                 Some(_) => "a node that stands by for no other one",
             };
+            // Places count from 1 here, as 0 is the far node, and from 0 in the file.
             let (far, place) = (standby.far, standby.place - 1);
             let field = match is_short {
                 true => format!("master.standby[{place}]"),
@@ -79,6 +83,7 @@ impl ReceiverConfig {
             });
         }
         for (n, far) in self.far.iter().enumerate() {
+            // A field without effect would hide that the standby was forgotten.
             if let (Some(after), true) = (far.take_over_after_ms, far.standby.is_empty()) {
                 let of = if is_short {
                     "master".to_owned()

@@ -59,6 +59,7 @@ impl ReceiverConfig {
         }
         for (n, axis) in axes.iter().enumerate() {
             let before = &axes[..n];
+            // Quadratic in at most 128 axes.
             if before.iter().any(|other| other.id == axis.id) {
                 let id = axis.id.get();
                 return Err(WrongVirtualAxis::IdTwice { id });
@@ -76,6 +77,7 @@ impl ReceiverConfig {
         NodeName::new(name).map_err(|_| {
             format!("received {name:?}, expected 1 to 64 letters, digits, '-', '_' or '.'")
         })?;
+        // All kinds share one space of names: slaves refer to masters of any kind by the name alone.
         let is_taken = if self.far_axis_called(name).is_some() {
             Some("is a far axis")
         } else if self.far.iter().any(|far| far.node.as_str() == name) {

@@ -94,6 +94,7 @@ impl Axis {
     ) -> Result<Self, WrongParameter> {
         let parameters = &far.sync;
         let modulo = config.modulo.or(far.modulo);
+        // Continuous positions count through: their period matters to displays and commands only.
         let turns = modulo.filter(|_| config.position == Positions::WithinTurn);
         let limited = |limits: FarLimits| Box::new(Limited::new(*limits.get(), cycle_time));
         let encoder = config
@@ -154,6 +155,7 @@ impl Axis {
         self.sample = None;
         self.begin_run();
         self.block.begin_anew();
+        // Exchanged and not restarted: the smoothing of the other node has run on standby.
         std::mem::swap(&mut self.encoder, encoder);
         self.rejoin();
     }
@@ -179,6 +181,7 @@ impl Axis {
     /// Restarts with its node's clock by a command; the set values continue from their current state.
     pub(super) const fn re_initialise(&mut self) {
         self.block.re_initialise();
+        // The set values go on, but their far time may not: against the old one it would count as a jump.
         self.course.forget();
     }
 
@@ -200,7 +203,9 @@ impl Axis {
         let count = header.count;
         if let Some(mut sample) = sample {
             let has_come = self.sample.is_some();
+            // 0 for the first sample and for a count that fell back: a way of no cycles, and not one of 2⁶⁴.
             let missed = count.saturating_sub(self.count) * u64::from(has_come);
+            // By the sender's cycles and not by arrivals, whose jitter would move the predicted position.
             let passed = header.cycle_time.as_secs_f64() * missed as f64;
             if let Some(turns) = &mut self.turns {
                 sample.set = turns.unwrapped(&sample.set, passed);
@@ -212,6 +217,7 @@ impl Axis {
             let neighbour = before.map(|before| (before, passed, missed));
             self.seen.take(&sample.set, neighbour);
             self.has_gap = before.is_some() && missed > LARGEST_BEAT;
+            // Over a gap a long way looks like a wrap.
             if let Some(before) = before.filter(|_| !self.has_gap) {
                 self.wraps.take(before, &sample.set, passed);
             }
@@ -242,9 +248,12 @@ impl Axis {
         age_limit: Option<u32>,
     ) -> FarCorrection {
         self.missing_cycles = self.missing_cycles.saturating_add(elapsed);
+        // Before its first sample in a run the difference has no meaning, and none is used: the cycle then has no set
+        // values.
         let behind = header.count.wrapping_sub(self.count) as f64;
         let older = correction.for_older(Seconds(behind * header.cycle_time.as_secs_f64()));
         match age_limit {
+            // An axis that is missing from frames which still come is as old as one of a silent node.
             Some(limit) if self.missing_cycles > limit => older.for_silent(),
             _ => older,
         }
@@ -261,10 +270,12 @@ impl Axis {
         let AxisScan {
             elapsed, is_lost, ..
         } = scan;
+        // The filters of the block hold values from before the loss.
         if self.is_lost && !is_lost {
             self.begin_anew();
         }
         self.is_lost = is_lost;
+        // Modes with a clock extrapolate over a gap. These show all of it in one cycle.
         let has_gap = std::mem::take(&mut self.has_gap) && shows_what_comes(correction.mode);
         if has_gap {
             self.begin_anew();
@@ -288,15 +299,18 @@ impl Axis {
         let passed = self.cycle_time * i64::from(elapsed);
         self.seen.pass(passed.as_secs_f64());
         if self.encoder.is_some() {
+            // Differences of whole increments look like accelerations that no axis has.
             self.seen.take_smoothed(&moved.set);
         }
         let far_time = far_time(header, self.count, &moved);
+        // The way of a lost axis is braked by its own plan, which follows no far time.
         let known = far_time.filter(|_| !is_lost);
         let (way, mut moved) = self.without_step(&sample.set, moved, correction, known, elapsed);
         let shows = shows_what_comes(moved.state) && self.encoder.is_none();
         let silence = cycles_of_silence(header, self.cycle_time, scan.age);
         let continuation = Continuation {
             elapsed,
+            // A scan without time passed has no quotient.
             velocity: if elapsed == 0 {
                 0.0
             } else {
@@ -308,10 +322,12 @@ impl Axis {
         let is_known = self.has_settled();
         let set = self.carried_on(&moved, is_known, &continuation);
         moved.set = set.unwrap_or(moved.set);
+        // A clock in sync says nothing about an axis that is still on its way back.
         moved.synced &= is_known && self.follows();
         self.error = moved.error;
         *signals = self.show(&sample, &moved, far_time);
         signals.prediction_sigma = self.prediction_sigma(&moved, scan.time_sigma);
+        // After the signals, which show in any case why there are no set values.
         set?;
         let error = moved.error.map_or(0, |error| error.code().into());
         let error_code = if error == 0 { sample.error_code } else { error };
@@ -320,6 +336,7 @@ impl Axis {
             travel: self.travel(),
             is_sound: error_code == 0,
             is_ready: false,
+            // The received error is not repeated here: the publisher of the far axes adds it.
             error_code: error,
         })
     }
@@ -375,6 +392,7 @@ impl Axis {
         // braked once the silence exceeds a beat: relative to a master that stands and jumps, it
         // reached twice its velocity.
         let is_silent = continuation.silence > LARGEST_BEAT && !self.follows();
+        // Both ways go through the continuity, so that a change between them continues one motion.
         let set = match is_known && !continuation.is_lost && !is_silent {
             true => Some(self.continuity.follow(&moved.set, &cycle)),
             false => self.continuity.brake(&cycle),
@@ -387,6 +405,7 @@ impl Axis {
             set.acceleration = 0.0;
         }
         Some(match &mut self.limited {
+            // Last of all: neither a blend nor the way back can exceed the limits behind it.
             Some(limited) => limited.keep(&set, continuation.elapsed),
             None => set,
         })
@@ -411,6 +430,7 @@ impl Axis {
             received: received.position,
             passed: passed.as_secs_f64(),
             cycle_time: self.cycle_time.as_secs_f64(),
+            // A mode without a correction shows values as they came, not moved on.
             age: moved.correction_time.map_or(0.0, |Seconds(age)| age),
         };
         let is_step = (self.steps).is_step(&moved.set, &course, &self.blending, &self.seen);
@@ -422,6 +442,8 @@ impl Axis {
     /// observed one: from the time, and from the extrapolation.
     fn prediction_sigma(&self, moved: &FarAxisOutput, time: Option<Seconds>) -> Option<f64> {
         let is_by_clock = moved.state == FilterState::Observer && self.follows();
+        // Only then both parts are known: a braked axis departs by its plan, and a smoothed one has sigmas of its
+        // own.
         let Seconds(time) = time.filter(|_| is_by_clock && self.encoder.is_none())?;
         let Seconds(age) = moved.correction_time?;
         // Within its time error it is accelerated too.
@@ -453,6 +475,7 @@ impl Axis {
     /// Direction by its increments, as long as it follows them.
     fn travel(&self) -> Option<TravelDirection> {
         let encoder = self.encoder.as_ref()?;
+        // On its way back the axis moves by a plan, whatever its increments do.
         encoder.travel().filter(|_| self.follows())
     }
 
@@ -483,6 +506,7 @@ impl Axis {
 fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
     Blending {
         time: parameters.blending_time.0,
+        // TS5066 states the time constant of its PT1 in cycles of the receiver.
         filter_time: parameters.t1_factor_pos * cycle_time.as_secs_f64(),
     }
 }
@@ -490,5 +514,6 @@ fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
 /// Whole cycles of the sender since the newest frame.
 fn cycles_of_silence(header: &FrameHeader, cycle_time: Span, age: u32) -> u64 {
     let in_cycle = header.cycle_time.span().as_nanos() / cycle_time.as_nanos().max(1);
+    // A sender with shorter cycles than the own ones has a ratio of 0: each own cycle then counts as one.
     u64::from(age) / in_cycle.max(1) as u64
 }

@@ -56,6 +56,7 @@ impl Beacons {
 
     /// Returns the number of the beacon to send in the cycle that ideally began at `now`, if one is due.
     pub(super) fn due(&mut self, now: Instant<Local>) -> Option<u32> {
+        // The first beacon is due at once.
         let due = *self.next_due.get_or_insert(now);
         if now < due {
             return None;
@@ -68,6 +69,7 @@ impl Beacons {
             now + self.interval
         });
         let number = self.number;
+        // Numbers wrap after 2³² beacons. All comparisons go by wrapping differences.
         self.number = self.number.wrapping_add(1);
         self.counters.sent = self.counters.sent.saturating_add(1);
         Some(number)
@@ -102,6 +104,7 @@ impl Beacons {
             self.responded = Some(response.request.number);
             self.counters.answers = self.counters.answers.saturating_add(1);
             self.stamps = Some(response.weakest_stamps());
+            // A response carries the program's own stamps itself, so that nothing has to wait for the next one.
             if response.weakest_stamps() == Stamps::Application {
                 self.before = None;
                 each(
@@ -126,6 +129,7 @@ impl Beacons {
     }
 
     fn next_waiting(&mut self, now: Instant<Local>) -> Option<(Instant<Local>, BeaconResponse)> {
+        // By the distance from the newest one responded to: plain numbers would lose their order where they wrap.
         let since = |number: u32| number.wrapping_sub(self.responded.unwrap_or(0));
         let due = self.waiting.iter_mut().filter(|place| {
             let arrived = place.as_ref().map(|(at, _)| *at);
@@ -144,6 +148,7 @@ impl Beacons {
         let number = response.request.number;
         let is_later = self.responded.is_none_or(|responded| {
             let ahead = number.wrapping_sub(responded) as i32;
+            // A repeated response has a difference of 0, and an overtaken one a negative difference.
             ahead > 0
         });
         let was_sent = (self.number.wrapping_sub(number) as i32) > 0;
@@ -151,6 +156,7 @@ impl Beacons {
         response.request.run == self.run
             && is_later
             && was_sent
+            // A negative time is that of a forged or foreign stamp.
             && (Span::ZERO..=LONGEST).contains(&took)
     }
 }
@@ -166,6 +172,7 @@ fn completed(
         .before
         .filter(|before| before.number == number)?;
     let responded = next.before.filter(|before| before.number == number)?;
+    // The stamps of two runs of the node belong to two clocks.
     if next.epoch != answer.epoch {
         return None;
     }

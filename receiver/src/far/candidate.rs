@@ -62,6 +62,7 @@ pub(super) struct News {
 /// Timeout without an age limit.
 const PATIENCE: Span = Span::from_millis(100);
 /// Lower limit of the timeout, in cycles of the node.
+// Up to three lost frames in a row are no silence.
 const LEAST_CYCLES: i64 = 4;
 
 impl Candidate {
@@ -143,6 +144,7 @@ impl Candidate {
         self.rival = self.inbox.rival(tick.ideal_start);
         let clock = &mut self.clock;
         if let Some(beacons) = &mut self.beacons {
+            // Before the clock's cycle, which uses the exchanges.
             beacons.take(tick.ideal_start, |at, exchange| {
                 clock.timing_exchange(at, exchange);
             });
@@ -156,6 +158,7 @@ impl Candidate {
             && following.enabled
             && self.inbox.is_pace_refused()
         {
+            // A disabled clock passes everything through, and judges no pace.
             following.correction = following.correction.refused();
         }
     }
@@ -171,6 +174,7 @@ impl Candidate {
             ..
         } = self;
         let image = inbox.image(tick.ideal_start, |at, header, begins| {
+            // Recorded first and in any case: an estimator that runs over the record sees what this one saw.
             arrivals.message(at, header);
             if begins {
                 clock.begin_run(header);
@@ -189,6 +193,7 @@ impl Candidate {
         news.header = Some(image);
         let this = (inbox.run_of_image(), image.count);
         let before = self.last.replace(this);
+        // Run and count together: the count of a restarted node may be the one of the last image.
         if before == Some(this) {
             self.age_cycles = self.age_cycles.saturating_add(tick.elapsed);
             return;
@@ -242,12 +247,14 @@ impl Candidate {
     fn longest_silence(&self) -> Span {
         let limit = age_limit(self.clock.parameters(), self.cycle_time);
         let longest = limit.map_or(PATIENCE * 5, |limit| limit * 3 / 4);
+        // A configured patience may exceed three quarters of the age limit.
         longest.max(self.patience())
     }
 
     /// Timeout of its silence.
     fn patience(&self) -> Span {
         let limit = age_limit(self.clock.parameters(), self.cycle_time);
+        // Half of the age limit leaves the other half for the take-over before slaves lose their master.
         let by_limit = || limit.map_or(PATIENCE, |limit| limit / 2);
         let wished = self.configured_patience.unwrap_or_else(by_limit);
         let cycle = self.clock.data_cycle_time();
@@ -282,6 +289,8 @@ impl Candidate {
                 encoder.take(&sample.set, header.count);
             }
             let correction = &following.correction;
+            // By its own clock, in the mode that is in force, so that the exchange at a take-over continues the
+            // motion.
             encoder.update(correction.time(correction.mode), elapsed);
         }
     }
@@ -308,6 +317,7 @@ impl Candidate {
 
     /// Writes its signals.
     pub(super) fn show(&mut self, signals: &mut FarNodeSignals) {
+        // A row that is reused would show values of a node that has none now.
         *signals = FarNodeSignals::default();
         self.synced = false;
         if let (Some(header), Some(following)) = (&self.news.header, &self.news.following) {
@@ -330,6 +340,7 @@ impl Candidate {
         if let Some(beacons) = &self.beacons {
             beacons.show(signals);
         } else {
+            // The observer states one in any case. Without a channel it means nothing.
             signals.timing_state = None;
         }
     }
@@ -338,6 +349,7 @@ impl Candidate {
 /// Largest age of a message.
 pub(super) fn age_limit(parameters: &AxisSyncParameters, cycle_time: CycleTime) -> Option<Span> {
     match parameters.time_sync.age_of_data_limit {
+        // The manual's 0 switches the monitor off.
         0 => None,
         cycles => Some(cycle_time.span() * i64::from(cycles)),
     }

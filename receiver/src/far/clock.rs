@@ -86,6 +86,7 @@ impl Clock {
     /// Creates the clock; wrong parameters are refused now, not at the first message.
     pub(super) fn new(setup: ClockSetup) -> Result<Self, WrongParameter> {
         let own = setup.cycle_time;
+        // Both are created for their checks only: the sender's cycle time is not known yet.
         let _ = FarSync::start(own.span(), &setup.sync)?;
         let _ = FarClock::new(own, setup.observer, setup.delay, setup.run)?;
         Ok(Self {
@@ -101,6 +102,7 @@ impl Clock {
     /// those of the previous run; if it is unchanged, or that of a run that returns, all learned
     /// values are void.
     pub(super) fn begin_run(&mut self, header: &FrameHeader) {
+        // A new epoch separates its counts from the earlier ones by itself.
         let is_known = [self.epoch, self.epoch_before].contains(&Some(header.epoch));
         if let FarClockState::Running(running) = &self.state
             && is_known
@@ -113,6 +115,7 @@ impl Clock {
 
     /// Takes a message that arrived at `at`. Returns true if it started or restarted the clock.
     pub(super) fn message(&mut self, at: Instant<Local>, header: &FrameHeader) -> bool {
+        // Before the observer takes the message, so that the first one of a clock is not lost.
         let started = self.start_for(header.cycle_time);
         if let Some(observed) = self.observed() {
             observed.message(header.epoch, header.count, at, header.send_stamp);
@@ -159,6 +162,7 @@ impl Clock {
         tick: &Tick,
         used: impl FnMut(Instant<Local>, &TimeResponse),
     ) -> Option<ClockOutput> {
+        // Before the state: a disabled clock passes axes through even if the cycle times do not fit.
         if !self.enabled {
             return Some(ClockOutput {
                 correction: FarCorrection::disabled(),
@@ -169,6 +173,7 @@ impl Clock {
         let FarClockState::Running(Running { sync, observed, .. }) = &mut self.state else {
             return None;
         };
+        // In every mode, so that its line is there when the mode returns to it.
         let output = (observed.as_mut()).map(|clock| clock.cycle(tick.ideal_start, used));
         let is_remapped = output.is_some_and(FarClockOutput::is_mapped_anew);
         let (index, elapsed) = (header.index, tick.elapsed);
@@ -178,6 +183,7 @@ impl Clock {
             }
             (mode, _) => sync.update(index, mode, elapsed),
         };
+        // In other modes the remapped observer moves no axis.
         let by_observer = self.setup.mode == FilterMode::Observer;
         Some(ClockOutput {
             correction,
@@ -201,6 +207,7 @@ impl Clock {
         let observed = self.observation()?;
         let delay = observed.delay.sigma.unwrap_or(Seconds::ZERO);
         let offset = observed.observer.offset_sigma;
+        // Independent errors add by their squares.
         Some(Seconds(libm::hypot(offset.0, delay.0)))
     }
 
@@ -238,6 +245,7 @@ impl Clock {
         let FarClockState::Running(Running { data, .. }) = &self.state else {
             return parameters.checked(task_cycle_time);
         };
+        // Refused here, with the field. Accepted, it would stop the clock at its next message.
         if contradicts(parameters, *data) {
             return Err(WrongParameter {
                 parameter: "data-cycle-time-s",
@@ -245,6 +253,7 @@ impl Clock {
                 expected: "0, or the cycle time that the node's frames say",
             });
         }
+        // The limits of some parameters depend on the ratio of both cycle times.
         for_data(parameters, *data).checked(task_cycle_time)
     }
 
@@ -350,6 +359,7 @@ impl Clock {
             sync: FarSync::start(setup.cycle_time.span(), &parameters).ok()?,
             observed: match setup.mode {
                 FilterMode::Observer => Some(setup.observer(data)?),
+                // Without observer mode the node neither sends time requests nor pays for the filters.
                 _ => None,
             },
         })
@@ -368,6 +378,7 @@ impl ClockSetup {
 /// True if they state another cycle time of the sender than its frames.
 fn contradicts(parameters: &AxisSyncParameters, data: CycleTime) -> bool {
     let configured = parameters.time_sync.data_cycle_time;
+    // 0 is the default: as the frames say.
     configured != Seconds::ZERO && configured.to_span() != data.span()
 }
 

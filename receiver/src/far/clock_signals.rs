@@ -18,6 +18,7 @@ impl ClockOutput {
         signals.error = correction.error.map_or(0, |error| error.code());
         signals.warning = correction.warning.map_or(0, |warning| warning.code());
         signals.beats = time_sync.beats;
+        // A disabled clock has the diagnostic of none: its 0 ppm would pass for a measurement.
         signals.drift_ppm = Some(diagnostic.drift_ppm).filter(|_| self.enabled);
         signals.correction_us = micros(correction.time(correction.mode));
         signals.time_sync_correction_us = micros(time_sync.correction_time);
@@ -38,6 +39,7 @@ pub(super) fn show_observation(observed: &FarClockOutput, signals: &mut FarNodeS
         ..
     } = observed;
     let seconds = |at: Instant<Local>| at.since_epoch().as_secs_f64();
+    // Replaces the drift by beats, which needs minutes where the clocks differ by a few ppm.
     signals.drift_ppm = Some(observer.drift_ppm);
     signals.observer_state = Some(observer.state);
     signals.observer_line = Some(observer.line);

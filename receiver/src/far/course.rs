@@ -37,9 +37,11 @@ impl FarTimeCourse {
         let (Some((mode_before, before)), Some((mode, now))) = (before, now) else {
             return Advance::Unknown;
         };
+        // Instants of two modes differ by their corrections, which is no advance.
         if mode == FilterState::Bypass || mode != mode_before {
             return Advance::Unknown;
         }
+        // Equal instants are a jump, too: far time goes strictly on.
         if now > before && now - before <= passed * 2 {
             Advance::By(now - before)
         } else {

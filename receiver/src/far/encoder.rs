@@ -52,6 +52,7 @@ impl Encoder {
     /// Restarts for a far node that reads its counter in cycles of this length: the next sample is
     /// the first.
     pub(super) fn restart(&mut self, sampled_every: CycleTime) {
+        // Only another sampling time changes the smoothing.
         if self.sampled_every.replace(sampled_every) != Some(sampled_every) {
             self.checked = self.for_samples(sampled_every);
             self.master = EncoderMaster::new(&self.checked);
@@ -73,6 +74,7 @@ impl Encoder {
         sampled
             .checked(task)
             .or_else(|_| automatic.checked(task))
+            // Without a valid smoothing for these samples the one of the config stays in force.
             .unwrap_or(self.checked)
     }
 
@@ -81,6 +83,7 @@ impl Encoder {
         self.master.restart();
         self.count = None;
         self.output = EncoderOutput {
+            // Counts of events outlive a restart: a reader that takes differences would see them fall.
             refused_jumps: self.output.refused_jumps,
             counter_resets: self.output.counter_resets,
             ..EncoderOutput::default()
@@ -98,6 +101,7 @@ impl Encoder {
         self.cycles = self.cycles.saturating_add(elapsed);
         let sample = self.sample();
         let since = f64::from(self.cycles) * self.own.as_secs_f64();
+        // The master needs an age in any mode. Without a clock it is that of a sample which is new on arrival.
         let horizon = age.unwrap_or(Seconds(since));
         self.output = self.master.update(sample, horizon, elapsed);
     }
@@ -108,6 +112,7 @@ impl Encoder {
         let behind = self
             .count
             .replace(count)
+            // The first sample counts as one cycle. A count that fell back gives 0 and no underflow.
             .map_or(1, |last| count - last.min(count));
         self.cycles = 0;
         Some(sample.after(u32::try_from(behind).unwrap_or(u32::MAX)))

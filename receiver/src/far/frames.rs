@@ -28,8 +28,10 @@ impl Kept {
     /// Order of two frames, the newer one last.
     fn age(&self, other: &Self) -> std::cmp::Ordering {
         if self.epoch == other.epoch {
+            // Within a run the count decides, because messages overtake each other.
             self.count.cmp(&other.count)
         } else {
+            // Counts of two runs have no common origin.
             self.at.cmp(&other.at)
         }
     }
@@ -53,6 +55,7 @@ impl Frames {
             epoch: frame.header.epoch,
             count: frame.header.count,
         };
+        // A copy between slices of two lengths would panic.
         if frame.axes.len() != self.axes {
             return;
         }
@@ -75,6 +78,7 @@ impl Frames {
     /// Ends a cycle that took in all that arrived until `cycle_start`.
     pub(super) fn forget_until(&mut self, cycle_start: Instant<Local>) {
         for place in &mut self.kept {
+            // Only what that cycle took in: a frame that arrived after its start belongs to the next one.
             let _ = place.take_if(|kept| kept.at <= cycle_start);
         }
     }
@@ -85,6 +89,7 @@ impl Frames {
             return Some(free);
         }
         let kept = || (0..).zip(self.kept.iter().flatten());
+        // The next cycle has at most one image: of the frames that arrive until its start the newest.
         let is_due = |kept: &Kept| kept.at <= due;
         let all_due = kept().filter(|(_, kept)| is_due(kept));
         match all_due.min_by(|(_, a), (_, b)| a.age(b)) {

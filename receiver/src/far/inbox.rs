@@ -85,6 +85,7 @@ impl Inbox {
         }
         self.age_limit = limit;
         if let (Some(sender), Some(image)) = (&mut self.sender, &self.image) {
+            // The gate counts in cycles of the sender. A run that follows later creates its own.
             sender.gate = limit.map(|limit| AgeGate::new(image.cycle_time, limit));
         }
     }
@@ -98,6 +99,7 @@ impl Inbox {
     /// `due`, or later.
     pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         self.counters.received += 1;
+        // The oldest goes: a queue that grows would allocate, and old messages are the least useful.
         if self.waiting.len() == INBOX_CAPACITY {
             self.waiting.pop_front();
             self.counters.overflow += 1;
@@ -119,6 +121,7 @@ impl Inbox {
         cycle_start: Instant<Local>,
         mut received: impl FnMut(Instant<Local>, &FrameHeader, bool),
     ) -> Option<FrameHeader> {
+        // A single turn of the queue: what is not due yet goes back behind the rest, in its order and without allocation.
         for _ in 0..self.waiting.len() {
             let Some((at, header)) = self.waiting.pop_front() else {
                 break;
@@ -128,6 +131,7 @@ impl Inbox {
                     Admission::Foreign => {}
                     Admission::Begins => {
                         self.follow(at, &header, cycle_start);
+                        // The clock has to know of the other run before it takes a message of it.
                         received(at, &header, true);
                     }
                     Admission::Followed => {
@@ -216,6 +220,7 @@ impl Inbox {
         let Some(sender) = &mut self.sender else {
             return false;
         };
+        // Before the age is judged: a stale message still counts as received, or it would be lost and stale at once.
         let place = sender.sequence.place(count);
         sender.pace.take(at, count);
         let gate = &mut sender.gate;
@@ -229,9 +234,11 @@ impl Inbox {
             SequencePlace::Overtaken | SequencePlace::Outdated => counters.late += 1,
             SequencePlace::Newest => counters.in_order += 1,
         }
+        // Only the newest renews the image: an overtaken frame would move the axes back.
         if place == SequencePlace::Newest && !is_stale {
             self.renew(header);
         }
+        // The arrival of an overtaken message is a measurement like any other. A repeated one would count twice.
         place != SequencePlace::Repeated && !is_stale
     }
 
@@ -240,6 +247,7 @@ impl Inbox {
         self.runs += 1;
         self.counters.in_order += 1;
         if let Some(Sender { sequence, .. }) = &self.sender {
+            // Counts of the next run begin elsewhere, so the sums of this one are kept aside.
             self.expected_before = self.expected_before.saturating_add(sequence.expected());
             self.lost_before = self.lost_before.saturating_add(sequence.missing());
         }
@@ -247,6 +255,7 @@ impl Inbox {
             .age_limit
             .map(|limit| AgeGate::new(header.cycle_time, limit));
         if let Some(gate) = &mut gate {
+            // Starts the gate. The first message of a run has nothing to be late against.
             let _ = gate.judge(header.count, at, now);
         }
         self.sender = Some(Sender {

@@ -27,8 +27,11 @@ impl Limited {
     /// Limits set values, `elapsed` cycles after the last ones.
     pub(super) fn keep(&mut self, set: &Kinematics, elapsed: u32) -> Kinematics {
         let Some(guard) = &mut self.guard else {
+            // Software limits belong to the axis at its own node.
             let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
             let start = self.within(set);
+            // The config has checked the limits. Should the guard refuse them all the same, a state within them is
+            // shown.
             self.guard = SetValueGuard::new(&self.limits, min, max, self.cycle, &start).ok();
             return start;
         };
@@ -43,12 +46,14 @@ impl Limited {
     fn within(&self, set: &Kinematics) -> Kinematics {
         let (velocity, push) = (
             self.limits.velocity(),
+            // The lower of the two holds whichever way the axis goes.
             self.limits.acceleration().min(self.limits.deceleration()),
         );
         let is_within = set.velocity.abs() <= velocity && set.acceleration.abs() <= push;
         Kinematics {
             position: set.position,
             velocity: set.velocity.clamp(-velocity, velocity),
+            // Not clamped: beside a clamped velocity an acceleration would be one of another motion.
             acceleration: if is_within { set.acceleration } else { 0.0 },
         }
     }

@@ -67,11 +67,13 @@ pub(crate) struct FarOutputs<'a> {
 }
 
 /// Silence after which a node is never reported healthy, at any age limit.
+// An age limit of 0 switches the block's own monitor off. Without a second bound a silent node would stay healthy.
 const SILENCE: Span = Span::from_secs(1);
 
 /// Number of frames whose axes can wait for their cycle …
 const FRAMES: usize = 8;
 /// … and where injected faults hold them back.
+// At a millisecond the 128 frames bridge faults that hold messages back for an eighth of a second.
 const FRAMES_OF_FAULTS: usize = 128;
 
 impl FarNode {
@@ -93,11 +95,14 @@ impl FarNode {
             let setup = ClockSetup::of(config, cycle_time, run);
             let encoder = |axis: &FarAxisConfig| {
                 // The axes begin with those of the node itself.
+                // Standbys smooth the increments as well: a smoothing that begins with the take-over would need its
+                // time to settle.
                 let encoder = axis.encoder.filter(|_| place > 0);
                 let encoder = encoder.map(|encoder| Encoder::new(cycle_time, encoder));
                 Ok(encoder.transpose()?.map(Box::new))
             };
             let encoders = config.axes.iter().map(encoder).collect::<Result<_, _>>()?;
+            // A config has one address for the timing channel: that of the node itself.
             let beacons = config.timing.as_ref().filter(|_| place == 0);
             let beacons = beacons.map(|timing| Box::new(Beacons::new(timing, run)));
             let candidate = Candidate::new(config, cycle_time, *number, inbox, setup, encoders)?;
@@ -120,14 +125,17 @@ impl FarNode {
 
     /// Runs one cycle: selects the node and its run, evaluates its clock, and calculates its axes.
     pub(crate) fn scan(&mut self, tick: &Tick, arrivals: &mut ArrivalLog, out: FarOutputs<'_>) {
+        // Standbys run their clocks, too: a node takes over with a clock that is known already.
         for node in &mut self.candidates {
             node.cycle(tick, arrivals.of(node.number));
         }
         self.take_over(tick);
         self.take_axes(tick);
+        // After the choice of the node, since all axes move by the clock of that one.
         let error = self.correct_axes(tick, out.masters, out.axes);
         let followed = self.take_over.followed();
         for (place, node) in self.candidates.iter_mut().enumerate() {
+            // An error of an axis is one of the node that the axis comes from.
             let own = health_of(node, error.filter(|_| place == followed));
             out.health[node.number] = own;
             out.data_cycle_times[node.number] = node.clock.data_cycle_time();
@@ -138,9 +146,11 @@ impl FarNode {
             signals.followed = place == followed;
             signals.stands_by = place != followed && node.could_take_over(tick.ideal_start);
             signals.take_overs = self.take_over.count();
+            // Last, because it frees the axes of the image that this cycle has read.
             node.inbox.end_cycle(tick.ideal_start);
         }
         let health = self.health(out.health, tick.ideal_start);
+        // The entry of the node itself speaks for all of its standbys, so it is written after theirs.
         let number = self.candidates[0].number;
         out.health[number] = health;
         out.nodes[number].health = health.name();
@@ -165,6 +175,8 @@ impl FarNode {
         let standings = candidates.iter().map(|node| {
             let samples = node.fresh_axes();
             let mut pairs = axes.iter().zip(samples);
+            // A take-over without an axis that slaves follow already would take their master away. An axis that has
+            // never come holds nothing up.
             let has_axes = !samples.is_empty()
                 && pairs.all(|(axis, sample)| sample.is_some() || !axis.has_come());
             node.standing(has_axes)
@@ -197,12 +209,14 @@ impl FarNode {
             if let Some(header) = news.header.filter(|_| news.is_fresh) {
                 let samples = node.fresh_axes();
                 for (n, axis) in self.axes.iter_mut().enumerate() {
+                    // Before the sample of this frame is taken: forgetting drops the newest one.
                     if news.is_new_run {
                         axis.forget();
                     }
                     axis.take(samples.get(n).copied().flatten(), &header);
                 }
             }
+            // A remapped clock moves all set values at once. Without a way back that would be a step.
             if news.following.is_some_and(|now| now.is_remapped) {
                 self.axes.iter_mut().for_each(Axis::rejoin);
             }
@@ -218,6 +232,7 @@ impl FarNode {
     ) -> Option<SyncError> {
         let node = &self.candidates[self.take_over.followed()];
         let (Some(header), Some(following)) = (&node.news().header, &node.news().following) else {
+            // Otherwise the values of an earlier cycle would pass for those of this one.
             masters.fill(None);
             signals.fill(FarAxisSignals::default());
             return None;
@@ -225,10 +240,12 @@ impl FarNode {
         let correction = &following.correction;
         let age_limit = node.clock.age_limit();
         let time_sigma = node.clock.time_sigma();
+        // At most 10 000 cycles, since none is shorter than 100 µs.
         let longest = (SILENCE.as_nanos() / self.cycle_time.span().as_nanos()) as u32;
         let mut first = None;
         for ((axis, master), signals) in self.axes.iter_mut().zip(masters).zip(signals) {
             let own;
+            // An axis that the newest frame lacks is older than its node, and is moved on by that much more.
             let (age, correction) = if axis.count() == header.count {
                 (node.age_cycles(), correction)
             } else {
@@ -246,6 +263,7 @@ impl FarNode {
             signals.age_cycles = age;
             if let Some(master) = master {
                 master.is_sound &= age <= longest;
+                // Bypass, PT1 and time mode never report sync, so their axes are ready without it.
                 let needs_no_clock = node.clock.is_enabled() && !node.clock.synchronises();
                 let is_there = signals.synced || needs_no_clock;
                 // A blend is a straight line between two modes: its velocity steps where it begins and ends.
@@ -284,12 +302,14 @@ fn health_of(node: &Candidate, error_of_axis: Option<SyncError>) -> Health {
         };
     };
     let correction = &following.correction;
+    // Before the error of the correction, which a refused pace sets as well: only the pace names the cause.
     if node.inbox.is_pace_refused() {
         return Health::PaceOutOfRange;
     }
     if let Some(error) = correction.error.or(error_of_axis) {
         return Health::Error(error);
     }
+    // After the errors: beyond an age limit a silence is one of them, with a code.
     if node.silence() > SILENCE {
         return Health::MasterSilent;
     }

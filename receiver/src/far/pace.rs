@@ -9,6 +9,7 @@ pub(crate) const LARGEST_PPM: f64 = 2_500.0;
 /// The least delayed frames of one such span and of the next give the pace: 5 ms of other delay are 5 000 ppm, …
 const BLOCK: Span = Span::from_secs(1);
 /// … which is accepted once this number of consecutive blocks agree.
+// Four on one side need a delay that grows by more than 2.5 ms in each second, 10 ms in all.
 const BLOCKS: u32 = 4;
 
 /// Measures the pace of one run of a sender.
@@ -52,6 +53,7 @@ impl Pace {
             self.end_block();
             self.start = at;
             self.least_delayed = mark;
+        // The arrival of count 0 is early where the delay is short, whatever the count of the frame.
         } else if mark.of_count_zero < self.least_delayed.of_count_zero {
             self.least_delayed = mark;
         }
@@ -74,13 +76,17 @@ impl Pace {
             return;
         };
         let passed = (now.at - before.at).as_secs_f64();
+        // Messages that overtake each other can put the marks of two blocks into the wrong order.
         if passed <= 0.0 {
             return;
         }
         let later = (now.of_count_zero - before.of_count_zero).as_secs_f64();
+        // A count 0 that seems to arrive later and later belongs to cycles that are longer than stated: a slow
+        // sender.
         let ppm = -1e6 * later / passed;
         self.ppm = Some(ppm);
         self.beyond = if ppm > LARGEST_PPM {
+            // A change of sides starts over: delays that go up and down again are no pace.
             self.beyond.max(0).saturating_add(1)
         } else if ppm < -LARGEST_PPM {
             self.beyond.min(0).saturating_sub(1)
@@ -95,6 +101,7 @@ impl PaceMark {
     fn of(at: Instant<Local>, count: u64, cycle_time: CycleTime) -> Self {
         Self {
             at,
+            // The product saturates, so that a count without meaning gives a far instant and no panic.
             of_count_zero: at - cycle_time.span() * count as i64,
         }
     }

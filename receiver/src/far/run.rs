@@ -16,8 +16,10 @@ use coaxle_node::FrameHeader;
 /// Largest lead of a count over the least delayed frame, s: a delay may shrink, and a clock be stepped …
 const AHEAD: f64 = 0.1;
 /// … and its growth per time since that frame: no delay stays the least permanently.
+// Twice the largest pace that is followed (2 500 ppm), so that a fast sender never runs ahead of its own run.
 const LEAK: f64 = 0.005;
 /// Largest lag of a count behind the newest frame, s: a delay may grow, for a while.
+// A later frame can still belong to the run, but shows no pace.
 const BEHIND: f64 = 1.0;
 /// Number of frames, each with a later count, after which another run is regular, …
 const REGULAR: u32 = 5;
@@ -114,12 +116,15 @@ impl Run {
 
     /// Gain of the counts of two frames over the time between them, s.
     fn gained(&self, ((before, since), (count, at)): (Mark, Mark)) -> f64 {
+        // As floats, because the difference may be negative. Counts are exact there up to 2⁵³, which is 28 000 years
+        // at 100 µs.
         let counted = count as f64 - before as f64;
         counted * self.cycle_time.as_secs_f64() - (at - since).as_secs_f64()
     }
 
     /// Delay beyond the least recent one that still counts as the least now, s.
     fn leak(&self, at: Instant<Local>) -> f64 {
+        // Stamps of messages in a backlog may lie before that of the frame.
         LEAK * (at - self.least_delayed.1).as_secs_f64().max(0.0)
     }
 
@@ -127,6 +132,7 @@ impl Run {
         if self.ahead_of(self.least_delayed, at, header) + self.leak(at) >= 0.0 {
             self.least_delayed = (header.count, at);
         }
+        // An overtaken frame moves neither the time nor the count back.
         self.at = self.at.max(at);
         self.count = self.count.max(header.count);
     }
@@ -170,10 +176,12 @@ impl Other {
 impl RunChoice {
     /// Classifies a frame that arrived at `at`.
     pub(super) fn judge(&mut self, at: Instant<Local>, header: &FrameHeader) -> Admission {
+        // A receiver without a run loses nothing by a wrong choice.
         let Some(followed) = &mut self.followed else {
             self.followed = Some(Run::of(at, header));
             return Admission::Begins;
         };
+        // Before any other run is considered: a run that is received cannot be taken over from.
         if followed.goes_on_with(at, header) {
             followed.take(at, header);
             self.other = self.other.filter(|other| !other.is_backlog_of(followed));
@@ -182,6 +190,7 @@ impl RunChoice {
             }
             return Admission::Followed;
         }
+        // Determined before a change, which replaces the run that it compares with.
         let is_late = followed.has(at, header);
         if self.takes_over(at, header) {
             self.follow(at, header);
@@ -226,8 +235,10 @@ impl RunChoice {
             return false;
         };
         let regular = other.frames >= REGULAR
+            // A burst brings five frames at once. Regular ones take four cycles, here at least half of them.
             && at - other.since.1 >= other.run.cycle_time.span() * i64::from(REGULAR - 1) / 2;
         let is_old = self.has_ended(header.epoch) || header.epoch == followed.epoch;
+        // A rival means that the link of the first may be bad, and an old run that its frames may be left over.
         let longest = if other.is_rival || is_old {
             SILENT_RIVAL
         } else {
@@ -264,10 +275,12 @@ impl RunChoice {
     fn follow(&mut self, at: Instant<Local>, header: &FrameHeader) {
         let before = self.followed.replace(Run::of(at, header));
         self.other = None;
+        // A run that is followed again has not ended.
         for ended in &mut self.ended {
             *ended = ended.filter(|epoch| *epoch != header.epoch);
         }
         if let Some(before) = before.filter(|before| before.epoch != header.epoch) {
+            // A ring of fixed size: nothing allocates on the cycle path.
             self.ended[self.next_ended] = Some(before.epoch);
             self.next_ended = (self.next_ended + 1) % ENDED;
         }

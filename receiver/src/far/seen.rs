@@ -8,6 +8,7 @@ use coaxle_remote::{LASTING, Reach};
 const RESERVE: f64 = 4.0 / 3.0;
 /// Frames are neighbours up to this number of cycles of the sender apart: some are always lost.
 /// Over more the motion of the master is unknown.
+// Up to three frames may be lost between neighbours.
 const NEXT: u64 = 4;
 /// Cycles of the sender by which a mode that shows values as received may step at once: those of a
 /// beat, and of the silence that is tolerated by default (`age-of-data-limit`).
@@ -53,6 +54,7 @@ impl ObservedMotion {
         let reach = &mut self.reach;
         reach.velocity = reach.velocity.max(set.velocity.abs());
         reach.acceleration = reach.acceleration.max(set.acceleration.abs());
+        // Repeated counts have no time between them, and no quotients.
         let Some((before, time, cycles)) = before.filter(|(_, time, _)| *time > 0.0) else {
             self.rate = None;
             return;
@@ -63,6 +65,8 @@ impl ObservedMotion {
         self.jerk = self.jerk.max(jerk.abs());
         let way = set.position - before.position;
         let mean = 0.5 * (set.velocity + before.velocity);
+        // The worst motion with given velocities at both ends: full acceleration for half of the time, and back. That
+        // is a·(t/2)².
         let explained = TRAPEZOID * self.reach.acceleration * time * time;
         if cycles <= LARGEST_BEAT {
             self.received_ways.see(way.abs());
@@ -74,6 +78,7 @@ impl ObservedMotion {
         if let Some(rate) = rate {
             self.noise.velocity.see(rate.abs() * time);
         }
+        // A rate over a gap says nothing about a jump of the acceleration.
         if let (Some(before), Some(now)) = (self.rate, rate) {
             self.noise.acceleration.see((now - before).abs());
         }
@@ -115,18 +120,24 @@ impl ObservedMotion {
         let age = age.abs();
         let by_jerk = 0.5 * self.jerk * age * age * age;
         let by_acceleration = self.reach.acceleration * age * age;
+        // Both bounds hold. The jerk's is the lower one for small ages, and unusable for large ones, as it grows with
+        // age³.
         by_jerk.min(by_acceleration)
     }
 
     /// Largest additional way of the axis in a cycle, u, with set values of this age.
     pub(super) fn explained(&self, age: f64, passed: f64) -> f64 {
         let by_acceleration = self.reach.acceleration * passed * passed;
+        // A prediction with constant acceleration is off by j·t³/6 at most. Its derivative j·t²/2 is what a cycle
+        // adds.
         let by_jerk = 0.5 * self.jerk * age * age * passed;
         RESERVE * (by_acceleration + by_jerk)
     }
 
     /// Greatest velocity of set values that are moved on by up to `age` seconds, u/s.
     pub(super) fn greatest_velocity(&self, age: f64) -> f64 {
+        // The prediction fades the acceleration out: however old the values are, it adds no more than this time of
+        // it.
         self.reach.velocity + self.reach.acceleration * age.min(LASTING)
     }
 
@@ -159,6 +170,8 @@ impl RecentPeak {
     pub(super) fn pass(&mut self, passed: f64) {
         self.since += passed;
         if self.since >= MEMORY {
+            // Two buckets in turn forget in bounded memory. A decaying peak would fall below a ripple between two of its
+            // peaks.
             (self.before, self.now, self.since) = (self.now, 0.0, 0.0);
         }
     }

@@ -35,12 +35,15 @@ impl Sequence {
     pub(super) fn place(&mut self, count: u64) -> SequencePlace {
         if count > self.newest {
             let ahead = count - self.newest;
+            // A shift by the width of the word panics or does nothing, instead of clearing it.
             self.seen = if ahead < 64 { self.seen << ahead } else { 0 } | 1;
             self.newest = count;
             self.distinct += 1;
             return SequencePlace::Newest;
         }
         let behind = self.newest - count;
+        // Counts before the first are not expected. Taken in, they would make more distinct ones than expected, and
+        // missing would underflow.
         if count < self.first || behind >= 64 {
             return SequencePlace::Outdated;
         }
@@ -55,6 +58,7 @@ impl Sequence {
 
     /// Number of counts from the first to the newest.
     pub(super) const fn expected(&self) -> u64 {
+        // From 0 to the largest count there is one count more than a u64 holds.
         (self.newest - self.first).saturating_add(1)
     }
 

@@ -33,7 +33,9 @@ const FILTERED: f64 = 2.0;
 /// … and the number of ways that may be added at once: the newest, and one still in the filter.
 const AT_ONCE: f64 = 2.0;
 /// Rounding of the position, and of a far time in nanoseconds.
+// A position passes a handful of sums, each of which rounds by half an ulp.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
+// Far time that passed is a difference of two instants in whole nanoseconds.
 const CLOCK_ROUNDING: f64 = 2e-9;
 
 /// Parameters of an axis that bound its way in a cycle.
@@ -87,6 +89,7 @@ impl StepWatch {
         let last = self.last.replace(*set);
         self.ages.see(course.age.abs());
         self.ages.pass(course.passed);
+        // Beats remain in the output of other modes until the blend from those modes has ended.
         self.shown_ago = match shows_what_comes(course.mode) {
             true => 0.0,
             false => self.shown_ago + course.passed,
@@ -94,11 +97,13 @@ impl StepWatch {
         let Some(last) = last else {
             return false;
         };
+        // After months of motion a position rounds more coarsely than a slow axis moves in a cycle.
         let rounding = ROUNDING * set.position.abs();
         let way = (set.position - last.position).abs();
         let beside = (set.position - course.received).abs();
         let is_too_far = way > self.most(course, blending, seen) + rounding
             || beside > self.farthest(course, blending, seen) + rounding;
+        // A blend departs from any continuation on purpose. Then only the bounds of its way hold.
         let is_unusual = match course.far.filter(|_| !course.is_blending) {
             Some(far) => self.is_unusual(set, &last, far, course, seen),
             None => false,
@@ -117,6 +122,7 @@ impl StepWatch {
         seen: &ObservedMotion,
     ) -> bool {
         let far = far.as_secs_f64();
+        // p + v·t + a·t²/2 over the far time that passed: a clock that is slewed is no departure.
         let expected = last.position + (last.velocity + 0.5 * last.acceleration * far) * far;
         let departure = (set.position - expected).abs();
         let even = EVENNESS * last.velocity.abs() * course.passed
@@ -124,7 +130,9 @@ impl StepWatch {
             + ROUNDING * set.position.abs();
         let known = even + seen.explained(course.age, course.passed);
         let is_unusual = departure > known + UNUSUAL * self.usual;
+        // The even part lets the usual departure grow from 0.
         let most = DOUBLING * self.usual + even;
+        // Learned from steps, too: an axis whose every cycle departs has no steps.
         self.usual = (self.usual * (1.0 - FORGETTING)).max(departure.min(most));
         is_unusual
     }
@@ -141,6 +149,8 @@ impl StepWatch {
             FilterState::Bypass | FilterState::Pt1 | FilterState::Observer => 0.0,
         };
         let blended = match course.is_blending {
+            // A blend moves the distance of two modes, at most v·(age + filter + cycles apart), within its time. A
+            // blend of 0 s takes a cycle.
             true => (age + blending.filter_time + APART * passed) / blending.time.max(passed),
             false => 0.0,
         };

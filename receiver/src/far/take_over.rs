@@ -26,6 +26,7 @@ impl Presence {
         if is_gap {
             self.since = Some(at);
         }
+        // An overtaken message does not move it back. None is the least of all.
         self.newest = self.newest.max(Some(at));
     }
 
@@ -36,6 +37,8 @@ impl Presence {
 
     /// True if it is received, and has been for at least `patience`.
     pub(super) fn is_steady(&self, now: Instant<Local>, patience: Span) -> bool {
+        // Both ends: received now, and for a while. A node that flickers is no better than the one that it would
+        // replace.
         let is_heard = self.silence(now).is_some_and(|silence| silence <= patience);
         is_heard && self.since.is_some_and(|since| now - since >= patience)
     }
@@ -87,6 +90,7 @@ impl TakeOver {
     ) -> Option<usize> {
         let followed = nodes.clone().nth(self.followed)?;
         let silence = followed.presence.silence(now);
+        // First of all: a node that is received is never left, so that two of them cannot alternate.
         if silence.is_some_and(|silence| silence <= followed.patience) {
             return None;
         }
@@ -96,7 +100,9 @@ impl TakeOver {
             let is_waited = silence.is_some() || node.presence.is_steady_for(now, NEVER_HEARD);
             node.has_axes && is_steady && is_waited
         };
+        // A node with an unknown clock costs a start-up, so it waits until the alternative is a lost master.
         let is_long = silence.is_none_or(|silence| silence > followed.longest);
+        // Two passes over the list: a known clock further down goes before an unknown one further up.
         let next = (nodes.clone())
             .position(|node| node.is_known && is_there(&node))
             .or_else(|| nodes.position(|node| is_long && is_there(&node)))?;

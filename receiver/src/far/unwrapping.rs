@@ -25,6 +25,8 @@ impl Unwrapping {
         let position = match &self.newest {
             None => set.position,
             Some(last) => {
+                // The mean of both velocities is exact while the acceleration is constant, so that a ramp during a
+                // silence is bridged as well.
                 let expected = last.position + mean_velocity(last, set) * passed;
                 let turns = libm::round((expected - set.position) / self.length);
                 set.position + turns * self.length
@@ -38,6 +40,7 @@ impl Unwrapping {
     /// Begins another run, or another node: the axis is in the period nearest to its previous position.
     pub(super) fn begin_run(&mut self) {
         if let Some(newest) = &mut self.newest {
+            // The old velocity says nothing about the new run. Without one the prediction is the last position.
             *newest = Kinematics::at_rest(newest.position);
         }
     }
@@ -62,11 +65,13 @@ impl Wraps {
     pub(super) fn take(&mut self, last: &Kinematics, set: &Kinematics, passed: f64) {
         let way = mean_velocity(last, set) * passed;
         let jump = set.position - last.position - way;
+        // A preset position jumps either way. Only a wrap always jumps against the motion.
         let is_far = jump.abs() > FAR * way.abs() && jump * way < 0.0;
         let near = NEAR * way.abs();
         let is_at_an_end = last.position.abs() <= near || set.position.abs() <= near;
         let is_symmetric = (last.position + set.position).abs() <= near;
         if is_far && (is_at_an_end || is_symmetric) {
+            // Months of turning would otherwise wrap the count itself, and the first wrap be reported again.
             self.count = self.count.saturating_add(1);
             self.length = Some(jump.abs());
         }

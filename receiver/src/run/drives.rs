@@ -13,6 +13,7 @@ pub(super) fn drives(config: &ReceiverConfig, run: u64) -> Result<Drives, WrongS
     let cycle_time = config.cycle_time_us.0;
     let mut drives = Drives::new();
     for (n, slave) in config.slaves.iter().enumerate() {
+        // The receiver simulates all others itself.
         let DriveConfig::SharedMemory(shared) = &slave.drive else {
             continue;
         };

@@ -25,6 +25,7 @@ impl Fault {
     /// Fault that keeps a receiver from its work: a slave's error first, because it stays.
     pub(super) fn of(snapshot: &ReceiverSnapshot) -> Option<Self> {
         match snapshot.health {
+            // In the order of the health, so that status and log name one cause.
             Health::DriveTripped => Self::tripped(snapshot),
             Health::SlaveFailed { slave } => Self::of_slave(&snapshot.faults[slave]),
             Health::Circle => Some(Self::circle()),
@@ -66,6 +67,7 @@ impl Fault {
 
     fn tripped(snapshot: &ReceiverSnapshot) -> Option<Self> {
         let mut errors = snapshot.faults.iter().filter_map(|faults| faults.error);
+        // The first slave that tripped: the health names none.
         let fault = errors.find_map(|error| match error {
             SlaveError::Drive(fault) => Some(fault),
             _ => None,
@@ -113,6 +115,7 @@ impl Fault {
 
     /// A text that begins with its code.
     fn named(code: u32, text: &str) -> Self {
+        // Texts of the slave begin with their code, which has a field of its own here.
         let after = text.strip_prefix(&format!("{code:#06x}: "));
         Self::new(code, after.unwrap_or(text))
     }
@@ -132,6 +135,7 @@ impl Fault {
     /// Without the last digits of its value, which would change each time.
     fn pace(snapshot: &ReceiverSnapshot, far: usize) -> Self {
         let ppm = snapshot.signals.far[far].pace_ppm.unwrap_or(0.0);
+        // Fine enough for a bound of 2 500 ppm, and coarse enough for a steady pace to keep its text.
         let hundreds = (ppm / 100.0).round() * 100.0;
         let stated = snapshot.data_cycle_times[far];
         let stated = stated.map_or(0.0, |time| time.span().as_micros_f64());

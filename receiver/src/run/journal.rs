@@ -99,6 +99,7 @@ impl Journal {
                 notes.extend(of_wraps(before, now, &self.far_axes));
                 notes.extend(of_virtual_axes(before, now, &self.virtual_axes));
                 notes.extend(of_programs(before, now, &self.slaves));
+                // Into the memory of the last one, in each cycle.
                 before.clone_from(now);
                 notes
             }
@@ -126,8 +127,10 @@ impl Journal {
         }
         let room = MOST_LINES.saturating_sub(window.lines) as usize;
         window.left_out += notes.len().saturating_sub(room) as u32;
+        // The first ones stay: causes come before their effects.
         notes.truncate(room);
         window.lines += notes.len() as u32;
+        // In the next window, when the number is final.
         if left_out > 0 {
             let text = format!("{left_out} more changes in the last second");
             notes.insert(0, Note::new(Level::Warning, text));
@@ -189,6 +192,7 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
         };
         own.extend(taken_over);
         if health != before.far_health[n] && !is_told && !is_of_a_slave(now.health) {
+            // Behind the cause, a restart say, where there is one.
             own.insert(usize::from(!own.is_empty()), health_of_far(now, n));
         }
         own.extend(standing_by(signals, changed));
@@ -210,6 +214,7 @@ fn of_virtual_axes(
     let of = |snapshot: &ReceiverSnapshot, n: usize| snapshot.signals.virtual_axes[n].error;
     let changed = names.iter().enumerate().filter_map(|(n, name)| {
         let error = of(now, n);
+        // Changes only: an error that lasts has one line.
         (error != of(before, n)).then(|| match Fault::of_virtual_axis(error) {
             Some(fault) => Note::new(Level::Error, format!("{name}: error {fault}")),
             None => Note::new(Level::Info, format!("{name}: moves again")),
@@ -255,6 +260,7 @@ fn changes_of_far(before: &FarNodeSignals, now: &FarNodeSignals) -> Vec<Note> {
     notes.extend(delay(before, now));
     notes.extend(denied(before, now));
     notes.extend(orders(before, now));
+    // Warnings come and go with the drift: each beginning has a line.
     if now.warning != 0 && before.warning == 0 {
         let fault = Fault::from(SyncWarning::DriftChangedSignificantly);
         notes.push(Note::new(Level::Warning, format!("warning {fault}")));
@@ -281,6 +287,7 @@ fn another_run(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
 
 /// Log line on a step of the drift, after which the line was searched again.
 fn drift_step(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    // A drift that is not known is no drift of 0.
     let [was, is] = [before, now].map(|signals| signals.drift_ppm.unwrap_or(f64::NAN));
     (now.drift_steps > before.drift_steps).then(|| {
         let text = format!("the drift has changed at once, from {was:+.1} to about {is:+.1} ppm");

@@ -59,6 +59,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
             .row(record.ideal_start, record.woke, &snapshot.signals);
         for note in self.journal.take(record.ideal_start, snapshot) {
             note.log(&self.config.name);
+            // Kept after it has passed, for an operator who asks later.
             if note.level != Level::Info {
                 self.last_fault = Some((record.ideal_start, note.text.clone()));
             }
@@ -67,6 +68,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
         }
         self.newest_at = record.ideal_start;
         match &mut self.newest {
+            // Into the memory of the last one, in each cycle.
             Some(newest) => newest.clone_from(snapshot),
             None => self.newest = Some(snapshot.clone()),
         }
@@ -104,6 +106,7 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
+        // Both files are finished, whichever of them fails.
         let arrived = self.arrivals.as_mut().map_or(Ok(()), ArrivalsTrace::finish);
         self.rows.finish().and(arrived)
     }

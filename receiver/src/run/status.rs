@@ -32,6 +32,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
     let cycle_time = config.cycle_time_us.0.span().as_micros_f64();
     status.insert("cycle_time_us".to_owned(), json!(cycle_time));
     status.insert("error".to_owned(), json!(Fault::of(snapshot)));
+    // By the order of the config, which instances and signals share.
     let mut far = named(&instances, Group::FarNode, far);
     for ((n, (_, status)), heard) in far.iter_mut().enumerate().zip(config.received_nodes()) {
         let of = (heard.place > 0).then(|| &config.far[heard.far].node);
@@ -51,6 +52,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
     let mut virtual_axes = named(&instances, Group::VirtualAxis, virtual_axes);
     for (n, (_, status)) in virtual_axes.iter_mut().enumerate() {
         put(status, "id", json!(config.virtual_axes[n].id));
+        // Replaces the code of the signal, which a reader would have to look up.
         let code = snapshot.signals.virtual_axes[n].error;
         put(status, "error", json!(Fault::of_virtual_axis(code)));
     }
@@ -69,6 +71,7 @@ pub(super) fn of(config: &ReceiverConfig, snapshot: &ReceiverSnapshot) -> Map<St
         let step = snapshot.signals.slaves[n].program_step.unwrap_or_default();
         let step = config.slaves[n]
             .steps
+            // Steps count from 1. Without a step the 0 wraps to a place that no list has.
             .get(usize::from(step).wrapping_sub(1));
         put(
             status,

@@ -29,6 +29,7 @@ impl Slaves {
                 ),
             });
         }
+        // Before masters are resolved, which names have to identify.
         check_names_and_ids(config)?;
         drives.check(config)?;
         let sources = (0..slaves.len())
@@ -92,6 +93,7 @@ fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
 
 /// Orders masters before their slaves.
 fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<usize>, WrongSlave> {
+    // Quadratic in at most 128 slaves, and at the start only.
     let mut order: Vec<usize> = Vec::new();
     while order.len() < slaves.len() {
         let is_next = |n: &usize| {
@@ -99,6 +101,7 @@ fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<us
             has_masters && !order.contains(n)
         };
         match (0..slaves.len()).find(is_next) {
+            // Always the first that can be next: independent slaves keep the order of the config.
             Some(n) => order.push(n),
             None => return Err(circle(slaves, sources, &order)),
         }
@@ -162,12 +165,14 @@ fn slave(
         CoupleConfig::Off => None,
         CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
         CoupleConfig::Cam(cam_in) => {
+            // Now, and not when the master comes, which may be hours later.
             (plates.plate(cam_in.table)).map_err(|error| wrong(n, "couple.cam.table", error))?;
             Some(CoupledStart::Cam(cam_in))
         }
     };
     check_steps(&axis, slave, n)?;
     check_cutting(slave, n)?;
+    // After the plates of the config, since all of them share the room.
     let of_steps = plates_of_steps(plates, n, &slave.steps)?;
     let program = Program::new(&slave.steps, slave.marks.as_ref(), &of_steps)
         .map_err(|error| wrong(n, &error.field, &error.reason))?;

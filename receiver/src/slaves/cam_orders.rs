@@ -34,6 +34,7 @@ impl Slave {
                 select(plates, order, *replace, cargo, room)
             }
             PlateCommand::CamTableDelete { table } => match cargo {
+                // The plate leaves in the cargo, and is freed outside of the cycle.
                 OrderCargo::Table(deleted) if !order.dry_run => plates.delete(*table, deleted),
                 _ => plates.plan_delete(*table),
             },
@@ -41,6 +42,7 @@ impl Slave {
             reading => read(plates, reading.table(), cargo),
         };
         let changes = work == PlateWork::Changes;
+        // A reading or a dry run that fails is no refused command of the slave.
         if let (Err(error), true) = (done, changes && !order.dry_run) {
             self.note_refusal(refusal_of(error));
         }
@@ -83,6 +85,7 @@ fn select(
             plates.plan_select(id, replace, table.as_deref(), room)
         }
         OrderCargo::Table(table) => plates.select(id, replace, table, room),
+        // The plate was calculated outside of the cycle. Its error is answered here, like all refusals.
         OrderCargo::Wrong(error) => Err(CouplingError::Cam(*error)),
         OrderCargo::Nothing | OrderCargo::Reading(_) => Err(CouplingError::NoTable),
     }

@@ -24,6 +24,7 @@ pub(super) fn situation(
         outlook: axis.outlook(),
         motion: axis.job().0,
         starts_coupled,
+        // Without this a program that waits for power would seem to wait in vain while the drive switches on.
         is_switching_on: status == AxisStatus::Disabled && axis.is_power_on(),
         master: first.map(|master| master.set.position),
         first_master_ready: first.is_some_and(|master| master.is_ready),
@@ -44,6 +45,7 @@ pub(super) fn end_of(axis: &SlaveAxis, job: Job) -> Option<Outcome> {
         | CommandState::Active
         | CommandState::InSync => None,
         CommandState::Done => Some(Outcome::Done),
+        // Before the plain abort, which a roll-back is as well.
         CommandState::Aborted if axis.was_rolled_back(job) => Some(Outcome::RolledBack),
         CommandState::Aborted => Some(Outcome::Aborted),
         CommandState::Failed(JobError::Refused(_)) => Some(Outcome::Refused),

@@ -23,6 +23,7 @@ impl SlaveMasters {
             follows,
             count: 0,
             first: None,
+            // The neutral element of the conjunction: each master that is added may make it false.
             are_ready: true,
             as_couplings_see: Masters::default(),
         }
@@ -38,6 +39,7 @@ impl SlaveMasters {
             let couplings = &mut self.as_couplings_see;
             couplings.put(self.count, &seen.set, seen.travel);
         }
+        // A master without data keeps its place, which the ratios of a sum refer to.
         self.count += 1;
     }
 

@@ -67,6 +67,7 @@ impl Slaves {
         virtual_axes: &[Master],
         elapsed: Seconds,
     ) {
+        // By places, because a slave is changed while its masters among the slaves are read.
         for place in 0..self.order.len() {
             let n = self.order[place];
             let mut masters = SlaveMasters::none(self.slaves[n].follows());
@@ -107,6 +108,7 @@ impl Slaves {
         cargo: &mut OrderCargo,
     ) -> CommandOutcome {
         let room = match &order.command {
+            // Only a plate that comes in takes room.
             PlateCommand::CamTableSelect { .. } => room(&self.plates),
             _ => 0,
         };
@@ -119,6 +121,7 @@ impl Slaves {
         for &n in &self.by_id {
             let axis = &mut self.axes[written];
             let has_set_values = self.slaves[n].write_axis(&self.plates, self.leads[n], axis);
+            // A slave without set values leaves no hole: receivers find an axis by its id, and not by its place.
             written += usize::from(has_set_values);
         }
         &self.axes[..written]
@@ -147,6 +150,7 @@ impl Slaves {
         let (mut circle, mut refused, mut blocked) = (None, None, None);
         for (n, slave) in self.slaves.iter().enumerate() {
             match slave.error() {
+                // An error returns at once. The others are only noted: a later slave may have an error.
                 Some(SlaveError::Drive(_)) => return Some(Health::DriveTripped),
                 Some(_) => return Some(Health::SlaveFailed { slave: n }),
                 None => {}

@@ -13,6 +13,7 @@ pub(super) const MOST_ROWS: usize = 4_000_000;
 
 /// Creates the plates of a config, with room for later ones.
 pub(super) fn plates(config: &ReceiverConfig) -> Result<Tables, WrongSlave> {
+    // All slots at once: plates that come later over the network find theirs without an allocation.
     let mut plates = Tables::new(MOST_TABLES);
     for (k, source) in config.cams.iter().enumerate() {
         add(&mut plates, source, &format!("cams[{k}]"))?;
@@ -82,6 +83,7 @@ fn check_room(plates: &Tables, more: usize, field: &str) -> Result<(), WrongSlav
 
 /// Number of points and rows that a further plate may have.
 pub(super) fn room(plates: &Tables) -> usize {
+    // A store beyond the bound has no room, rather than an underflow.
     MOST_ROWS.saturating_sub(plates.rows())
 }
 

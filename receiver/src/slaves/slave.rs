@@ -87,7 +87,9 @@ impl Slave {
 
     fn follow(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
         self.master_position = masters.first().map(|master| master.set.position);
+        // Before the axis moves, so that a step takes effect in the cycle in which its conditions hold.
         self.run_program(plates, masters, elapsed);
+        // The start has placed the axis for this cycle. A second update would move it by a cycle.
         if self.start(plates, masters) {
             return;
         }
@@ -102,9 +104,11 @@ impl Slave {
 
     /// Takes the results of jobs that have ended: some are refused only when they are due.
     fn take_ended_jobs(&mut self) {
+        // Points that wait have no job that could end.
         if let Some(held_back) = self.axis.take_held_back() {
             self.note_refusal(held_back);
         }
+        // All of them: a command that takes over ends several jobs in a cycle.
         while let Some(EndedJob { job, state }) = self.axis.take_ended() {
             let CommandState::Failed(JobError::Refused(refusal)) = state else {
                 continue;
@@ -140,10 +144,13 @@ impl Slave {
         origin: Origin,
     ) -> Result<Job, Refusal> {
         let applied = change.map(|change| {
+            // A command that is accepted replaces the coupling from the start, which would preset the position later.
             self.start = None;
             self.axis.apply(plates, change, origin)
         });
         self.refusal = match applied {
+            // An accepted command leaves the last refusal visible: the next one of a program would hide it within a
+            // cycle.
             Ok(_) => self.refusal,
             Err(refusal) => Some(refusal.into()),
         };
@@ -154,13 +161,16 @@ impl Slave {
         let (axis, Some(program)) = (&self.axis, &mut self.program) else {
             return;
         };
+        // A copy of what the program may know, because the program is changed while the axis is only read.
         let situation = situation(axis, plates, self.start.is_some(), masters);
         program.look(&situation, |job| end_of(axis, job));
+        // A position by a clock that is not known yet may jump, and marks would pass that never came.
         let ready = masters.first().filter(|master| master.is_ready);
         program.advance(elapsed, ready.map(|master| master.set.position));
         let Some(command) = program.due(&situation, || axis.master_scaling(plates)) else {
             return;
         };
+        // Before the step's command: a step that may not cut has no effect at all.
         let cut = if program.cuts_next() {
             axis.check_cut()
         } else {
@@ -196,6 +206,7 @@ impl Slave {
     /// Couples it from the start, once there is its first master: it then starts at its coupled position.
     fn start(&mut self, plates: &mut Tables, masters: &SlaveMasters) -> bool {
         let is_there = |master: &Master| master.is_ready || self.follows;
+        // Until then the coupling stays pending: it is tried only once.
         if !masters.first().is_some_and(is_there) {
             return false;
         }
@@ -239,6 +250,7 @@ impl Slave {
             travel: None,
             is_sound: error.is_none(),
             is_ready: self.axis.is_operational(),
+            // Its own error goes before the one that it forwards.
             error_code: error.map_or(self.error_of_master, |error| error.code()),
         })
     }
@@ -256,6 +268,7 @@ impl Slave {
                 _ => CoupleState::Master,
             };
         }
+        // Only without an error of its own, which names the nearer cause.
         if axis.error_code == 0 && self.error_of_master != 0 {
             axis.error_code = self.error_of_master;
             axis.state_word.insert(StateWord::ERROR);
@@ -286,11 +299,13 @@ impl Slave {
     pub(super) fn execute(&mut self, plates: &mut Tables, order: &SlaveOrder) -> CommandOutcome {
         let planned = self.axis.plan(plates, &order.command);
         let saw = (planned.as_ref().err()).and_then(|refusal| self.attempt(order, refusal));
+        // After the attempt of a saw was noted, whose figures belong to the axis before the command.
         let (job, planned) = match planned {
             Ok(change) if !order.dry_run => {
                 let at_once = change.is_done_at_once();
                 let planned = Ok(change);
                 match self.apply(plates, Ok(change), Origin::Order) {
+                    // Commands that are done at once share the number 0, which nobody can ask for.
                     Ok(job) => (Some(job.number).filter(|_| !at_once), planned),
                     Err(refusal) => (None, Err(refusal)),
                 }
@@ -419,6 +434,7 @@ impl Slave {
     /// Set values; none before coupling, if coupled from the start, because its position is known
     /// only then.
     fn set(&self) -> Option<Kinematics> {
+        // Published, the position of the idle drive would look like a jump once the coupling begins.
         self.start.is_none().then(|| self.axis.set())
     }
 

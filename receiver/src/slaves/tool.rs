@@ -26,12 +26,14 @@ impl Tool {
         let Some(every) = self.every else {
             return;
         };
+        // Floor and no cast, which rounds towards 0 and would make one wide interval around it.
         let behind = position.map(|position| (position / every).floor());
         if let (Some(before), Some(now)) = (self.behind, behind)
             && before != now
         {
             self.cuts += 1;
         }
+        // Without a value while out of sync, so that the way back to the master counts no cut when it ends.
         self.behind = behind;
     }
 

@@ -30,6 +30,7 @@ impl SlaveAxis {
     /// # Panics
     /// If the axis or the plates have changed since the plan: plan and apply belong together.
     pub fn apply(&mut self, plates: &mut Tables, change: Change, origin: Origin) -> Job {
+        // An outdated plan would begin in a state that the axis has left: a jump of the set values.
         assert_eq!(
             change.revisions,
             [self.revision, plates.revision()],
@@ -42,6 +43,7 @@ impl SlaveAxis {
             effect,
             ..
         } = change;
+        // First, because a coupling that only changes keeps motion, offsets and, if it continues, its job.
         if let Effect::Couple(engagement, coupling_effect) = &effect
             && let Some(job) = self.adjust(plates, engagement, *coupling_effect, command, origin)
         {
@@ -53,6 +55,7 @@ impl SlaveAxis {
             _ => self.jobs.number(command, origin),
         };
         self.carry_out(plates, effect, job);
+        // After the effect and before the state of the job, which depends on both motion and state.
         if let Some(transition) = transition.and_then(|arrow| self.arrow_now(arrow)) {
             self.state.follow(transition);
         }
@@ -124,6 +127,7 @@ impl SlaveAxis {
     fn power(&mut self, plates: &mut Tables, on: bool) {
         self.powered = on;
         let before = self.status();
+        // Read before any change: a drive that is still switching on has to be switched off, too.
         let is_off = self.drive.actual().state == DriveState::Off;
         if before == AxisStatus::Disabled && on {
             self.switch_on(plates);
@@ -143,6 +147,7 @@ impl SlaveAxis {
         if self.status() != AxisStatus::ErrorStop {
             return;
         }
+        // A drive that tripped takes power again only after its own reset.
         if self.is_set_anew_by_reset() {
             self.switch_off(plates);
         }
@@ -150,6 +155,7 @@ impl SlaveAxis {
             self.switch_on(plates);
         }
         self.error = None;
+        // Only now: the values of the failed coupling could be read until the reset.
         self.couplings.end_all(plates);
     }
 
@@ -171,11 +177,13 @@ impl SlaveAxis {
     /// Places the axis at its drive, without passing a software limit if the drive overshot.
     pub(super) fn stand_where_drive_is(&mut self, plates: &mut Tables) {
         let actual = Kinematics::at_rest(self.actual_position());
+        // A drive may rest beyond a software limit by its following error.
         let stands = self.guard.confined(self.set.position, &actual);
         self.stand_at(plates, stands.position);
     }
 
     fn home(&mut self, plates: &mut Tables, position: f64) {
+        // The drive goes on counting as before. Only the offset changes, so that homing is no step for it.
         self.drive_zero += position - self.set.position;
         self.homed = true;
         self.stand_at(plates, position);
@@ -183,6 +191,7 @@ impl SlaveAxis {
 
     fn stand_at(&mut self, plates: &mut Tables, position: f64) {
         self.place(&Kinematics::at_rest(position));
+        // A preset is no way: otherwise the axis would seem to move in this cycle.
         self.mean_velocity = 0.0;
         self.set_anew = self.set_anew.wrapping_add(1);
         self.move_by(plates, Motion::Own(Planned::rest(position, &self.guard)));
@@ -191,6 +200,7 @@ impl SlaveAxis {
     pub(super) fn run(&mut self, plates: &mut Tables, profile: Profile) {
         // A hold in `Stopping` referred to another motion.
         self.stop_held = false;
+        // Before the motion is replaced, from which this state comes.
         let start = self.free();
         self.move_by(plates, Motion::Own(Planned::new(profile).from(start)));
     }
@@ -199,6 +209,8 @@ impl SlaveAxis {
     fn engage(&mut self, plates: &mut Tables, engagement: &Engagement, job: Job) {
         self.exempt = false;
         self.end_coupling(plates);
+        // The coupling was planned from a set position that contains this offset. A phasing stays, as part of the
+        // master.
         self.superimposed
             .drop(CommandState::Aborted, &mut self.jobs);
         self.couplings.apply(plates, engagement, job);
@@ -210,6 +222,7 @@ impl SlaveAxis {
     /// Makes this the only motion of the axis.
     pub(super) fn move_by(&mut self, plates: &mut Tables, motion: Motion) {
         self.exempt = false;
+        // While the old motion is still known: it says which coupling ends.
         self.end_coupling(plates);
         self.phasing.drop(CommandState::Aborted, &mut self.jobs);
         self.superimposed

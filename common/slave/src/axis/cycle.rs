@@ -25,6 +25,7 @@ impl SlaveAxis {
         plates: &mut Tables,
         elapsed: Seconds,
     ) -> Result<(), SlaveError> {
+        // Offsets first, so that masters and set values are seen with those of this cycle.
         self.phasing.advance(elapsed, &mut self.jobs);
         self.superimposed.advance(elapsed, &mut self.jobs);
         let here = self.set;
@@ -39,6 +40,7 @@ impl SlaveAxis {
                 self.move_to(&self.guard.confined(here.position, &next), elapsed);
                 Ok(())
             }
+            // Only a coupled axis returns its set values to itself. A motion of its own opens the circle.
             Motion::Coupled(_) if self.circle == CircleState::Closed => {
                 Err(SlaveError::FollowsItself)
             }
@@ -66,12 +68,14 @@ impl SlaveAxis {
         match self.couplings.update(kind, plates, &scan) {
             Step::Set(next) => self.go_to(next, elapsed)?,
             Step::Ended(next) => {
+                // Before the release, which goes on from there.
                 self.go_to(next, elapsed)?;
                 self.release(plates);
                 self.jobs.set(CommandState::Done);
             }
             Step::Stopping { set, instant, over } => {
                 self.stop_by_coupling(set, instant, elapsed)?;
+                // Otherwise a superimposed motion under way would lose its velocity at once.
                 if over && !self.superimposed.is_under_way() {
                     let rest = Planned::rest(self.set.position, &self.guard);
                     self.move_by(plates, Motion::Own(rest));
@@ -88,6 +92,7 @@ impl SlaveAxis {
             Step::GivenUp => self.go_on_without(plates, CommandState::Aborted, elapsed),
             Step::Failed => {
                 let fault = self.couplings.fault(kind).map(SlaveError::Coupling);
+                // Kinds without faults of their own never fail.
                 return Err(fault.unwrap_or(SlaveError::MasterLost));
             }
             Step::MasterLost => return Err(SlaveError::MasterLost),
@@ -98,6 +103,7 @@ impl SlaveAxis {
     fn go_to(&mut self, next: Kinematics, elapsed: Seconds) -> Result<(), GuardFault> {
         let next = plus(next, self.added());
         self.guard.check_values(&next)?;
+        // A cycle that fails leaves no trace: the brake goes on from the last set values that left the axis.
         let before = self.last_stage.history();
         let cycles = self.last_stage.cycles_in(elapsed);
         let guarded = self.last_stage.update(&next, cycles);
@@ -117,7 +123,10 @@ impl SlaveAxis {
     ) -> Result<(), GuardFault> {
         let here = self.set.position;
         let left = self.last_stage.borne_out(&guarded.set);
+        // From what has left the axis, and not from what was demanded: a brake would begin there.
         self.guard.check_coupled_stop(here, &left)?;
+        // The last stage would hold the axis at a software limit for ever. A coupling that leads beyond it is a
+        // fault.
         if guarded.state != GuardState::Tracking {
             self.guard.check_position(here, next.position)?;
         }
@@ -127,6 +136,7 @@ impl SlaveAxis {
     /// Checks the distance left by the limits: a fault if it is too large for too long.
     fn check_distance(&mut self, guarded: &Guarded, elapsed: Seconds) -> Result<(), GuardFault> {
         let left_behind = match guarded.state {
+            // Values that pass have a distance only where the policy keeps it.
             GuardState::Tracking => 0.0,
             GuardState::Coasting | GuardState::CatchingUp | GuardState::Cannot => guarded.distance,
         };
@@ -139,6 +149,7 @@ impl SlaveAxis {
 
     /// Passes set values of its own motion through the last stage.
     fn move_to(&mut self, target: &Kinematics, elapsed: Seconds) {
+        // A quick stop breaks the jerk limit on purpose, and the last stage would restore it.
         if self.exempt {
             self.place(target);
             return;
@@ -152,6 +163,7 @@ impl SlaveAxis {
         self.set = guarded.set;
         self.tracking = guarded.state;
         self.distance = guarded.distance;
+        // A coupling plans its own part only, and knows no superimposed motion.
         self.left_behind = self.is_left_behind(guarded).then(|| match self.added() {
             Some(added) => minus(&guarded.set, &added),
             None => guarded.set,
@@ -161,6 +173,7 @@ impl SlaveAxis {
     /// True if the axis is farther from its motion than allowed in sync. A distance with which it
     /// passes is one that its policy keeps.
     fn is_left_behind(&self, guarded: &Guarded) -> bool {
+        // 32·δ, with the δ = 4ε·|p| by which rounding may move a position (docs/INVARIANTS.md).
         let rounding = 128.0 * f64::EPSILON * guarded.set.position.abs();
         guarded.state != GuardState::Tracking
             && guarded.distance.abs() > self.in_sync_window + rounding
@@ -173,6 +186,7 @@ impl SlaveAxis {
         self.tracking = GuardState::Tracking;
         self.distance = 0.0;
         self.left_behind = None;
+        // A preset position is no distance that the axis was left behind.
         self.window.forget();
     }
 
@@ -183,6 +197,7 @@ impl SlaveAxis {
         instant: bool,
         elapsed: Seconds,
     ) -> Result<(), GuardFault> {
+        // Past the last stage: TS5055's instant stop drops the velocity within a cycle, beyond acceleration and jerk.
         if instant {
             let next = plus(next, self.added());
             self.guard.check_values(&next)?;
@@ -200,6 +215,7 @@ impl SlaveAxis {
     fn go_on_without(&mut self, plates: &mut Tables, state: JobState, elapsed: Seconds) {
         self.release(plates);
         self.jobs.set(state);
+        // In the same cycle. Otherwise the axis would stand for it, with a velocity.
         self.run_plan(elapsed);
     }
 
@@ -226,19 +242,23 @@ impl SlaveAxis {
         } else {
             *self.guard.limits()
         };
+        // Before anything changes: the brake begins in the state of the failed motion.
         let mut from = self.free();
         if quick {
             from.velocity = self.borne_velocity(from.velocity);
         }
         let brake = to_velocity(&from, 0.0, &limits);
         if let Motion::Coupled(kind) = self.motion {
+            // Not ended but failed: values of the coupling remain readable.
             self.couplings.fail(kind, plates, error.code());
         }
+        // Before the brake replaces the motion, which would otherwise end the coupling.
         self.error = Some(error);
         let failed = CommandState::Failed(JobError::Failed(error));
         self.phasing.drop(failed, &mut self.jobs);
         self.superimposed.drop(failed, &mut self.jobs);
         self.run(plates, brake);
+        // After the start of the brake, which ends the exemption of the motion before.
         self.exempt = quick;
         self.state.follow(Transition::Fault);
         self.jobs.set(failed);
@@ -251,6 +271,7 @@ impl SlaveAxis {
         let limits = self.guard.limits();
         let most = 0.5 * limits.acceleration().max(limits.deceleration()) * self.newest_cycle;
         let mean = self.mean_velocity;
+        // Not `clamp`, which panics with a bound that is not a number.
         stated.max(mean - most).min(mean + most)
     }
 
@@ -262,6 +283,7 @@ impl SlaveAxis {
             let is_held = if self.powered {
                 self.stop_held
             } else {
+                // At rest in two cycles: the drive has then received a velocity of 0 before it loses power.
                 !(stood && self.stands())
             };
             if !is_held {
@@ -287,6 +309,7 @@ impl SlaveAxis {
             Motion::Own(planned)
                 if self.status() == AxisStatus::ContinuousMotion && planned.is_over() =>
             {
+                // The velocity is reached and kept: the command goes on until another takes over.
                 CommandState::InSync
             }
             Motion::Own(_) => CommandState::Active,
@@ -301,13 +324,16 @@ impl SlaveAxis {
 
     pub(super) fn move_drive(&mut self, plates: &mut Tables, elapsed: Seconds) {
         let set = Kinematics {
+            // Homing shifts the axis and not the drive.
             position: self.set.position - self.drive_zero,
             ..self.set
         };
         self.drive.step(&set, elapsed);
         let lost = match (self.status(), self.drive.actual().state) {
+            // An axis in error stop reacts already. A second error would hide the first one, which is the cause.
             (AxisStatus::ErrorStop, _) | (_, DriveState::Following) => return,
             (_, DriveState::Tripped) => self.drive.fault(),
+            // Without power, or on the way to it, a drive need not follow.
             (AxisStatus::Disabled, DriveState::Off | DriveState::SwitchingOn) => return,
             (_, DriveState::Off | DriveState::SwitchingOn) => DriveFault::PowerLost,
         };
@@ -319,6 +345,7 @@ impl SlaveAxis {
         if self.status() != AxisStatus::Disabled || !self.powered {
             return;
         }
+        // In each cycle, because an axis without power can be moved.
         self.stand_where_drive_is(plates);
         if self.drive.actual().state == DriveState::Following {
             self.state.follow(Transition::PowerOn);

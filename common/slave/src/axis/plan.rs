@@ -23,7 +23,9 @@ impl SlaveAxis {
     pub fn plan(&self, plates: &Tables, command: &Command) -> Result<Change, Refusal> {
         let transition = command.transition(self.powered);
         if let Some(transition) = transition {
+            // First of all checks: no value of a command matters to an axis that may not execute it.
             self.check_state(command.name(), transition)?;
+            // All other commands are allowed in a circle, or nothing could open it.
             if transition == Transition::Couple {
                 self.check_circle(command.name())?;
             }
@@ -81,6 +83,7 @@ impl SlaveAxis {
                 shift,
                 velocity,
                 ref dynamics,
+                // From the end of a shift under way, so that several commands in a row add up.
             } => self.plan_phasing(self.phasing.end().position + shift, velocity, dynamics),
             Command::MoveSuperimposed {
                 distance,
@@ -124,6 +127,7 @@ impl SlaveAxis {
             slave: self.free(),
             guard: self.guard,
             cycle: Seconds(self.cycle_time),
+            // A coupling changes its own plan only while it leads the axis.
             is_engaged: matches!(self.motion, Motion::Coupled(engaged) if engaged == kind),
         }
     }
@@ -138,6 +142,7 @@ impl SlaveAxis {
             false => is_at_rest,
         };
         if self.status() == AxisStatus::ErrorStop && !may_go_on {
+            // The set values rest, but the positions of the last cycle differ: their mean says how much.
             let velocity = if is_at_rest {
                 self.mean_velocity
             } else {
@@ -181,6 +186,7 @@ impl SlaveAxis {
             to_position(&start, target, limits)
         })?;
         self.guard
+            // The target is within the limits, but a fast axis may overshoot it first.
             .check_way(start.position, &ProfileExtremes::of(&profile))?;
         Ok(Effect::Run(profile))
     }
@@ -206,6 +212,7 @@ impl SlaveAxis {
         match &self.motion {
             Motion::Own(stop) if self.status() == AxisStatus::Stopping => {
                 let (received, left) = (profile.duration().0, stop.left());
+                // An equal stop that is planned again differs in rounding only, and ends no earlier.
                 if received >= left * (1.0 - ROUNDING) {
                     return Err(Refusal::WeakerStop { received, left });
                 }
@@ -230,6 +237,7 @@ impl SlaveAxis {
         if keeps {
             Ok(profile)
         } else {
+            // The commanded velocity stays. Only the dynamics give way to the limits.
             Ok(plan(&self.guard.limits_of(velocity, &Dynamics::default())?))
         }
     }

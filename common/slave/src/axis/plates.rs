@@ -74,6 +74,7 @@ impl SlaveAxis {
     ) -> Result<CamInfo, CouplingError> {
         let info = self.couplings.cam.info(plates, table, at)?;
         Ok(CamInfo {
+            // The plate does not know the offset that is added behind it.
             sum_of_superposition_distance: self.superimposed.now().position,
             ..info
         })
@@ -100,6 +101,7 @@ impl SlaveAxis {
         inputs: &PlanInputs,
     ) -> Result<Planned<Engagement>, NotPlanned<CouplingRefusal>> {
         inputs.master()?;
+        // The profile of a saw has the table id 256 − axis id (TS5055 13), which a plate may have taken.
         let in_use = |id| plates.plate(id).is_ok();
         if let Err(why @ SawRefusal::TableInUse { .. }) = saw_table_id(self.axis_id, in_use) {
             return Err(NotPlanned::Own(why.into()));

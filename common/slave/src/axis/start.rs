@@ -58,6 +58,7 @@ impl SlaveAxis {
                 (job, Kind::Cam, set)
             }
         };
+        // Checked after the coupling has its state, because only then the start is known. A refusal takes it back.
         if let Err(refusal) = self.check_start(&set) {
             self.couplings.end(kind, plates);
             return Err(refusal);
@@ -70,7 +71,9 @@ impl SlaveAxis {
         self.powered = true;
         self.masters = masters;
         self.place(&self.startable(&set));
+        // No cycle lies behind yet: the axis moves with its coupling.
         self.mean_velocity = set.velocity;
+        // The way to the start is no motion of the axis.
         self.set_anew = self.set_anew.wrapping_add(1);
         self.motion = Motion::Coupled(kind);
         self.state.follow(Transition::PowerOnCoupled);
@@ -86,12 +89,15 @@ impl SlaveAxis {
         let Actual {
             state, position, ..
         } = *self.drive.actual();
+        // A position that is up to a cycle old differs by this way at most.
         let cycle = self.guard.limits().velocity() * self.cycle_time;
         let is_there = (position - expected).abs() <= cycle;
+        // At once: a drive that switches on later would be left behind by a coupling that moves.
         if state == DriveState::Following && is_there {
             return Ok(());
         }
         let received = self.actual_position();
+        // Otherwise the drive would have power without a motion of the axis.
         self.drive.reset();
         Err(Refusal::DriveElsewhere {
             received,
@@ -105,6 +111,7 @@ impl SlaveAxis {
         let limits = self.guard.limits();
         let most = limits.acceleration().max(limits.deceleration());
         self.guard.taken_over(&Kinematics {
+            // Beyond its limit the axis would be led away until the jerk has brought the acceleration back.
             acceleration: set.acceleration.clamp(-most, most),
             ..*set
         })

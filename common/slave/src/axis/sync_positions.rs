@@ -64,6 +64,7 @@ impl SlaveAxis {
                 gear.slave_stop_position.check("slave-stop-position", own)
             }
             _ => {
+                // A copy: one accessor serves for reading and for changing.
                 match activation_of(&mut { *command }).and_then(|activation| in_turn(activation)) {
                     Some((position, _)) => position.check("activation.in-turn", master),
                     None => Ok(()),
@@ -86,6 +87,7 @@ impl SlaveAxis {
                 ahead: way.unwrap_or_else(|| ahead_of(master, masters.travel(0))),
                 modulo: self.turns.master,
             };
+            // Resolved once: a position that moved along with the master would never be reached.
             *activation = Activation::at(activation.mode, position.of(&travel, 0));
         }
         Ok(command)
@@ -117,6 +119,7 @@ impl SlaveAxis {
     ) -> Result<(Effect, Awaits), Refusal> {
         let inputs = self.plan_inputs(Kind::Saw);
         let plan = |saw| self.plan_saw(plates, &SawCommand::GearInPos(saw), &inputs);
+        // Two absolute positions have a single plan, and its refusal is the answer.
         if let (SyncPosition::At(master), SyncPosition::At(slave)) = saw.positions() {
             return coupled(plan(saw.at(master, slave)));
         }
@@ -156,6 +159,7 @@ impl SlaveAxis {
             },
             slave: Travel {
                 position: inputs.slave.position,
+                // A negative ratio moves the slave against its master.
                 ahead: if ratio < 0.0 { ahead.opposite() } else { ahead },
                 modulo: self.turns.own,
             },
@@ -187,6 +191,7 @@ fn in_turn(activation: &Activation) -> Option<(SyncPosition, Option<TravelDirect
         ActivationMode::AtMasterAxisPosNegativeDirection => Some(TravelDirection::Backward),
         _ => return None,
     };
+    // A position beside it is a contradiction, which the plates refuse.
     let within = activation.in_turn.filter(|_| activation.position == 0.0)?;
     Some((SyncPosition::InTurn(within), way))
 }
@@ -194,6 +199,7 @@ fn in_turn(activation: &Activation) -> Option<(SyncPosition, Option<TravelDirect
 /// Direction of travel of a master. For a measured one its increments decide; a master at rest
 /// counts as moving to larger positions.
 fn ahead_of(master: &Kinematics, measured: Option<TravelDirection>) -> TravelDirection {
+    // The velocity of a measured master ripples around 0 at rest. Its increments have a direction.
     measured.unwrap_or(if master.velocity < 0.0 {
         TravelDirection::Backward
     } else {
@@ -210,6 +216,8 @@ fn placed(
     on_slave: i32,
 ) -> FlyingGearParameters {
     let slave = &travels.slave;
+    // From the position before, and not from the axis: otherwise the release could lie before the synchronous
+    // position.
     let beyond = |position: SyncPosition, from: f64| match position {
         SyncPosition::InTurn(_) => position.of(
             &Travel {
@@ -238,6 +246,7 @@ fn first_that_passes(
     (master, slave): (SyncPosition, SyncPosition),
     plan: impl Fn(i32, i32) -> Result<Planned<Engagement>, NotPlanned<CouplingRefusal>>,
 ) -> Result<(Effect, Awaits), Refusal> {
+    // Kept, because the refusal of the nearest pair tells more than that of the last one tried.
     let first = plan(0, 0);
     let mut pairs = (slave.turns(&SLAVE_TURNS).iter())
         .flat_map(|on_slave| {
@@ -246,6 +255,7 @@ fn first_that_passes(
                 .iter()
                 .map(move |n| (*n, *on_slave))
         })
+        // The first pair has been planned already.
         .skip(1);
     let passed = match first {
         Ok(_) => None,

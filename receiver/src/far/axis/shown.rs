@@ -21,6 +21,7 @@ impl Axis {
             continuity: self.state(),
             synced: moved.synced,
             error: moved.error.map_or(0, |error| error.code()),
+            // Filled in by the caller: the age is one of the frames, and not of the axis alone.
             age_cycles: 0,
             missing: self.missing,
             wraps: self.wraps.count,
@@ -33,6 +34,7 @@ impl Axis {
             position_diff: Some(moved.diagnostic.position_diff),
             velocity_diff: Some(moved.diagnostic.velocity_diff),
             correction_us: micros(moved.correction_time),
+            // On its way back an axis is at no instant of its master's motion.
             far_time_ns: far_time.filter(|_| self.follows()).map(Instant::as_nanos),
             ..FarAxisSignals::default()
         };
@@ -49,9 +51,11 @@ pub(super) fn far_time(
     count: u64,
     moved: &FarAxisOutput,
 ) -> Option<Instant<Remote>> {
+    // Even 4·10¹⁰ cycles (the largest first count of a config) of 100 ms are 4·10¹⁸ ns, which fit into an i64.
     let sent = Instant::EPOCH + header.cycle_time.span() * count as i64;
     match moved.state {
         FilterState::Bypass => Some(sent),
+        // A filtered value is a mean over many instants.
         FilterState::Pt1 => None,
         FilterState::Sync | FilterState::Time | FilterState::Observer => {
             Some(sent + moved.correction_time?.to_span())

@@ -16,6 +16,7 @@ pub(super) fn delay(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Not
     if before.delay_state == now.delay_state {
         return None;
     }
+    // NaN in a line says that there is none. A 0 would be a delay.
     let value = now.delay_us.unwrap_or(f64::NAN);
     match now.delay_state? {
         DelayState::Measured => Some(Note::new(
@@ -66,11 +67,13 @@ impl Asked {
     /// Log line, once, on a node that has never responded although its clock is known.
     pub(super) fn in_vain(&mut self, at: Instant<Machine>, now: &FarNodeSignals) -> Option<Note> {
         if now.delay_state != Some(DelayState::Asking) {
+            // Any other state ends the wait: a later one has a line of its own.
             *self = Self::default();
             return None;
         }
         let looked = std::mem::replace(&mut self.looked, now.synced.then_some(at));
         if let (Some(looked), true) = (looked, now.synced) {
+            // Only between two looks with a known clock. The time between an unknown and a known one does not count.
             self.waited += at - looked;
         }
         if self.is_told || self.waited < PATIENCE {

@@ -34,6 +34,7 @@ pub(super) fn taken_over(
     n: usize,
 ) -> Option<Note> {
     let [was, is] = [before, now].map(|snapshot| &snapshot.signals.far);
+    // All nodes of a group show the same count: only the node itself has the line.
     if heard[n].is_standby || is[n].take_overs <= was[n].take_overs {
         return None;
     }
@@ -51,6 +52,7 @@ pub(super) fn taken_over(
 
 /// Log line on a node that has become able to take over, or unable.
 pub(super) fn standing_by(before: &FarNodeSignals, now: &FarNodeSignals) -> Option<Note> {
+    // A node that takes over stands by no longer, which the line on the take-over says.
     if now.followed || now.stands_by == before.stands_by {
         return None;
     }

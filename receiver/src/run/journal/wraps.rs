@@ -11,6 +11,7 @@ pub(super) fn of_wraps(
 ) -> Vec<Note> {
     let axes = before.signals.axes.iter().zip(&now.signals.axes);
     let wrapped = axes.zip(names).filter_map(|((before, now), name)| {
+        // The first wrap only: an axis that turns wraps again and again.
         let length = now.wrap_length.filter(|_| before.wraps == 0)?;
         let text = format!(
             "{name}: received set positions that wrap by {length}, expected ones that go on: if they are within the \
