@@ -133,6 +133,7 @@ pub fn bench(args: &BenchArgs) -> anyhow::Result<Exit> {
     let found = measure(args, &mut BenchProgress::new(&mut bar));
     bar.clear();
     let found = match found {
+        // Ctrl-C is the user's wish and has an exit code of its own.
         Err(error) if error.is::<MeasurementInterrupted>() => {
             tracing::warn!("{error}");
             return Ok(Exit::Interrupted);
@@ -160,6 +161,7 @@ fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<Be
         },
     };
     let wanted = |part| match args.parts.as_slice() {
+        // Never by default, as it takes root.
         [] => part != BenchPart::Transports,
         parts => parts.contains(&part),
     };
@@ -172,6 +174,7 @@ fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<Be
             transports::planned(&settings, &args.loss),
         ),
     ] {
+        // All parts are planned before the first one begins: the bar shows the share of the whole.
         if wanted(part) {
             turns.plan(planned);
         }

@@ -120,6 +120,7 @@ fn converted(file: &Path) -> anyhow::Result<(ArrivalRecording, RecordingSummary)
         tracing::warn!("the sender was started anew: {others} shorter runs are left out");
     }
     let scale = TimeScale::fitted(&raw);
+    // The drift goes into the file, because it is no longer in the delays.
     let origin = RecordingOrigin::Fitted {
         file: file.display().to_string(),
         drift_ppm: scale.drift_ppm(),
@@ -154,6 +155,7 @@ fn recorded(
         real_time: args.real_time,
     };
     let summarised = summarised(&raw, &scale, origin);
+    // Only after a success: on a failure the logs are the explanation.
     std::fs::remove_dir_all(&folder)
         .with_context(|| format!("cannot remove {}", folder.display()))?;
     Ok(summarised)
@@ -172,6 +174,7 @@ fn summarised(
 /// Folder of the nodes' configs, logs and traces while they run.
 fn nodes_folder(out: &Path) -> PathBuf {
     let mut folder = out.as_os_str().to_owned();
+    // Beside the recording and not in a temporary folder: the traces of an hour are large.
     folder.push("-nodes");
     folder.into()
 }

@@ -68,6 +68,7 @@ impl RecordingSummary {
             cycle_time_us: cycle_time_ns as f64 / 1e3,
             seconds: range as f64 * cycle_time_ns as f64 / 1e9,
             messages: messages.len(),
+            // Duplicates may make more messages than counts.
             missing: (range + 1 - messages.len() as i64).max(0),
             left_out: recording.left_out,
             exchanges: recording.exchanges.len(),
@@ -114,6 +115,7 @@ impl DelayQuantiles {
     fn of(messages: &[RecordedMessage], nanos: impl Fn(&RecordedMessage) -> i32) -> Self {
         let mut sorted: Vec<i32> = messages.iter().map(nanos).collect();
         sorted.sort_unstable();
+        // An empty list has all quantiles 0, by `get` below.
         let last = sorted.len().saturating_sub(1) as f64;
         let at = |share: f64| {
             let place = (share * last).round() as usize;

@@ -33,6 +33,7 @@ pub(crate) struct Size {
 const AXES_OF_A_NODE: usize = 125;
 
 /// Largest size.
+// Ten times the largest size of a series.
 const MOST: usize = 10_000;
 
 impl SizeSeries {
@@ -67,6 +68,7 @@ impl Size {
             SizeSeries::Receivers => vec![1],
             SizeSeries::Senders => vec![1; self.count],
             SizeSeries::Axes => {
+                // At least one, as the split below divides by it.
                 let nodes = self.count.div_ceil(AXES_OF_A_NODE).max(1);
                 // As even as they can be.
                 let of = |node| (self.count * (node + 1)) / nodes - (self.count * node) / nodes;
