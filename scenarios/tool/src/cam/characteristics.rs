@@ -29,6 +29,7 @@ pub struct CharacteristicsArgs {
 impl CharacteristicsArgs {
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<()> {
         let (cam, plate) = load(&self.file)?;
+        // Per second, because limits of drives are: with V of the master, v = s'·V, a = s''·V² and j = s'''·V³.
         let values = plate.characteristics(self.master_velocity)?;
         if self.json {
             let mut json = json_of(&values);
@@ -57,6 +58,7 @@ fn tables(cam: &CamFile, values: &Characteristics) -> String {
         extremes.add_row(cells(&name, &four(range)));
         ends.add_row(cells(&name, &[start[quantity], end[quantity]]));
     }
+    // v·a is proportional to the power for a constant inertia: P = m·v·a.
     let unit = format!("{}²/s³", cam.slave_unit);
     let name = format!("velocity · acceleration ({unit})");
     extremes.add_row(cells(&name, &four(&values.dynamic_momentum)));
@@ -133,6 +135,7 @@ fn json_of(values: &Characteristics) -> Value {
     for (name, range) in QUANTITIES.into_iter().zip(ranges(values)) {
         json[name] = range_json(range);
     }
+    // Velocities at the extremes of the acceleration: together they are what a motor must give there.
     let acceleration = &mut json["acceleration"];
     acceleration["minimum"]["velocity"] = values.velocity_at_minimum_acceleration.into();
     acceleration["maximum"]["velocity"] = values.velocity_at_maximum_acceleration.into();
