@@ -67,6 +67,7 @@ pub fn run(command: &GearSubcommand, out: &mut dyn Write) -> anyhow::Result<bool
                 (Err(refusal), false) => refused(&args.file, refusal),
             };
             writeln!(out, "{answer}")?;
+            // A refusal is an answer, printed like a plan; only the exit code tells both apart.
             Ok(planned.is_ok())
         }
         GearSubcommand::Plot(args) => {
@@ -89,6 +90,7 @@ fn refused(file: &Path, refusal: &FlyingGearError) -> String {
 
 fn refusal_json(file: &GearFile, refusal: &FlyingGearError) -> Value {
     let fastest = match refusal {
+        // The only refusal that a slower master cures.
         FlyingGearError::TooFast { fastest, .. } => Some(fastest),
         _ => None,
     };

@@ -38,6 +38,7 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     ];
     let mut demands = table(headings.each_ref().map(String::as_str));
     let limits = &file.limits;
+    // The smaller one binds: a master that turns round makes a deceleration of an acceleration.
     let acceleration = limits.acceleration().min(limits.deceleration());
     let rows: [(&str, &str, Demand, f64); 3] = [
         (
@@ -72,6 +73,7 @@ type Demand = fn(&FlyingGearRange) -> f64;
 /// The gear in a line.
 pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
     let [engaging, releasing] = gear.ranges(file.master.velocity, file.cycle.0);
+    // The magnitude: with a negative direction the coupled end is the smaller one.
     let length = |stretch: &FlyingGearRange| (stretch.master_coupled - stretch.master_free).abs();
     let release = if gear.returns() {
         "on the way back"
@@ -95,6 +97,7 @@ fn steps(stretches: &[FlyingGearRange; 2]) -> [(&'static str, f64, f64); 4] {
         ("engaged", engaging.master_coupled, engaging.slave_coupled),
         (
             "releasing",
+            // A release is passed from its coupled end to its free one.
             releasing.master_coupled,
             releasing.slave_coupled,
         ),
