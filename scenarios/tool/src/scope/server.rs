@@ -85,18 +85,22 @@ async fn nodes(State(shared): State<ScopeState>) -> Response {
 }
 
 async fn metrics(State(shared): State<ScopeState>) -> Response {
+    // The version of the text format, by which Prometheus chooses its parser.
     let headers = [(header::CONTENT_TYPE, "text/plain; version=0.0.4")];
     let text = status::metrics(&shared.watcher.seen());
     (headers, text + "\n").into_response()
 }
 
 /// Timeout of the first piece: the node learns of the subscription, and makes one.
+// Pieces come every 50 ms; the rest is for a subscription to reach the node over routers.
 const FIRST_PIECE: Duration = Duration::from_secs(3);
 /// Most pieces that wait for a browser: those of three seconds.
+// 64 pieces of 50 ms are 3.2 s.
 const MOST_PIECES: usize = 64;
 
 /// Signals of a node.
 async fn signals(State(shared): State<ScopeState>, Path(node): Path<String>) -> Response {
+    // Kept until the response is made: dropping it ends the subscription.
     let (mut pieces, _declared) = match subscribe(&shared, node) {
         Ok(subscribed) => subscribed,
         Err(refused) => return refused,
@@ -145,6 +149,7 @@ async fn rows(
     });
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream"),
+        // A stream without an end would fill the browser's cache.
         (header::CACHE_CONTROL, "no-store"),
     ];
     (headers, Body::from_stream(blocks)).into_response()
@@ -180,6 +185,7 @@ async fn order(
     Path(node): Path<String>,
     body: String,
 ) -> Response {
+    // First of all: without commands not even a wrong order gets a different answer.
     let Some(commander) = shared.commander else {
         let why = "commands are off: start it with --commands";
         return wrong(StatusCode::FORBIDDEN, why);
@@ -192,6 +198,7 @@ async fn order(
         Ok(order) => order,
         Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
     };
+    // A node may take seconds to respond, and the page has a single worker thread.
     let sent = tokio::task::spawn_blocking(move || commander.send(&node, &order)).await;
     match sent {
         Ok(Ok(answer)) => answered(&answer),
