@@ -332,7 +332,7 @@ fn of_credentials(
     if let Err(fault) = credentials.check(now) {
         return Some(open(fault.to_string(), RENEW));
     }
-    // The same check at a later time: only the end of the certificate can make the difference.
+    // Checked again at a later time: only the end of the certificate can make the difference.
     let soon = credentials.check(now + RENEW_WITHIN).is_err();
     let end = date(credentials.not_after());
     soon.then(|| open(format!("the certificate holds until {end} only"), RENEW))

@@ -28,7 +28,7 @@ impl InverseArgs {
         // A tolerance of 0: only places on the named side of the start.
         let below = plate.master_below(self.slave, self.start, 0.0);
         let above = plate.master_above(self.slave, self.start, 0.0);
-        // All of them besides: a plate that is not monotonous passes a position several times.
+        // Besides, since a plate that is not monotonous passes a position several times.
         let crossings: Vec<_> = plate.masters_at(self.slave).collect();
 
         let (start, end) = plate.master_range();

@@ -42,7 +42,7 @@ struct TableRows {
 pub(crate) fn info(args: &InfoArgs) -> anyhow::Result<String> {
     let mut reader = Reader::new(open(&args.file)?);
     let mut content = RecordingContent::default();
-    // One item after the other: a recording of a day does not fit into memory.
+    // Item by item: a recording of a day does not fit into memory.
     for item in reader.by_ref() {
         content.take(item);
     }

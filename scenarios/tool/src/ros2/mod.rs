@@ -96,7 +96,7 @@ pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
     let transport = Arc::clone(watcher.transport());
     let ros: Arc<dyn Transport> = match own_network {
         Some(network) => Arc::new(OverZenoh::open_and_wait(&network)?),
-        // One session serves both: ROS is in the same network then.
+        // A single session serves both: ROS is in the same network then.
         None => Arc::clone(&transport),
     };
     let commander = Commander::over(Arc::clone(&transport), args.network.secure.as_deref())?;
@@ -192,7 +192,7 @@ impl Bridge {
             .next_at()
             .map_or(LONGEST_WAIT, |at| at - local(now));
         let wait = (next - now).min(due).min(LONGEST_WAIT);
-        // Something that is overdue gives a negative time.
+        // Negative for anything that is overdue.
         Duration::from_nanos(wait.max(Span::ZERO).as_nanos().unsigned_abs())
     }
 

@@ -64,7 +64,7 @@ fn send_all(commander: &Commander, due: &Receiver<DueOrder>, refusals: &Sender<u
                     due.joint
                 );
                 dropped = trajectory;
-                // It fails only if the bridge is gone, and then nothing is left to drop.
+                // Fails only if the bridge is gone, and then nothing is left to drop.
                 let _ = refusals.send(trajectory);
             }
         }

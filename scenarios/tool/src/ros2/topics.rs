@@ -11,7 +11,7 @@ use coaxle_ros::message::{JOINT_STATE, JOINT_TRAJECTORY, JointState};
 const JOINT_STATES: &str = "joint_states";
 const TRAJECTORIES: &str = "joint_trajectory";
 /// Most trajectories that wait, and greatest length of one, bytes: a hundred thousand positions.
-// They are taken every 10 ms: more at a time is a fault or an attack.
+// Taken every 10 ms: more at a time is a fault or an attack.
 const MOST_WAITING: usize = 16;
 // A number of CDR has eight bytes: 2^20 / 8 = 131 072.
 const LONGEST: usize = 1 << 20;

@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use serde_json::Value;
 
 /// Content security policy: the page loads nothing from elsewhere, and no other page frames it.
+// `data:` is for the empty icon: without one a browser asks for `/favicon.ico`.
 const POLICY: &str = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'";
 
 /// A part of the page, of this kind.
@@ -13,6 +14,7 @@ pub(crate) async fn file(kind: &'static str, text: &'static str) -> Response {
     let headers = [
         (header::CONTENT_TYPE, kind.as_str()),
         (header::CONTENT_SECURITY_POLICY, POLICY),
+        // Another version of the tool at this address has another page.
         (header::CACHE_CONTROL, "no-cache"),
     ];
     (headers, text).into_response()

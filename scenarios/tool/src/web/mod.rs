@@ -35,6 +35,7 @@ impl PageServer {
         let address = listener.local_addr()?;
         // Last, as a runtime that is dropped within another one panics.
         let runtime = tokio::runtime::Builder::new_multi_thread()
+            // A page has few users, and nodes on this PC need the processors.
             .worker_threads(1)
             .thread_name("page")
             .enable_all()
@@ -42,6 +43,7 @@ impl PageServer {
             .context("cannot start the page's runtime")?;
         let guarded = routes
             .layer(axum::middleware::from_fn(guard::own_changes))
+            // The layer added last runs first: a wrong host is refused before anything else.
             .layer(axum::middleware::from_fn(guard::own_host));
         runtime.spawn(serve(listener, guarded));
         Ok(Self {
@@ -66,7 +68,9 @@ impl Drop for PageServer {
 }
 
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    // Bound here and not in the task: a port in use is an error of the command.
     let listener = TcpListener::bind(address)?;
+    // tokio requires it of a listener of the standard library.
     listener.set_nonblocking(true)?;
     Ok(listener)
 }
@@ -77,6 +81,7 @@ async fn serve(listener: TcpListener, routes: Router) {
         Err(error) => Err(error),
     };
     if let Err(error) = served {
+        // The node beside it continues: a page is never a reason to stop an axis.
         tracing::error!("the page is gone: {error}");
     }
 }

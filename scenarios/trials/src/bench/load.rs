@@ -73,7 +73,7 @@ pub(super) fn measure(
 
 /// Mean over all rounds, which are equally long.
 fn mean(rounds: &[Measured]) -> Option<Sides> {
-    // One round without processor times leaves the mean unknown: a mean over other rounds would not compare.
+    // A round without processor times leaves the mean unknown: a mean over other rounds would not compare.
     let loads: Vec<[f64; 2]> = rounds
         .iter()
         .map(|round| round.load)

@@ -30,7 +30,7 @@ impl Process {
         before: &[String],
     ) -> anyhow::Result<Self> {
         let cannot = || format!("cannot start the {what}");
-        // This very program: nothing else must be installed, and versions cannot differ.
+        // The running program itself: nothing else must be installed, and versions cannot differ.
         let program = std::env::current_exe().context("cannot find this program")?;
         let mut command = match before {
             [] => Command::new(program),

@@ -83,7 +83,7 @@ pub fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
 fn measured(size: Size) -> anyhow::Result<Cost> {
     let what = format!("{}:{}", size.series.name(), size.count);
     let program = std::env::current_exe().context("cannot find this program")?;
-    // One after the other: processes at the same time would slow each other down.
+    // In sequence: processes at the same time would slow each other down.
     let output = Command::new(program)
         // The option is hidden: it makes this program the process of a single size.
         .args(["scale", "--size", &what])

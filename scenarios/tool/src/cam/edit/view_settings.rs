@@ -27,7 +27,7 @@ pub(super) struct ViewSettings {
 impl Default for ViewSettings {
     fn default() -> Self {
         Self {
-            // One turn a second of a master in degrees.
+            // A master in degrees makes one turn a second with it.
             master_velocity: 360.0,
             over_time: false,
             turns: 1,
