@@ -290,6 +290,7 @@ mod tests {
         );
         assert_eq!((&ours.wake_up, &ours.scan), (&vec![50; 2], &vec![2; 2]));
         assert_eq!((&ours.hand_over, &ours.wait), (&vec![28; 2], &vec![320; 2]));
+        // Differences of the stamps above, from 50 to 500; frame 4 has no cycle.
         assert_eq!(ours.to_scan, [450; 2]);
     }
 }

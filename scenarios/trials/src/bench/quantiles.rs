@@ -84,6 +84,7 @@ mod tests {
         let ours = [vec![2_000; 3], vec![3_000; 3], vec![3_000; 3]];
         let theirs = [vec![2_000; 3], vec![2_000; 3], vec![2_500; 3]];
         let ratio = MedianRatio::of(&ours, &theirs).unwrap();
+        // Medians of all are 3 and 2; the rounds alone have 2/2, 3/2 and 3/2.5.
         assert_eq!((ratio.p50, ratio.least, ratio.most), (1.5, 1.0, 1.5));
         assert_eq!(MedianRatio::of(&ours, &[Vec::new()]), None);
         assert_eq!(MedianRatio::of(&ours, &[vec![0]]), None);

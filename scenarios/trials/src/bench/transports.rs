@@ -357,6 +357,7 @@ mod tests {
         let mut case = TransportRounds::default();
         case.add(&measured);
         let row = case.row(BenchTransport::Tcp, 0.0);
+        // 3, 4 and 6 of the four from 3 to 6.
         assert_eq!(row.came, Some(0.75));
         assert_eq!(row.age.unwrap().max_us, 2.0);
         assert_eq!(

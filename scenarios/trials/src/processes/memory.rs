@@ -69,6 +69,7 @@ mod tests {
         assert!(watch.is_due(at(10)));
         watch.look(at(10), 50 << 20).expect("the first look");
         assert!(!watch.is_due(at(10)));
+        // 16 MiB more, the very bound.
         watch.look(at(11), 66 << 20).expect("within the bound");
         let grown = watch.look(at(12), (66 << 20) + 1).expect_err("too much");
         assert!(grown.to_string().contains("from 50 to 66 MiB"), "{grown}");

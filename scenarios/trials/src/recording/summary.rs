@@ -154,10 +154,13 @@ mod tests {
             drift_ppm: 12.5,
         };
         let summary = RecordingSummary::of(&recording, origin, 2_000_000);
+        // 51 counts without 3, 13, 23, 33 and 43.
         assert_eq!((summary.messages, summary.missing), (46, 5));
+        // 50 cycles of 2 ms.
         assert!((summary.seconds - 0.1).abs() < 1e-12);
         assert!((summary.cycle_time_us - 2_000.0).abs() < 1e-9);
         assert!((summary.delay_us.least, summary.delay_us.most) == (0.0, 50.0));
+        // The missing counts shift the median by a message.
         assert!((summary.send_stamp_us.median - 25.0).abs() < 1.5);
         let text = summary.text();
         for part in [

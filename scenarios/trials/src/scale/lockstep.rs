@@ -224,6 +224,7 @@ mod tests {
 
     #[test]
     fn every_slave_follows_and_every_frame_comes_to_all_who_hear_it() {
+        // A frame to three, three frames to one, and two pairs of nodes with 65 axes each.
         for (size, frames) in [("receivers:3", 3), ("senders:3", 3), ("axes:130", 2)] {
             let mut lockstep = Lockstep::new(size.parse().unwrap()).unwrap();
             for _ in 0..4_000 {

@@ -41,6 +41,7 @@ impl SizeSeries {
 
     /// The sizes that are measured.
     pub(crate) fn sizes(self) -> impl Iterator<Item = Size> {
+        // Doubled, or about three times as many each: equal distances on the logarithmic axis of the plot.
         let counts: &[usize] = match self {
             Self::Receivers | Self::Senders => &[1, 2, 4, 8, 16, 32, 64],
             Self::Axes => &[1, 10, 30, 100, 300, 1000],
