@@ -96,6 +96,7 @@ fn line((role, name, text): &(&str, &str, &str)) -> String {
     let about = text.lines().next().unwrap_or_default();
     format!(
         "{name:12} {role:9} {}",
+        // Without the sign of a comment in TOML.
         about.trim_start_matches(['#', ' '])
     )
 }

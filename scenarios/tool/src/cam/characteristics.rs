@@ -40,6 +40,7 @@ impl CharacteristicsArgs {
         } else {
             writeln!(out, "{}", description(&cam, &plate))?;
             writeln!(out, "{}", tables(&cam, &values))?;
+            // Beside the extremes, which a step leaves finite although its acceleration has no bound.
             if let Some(steps) = velocity_steps(&cam, &plate) {
                 writeln!(out, "{steps}")?;
             }
@@ -108,6 +109,7 @@ fn over_time(cam: &CamFile, quantity: usize) -> String {
     format!("{}{per_time}", cam.slave_unit)
 }
 
+// In the order of the columns of the table of extremes.
 const fn four(range: &MinMax) -> [f64; 4] {
     let MinMax { minimum, maximum } = range;
     [minimum.value, minimum.master, maximum.value, maximum.master]

@@ -59,6 +59,7 @@ pub fn run(command: &GearSubcommand, out: &mut dyn Write) -> anyhow::Result<bool
     match command {
         GearSubcommand::Plan(args) => {
             let file = GearFile::load(&args.file)?;
+            // By the very check of a slave that enables the gear, so that the answer is that of a machine.
             let planned = file.gear();
             let answer = match (&planned, args.json) {
                 (Ok(gear), true) => format!("{:#}", plan::json_of(&file, gear)),

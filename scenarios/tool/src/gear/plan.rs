@@ -62,6 +62,7 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     parts.push(demands.trim_fmt());
     parts.push(format!(
         "the master may be up to {} {master}/s fast",
+        // The cycle matters for a stretch without length, which is passed within one.
         shown(gear.fastest(&file.limits, file.cycle.0))
     ));
     parts.join("\n\n")

@@ -60,6 +60,7 @@ const VALUES: [(&str, ValueUnit); 31] = [
 impl ValueUnit {
     fn of(self, saw: &SawFile) -> String {
         match self {
+            // Values are over time, except for the master's own positions.
             Self::MasterVelocity => format!("{}/s", saw.master_unit),
             Self::Master => saw.master_unit.clone(),
             Self::Slave(quantity) => unit(saw, quantity),

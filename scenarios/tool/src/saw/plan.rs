@@ -107,6 +107,7 @@ pub(super) fn json_of(saw: &SawFile, plan: &SawPlan) -> Value {
         "master_unit": saw.master_unit,
         "slave_unit": saw.slave_unit,
         "form": plan.form(),
+        // Infinite while the master stands, which becomes null in JSON.
         "duration": plan.duration().0,
         "master_distance": (plan.master_end() - plan.master_start()).abs(),
         "slave_distance": plan.line().slave - plan.slave_start().position,

@@ -132,6 +132,7 @@ impl<'s> Page<'s> {
                 // The fields of a table have their own defaults in their own rows.
                 Some(Value::Object(_)) => String::new(),
                 Some(value) => format!("`{value}`"),
+                // An optional field without a default has an empty cell: its meaning says what happens without it.
                 None if required.contains(name.as_str()) => "required".to_owned(),
                 None => String::new(),
             };
@@ -194,6 +195,7 @@ impl<'s> Page<'s> {
         if schema.get("$ref").is_some() {
             let name = name_of(schema);
             let link = format!("[{}](#{})", shown(&name), self.anchor(&name));
+            // Queued once, as a section of its own follows for each name.
             if self.seen.insert(name.clone()) {
                 self.named.push(name);
             }
@@ -244,6 +246,7 @@ fn name_of(schema: &Value) -> String {
 
 /// Heading of a definition. Commands have their positions as a type parameter, which schemas name; plain numbers go without.
 fn shown(definition: &str) -> &str {
+    // `schemars` names a generic type after its parameters.
     definition.strip_suffix("Atdouble").unwrap_or(definition)
 }
 

@@ -84,6 +84,7 @@ pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
     };
     let network = args.network()?;
     check_known(&network, only)?;
+    // The same instant for all, so that no member expires before the others by seconds.
     let validity = Validity::days(now, args.valid_days);
     let is_meant = |name: &NodeName| only.is_empty() || only.contains(name);
     for name in members(&network).filter(|name| is_meant(name)) {
@@ -165,6 +166,7 @@ fn write_instructions(
             out,
             "    [transport]\n    secure = {name:?}   # the folder, seen from the config"
         )?;
+        // A node with an address of its own is reached from other PCs.
         let is_elsewhere = !network.addresses().beyond_its_pc(&node.name).is_empty();
         let listen: Vec<_> = node
             .listen

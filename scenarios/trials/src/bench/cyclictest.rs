@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use coaxle_clock::Span;
 
 /// Upper end of the histogram, µs.
-// Nearly two hundred times the median of a busy virtual machine, 105 µs (docs/SPEED.md). The output has a line for each.
+// Nearly two hundred times the median of a busy virtual machine, 105 µs (docs/SPEED.md). The output has a line per µs.
 const MOST_US: u32 = 20_000;
 
 /// Runs it with one thread for this time. Returns the latencies, ns; none where it is not installed.

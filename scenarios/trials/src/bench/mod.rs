@@ -156,6 +156,7 @@ fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<Be
         time: args.time,
         rounds: args.rounds,
         real_time: RealTimeConfig {
+            // Priorities of SCHED_FIFO begin at 1.
             priority: (args.priority > 0).then_some(args.priority),
             ..RealTimeConfig::default()
         },
@@ -179,6 +180,7 @@ fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<Be
             turns.plan(planned);
         }
     }
+    // Printed beside the figures, which mean nothing without the machine.
     let facts = Os::facts().unwrap_or_default();
     let mut found = BenchFigures {
         kernel: facts.kernel,

@@ -127,8 +127,8 @@ impl MessageArrival {
 
     /// Reads the fields of a message; none if it is too short.
     pub(super) fn read(arrived: i64, message: &[u8]) -> Option<Self> {
-        // The rest of a message only fills it to the length of a frame.
         let (words, _) = message.as_chunks::<8>();
+        // The rest of a message only fills it to the length of a frame.
         let [count, woke, left, ..] = words else {
             return None;
         };

@@ -53,7 +53,7 @@ impl OrderSender {
         else {
             return Ok(());
         };
-        // A frozen node responds only at the timeout, and the events of others must not wait for it.
+        // An order to a frozen node waits until its timeout, and the events of others must not wait with it.
         let (commander, node) = (Arc::clone(commander), event.node.clone());
         let order = commanded.order.clone();
         let answer = std::thread::Builder::new()

@@ -102,6 +102,7 @@ impl RecordArrivalsArgs {
 /// A node that does not start or ends badly, a file that cannot be read or written.
 pub fn run(args: &RecordArrivalsArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
     let files = RecordingFiles::of(&args.out);
+    // Before a recording of perhaps hours, which a missing folder would lose at its end.
     make_folder_of(&files.messages)?;
     let (recording, summary) = match &args.from {
         Some(file) => converted(file)?,
@@ -115,6 +116,7 @@ pub fn run(args: &RecordArrivalsArgs, progress: &mut dyn Progress) -> anyhow::Re
 
 fn converted(file: &Path) -> anyhow::Result<(ArrivalRecording, RecordingSummary)> {
     let raw = Raw::read(file)?;
+    // A warning and no error: the longest run is a whole recording by itself.
     if raw.other_runs > 0 {
         let others = raw.other_runs;
         tracing::warn!("the sender was started anew: {others} shorter runs are left out");

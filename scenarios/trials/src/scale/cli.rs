@@ -171,6 +171,7 @@ fn table_of(series: SizeSeries, costs: &[&Cost]) -> Table {
         .filter(|first| series == SizeSeries::Axes && first.size.count == 1);
     let digits = |value: Option<f64>| match value {
         Some(value) => right(&significant(value, 3)),
+        // Unknown is not 0: the smallest size has no further axis, and not every system reports memory.
         None => right("–"),
     };
     for cost in costs {

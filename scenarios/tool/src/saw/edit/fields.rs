@@ -204,6 +204,7 @@ pub(super) fn is_known(path: &str) -> bool {
 
 /// Every field with its value and the range of its slider.
 pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
+    // A synchronisation to a velocity has no place to be at.
     let to_positions: &[SawField] = if command == "gear-in-pos" {
         &TO_POSITIONS
     } else {
@@ -259,6 +260,7 @@ fn value_at(document: &DocumentMut, path: &str) -> Option<f64> {
         item = item.get(name)?;
     }
     item.as_float()
+        // People write `500` as well as `500.0`.
         .or_else(|| item.as_integer().map(|whole| whole as f64))
 }
 
