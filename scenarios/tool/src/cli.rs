@@ -302,7 +302,6 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
 
 fn record_arrivals(args: &recording::RecordArrivalsArgs) -> anyhow::Result<bool> {
     let said = match args.seconds() {
-        // A conversion takes no time worth a bar.
         Some(seconds) => {
             let mut bar = Bar::new(format!("of {seconds} s"))?;
             let said = recording::run(args, &mut bar);
@@ -310,6 +309,7 @@ fn record_arrivals(args: &recording::RecordArrivalsArgs) -> anyhow::Result<bool>
             bar.clear();
             said?
         }
+        // A conversion takes no time worth a bar.
         None => recording::run(args, &mut ())?,
     };
     print_text(&said)?;

@@ -132,8 +132,8 @@ impl<'s> Page<'s> {
                 // The fields of a table have their own defaults in their own rows.
                 Some(Value::Object(_)) => String::new(),
                 Some(value) => format!("`{value}`"),
-                // An optional field without a default has an empty cell: its meaning says what happens without it.
                 None if required.contains(name.as_str()) => "required".to_owned(),
+                // An optional field without a default has an empty cell: its meaning says what happens without it.
                 None => String::new(),
             };
             let name = format!("{prefix}{name}");

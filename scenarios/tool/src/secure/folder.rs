@@ -123,10 +123,10 @@ fn make(folder: &Path) -> anyhow::Result<()> {
 
 /// Takes the place of an older file at once: a node that starts meanwhile reads the one or the other.
 fn write(file: &Path, text: &str, readers: Readers) -> anyhow::Result<()> {
-    // In the same folder, because a rename over file systems is a copy.
+    // In the same folder, because a rename does not cross file systems.
     let new = file.with_extension("new");
     let written = (|| {
-        // With its permissions from the start: a key is never readable by others, not even for a moment.
+        // With its permissions from the start: a new key is not readable by others even for a moment.
         let mut out = Os::create_file(&new, readers)?;
         out.write_all(text.as_bytes())?;
         // Before the rename: after a power cut the name could lead to an empty key.

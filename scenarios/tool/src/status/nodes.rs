@@ -105,7 +105,7 @@ fn axes(status: &StatusFields<'_>) -> String {
             None => axis.number("id"),
         };
         if let Some(id) = id {
-            // By id: followers name axes by it, and so columns stay in one order.
+            // By id, because followers name axes by it.
             by_id.insert(id as u64, format!("{name} ({id})"));
         }
     }

@@ -19,7 +19,7 @@ pub(super) fn drift(ppm: f64, sigma: Option<f64>) -> String {
 /// Number of decimals for a value with this standard deviation.
 fn digits_for(sigma: f64) -> usize {
     match sigma {
-        // Two digits of the standard deviation at most: more digits of the value would be noise.
+        // Two digits of a standard deviation from 0.1 to 100: more digits of the value would be noise.
         _ if sigma >= 10.0 => 0,
         _ if sigma >= 1.0 => 1,
         _ if sigma >= 0.1 => 2,
