@@ -173,13 +173,16 @@ enum CoaxleCommand {
 /// Runs the tool.
 #[must_use]
 pub fn main() -> ExitCode {
+    // Not `Cli::parse`: the help in groups is a template of the command, which the derive does not know.
     let matches = overview::in_groups(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    // Before any command, so that none of its lines is lost.
     let logging = cli.log.init();
     exit_code(carry_out(cli.command), logging)
 }
 
 fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
+    // Commands that answer a question give false; their exit code for it is beside them.
     let (good, otherwise) = match command {
         // Cargo names itself to the programs that it runs.
         None if std::env::var_os("CARGO").is_none() => (show_help()?, Exit::Failed),
@@ -196,6 +199,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
             (crate::signals::signals(&config)?, Exit::Failed)
         }
         Some(CoaxleCommand::Cam(command)) => (cam::print(&command)?, Exit::Failed),
+        // Refused, not failed: the plan was made, and its answer is no.
         Some(CoaxleCommand::Saw(command)) => (saw::print(&command)?, Exit::Refused),
         Some(CoaxleCommand::Gear(command)) => (gear::print(&command)?, Exit::Refused),
         Some(CoaxleCommand::Order(args)) => (command::print(&args)?, Exit::Refused),
@@ -254,6 +258,7 @@ fn print_text(text: &str) -> anyhow::Result<()> {
 
 fn list() -> anyhow::Result<bool> {
     for (name, _) in catalog::all() {
+        // Titles are in the files, which a list of its own could contradict.
         let scenario = catalog::find(name)?.read(&[])?;
         print_text(&format!("{name:28} {}", scenario.title))?;
     }
@@ -274,6 +279,7 @@ fn check(names: &[String]) -> anyhow::Result<bool> {
     let mut good = true;
     for name in all {
         let prepared =
+            // As a sweep, because a scenario may have a grid, and each of its points is checked.
             catalog::find(&name).and_then(|source| sweep::prepare(&source, &Setup::default()));
         match prepared {
             Ok(prepared) => {
@@ -298,9 +304,11 @@ fn record_arrivals(args: &recording::RecordArrivalsArgs) -> anyhow::Result<bool>
         Some(seconds) => {
             let mut bar = Bar::new(format!("of {seconds} s"))?;
             let said = recording::run(args, &mut bar);
+            // Before the error is returned: it would stand behind half a bar.
             bar.clear();
             said?
         }
+        // A conversion takes no time worth a bar.
         None => recording::run(args, &mut ())?,
     };
     print_text(&said)?;
@@ -317,6 +325,7 @@ fn completions(shell: Shell) -> anyhow::Result<bool> {
 fn man(out: &Path) -> anyhow::Result<bool> {
     let cannot = || format!("cannot write the man pages to {}", out.display());
     std::fs::create_dir_all(out).with_context(cannot)?;
+    // The plain command: man pages have sections of their own instead of groups.
     clap_mangen::generate_to(Cli::command(), out).with_context(cannot)?;
     print_text(&format!("man pages: {}", out.display()))?;
     Ok(true)

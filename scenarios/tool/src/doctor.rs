@@ -43,6 +43,7 @@ pub struct DoctorArgs {
 }
 
 /// Longer messages than any that a node sends.
+// Frames have at most 20 KiB, orders with a plate 1 MiB. Zenoh's own default is 1 GiB.
 const LONG_MESSAGE: u64 = 16 << 20;
 
 /// Prints this PC's obstacles to nodes. With configs: what is open in each of them, what others do not reach, and the
@@ -55,6 +56,7 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
         return print_fitness(args);
     }
     let now = machine::wall_clock();
+    // Read once for all configs, as they are of one PC.
     let firewall = Os::firewall();
     let (mut examined, mut configs) = (Vec::new(), Vec::new());
     for file in &args.configs {
@@ -63,6 +65,7 @@ pub fn print(args: &DoctorArgs) -> anyhow::Result<bool> {
         examined.push((file.display().to_string(), findings));
         configs.push(config);
     }
+    // After all are read: a circle is over several nodes, and none of them shows it alone.
     let circles = circles::among(&configs);
     inspect::print(|out| {
         for (file, findings) in &examined {
@@ -83,7 +86,9 @@ fn print_fitness(args: &DoctorArgs) -> anyhow::Result<bool> {
         for finding in &found {
             write_finding(finding, out)?;
         }
+        // The wake-ups take seconds, and the first findings should be seen meanwhile.
         out.flush()?;
+        // Priorities of SCHED_FIFO begin at 1.
         let priority = (args.priority > 0).then_some(args.priority);
         let late = fitness::wake_ups(args.cycle, args.measure, priority)?;
         for denied in &late.denied {
@@ -182,8 +187,10 @@ fn examine(
     firewall: &Result<Firewall, String>,
 ) -> anyhow::Result<Vec<ConfigFinding>> {
     let mut transport = config.transport().clone();
+    // Paths in a config are relative to it, not to where the tool is started.
     transport.relative_to(file.parent().unwrap_or(Path::new("")));
     let mut findings = Vec::from_iter(config.lab.as_ref().map(of_lab));
+    // Before the exposure, whose profile is in this folder: a fault in it then has its reason already.
     if let Some(folder) = &transport.secure {
         findings.extend(of_folder(config.name(), folder, now));
     }
@@ -192,6 +199,7 @@ fn examine(
             findings.extend(of_transport(&exposure));
             let mut listens = exposure.listens;
             let beacons = config.timing_listen().map(|at| format!("udp/{at}"));
+            // Beacons bypass Zenoh, so its endpoints do not have their port.
             listens.extend(beacons.filter(|endpoint| !is_local(endpoint)));
             findings.extend(of_ports(&listens, firewall));
         }
@@ -221,6 +229,7 @@ const MAKE_SECURE: &str =
 
 fn of_transport(exposure: &Exposure) -> Vec<ConfigFinding> {
     let mut findings = Vec::new();
+    // Only endpoints beyond this machine are in these lists.
     let is_local = exposure.listens.is_empty() && exposure.connects.is_empty();
     let listens = exposure.without_mutual_tls(&exposure.listens);
     if !listens.is_empty() {
@@ -238,6 +247,7 @@ fn of_transport(exposure: &Exposure) -> Vec<ConfigFinding> {
         );
         findings.push(open(text, MAKE_SECURE));
     }
+    // TLS alone lets every certificate of the authority do everything.
     if !exposure.denies_by_default && !is_local {
         let text = "no access control: whoever has a link may do everything".to_owned();
         findings.push(open(text, MAKE_SECURE));
@@ -276,6 +286,7 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<ConfigFindi
         Err(error) => findings.push(open(error.to_string(), COPY_ANEW)),
     }
     let others = |file: &str| Os::permissions_of_others(&folder.join(file));
+    // Reading is enough to be that node.
     if others(KEY_FILE).is_some_and(|others| others.access) {
         let key = folder.join(KEY_FILE);
         let text = format!("other users of this PC may read {}", key.display());
@@ -284,12 +295,14 @@ fn of_folder(node: &NodeName, folder: &Path, now: SystemTime) -> Vec<ConfigFindi
             "chmod 600, and renew the certificate if anybody may have",
         ));
     }
+    // The profile holds no secret, but writing it is granting rights.
     if others(PROFILE_FILE).is_some_and(|others| others.write) {
         let profile = folder.join(PROFILE_FILE);
         let text = format!("other users of this PC may write {}", profile.display());
         findings.push(open(text, "chmod 644"));
     }
     let beside = folder
+        // Where `coaxle secure` writes it: the folders of a network lie side by side.
         .with_file_name(AUTHORITY_FOLDER)
         .join(AUTHORITY_KEY_FILE);
     if beside.is_file() {
@@ -306,6 +319,7 @@ fn of_credentials(
     credentials: &Credentials,
     now: SystemTime,
 ) -> Option<ConfigFinding> {
+    // First the name: another node's folder may be valid and would deny everything.
     if credentials.name() != node {
         let text = format!(
             "the certificate is of {:?}, and the node is {:?}",
@@ -317,6 +331,7 @@ fn of_credentials(
     if let Err(fault) = credentials.check(now) {
         return Some(open(fault.to_string(), RENEW));
     }
+    // Checked again at a later time: only the end of the certificate can make the difference.
     let soon = credentials.check(now + RENEW_WITHIN).is_err();
     let end = date(credentials.not_after());
     soon.then(|| open(format!("the certificate holds until {end} only"), RENEW))

@@ -8,6 +8,7 @@ const EXAMPLES: [(&str, &str, &str); 10] = [
     (
         "sender",
         "conveyor",
+        // In the program: the tool works without a checkout.
         include_str!("../../../sender/configs/conveyor.toml"),
     ),
     (
@@ -91,9 +92,11 @@ fn list() -> String {
 
 /// Role and name of a config, with its first line, which describes it.
 fn line((role, name, text): &(&str, &str, &str)) -> String {
+    // From the file itself, so that list and config cannot differ.
     let about = text.lines().next().unwrap_or_default();
     format!(
         "{name:12} {role:9} {}",
+        // Without the sign of a comment in TOML.
         about.trim_start_matches(['#', ' '])
     )
 }

@@ -47,6 +47,8 @@ impl NodeConfig {
         let name = file.display().to_string();
         let text = text_file::read(file, MOST_CONFIG_BYTES)?;
         let table = parse_table(&name, &text)?;
+        // By the fields, as no field names the kind.
+        // The connection to a PLC comes first: a gateway may have an `[[axis]]` as a sender has.
         let is_gateway = ["ads", "udp", "pipe"]
             .iter()
             .any(|key| table.contains_key(*key));
@@ -59,6 +61,7 @@ impl NodeConfig {
         if table.contains_key("axis") && !follows {
             return Self::read(&name, &text, NodeKind::Sender);
         }
+        // The last kind, whose error names what is missing.
         Self::read(&name, &text, NodeKind::Receiver)
     }
 

@@ -38,6 +38,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// Width of the column of names.
+// The longest name is `record-arrivals`, 15 letters.
 const NAMES: usize = 17;
 
 /// Adds the groups of its commands to the help of the tool.
@@ -55,6 +56,7 @@ fn groups(command: &Command) -> String {
         text += heading;
         text += ":\n";
         for name in names {
+            // From the command itself, so that overview and help cannot differ.
             let about = command.find_subcommand(name).and_then(Command::get_about);
             let about = about.map(ToString::to_string).unwrap_or_default();
             let _ = writeln!(text, "  {name:NAMES$}{}", in_short(&about));
@@ -66,6 +68,7 @@ fn groups(command: &Command) -> String {
 
 /// The statement of a description, without the details behind it.
 fn in_short(about: &str) -> &str {
+    // Behind it are references to documents and conditions, which would break the column.
     let end = about.find([':', ';']).unwrap_or(about.len());
     &about[..end]
 }

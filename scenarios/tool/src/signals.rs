@@ -34,7 +34,9 @@ fn list(instance: &Instance, out: &mut dyn Write) -> anyhow::Result<()> {
     }
     let columns: Vec<String> = instance.columns().collect();
     let width = |cells: &mut dyn Iterator<Item = usize>| cells.max().unwrap_or(0);
+    // Characters, not bytes: names and units have `µ` and `²` in them.
     let longest = width(&mut columns.iter().map(|column| column.chars().count()));
+    // `u` in the declaration of a signal stands for the unit of its axis.
     let unit = |s: &Signal| instance.unit.in_place_of_u(s.unit);
     let widest = width(&mut instance.signals.iter().map(|s| unit(s).chars().count()));
     for (column, signal) in columns.iter().zip(instance.signals) {

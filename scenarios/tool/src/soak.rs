@@ -43,6 +43,7 @@ pub(crate) struct SoakArgs {
 
 fn hours(text: &str) -> Result<f64, String> {
     let hours: Result<f64, _> = text.parse();
+    // 100 000 h are nine million schedules; NaN fails both comparisons.
     let hours = hours.ok().filter(|hours| *hours > 0.0 && *hours <= 1e5);
     hours.ok_or_else(|| format!("received {text}, expected hours above 0, at most 100000"))
 }
@@ -76,16 +77,20 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let soaked = soak.run(&|| !interrupt.is_received(), &|done, failed| {
         // A line for every twentieth part.
+        // In whole numbers: a float could skip a part or print it twice.
         let part = done * 20 / all;
+        // Several threads report: only the one that raises the part prints its line.
         if told.fetch_max(part, Ordering::Relaxed) < part {
             let took = (machine::now() - begin).as_secs_f64();
             let rate = done as f64 * DURATION_S / took;
+            // `part` is at least 1 here, and so `done` is not 0.
             let left = took / done as f64 * (all - done) as f64;
             print_progress(&format!(
                 "{done:7} of {all}, {failed} failed, {rate:.0} times as fast as time, {left:.0} s to go"
             ));
         }
     });
+    // Also of an error: otherwise a build server finds no report at all.
     let soaked = junit::report_error(args.junit.as_deref(), &soak.suite(), soaked)?;
     print_summary(&soaked)?;
     if soaked.schedules < soaked.of {

@@ -62,6 +62,7 @@ fn seeds(text: &str) -> Result<NonZeroUsize, String> {
 /// Those of [`prepare`] and [`Prepared::run`], and a report that cannot be written.
 pub(crate) fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     let suite = format!("sweep {}", args.scenario);
+    // Also of an error: otherwise a build server finds no report at all.
     junit::report_error(args.junit.as_deref(), &suite, sweep(args))
 }
 
@@ -106,7 +107,9 @@ impl SweepArgs {
     fn command(&self) -> String {
         let mut words = vec![format!("coaxle sweep {}", self.scenario)];
         let over = self.over.iter();
+        // In quotes: values may hold brackets and blanks, which a shell would take apart.
         words.extend(over.map(|axis| format!("--over '{}={}'", axis.field, axis.values.join(","))));
+        // Defaults are left out, so that the command is as the user would type it.
         if self.seeds.get() > 1 {
             words.push(format!("--seeds {}", self.seeds));
         }
@@ -162,6 +165,7 @@ fn results_text(outcome: &SweepOutcome, seeds: NonZeroUsize) -> String {
 /// Empty if nothing was expected.
 fn expectations(outcome: &SweepOutcome) -> String {
     let (points, failed) = (outcome.points.len(), outcome.failed().count());
+    // "All points as expected" would be wrong without any expectation.
     if outcome.points.iter().all(|point| point.judged == 0) {
         return String::new();
     }
@@ -188,10 +192,12 @@ fn run_with_progress(
     options: &Options,
     command: &str,
 ) -> anyhow::Result<SweepOutcome> {
+    // Progress is reported by several threads.
     let bar = Mutex::new(Bar::new("of the grid".to_owned())?);
     let is_terminal = std::io::stderr().is_terminal();
     let lines = Mutex::new(ProgressLines::new());
     let outcome = sweep::run(prepared, options, command, &|so_far| {
+        // A bar in a log file would be thousands of lines.
         if !is_terminal {
             let line = (lines.lock().unwrap_or_else(PoisonError::into_inner)).of(so_far);
             // A failure to write it is ignored.
@@ -230,10 +236,12 @@ impl ProgressLines {
             share,
         } = *so_far;
         let missing = runs - kept;
+        // Without a missing run the division has no result, and all is done.
         let part = (20 * done).checked_div(missing).unwrap_or(20);
         if self.part.is_some_and(|told| told >= part) {
             return None;
         }
+        // The first line comes before anything is done, and has no rate as yet.
         if self.part.replace(part).is_none() {
             let of_before = match kept {
                 0 => String::new(),
@@ -242,6 +250,7 @@ impl ProgressLines {
             return Some(format!("runs: {runs}{of_before}"));
         }
         let took = (machine::now() - self.begin).as_secs_f64();
+        // By the share, which weighs the running ones as well, and not by whole runs.
         let (rate, left) = (done as f64 / took, took / share * (1.0 - share));
         let over = kept + done;
         Some(format!(

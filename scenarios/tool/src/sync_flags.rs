@@ -9,6 +9,7 @@ pub(crate) fn any_of(flags: SyncMask) -> String {
 
 /// A flag as files spell it.
 pub(crate) fn flag_name(flag: SyncMask) -> String {
+    // A mask is a list of names in files, and that of a single flag has one.
     let names: Vec<String> = serde_json::to_value(flag)
         .and_then(serde_json::from_value)
         .unwrap_or_default();

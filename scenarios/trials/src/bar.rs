@@ -13,6 +13,7 @@ pub struct Bar {
 }
 
 /// The bar's resolution.
+// Finer than the forty cells and the whole percents of the bar.
 const STEPS: u64 = 1_000;
 
 impl Bar {
@@ -41,6 +42,7 @@ impl Bar {
 
 impl Progress for Bar {
     fn at(&mut self, share: f64) -> bool {
+        // Truncated: the last step is reached only by a whole task.
         self.bar.set_position((share * STEPS as f64) as u64);
         !self.interrupt.is_received()
     }

@@ -5,7 +5,7 @@
 //! * [`processes`] plays a scenario as processes of this machine: a [`Stage`](coaxle_lab::stage::Stage) of the lab;
 //! * [`recording`] records how messages between such processes arrive;
 //! * [`mod@bench`] measures the lateness of cycles and the latency of samples;
-//! * [`scale`] finds the largest number of axes that fit into a cycle;
+//! * [`scale`] measures the cost of more receivers, senders and axes;
 //! * [`conform`] judges another implementation's sender or receiver by docs/WIRE.md;
 //! * [`Bar`] shows progress, and reacts to Ctrl-C.
 //!

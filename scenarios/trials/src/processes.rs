@@ -78,6 +78,7 @@ pub fn run(
     let mut orders = OrderSender::prepare(&scenario.events, |node| {
         topology.node(node).map(|node| endpoints[node].clone())
     })?;
+    // Traces are complete only after every node has ended, so judging comes last.
     let played = play(scenario, &topology, &mut children, &mut orders, progress)?;
     let finished = traces::evaluate(scenario, &topology, &children, played.begin, sink)?;
     let deaths = played.deaths.iter();
@@ -102,6 +103,7 @@ fn play(
     orders: &mut OrderSender,
     progress: &mut dyn Progress,
 ) -> anyhow::Result<ProcessesRun> {
+    // Duplicates come last in the list and are started by their events.
     for child in children.iter_mut().take(topology.names().len()) {
         child.start()?;
     }
@@ -112,11 +114,13 @@ fn play(
     loop {
         let passed = machine::now() - begin;
         let share = (passed.as_secs_f64() / duration.as_secs_f64()).min(1.0);
+        // Behind the end there is nothing left to interrupt: the run is whole.
         if !progress.at(share) && passed < duration {
             interrupted_at_s = Some(passed.as_secs_f64());
             break;
         }
         while let Some(change) = changes.next_if(|change| change.at <= passed) {
+            // Routers exist in virtual time only: here nodes are connected directly.
             let ChangeTarget::Node(node) = change.target else {
                 continue;
             };
@@ -138,6 +142,7 @@ fn play(
         wait(LOOK);
     }
     for child in children.iter_mut() {
+        // All are asked before any is waited for: otherwise receivers would lose senders that have ended already.
         child.ask_to_end()?;
     }
     for child in children.iter_mut() {
@@ -151,6 +156,7 @@ fn play(
 }
 
 /// Interval of checks of the nodes.
+// Events of a scenario happen up to this much late.
 const LOOK: Duration = Duration::from_millis(20);
 
 fn wait(time: Duration) {

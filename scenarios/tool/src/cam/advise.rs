@@ -76,6 +76,7 @@ enum Least {
 impl AdviseArgs {
     /// False if no law keeps the limits.
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<bool> {
+        // Unchecked, as the very segment that is asked about may be what makes no plate.
         let cam = load_unchecked(&self.file)?;
         let question = LawCriteria {
             master_velocity: self.master_velocity,
@@ -103,6 +104,7 @@ impl AdviseArgs {
         } else {
             writeln!(out, "{}", self.in_words(&cam, &question, &advice))?;
         }
+        // Laws come best first, and those that keep the limits before all others.
         Ok(advice.first().is_some_and(|best| best.passes))
     }
 
@@ -131,6 +133,7 @@ impl AdviseArgs {
         let mut rows = table(headings.each_ref().map(String::as_str));
         for advice in advice {
             let demands = Demand::ALL.map(|demand| advice.demand(demand));
+            // In the order of `Demand::ALL`, which is that of the headings.
             let mut row = cells(advice.law.file_name(), &demands);
             row.push(right(&remarks(cam, advice, &question.limits).join(", ")));
             rows.add_row(row);
@@ -148,6 +151,7 @@ impl AdviseArgs {
 pub(super) fn remarks(cam: &CamFile, advice: &LawAdvice, limits: &LawLimits) -> Vec<String> {
     let unit = &cam.slave_unit;
     let mut remarks = Vec::new();
+    // Steps within rounding are exactly 0 already, so no tolerance is needed here.
     if advice.velocity_step > 0.0 {
         remarks.push(format!(
             "velocity steps by {} {unit}/s",
@@ -167,6 +171,7 @@ pub(super) fn remarks(cam: &CamFile, advice: &LawAdvice, limits: &LawLimits) -> 
 
 /// A law with all digits; no number where its jerk has no bound.
 pub(super) fn json_of(advice: &LawAdvice, limits: &LawLimits) -> Value {
+    // JSON has no infinity: a jerk without a bound becomes null.
     let demand = |demand| Some(advice.demand(demand)).filter(|value| value.is_finite());
     json!({
         "law": advice.law,

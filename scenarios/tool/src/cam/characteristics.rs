@@ -29,6 +29,7 @@ pub struct CharacteristicsArgs {
 impl CharacteristicsArgs {
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<()> {
         let (cam, plate) = load(&self.file)?;
+        // Per second, because limits of drives are: with V of the master, v = s'·V, a = s''·V² and j = s'''·V³.
         let values = plate.characteristics(self.master_velocity)?;
         if self.json {
             let mut json = json_of(&values);
@@ -39,6 +40,7 @@ impl CharacteristicsArgs {
         } else {
             writeln!(out, "{}", description(&cam, &plate))?;
             writeln!(out, "{}", tables(&cam, &values))?;
+            // Beside the extremes, which a step leaves finite although its acceleration has no bound.
             if let Some(steps) = velocity_steps(&cam, &plate) {
                 writeln!(out, "{steps}")?;
             }
@@ -57,6 +59,7 @@ fn tables(cam: &CamFile, values: &Characteristics) -> String {
         extremes.add_row(cells(&name, &four(range)));
         ends.add_row(cells(&name, &[start[quantity], end[quantity]]));
     }
+    // v·a is proportional to the power for a constant inertia: P = m·v·a.
     let unit = format!("{}²/s³", cam.slave_unit);
     let name = format!("velocity · acceleration ({unit})");
     extremes.add_row(cells(&name, &four(&values.dynamic_momentum)));
@@ -106,6 +109,7 @@ fn over_time(cam: &CamFile, quantity: usize) -> String {
     format!("{}{per_time}", cam.slave_unit)
 }
 
+// In the order of the columns of the table of extremes.
 const fn four(range: &MinMax) -> [f64; 4] {
     let MinMax { minimum, maximum } = range;
     [minimum.value, minimum.master, maximum.value, maximum.master]
@@ -133,6 +137,7 @@ fn json_of(values: &Characteristics) -> Value {
     for (name, range) in QUANTITIES.into_iter().zip(ranges(values)) {
         json[name] = range_json(range);
     }
+    // Velocities at the extremes of the acceleration: together they are what a motor must give there.
     let acceleration = &mut json["acceleration"];
     acceleration["minimum"]["velocity"] = values.velocity_at_minimum_acceleration.into();
     acceleration["maximum"]["velocity"] = values.velocity_at_maximum_acceleration.into();

@@ -38,6 +38,7 @@ impl CamExportArgs {
             Some(increment) => positions(&plate, increment)?,
         };
         let by_name = || self.output.as_deref().map(FormatArg::of);
+        // The option wins over the ending: `table.txt` may be structured text.
         let format = self.format.or_else(by_name).unwrap_or(FormatArg::Csv);
         let text = match format.format() {
             Format::Csv => table.to_csv(),
@@ -52,6 +53,7 @@ fn positions(plate: &Plate, increment: f64) -> anyhow::Result<PointTable> {
     let (start, end) = plate.master_range();
     let rows = plate.values(start, end, increment, ValueSelect::POSITION)?;
     let mut rows: Vec<_> = rows.map(|row| (row[0], row[1])).collect();
+    // An increment that does not divide the range leaves a rest; without the end the table would be a shorter plate.
     if rows.last().is_none_or(|(master, _)| *master < end) {
         rows.push((end, plate.at(end).position));
     }
@@ -62,6 +64,7 @@ fn identifier(text: &str) -> Result<String, String> {
     let mut letters = text.chars();
     let is_name = letters
         .next()
+        // Identifiers of IEC 61131-3; the text is pasted into a program.
         .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
     if is_name {

@@ -29,6 +29,7 @@ impl FormatArg {
             let of_plc = ["st", "exp", "tcgvl", "tcpou", "il", "scl"];
             of_plc
                 .iter()
+                // Programs on Windows write `.TcGVL` as well as `.tcgvl`.
                 .any(|known| known.eq_ignore_ascii_case(ending))
         };
         if ending.is_some_and(is_plc) {

@@ -74,7 +74,9 @@ impl ImportArgs {
         let (file, folder) = (self.table.display().to_string(), Path::new(""));
         let parsed = text.parse().context("the cam file cannot be written")?;
         let cam = CamFile::from_table(&file, folder, parsed);
+        // Before anything is written: no file is left behind that is refused later.
         cam.and_then(|cam| cam.plate()).map_err(mistake)?;
+        // A cam file of that size would be refused when it is read.
         if text.len() as u64 > MOST_BYTES {
             return self.write_beside(&table, text.len(), out);
         }
@@ -99,6 +101,7 @@ impl ImportArgs {
         let Some(name) = beside.file_name().map(|name| name.to_string_lossy()) else {
             return wrong_argument(format!("{}: received no name of a file", output.display()));
         };
+        // The table itself may have that name already, with the same points in it.
         if !is_same(&beside, &self.table) {
             new_file::write(Some(&beside), &table.to_csv(), out)?;
         }
@@ -115,6 +118,7 @@ impl ImportArgs {
             CourseArg::Cyclic => Course::Cyclic,
         };
         let mut text = String::new();
+        // Titles may hold quotes and line breaks.
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let _ = writeln!(text, "title = {}", quoted(&self.title));
         if let Some(id) = self.table_id {
@@ -123,6 +127,7 @@ impl ImportArgs {
         let _ = writeln!(text, "course = {}", quoted(&name(&course)));
         let _ = writeln!(text, "master-unit = {}", quoted(&self.master_unit));
         let _ = writeln!(text, "slave-unit = {}", quoted(&self.slave_unit));
+        // A name without a folder: the cam file finds it beside itself, wherever both are copied to.
         let csv = csv.map(|csv| format!("csv = {}\n", quoted(csv)));
         match (table, csv) {
             (PointTable::Points(_), Some(csv)) => text += &format!("\n[points]\n{csv}"),
@@ -170,6 +175,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
 /// Appends a point, without the fields that can be left out.
 fn push_point(text: &mut String, row: usize, is_last: bool, point: &WrittenPoint) {
     text.push_str("\n[[point]]\n");
+    // The default of each field is left out, so that the file stays short.
     if let Some(index) = point.index.filter(|index| *index as usize != row + 1) {
         let _ = writeln!(text, "index = {index}");
     }
@@ -178,6 +184,7 @@ fn push_point(text: &mut String, row: usize, is_last: bool, point: &WrittenPoint
     }
     if let Some(kind) = point
         .point_type
+        // A type that follows from the derivatives would contradict them after a change by hand.
         .filter(|kind| *kind != point.implied_type())
     {
         let _ = writeln!(text, "type = \"{}\"", kind.file_name());
@@ -200,9 +207,11 @@ fn push_point(text: &mut String, row: usize, is_last: bool, point: &WrittenPoint
 
 /// Formats a number for TOML: whole numbers without a point, as people write them.
 fn number(value: f64) -> String {
+    // Below 2^53 ≈ 9e15 every whole number is exact.
     if value.fract() == 0.0 && value.abs() < 1e15 {
         format!("{value}")
     } else {
+        // `{:?}` gives the shortest digits that read back as the same bits; TOML writes `nan` in small letters.
         format!("{value:?}").replace("NaN", "nan")
     }
 }

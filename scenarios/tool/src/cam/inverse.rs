@@ -25,8 +25,10 @@ pub struct InverseArgs {
 impl InverseArgs {
     pub(super) fn run(&self, out: &mut dyn Write) -> anyhow::Result<()> {
         let (cam, plate) = load(&self.file)?;
+        // A tolerance of 0: only places on the named side of the start.
         let below = plate.master_below(self.slave, self.start, 0.0);
         let above = plate.master_above(self.slave, self.start, 0.0);
+        // Besides, since a plate that is not monotonous passes a position several times.
         let crossings: Vec<_> = plate.masters_at(self.slave).collect();
 
         let (start, end) = plate.master_range();

@@ -101,11 +101,13 @@ fn check(files: &[PathBuf], out: &mut dyn Write) -> anyhow::Result<bool> {
             Ok((cam, plate)) => {
                 let about = text::description(&cam, &plate);
                 writeln!(out, "{}: ok, {about}", file.display())?;
+                // A step of the velocity is allowed in a plate, but no drive follows it.
                 if let Some(steps) = text::velocity_steps(&cam, &plate) {
                     writeln!(out, "{}: {steps}", file.display())?;
                 }
             }
             Err(error) => {
+                // The other files are checked nevertheless.
                 good = false;
                 for line in lines_of(&error) {
                     writeln!(out, "{line}")?;
@@ -131,6 +133,7 @@ fn load_unchecked(file: &Path) -> anyhow::Result<CamFile> {
 fn mistake(error: CamFileError) -> anyhow::Error {
     match error {
         CamFileError::Config(error) => error.into(),
+        // The file is well-formed TOML, but its points are at fault: still the user's to correct.
         CamFileError::Plate { .. } => Mistake::in_file(error.to_string()).into(),
     }
 }

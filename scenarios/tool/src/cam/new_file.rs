@@ -16,6 +16,7 @@ pub(super) fn write(path: Option<&Path>, text: &str, out: &mut dyn Write) -> any
         return Ok(out.write_all(text.as_bytes())?);
     };
     let name = path.display();
+    // `create_new` checks and creates in one step: no other program comes in between.
     match OpenOptions::new().write(true).create_new(true).open(path) {
         Ok(mut file) => file
             .write_all(text.as_bytes())

@@ -61,10 +61,12 @@ impl CourseMark {
     /// Returns all of them, or as many as there is room for.
     fn some(cam: &CamFile, plate: &Plate) -> Vec<Self> {
         let all = Self::all(cam);
+        // At least 1 for a plate with any row.
         let every = all.len().div_ceil(MOST_MARKS);
         let (_, end) = plate.master_range();
         all.into_iter()
             .enumerate()
+            // The end is kept in any case, as the drawing ends there.
             .filter(|(n, mark)| n % every == 0 || mark.master == end)
             .map(|(_, mark)| mark)
             .collect()
@@ -100,6 +102,7 @@ impl CourseMark {
 /// The points the course leads through.
 fn points_in_use(points: &[MotionPoint]) -> impl Iterator<Item = &MotionPoint> {
     let next = |&row: &usize| {
+        // A step of 0 would never end.
         let further = usize::try_from(points[row].relative_next).ok()?;
         Some(row + further).filter(|next| further > 0 && *next < points.len())
     };
@@ -114,6 +117,7 @@ fn course(cam: &CamFile, plate: &Plate) -> Sampled {
     let mut course = Sampled::default();
     let rows = CourseMark::all(cam);
     let stretches = rows.len().saturating_sub(1).max(1);
+    // Two at least: each row of a long table has its own place.
     let count = (SAMPLES / stretches).clamp(2, 500);
     for pair in rows.windows(2) {
         let (start, end) = (pair[0].master, pair[1].master);
@@ -121,6 +125,7 @@ fn course(cam: &CamFile, plate: &Plate) -> Sampled {
             let master = start + (end - start) * (n as f64 / count as f64);
             course.push(master, plate.at(master));
         }
+        // The value just before: at the row itself a plate is in the next segment already.
         course.push(end, plate.at(end.next_down()));
     }
     course
@@ -131,6 +136,7 @@ fn points(plate: &Plate, marks: &[CourseMark]) -> Sampled {
     let (_, end) = plate.master_range();
     let mut points = Sampled::default();
     for mark in marks {
+        // A cyclic plate at its end is at its start again.
         let motion = plate.at(mark.master.min(end.next_down()));
         points.push(mark.master, motion);
     }

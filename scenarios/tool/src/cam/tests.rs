@@ -130,6 +130,7 @@ fn values_are_a_table_over_the_master() {
         lines.next(),
         Some("master,position,velocity,acceleration,jerk")
     );
+    // 720/90 steps, and the first place.
     assert_eq!(lines.clone().count(), 9);
     let row: Vec<f64> = lines
         .nth(2)
@@ -138,6 +139,7 @@ fn values_are_a_table_over_the_master() {
         .map(|cell| cell.parse().expect("a number"))
         .collect();
     assert_eq!(row[..2], [-180.0, 100.0]);
+    // Behind the point at 180°: from 100 down to 80 at 225°, a straight line.
     assert!((row[2] + 20.0 / 45.0).abs() < 1e-12, "{row:?}");
     assert_eq!(row[3..], [0.0, 0.0]);
 
@@ -147,6 +149,7 @@ fn values_are_a_table_over_the_master() {
     for heading in ["master (°)", "velocity (°/°)", "jerk (°/°³)"] {
         assert!(headings.contains(&heading), "{headings:?}");
     }
+    // The headings, a hundred steps, and the first place.
     assert_eq!(table.lines().count(), 102);
     assert!(table.lines().last().unwrap().contains(" 360 "));
 
@@ -156,6 +159,7 @@ fn values_are_a_table_over_the_master() {
         "--from 9 --to 0 --increment -3 --csv",
     )
     .unwrap();
+    // The header, and 9, 6, 3 and 0.
     assert_eq!(backwards.lines().count(), 5);
     let one = answer("values", "lift.toml", "--from 360 --to 360 --csv").unwrap();
     assert_eq!(one.lines().nth(1), Some("360,90,0,0,0"));
@@ -190,6 +194,7 @@ fn characteristics_are_read_by_people_and_programs() {
     let place = json["velocity"]["minimum"]["master"].as_f64().unwrap();
     assert!((place - 60.0).abs() < 1e-6);
     let hardest = json["acceleration"]["maximum"]["value"].as_f64().unwrap();
+    // Its greatest acceleration is 10/√3·H/B², times the square of the master velocity of 2.
     let cubed = 10.0 / 3.0_f64.sqrt();
     assert!((hardest - 4.0 * cubed * 100.0 / 120.0_f64.powi(2)).abs() < 1e-9);
     assert_eq!(json["position"]["maximum"]["value"], 100.0);
@@ -222,6 +227,7 @@ fn a_slave_position_has_its_masters() {
     }
     // Several turns on, as far as the lift carries.
     let text = answer("inverse", "lift.toml", "--slave 315 --start 0").unwrap();
+    // Three turns lift by 270; the other 45 are reached at 270° of the fourth.
     assert!(text.contains("above 0: 1350\n"), "{text}");
     assert!(text.contains("below 0: none\n"), "{text}");
 }

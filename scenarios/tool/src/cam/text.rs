@@ -42,6 +42,7 @@ pub(super) fn description(cam: &CamFile, plate: &Plate) -> String {
     let range = format!("master {start} to {end} {}", cam.master_unit);
     match (plate.course(), plate.lift()) {
         (Course::Linear, _) => format!("{kind}, linear, {range}"),
+        // `lift` is exactly 0 for a closed plate: rounding is taken out of it.
         (Course::Cyclic, 0.0) => format!("{kind}, cyclic, {range}"),
         (Course::Cyclic, lift) => {
             let lift = shown(lift);
@@ -52,6 +53,7 @@ pub(super) fn description(cam: &CamFile, plate: &Plate) -> String {
 
 /// Place of the largest velocity step of the slave and the number of steps; none without steps.
 pub(super) fn velocity_steps(cam: &CamFile, plate: &Plate) -> Option<String> {
+    // The largest one stands for all: a table with linear interpolation steps at every row.
     let largest = plate.largest_velocity_step()?;
     let number = plate.velocity_steps().count();
     let places = if number == 1 {
@@ -72,6 +74,7 @@ pub(super) fn velocity_steps(cam: &CamFile, plate: &Plate) -> Option<String> {
 /// A number on the command line.
 pub(super) fn parse_finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
+        // Rust reads `inf` and `nan` as numbers.
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err("expected a finite number".to_owned()),
     }

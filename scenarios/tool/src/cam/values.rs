@@ -54,6 +54,7 @@ impl ValuesArgs {
         let rows = self.rows(plate)?;
         writeln!(out, "master,{}", QUANTITIES.join(","))?;
         for row in rows {
+            // The shortest digits that read back as the same bits.
             let cells: Vec<_> = row.iter().map(f64::to_string).collect();
             writeln!(out, "{}", cells.join(","))?;
         }
@@ -75,6 +76,7 @@ impl ValuesArgs {
 
 /// Columns of one width, so that rows can be printed as they come.
 fn write_line(cells: &[String], out: &mut dyn Write) -> anyhow::Result<()> {
+    // Wide enough for the headings with usual units.
     let cells: Vec<_> = cells.iter().map(|cell| format!("{cell:>20}")).collect();
     writeln!(out, "{}", cells.join(" "))?;
     Ok(())

@@ -12,6 +12,7 @@ pub(super) fn among(configs: &[NodeConfig]) -> Vec<Circle> {
         NodeKind::Receiver(config) => Some(config.as_ref()),
         NodeKind::Sender(_) | NodeKind::Gateway(_) => None,
     });
+    // All together: a receiver is refused by itself only if it follows itself.
     let followers: Vec<_> = receivers.flat_map(ReceiverConfig::followers).collect();
     circles(&followers)
 }

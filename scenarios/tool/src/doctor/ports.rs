@@ -12,9 +12,11 @@ pub(super) fn of_ports(
 ) -> Vec<ConfigFinding> {
     let ports = listens.iter().filter_map(|endpoint| {
         let (_, port) = host_and_port(endpoint)?;
+        // Port 0 is chosen by the system: no rule can name it.
         (port > 0).then(|| (endpoint, port, is_over_udp(endpoint)))
     });
     let ports: Vec<_> = ports.collect();
+    // Before the firewall is looked at: without ports it does not matter whether it can be read.
     if ports.is_empty() {
         return Vec::new();
     }
@@ -22,6 +24,7 @@ pub(super) fn of_ports(
         Ok(firewall) => firewall,
         Err(reason) => {
             let text = format!("whether a firewall keeps others out cannot be read ({reason})");
+            // A note and no fault, as the firewall may well be open.
             return vec![note(&text, "with sudo it can be")];
         }
     };

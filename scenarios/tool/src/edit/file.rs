@@ -20,6 +20,7 @@ impl EditedFile {
     /// # Errors
     /// The file exists and cannot be read.
     pub(super) fn open(path: &Path, most: u64) -> anyhow::Result<Self> {
+        // A dangling link counts as there: reading it fails now, and not a save much later.
         let is_there = fs::symlink_metadata(path).is_ok();
         let known = is_there.then(|| text_file::read(path, most)).transpose()?;
         Ok(Self {
@@ -44,6 +45,7 @@ impl EditedFile {
     /// The reason why it is not written.
     pub(super) fn save(&mut self, text: &str) -> Result<(), String> {
         let name = self.name();
+        // The next start would refuse to read it.
         if text.len() as u64 > self.most {
             let (received, most) = (text.len(), self.most);
             return Err(format!(
@@ -54,6 +56,7 @@ impl EditedFile {
             None => self.create(text)?,
             Some(known) => {
                 let now = text_file::read(&self.path, self.most);
+                // The content decides, as times of files change by copying and differ in resolution.
                 if now.map_err(|error| error.to_string())? != *known {
                     return Err(format!(
                         "{name}: somebody else has changed it since it was read; take a copy of your text and begin anew"
@@ -63,6 +66,7 @@ impl EditedFile {
                     .map_err(|error| format!("{name}: cannot be written: {error}"))?;
             }
         }
+        // Only after a success: a failed save leaves the text unsaved.
         self.known = Some(text.to_owned());
         Ok(())
     }
@@ -86,15 +90,19 @@ impl EditedFile {
 
     /// Replaces the file as a whole: half a text is another file.
     fn replace(&self, text: &str) -> std::io::Result<()> {
+        // Through a link: renaming onto the link itself would replace the link.
         let path = fs::canonicalize(&self.path)?;
         let mut new = path.clone().into_os_string();
         new.push(".new");
         let mut file = OpenOptions::new().write(true).create_new(true).open(&new)?;
         let written = (file.write_all(text.as_bytes()))
+            // Renaming replaces the file together with its permissions.
             .and_then(|()| file.set_permissions(fs::metadata(&path)?.permissions()))
+            // Before the rename: after a power cut the name could lead to an empty file.
             .and_then(|()| file.sync_all())
             .and_then(|()| fs::rename(&new, &path));
         if written.is_err() {
+            // Otherwise the next attempt would find it there and fail.
             let _ = fs::remove_file(&new);
         }
         written

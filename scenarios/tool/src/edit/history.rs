@@ -1,6 +1,7 @@
 //! Texts, one after the other, back and forth.
 
 /// Greatest number of steps.
+// Texts are kept whole: 500 of some kilobytes are a few megabytes.
 const MOST_STEPS: usize = 500;
 
 /// The present text, and the former ones.
@@ -36,6 +37,7 @@ impl History {
 
     /// Another text; with the gesture of the one before, it takes its place.
     pub(super) fn change(&mut self, text: String, gesture: Option<u64>) {
+        // A change that changes nothing would cost an undo and the texts ahead.
         if text == self.now {
             return;
         }
@@ -43,10 +45,12 @@ impl History {
         let goes_on = gesture.is_some() && gesture == self.gesture;
         if !goes_on {
             if self.past.len() == MOST_STEPS {
+                // Moves 499 strings without their texts, once a gesture.
                 self.past.remove(0);
             }
             self.past.push(before);
         }
+        // Texts that were undone belong to the former course of changes.
         self.future.clear();
         self.gesture = gesture;
     }

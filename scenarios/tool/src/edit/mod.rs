@@ -70,6 +70,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// # Errors
 /// A file that cannot be read, or an address that is not available.
 pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: PageParts) -> anyhow::Result<Exit> {
+    // Before the page is there, so that Ctrl-C is not missed meanwhile.
     let interrupt = Interrupt::listen()?;
     let served = open(args, design, parts)?;
     inspect::print_text(&format!("the page is at http://{}", served.address()))?;
@@ -88,9 +89,11 @@ pub(crate) fn open<D: Design>(
     design: D,
     parts: PageParts,
 ) -> anyhow::Result<PageServer> {
+    // There is no password: reaching the address is the right to write.
     if !args.page.ip().is_loopback() {
         tracing::warn!("whoever reaches {} changes the file", args.page);
     }
+    // Before the port is taken: a file that cannot be read needs no page.
     let file = EditedFile::open(&args.file, D::MOST_BYTES)?;
     PageServer::open(args.page, server::routes(file, design, parts))
 }

@@ -89,6 +89,7 @@ impl<D: Design> EditorPage<D> {
         let editor = Arc::clone(&self.editor);
         // Computing takes its time, and so does a node's response.
         let answered = tokio::task::spawn_blocking(move || {
+            // A panic of a request leaves a text and its history, which are valid at any time.
             let mut editor = editor.lock().unwrap_or_else(PoisonError::into_inner);
             editor.respond(&what, &request)
         });
@@ -129,10 +130,12 @@ impl<D: Design> Editor<D> {
         };
         let text = self.history.now();
         Some(json!({
+            // Every response has the whole view: the page keeps no state that could differ.
             "view": self.design.view(text, &request.asked),
             "text": text,
             "file": self.file.name(),
             "is_new": self.file.known().is_none(),
+            // By content: undoing back to the saved text is saved again.
             "is_saved": self.file.known() == Some(text),
             "can_undo": self.history.can_undo(),
             "can_redo": self.history.can_redo(),
@@ -148,6 +151,7 @@ impl<D: Design> Editor<D> {
                 .design
                 .changed(self.history.now(), &request.change, &request.asked)?,
         };
+        // Checked here, as a text that cannot be saved must not enter the history.
         if text.len() as u64 > D::MOST_BYTES {
             let (received, most) = (text.len(), D::MOST_BYTES);
             return Err(format!(
@@ -161,6 +165,7 @@ impl<D: Design> Editor<D> {
     fn save(&mut self) -> Result<Option<String>, String> {
         let text = self.history.now();
         self.design
+            // Texts that make no design may be edited, but not saved over one that does.
             .check(text)
             .map_err(|error| format!("not saved: {error}"))?;
         self.file

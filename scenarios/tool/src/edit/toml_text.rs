@@ -18,6 +18,7 @@ pub(crate) fn document(text: &str) -> Result<DocumentMut, String> {
 
 /// A number as people write it: whole ones without a point.
 pub(crate) fn number(value: f64) -> Value {
+    // Below 2^53 ≈ 9e15, where every whole f64 is exact in an i64.
     if value.fract() == 0.0 && value.abs() < 1e15 {
         Value::from(value as i64)
     } else {
@@ -53,6 +54,7 @@ pub(crate) fn put(table: &mut dyn TableLike, key: &str, value: Option<Value>) {
     };
     match table.get_mut(key) {
         Some(Item::Value(known)) => {
+            // Blanks and the comment behind the value.
             *value.decor_mut() = known.decor().clone();
             *known = value;
         }
@@ -75,6 +77,7 @@ pub(crate) fn put_at(
     let mut table: &mut dyn TableLike = document.as_table_mut();
     for name in tables.split('.').filter(|name| !name.is_empty()) {
         if !table.contains_key(name) {
+            // Nothing to take out, and no empty table for it.
             if value.is_none() {
                 return Ok(());
             }

@@ -6,6 +6,7 @@ use coaxle_files::gear::GearFile;
 use coaxle_gear::{FlyingGear, FlyingGearPhase, FlyingGearRange};
 
 /// Places on each leg of the way.
+// More than a screen has pixels, so that short stretches show as well.
 const SAMPLES: usize = 2_000;
 
 /// Ends of the master's way, with its turning point between them if it has one.
@@ -23,12 +24,14 @@ impl MasterPath {
             releasing.master_free,
             releasing.master_coupled,
         ];
+        // Mirrored, so that the working direction is upwards for either sign; twice mirrored is unchanged, as it is ±1.
         let ahead = |place: f64| place * gear.master_direction();
         let first = places.into_iter().map(ahead).fold(f64::INFINITY, f64::min);
         let last = places
             .into_iter()
             .map(ahead)
             .fold(f64::NEG_INFINITY, f64::max);
+        // About a ninth of the picture on either side shows the slave before and after.
         let room = ((last - first) * 0.15).max(f64::MIN_POSITIVE);
         let at = |ahead: f64| ahead * gear.master_direction();
         let ends = match gear.returns() {
@@ -46,17 +49,20 @@ pub(super) fn course(
     gear: &FlyingGear,
     stretches: &[FlyingGearRange; 2],
 ) -> Vec<(f64, Motion)> {
+    // A copy: the drawing runs the gear through its phases.
     let mut gear = *gear;
     let path = MasterPath::of(&gear, stretches);
     let speed = file.master.velocity.abs();
     let mut places = Vec::new();
     for leg in path.ends.windows(2) {
+        // The course over the master is the same at any speed; derivatives over time are those at the file's.
         let velocity = speed.copysign(leg[1] - leg[0]);
         for n in 0..=SAMPLES {
             let position = leg[0] + (leg[1] - leg[0]) * (n as f64 / SAMPLES as f64);
             let master = Kinematics {
                 position,
                 velocity,
+                // The master runs at a constant velocity, and turns round at once.
                 acceleration: 0.0,
             };
             let slave = gear.update(&master);
@@ -82,8 +88,10 @@ fn jerk(gear: &FlyingGear, stretches: &[FlyingGearRange; 2], master: f64, veloci
         FlyingGearPhase::Releasing => (&stretches[1], -1.0),
         _ => return 0.0,
     };
+    // The ratio goes as 3x² − 2x³ over the stretch, and the jerk as its second derivative, 6·(1 − 2x).
     let share = (master - stretch.master_free) / (stretch.master_coupled - stretch.master_free);
     // A release is passed from its coupled end.
     let share = if forwards > 0.0 { share } else { 1.0 - share };
+    // `stretch.jerk` is the magnitude at the ends; the sign is that of the motion.
     velocity.signum() * forwards * stretch.jerk * (1.0 - 2.0 * share)
 }

@@ -59,6 +59,7 @@ pub fn run(command: &GearSubcommand, out: &mut dyn Write) -> anyhow::Result<bool
     match command {
         GearSubcommand::Plan(args) => {
             let file = GearFile::load(&args.file)?;
+            // By the very check of a slave that enables the gear, so that the answer is that of a machine.
             let planned = file.gear();
             let answer = match (&planned, args.json) {
                 (Ok(gear), true) => format!("{:#}", plan::json_of(&file, gear)),
@@ -67,6 +68,7 @@ pub fn run(command: &GearSubcommand, out: &mut dyn Write) -> anyhow::Result<bool
                 (Err(refusal), false) => refused(&args.file, refusal),
             };
             writeln!(out, "{answer}")?;
+            // A refusal is an answer, printed like a plan; only the exit code tells both apart.
             Ok(planned.is_ok())
         }
         GearSubcommand::Plot(args) => {
@@ -89,6 +91,7 @@ fn refused(file: &Path, refusal: &FlyingGearError) -> String {
 
 fn refusal_json(file: &GearFile, refusal: &FlyingGearError) -> Value {
     let fastest = match refusal {
+        // The only refusal that a slower master cures.
         FlyingGearError::TooFast { fastest, .. } => Some(fastest),
         _ => None,
     };

@@ -38,6 +38,7 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     ];
     let mut demands = table(headings.each_ref().map(String::as_str));
     let limits = &file.limits;
+    // The smaller one binds: a master that turns round makes a deceleration of an acceleration.
     let acceleration = limits.acceleration().min(limits.deceleration());
     let rows: [(&str, &str, Demand, f64); 3] = [
         (
@@ -61,6 +62,7 @@ pub(super) fn in_words(file: &GearFile, gear: &FlyingGear) -> String {
     parts.push(demands.trim_fmt());
     parts.push(format!(
         "the master may be up to {} {master}/s fast",
+        // The cycle matters for a stretch without length, which is passed within one.
         shown(gear.fastest(&file.limits, file.cycle.0))
     ));
     parts.join("\n\n")
@@ -72,6 +74,7 @@ type Demand = fn(&FlyingGearRange) -> f64;
 /// The gear in a line.
 pub(super) fn outline(file: &GearFile, gear: &FlyingGear) -> String {
     let [engaging, releasing] = gear.ranges(file.master.velocity, file.cycle.0);
+    // The magnitude: with a negative direction the coupled end is the smaller one.
     let length = |stretch: &FlyingGearRange| (stretch.master_coupled - stretch.master_free).abs();
     let release = if gear.returns() {
         "on the way back"
@@ -95,6 +98,7 @@ fn steps(stretches: &[FlyingGearRange; 2]) -> [(&'static str, f64, f64); 4] {
         ("engaged", engaging.master_coupled, engaging.slave_coupled),
         (
             "releasing",
+            // A release is passed from its coupled end to its free one.
             releasing.master_coupled,
             releasing.slave_coupled,
         ),

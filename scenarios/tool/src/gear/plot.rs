@@ -46,11 +46,13 @@ fn charts(file: &GearFile, gear: &FlyingGear) -> Charts {
     }
     let unit =
         |quantity: usize| format!("{}{}", file.slave_unit, ["", "/s", "/s²", "/s³"][quantity]);
+    // Limits bound both directions of the slave.
     let both = |name, limit: f64| {
         [limit, -limit]
             .map(|value| LevelLine {
                 name,
                 value,
+                // The gear checks them all before it engages.
                 binds: true,
             })
             .into()

@@ -53,6 +53,7 @@ fn a_refusal_says_how_fast_the_master_may_be() {
     let mut file = GearFile::load(&folder("gears").join("too-fast.toml")).unwrap();
     file.master.velocity = speed;
     assert!(file.gear().is_ok());
+    // Just above: the remedy is the limit itself, not only a value that passes.
     file.master.velocity = speed * 1.001;
     assert!(file.gear().is_err());
 }
@@ -121,6 +122,7 @@ fn a_plot_stands_alone_and_every_file_has_a_title() {
         stands_alone(&plot::page(&file, &gear));
         let figure = plot::figure(&file, &gear);
         let curves = figure.panels.iter().map(|panel| panel.curves.len());
+        // The course, and a limit in both directions in all charts but the first.
         assert_eq!(curves.collect::<Vec<_>>(), [1, 3, 3, 3]);
     }
     let examples = examples_of("GEARS.md");

@@ -42,6 +42,7 @@ struct TableRows {
 pub(crate) fn info(args: &InfoArgs) -> anyhow::Result<String> {
     let mut reader = Reader::new(open(&args.file)?);
     let mut content = RecordingContent::default();
+    // Item by item: a recording of a day does not fit into memory.
     for item in reader.by_ref() {
         content.take(item);
     }
@@ -51,9 +52,11 @@ pub(crate) fn info(args: &InfoArgs) -> anyhow::Result<String> {
 impl RecordingContent {
     fn take(&mut self, item: Result<Item, Damage>) {
         match item {
+            // Facts at the end replace those at the start, as the number of dropped rows is final only there.
             Ok(Item::Facts(facts)) => self.facts.extend(facts),
             Ok(Item::Attachment { name, data, .. }) => {
                 self.files
+                    // Names come from a file and may hold control characters for the terminal.
                     .push(format!("{}, {} bytes", one_line(&name), data.len()));
             }
             Ok(Item::Row(row)) => self.row(&row),
@@ -71,6 +74,7 @@ impl RecordingContent {
             end_ns: row.at_ns,
         });
         rows.count += 1;
+        // MCAP does not require rows to be in the order of time.
         rows.start_ns = rows.start_ns.min(row.at_ns);
         rows.end_ns = rows.end_ns.max(row.at_ns);
     }
@@ -87,6 +91,7 @@ impl RecordingContent {
             let rows = self.rows.get(&n).map_or_else(
                 || "no row".to_owned(),
                 |rows| {
+                    // Saturating, because times of a damaged file may be anything.
                     let seconds = rows.end_ns.saturating_sub(rows.start_ns) as f64 * 1e-9;
                     format!("{} rows, {seconds:.3} s", rows.count)
                 },

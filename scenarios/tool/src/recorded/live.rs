@@ -38,6 +38,7 @@ pub(crate) struct RecordArgs {
 }
 
 /// Most pieces that wait to be written: a few seconds of ten nodes. Pieces beyond it are dropped and counted.
+// Twenty pieces a second of each node: ten nodes fill it in five seconds.
 const MOST_PIECES: usize = 1024;
 /// Polling interval of the interrupt.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
@@ -49,12 +50,15 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let watcher = args.network.watch(&args.nodes)?;
+    // Within a closure, so that the watcher is closed on every way out.
     let recorded = status::gather(&watcher, &args.nodes).and_then(|seen| {
         let nodes: Vec<_> = seen.into_iter().map(|node| node.name).collect();
+        // Before the file exists: pieces wait in the queue meanwhile.
         let (pieces, declared) = subscribe(&**watcher.transport(), &nodes)?;
         let mut files = JoinedFiles::create(args.out.as_deref(), &nodes)?;
         tracing::info!("recording to {}", files.path.display());
         let exit = take(args, &interrupt, &nodes, &pieces, &mut files)?;
+        // First the end of the subscriptions, so that nothing comes while the file gets its summary.
         drop(declared);
         files.finish()?;
         Ok((exit, files, nodes))
@@ -65,6 +69,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<Exit> {
     let silent = nodes.iter().filter(|node| !files.has_rows_of(node));
     let silent: Vec<_> = silent.map(NodeName::as_str).collect();
     if !silent.is_empty() {
+        // Access control drops messages without a word, so the tool names the likely reason.
         tracing::error!(
             "no row came of {}: in a secure network the operator may have no right to coaxle/<node>/rows",
             silent.join(", ")
@@ -124,7 +129,9 @@ fn take(
 }
 
 /// Time over which growth is measured, after a second in which the file begins.
+// Sixty pieces of a node; the data are synchronised to the disk four times a second.
 const WATCHED: Span = Span::from_secs(3);
+// Schemas and the head of the file are no growth.
 const BEGINNING: Span = Span::from_secs(1);
 
 /// Logs once how fast the recording grows, as soon as it is known.
@@ -139,6 +146,7 @@ impl GrowthWatch {
     fn update(&mut self, now: Instant<Machine>, path: &Path) {
         let since = now - *self.started.get_or_insert(now);
         let is_due = match self.from {
+            // The upper bound keeps it from beginning again once the growth was logged.
             None => since >= BEGINNING && since < WATCHED,
             Some((at, _)) => now - at >= WATCHED,
         };
@@ -148,6 +156,7 @@ impl GrowthWatch {
         match self.from.take() {
             None => self.from = Some((now, length.len())),
             Some((at, before)) => {
+                // The recording may have gone on in another file, which is shorter.
                 let more = length.len().saturating_sub(before);
                 let growth = Growth::measured(more, (now - at).as_secs_f64());
                 tracing::info!("{}: {growth}", path.display());
@@ -191,6 +200,7 @@ impl JoinedFiles {
         match self.join(node, piece) {
             Err(JoinError::Changed { .. }) => {
                 self.finish()?;
+                // After the first name each time: otherwise names would grow to `-2-2-2`.
                 let (file, next) = create_next(&self.first).with_context(|| cannot(&self.first))?;
                 tracing::warn!(
                     "{node} shows other signals than before: the recording goes on in {}",
@@ -198,10 +208,12 @@ impl JoinedFiles {
                 );
                 self.join = Some(begin(file, &next, self.of_many)?);
                 self.path = next;
+                // The piece that had other signals is the first of the new file.
                 let joined = self.join(node, piece);
                 joined.with_context(|| self.path.display().to_string())
             }
             Err(error @ (JoinError::Damage(_) | JoinError::Foreign { .. })) => {
+                // Once: anything may be published under the key, at any rate.
                 if self.refused == 0 {
                     tracing::warn!("{}: {error}", node.rows_key());
                 }

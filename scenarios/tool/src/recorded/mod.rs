@@ -54,6 +54,7 @@ enum TableFormat {
 const MAGIC: &[u8] = b"\x89MCAP";
 
 /// Greatest number of damaged pieces listed.
+// The first ones show the kind of damage; of the others the number is printed.
 const MOST_LINES: usize = 10;
 
 /// Writes the intact part of a recording, and describes it.
@@ -67,6 +68,7 @@ pub(crate) fn recover(args: &RecoverArgs) -> anyhow::Result<String> {
     };
     let from = open(&args.file)?;
     let writing = create(&args.file, &to)?;
+    // Into another file: the damaged one stays for another attempt.
     let recovered = coaxle_recording::recover(from, writing);
     let recovered = recovered.with_context(|| to.display().to_string())?;
     let mut lines = vec![kept(&recovered)];
@@ -112,6 +114,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     let exported = coaxle_recording::export::export(from, format, |tables, n| {
         let path = path_of(&one, tables.len(), &tables[n].name);
         let file = create(&args.file, &path).map_err(|error| {
+            // The export takes only `io::Error`, so the error itself is kept beside.
             let text = io::Error::other(error.to_string());
             not_created = Some(error);
             text
@@ -130,10 +133,12 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
 
 /// In a recording of several nodes the second table may turn up when the first one has got its file already.
 fn name_all(one: &Path, exported: &Exported, written: &mut [PathBuf]) -> anyhow::Result<()> {
+    // Only now the number of tables is final, and with it the names.
     let count = written.len();
     for ((table, _), path) in exported.rows.iter().zip(written) {
         let named = path_of(one, count, table);
         if *path != named {
+            // `rename` would replace it silently.
             if named.exists() {
                 return Err(io::Error::from(io::ErrorKind::AlreadyExists))
                     .with_context(|| cannot_write(&named));
@@ -169,6 +174,7 @@ fn path_of(one: &Path, tables: usize, name: &str) -> PathBuf {
     if tables == 1 {
         return one.to_owned();
     }
+    // Names of tables come from the file and may hold a slash.
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     let name: String = name
         .chars()
@@ -211,6 +217,7 @@ fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
 fn create(from: &Path, to: &Path) -> anyhow::Result<File> {
     let is_same = match (from.canonicalize(), to.canonicalize()) {
         (Ok(from), Ok(to)) => from == to,
+        // A file that does not exist yet is none of the others.
         _ => false,
     };
     if is_same {

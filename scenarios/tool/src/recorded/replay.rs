@@ -45,6 +45,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
     };
     let begin = machine::now();
     let replayed = run(args, &out)?;
+    // Before the comparison, which is no part of the replay.
     let took_s = (machine::now() - begin).as_secs_f64();
     let compared = compare(&args.file, &out)?;
     let mut lines = vec![format!(
@@ -57,6 +58,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<Exit> {
     lines.extend(compared.lines());
     lines.push(format!("recording: {}", out.display()));
     inspect::print_text(&lines.join("\n"))?;
+    // With another config a difference is the result that is asked for, and no failure.
     let is_as_it_was = args.config.is_some() || compared.is_same();
     Ok(Exit::NotMet.done_if(is_as_it_was))
 }
@@ -93,6 +95,7 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<ReplayResult> {
                 bytes,
                 ..
             }) => {
+                // Noticed only when inputs follow the damage: at the end of the file it is the usual end of a killed node.
                 if let Some(damage) = broken {
                     // A receiver that misses cycles is another one.
                     return wrong_file(format!(
@@ -103,6 +106,7 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<ReplayResult> {
                 let scan = scan.with_context(|| format!("{file}: inputs at {at_ns} ns"))?;
                 let node = match &mut replayed {
                     Some(node) => node,
+                    // At the first scan, when facts and config are read: they precede it in the file.
                     None => replayed.insert(start(args, &known, out)?),
                 };
                 node.scan(at_ns, woke_ns, &scan)?;
@@ -157,8 +161,10 @@ fn start(
         None => recorded,
     };
     let epoch = known.facts.get("epoch");
+    // The run is a signal itself, and responses to time requests name it.
     let epoch = epoch.and_then(|epoch| u64::from_str_radix(epoch, 16).ok());
     let epoch = epoch.with_context(|| format!("{}: the run is not in it", args.file.display()))?;
+    // Last, so that a config that does not fit leaves no empty file behind.
     let to = create(&args.file, out)?;
     ReplayedReceiver::start(&config, epoch, to, &known.facts)
         .with_context(|| args.file.display().to_string())
@@ -167,6 +173,7 @@ fn start(
 /// The config in the recording; files that it names lie beside the recording.
 fn recorded_config(file: &Path, known: &ReplaySetup) -> anyhow::Result<ReceiverConfig> {
     let shown = file.display();
+    // A receiver's recording has a single attachment; with several it is unknown which one ran.
     let [(name, data)] = Vec::from_iter(&known.files)[..] else {
         let count = known.files.len();
         return wrong_file(format!(
@@ -208,6 +215,7 @@ fn check_follows_the_same(
         (keys.collect::<Vec<_>>(), axes)
     };
     let ((keys, axes), (recorded_keys, recorded_axes)) = (heard(config), heard(recorded));
+    // Before the keys, as other axes change those too and are the clearer error.
     if axes != recorded_axes {
         return wrong_file(format!(
             "{}: follows {}, expected {} as in the recording",

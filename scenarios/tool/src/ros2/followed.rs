@@ -17,6 +17,7 @@ pub(super) const CHANNELS: [Channel; 3] = [Channel::Axes, Channel::Slaves, Chann
 const SLAVES: usize = 1;
 
 /// A slave whose newest frame is older takes no orders from here.
+// A node that has been frozen or cut off for a second must not be sent to a place of before.
 const OLDEST: Span = Span::from_secs(1);
 
 /// State of a followed node.
@@ -44,6 +45,7 @@ impl FollowedNode {
             return;
         };
         let catalog = Catalog::of_status(&self.name, status);
+        // Statuses come four times a second and name the same axes nearly always.
         if catalog == self.catalog {
             return;
         }
@@ -51,6 +53,7 @@ impl FollowedNode {
         for joint in self.catalog.unknown_units() {
             let unit = joint.unit.as_deref().unwrap_or_default();
             let name = &joint.name;
+            // Once for each axis and unit, as the warning would repeat with every other change.
             if self.logged.insert(format!("{name} {unit}")) {
                 tracing::warn!(
                     "{name}: received the unit {unit:?}, expected one of {KNOWN}: its values are passed on as they are"
@@ -65,6 +68,7 @@ impl FollowedNode {
             return;
         };
         let key = self.name.channel_key(CHANNELS[channel]);
+        // Frames come at the rate of the cycle.
         if self.logged.insert(format!("{key} {reason:?}")) {
             tracing::warn!("{key}: a frame is refused: {reason}");
         }
@@ -85,6 +89,7 @@ impl FollowedNode {
     /// Addresses of its slaves with recent frames.
     pub(super) fn addresses(&self, now: Instant<Local>) -> impl Iterator<Item = Address> {
         self.catalog.slaves().filter_map(move |(axis_id, joint)| {
+            // A slave without recent frames is left out: a plan needs its position.
             self.motion(axis_id, now)?;
             Some(Address {
                 joint: joint.name.clone(),
@@ -99,6 +104,7 @@ impl FollowedNode {
     /// Motion of a slave, if its frames are recent.
     pub(super) fn motion(&self, axis_id: u32, now: Instant<Local>) -> Option<SlaveMotion> {
         let (came, motion) = self.sources[SLAVES].motion(axis_id)?;
+        // By the arrival here, so that clocks of other PCs do not matter.
         (now - came <= OLDEST).then_some(motion)
     }
 }

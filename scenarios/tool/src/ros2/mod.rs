@@ -69,15 +69,19 @@ pub(crate) struct Ros2Args {
 /// Parses a rate of publication in Hz into its period.
 fn period(text: &str) -> Result<Span, String> {
     let rate = text.parse().ok().filter(|hz| (0.1..=1000.0).contains(hz));
+    // At least 0.1 Hz, so the division is safe.
     rate.map(|hz: f64| Span::from_secs_f64(1.0 / hz))
         .ok_or_else(|| "expected a number from 0.1 to 1000".to_owned())
 }
 
 /// Interval of looking for nodes and reading their statuses.
+// Nodes publish their statuses at this interval.
 const REFRESH_PERIOD: Span = Span::from_millis(250);
 /// Time after which missing nodes are logged.
+// Sessions dial again every second at the latest (`connect/retry`), so a node that runs has been found by then.
 const ABSENCE_TIMEOUT: Span = Span::from_secs(5);
 /// Longest wait between checks for the end and for trajectories.
+// A trajectory waits at most this long before it is read, and a wake-up 100 times a second costs next to nothing.
 const LONGEST_WAIT: Span = Span::from_millis(10);
 
 /// Runs a ROS node until Ctrl-C.
@@ -91,6 +95,7 @@ pub(crate) fn ros2(args: &Ros2Args) -> anyhow::Result<Exit> {
     let transport = Arc::clone(watcher.transport());
     let ros: Arc<dyn Transport> = match own_network {
         Some(network) => Arc::new(OverZenoh::open_and_wait(&network)?),
+        // A single session serves both: ROS is in the same network then.
         None => Arc::clone(&transport),
     };
     let commander = Commander::over(Arc::clone(&transport), args.network.secure.as_deref())?;
@@ -135,6 +140,7 @@ impl Ros2Args {
     fn ros_node(&self, ros: &dyn Transport) -> RosNode {
         RosNode {
             domain: self.domain,
+            // rmw_zenoh has the session in every token; a transport without sessions has none.
             session: ros.session_id().unwrap_or_else(|| "0".to_owned()),
             namespace: self.namespace.clone(),
             name: self.node_name.clone(),
@@ -167,6 +173,7 @@ impl Bridge {
                 }
             }
             if now >= next_tick {
+                // On a grid, but after a stall the missed ticks are not made up for.
                 next_tick = (next_tick + period).max(now);
                 self.publish_joint_states(now);
             }
@@ -184,6 +191,7 @@ impl Bridge {
             .next_at()
             .map_or(LONGEST_WAIT, |at| at - local(now));
         let wait = (next - now).min(due).min(LONGEST_WAIT);
+        // Negative for anything that is overdue.
         Duration::from_nanos(wait.max(Span::ZERO).as_nanos().unsigned_abs())
     }
 
@@ -217,6 +225,7 @@ impl Bridge {
     }
 
     fn enqueue_orders(&mut self, now: Instant<Machine>) {
+        // Before further orders are queued: those of a refused trajectory must not follow.
         for trajectory in self.orders.refused() {
             self.moves.drop_rest(trajectory);
         }
@@ -241,6 +250,7 @@ impl Bridge {
 /// Reading of CLOCK_REALTIME when this machine's clock shows 0. An interruption between the two readings makes it too
 /// small, so the largest of several counts.
 fn unix_offset() -> Span {
+    // Three: that an interruption hits each of them is unlikely.
     let readings = [(); 3].map(|()| machine::wall_clock_offset_ns());
     Span::from_nanos(readings.into_iter().max().unwrap_or_default())
 }

@@ -17,6 +17,7 @@ use super::followed::{CHANNELS, FollowedNode};
 use super::local;
 
 /// Most frames that wait: one without room is dropped, and the next one is newer.
+// A second of one node at 1 kHz; the loop takes frames every 10 ms.
 const MOST_WAITING: usize = 1024;
 /// Most nodes followed: a publisher could invent more.
 const MOST_NODES: usize = 1000;
@@ -55,6 +56,7 @@ impl BridgedNodes {
     /// Follows each node that publishes a status, and reads it.
     pub(super) fn refresh(&mut self) {
         for seen in self.watcher.seen() {
+            // Without a status there are no names of axes.
             if seen.status.is_none() {
                 continue;
             }
@@ -76,6 +78,7 @@ impl BridgedNodes {
     /// Takes the received frames; waits up to `wait` for the first one.
     pub(super) fn receive(&mut self, wait: Duration) {
         let first = self.received.recv_timeout(wait).ok();
+        // Bounded: frames that come faster than they are taken must not keep the loop from its other work.
         let rest = self.received.try_iter().take(MOST_WAITING);
         for received in first.into_iter().chain(rest) {
             let node = &mut self.followed[received.node];
@@ -112,6 +115,7 @@ impl BridgedNodes {
     /// Follows a node. Returns its index.
     fn follow(&mut self, name: &NodeName) -> Option<usize> {
         if self.followed.len() == MOST_NODES {
+            // Once, as the refresh tries again four times a second.
             if !std::mem::replace(&mut self.is_full, true) {
                 tracing::warn!("{name} and others are left out: {MOST_NODES} nodes are followed");
             }
@@ -121,6 +125,7 @@ impl BridgedNodes {
         self.followed.push(FollowedNode::new(name));
         match self.subscribe(name, node) {
             Ok(declared) => self.declared.extend(declared),
+            // The node stays in the list, so that the attempt is not repeated with each refresh.
             Err(error) => tracing::warn!("{name}: {error:#}"),
         }
         tracing::info!("{name} is there");
@@ -134,6 +139,7 @@ impl BridgedNodes {
             let queue = self.queue.clone();
             let on_bytes = move |came, payload: &[u8]| {
                 let payload = payload.to_vec();
+                // Called on a thread of Zenoh, which must not wait.
                 let _ = queue.try_send(ReceivedFrame {
                     node,
                     channel,

@@ -32,6 +32,7 @@ impl OrderThread {
 
     /// Queues an order; false if the queue is full.
     pub(super) fn enqueue(&self, due: DueOrder) -> bool {
+        // Never waits: the thread of the bridge publishes joint states.
         self.queue.try_send(due).is_ok()
     }
 
@@ -43,9 +44,11 @@ impl OrderThread {
 
 /// Sends orders until the queue is closed.
 fn send_all(commander: &Commander, due: &Receiver<DueOrder>, refusals: &Sender<u64>) {
+    // Trajectories are numbered from 1.
     let mut dropped = 0;
     for due in due {
         let trajectory = due.trajectory;
+        // Orders that were queued before the refusal was noticed by the other thread.
         if trajectory == dropped {
             continue;
         }
@@ -61,6 +64,7 @@ fn send_all(commander: &Commander, due: &Receiver<DueOrder>, refusals: &Sender<u
                     due.joint
                 );
                 dropped = trajectory;
+                // Fails only if the bridge is gone, and then nothing is left to drop.
                 let _ = refusals.send(trajectory);
             }
         }

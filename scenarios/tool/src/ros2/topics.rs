@@ -11,7 +11,9 @@ use coaxle_ros::message::{JOINT_STATE, JOINT_TRAJECTORY, JointState};
 const JOINT_STATES: &str = "joint_states";
 const TRAJECTORIES: &str = "joint_trajectory";
 /// Most trajectories that wait, and greatest length of one, bytes: a hundred thousand positions.
+// Taken every 10 ms: more at a time is a fault or an attack.
 const MOST_WAITING: usize = 16;
+// A number of CDR has eight bytes: 2^20 / 8 = 131 072.
 const LONGEST: usize = 1 << 20;
 
 /// The topics of the node. Its tokens are there until this is dropped.
@@ -35,6 +37,7 @@ impl Topics {
         commands: bool,
     ) -> anyhow::Result<Self> {
         let topic = RosName::new(JOINT_STATES)?;
+        // Ids of entities differ within a session: 1 publishes, 2 subscribes.
         let states = node.endpoint(1, EndpointRole::Publisher, &topic, JOINT_STATE);
         let publisher = transport.publisher(&states.key, Urgency::Ordinary)?;
         let mut declared = vec![
@@ -66,6 +69,7 @@ impl Topics {
 
     /// Publishes states of joints. `unix_now` is the reading of CLOCK_REALTIME, ns.
     pub(super) fn publish(&mut self, state: &JointState, unix_now: i64) {
+        // Sequences of rmw_zenoh begin at 1.
         self.published += 1;
         let attachment = Attachment {
             sequence: self.published,
@@ -74,6 +78,7 @@ impl Topics {
         };
         let sent = (self.publisher).publish_with(state.to_bytes(), attachment.to_bytes().to_vec());
         if let Err(error) = sent {
+            // Not above debug, since it would repeat a hundred times a second; the next states are newer anyway.
             tracing::debug!(%error, "the transport refused joint states");
         }
     }
@@ -90,6 +95,7 @@ fn subscribe(
     queue: SyncSender<Vec<u8>>,
 ) -> anyhow::Result<[Declared; 2]> {
     let on_bytes = move |_, bytes: &[u8]| {
+        // Before the copy into the queue.
         if bytes.len() > LONGEST {
             let received = bytes.len();
             tracing::warn!(

@@ -52,6 +52,7 @@ const VALUES: [(&str, ValueUnit); 31] = [
     ("velocity at the highest acceleration", Slave(1)),
     ("highest jerk", Slave(3)),
     ("highest velocity · acceleration", Moment),
+    // Of the magnitude: the mean of the velocity is only the distance over the time.
     ("mean of |velocity|", Slave(1)),
     ("effective acceleration", Slave(2)),
 ];
@@ -59,9 +60,11 @@ const VALUES: [(&str, ValueUnit); 31] = [
 impl ValueUnit {
     fn of(self, saw: &SawFile) -> String {
         match self {
+            // Values are over time, except for the master's own positions.
             Self::MasterVelocity => format!("{}/s", saw.master_unit),
             Self::Master => saw.master_unit.clone(),
             Self::Slave(quantity) => unit(saw, quantity),
+            // u/s · u/s².
             Self::Moment => format!("{}²/s³", saw.slave_unit),
         }
     }
@@ -75,6 +78,7 @@ type Named = (
 /// PLC name, meaning and unit, value, number.
 fn named(values: &FlyingSawCharacteristics) -> impl Iterator<Item = Named> {
     let meanings = FlyingSawCharacteristics::NAMES.into_iter().zip(&VALUES);
+    // Numbers from 1, as in the manual's table.
     meanings.zip(values.values()).zip(1..)
 }
 

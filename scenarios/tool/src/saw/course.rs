@@ -26,6 +26,7 @@ impl<'a> SlaveCourse<'a> {
             Some(profile) => {
                 let begins: Vec<f64> = profile.phase_begins().map(|begin| begin.0).collect();
                 let ends = begins.iter().skip(1).copied();
+                // A phase ends where the next one begins, the last one with the profile.
                 let ends = ends.chain([profile.duration().0]);
                 let phase = |(&begin, end)| CoursePhase {
                     law: "constant jerk".to_owned(),
@@ -67,6 +68,7 @@ impl<'a> SlaveCourse<'a> {
         if self.is_over_time() {
             along
         } else {
+            // The master runs at a constant velocity while it is planned.
             (along - self.plan.master_start()) / self.plan.master_velocity()
         }
     }
@@ -86,6 +88,7 @@ impl<'a> SlaveCourse<'a> {
             let velocity = self.plan.master_velocity();
             return Motion {
                 position: motion.position,
+                // The chain rule at a constant master velocity V: v = s'·V, a = s''·V², j = s'''·V³.
                 velocity: motion.velocity * velocity,
                 acceleration: motion.acceleration * velocity.powi(2),
                 jerk: motion.jerk * velocity.powi(3),
@@ -97,6 +100,7 @@ impl<'a> SlaveCourse<'a> {
             position: slave.position,
             velocity: slave.velocity,
             acceleration: slave.acceleration,
+            // Without a profile the slave is synchronous with a master of constant velocity.
             jerk: profile.map_or(0.0, |profile| profile.jerk_at(Seconds(along))),
         }
     }
@@ -113,6 +117,7 @@ fn phases_over_master(plan: &SawPlan) -> Vec<CoursePhase> {
             end: pair[1].master,
         })
         .collect();
+    // Points of a plate have increasing masters; a master that runs backwards passes them from the last one.
     if plan.master_end() < plan.master_start() {
         phases.reverse();
         for phase in &mut phases {

@@ -74,6 +74,7 @@ pub fn run(command: &SawSubcommand, out: &mut dyn Write) -> anyhow::Result<bool>
                 (Err(refusal), false) => refusal::in_words(&args.file, &saw, refusal),
             };
             writeln!(out, "{answer}")?;
+            // A refusal is an answer, printed like a plan; only the exit code tells both apart.
             Ok(planned.is_ok())
         }
         SawSubcommand::Plot(args) => {

@@ -18,6 +18,7 @@ pub(super) fn in_words(saw: &SawFile, plan: &SawPlan) -> String {
         parts.push(saw.title.clone());
     }
     parts.push(format!("{}: {}", description(saw), outline(saw, plan)));
+    // A slave that is synchronous already has no phases.
     if plan.form() != SawForm::Synchronous {
         parts.push(phases(saw, plan));
     }
@@ -37,8 +38,10 @@ pub(super) fn outline(saw: &SawFile, plan: &SawPlan) -> String {
         SawForm::JerkPhases => "phases of constant jerk",
         SawForm::Synchronous => return "the slave is synchronous already".to_owned(),
     };
+    // The way, whichever direction the master runs.
     let distance = shown((plan.master_end() - plan.master_start()).abs());
     let duration = plan.duration().0;
+    // Infinite for a profile over a master that stands.
     let duration = if duration.is_finite() {
         format!("{} s", shown(duration))
     } else {
@@ -104,6 +107,7 @@ pub(super) fn json_of(saw: &SawFile, plan: &SawPlan) -> Value {
         "master_unit": saw.master_unit,
         "slave_unit": saw.slave_unit,
         "form": plan.form(),
+        // Infinite while the master stands, which becomes null in JSON.
         "duration": plan.duration().0,
         "master_distance": (plan.master_end() - plan.master_start()).abs(),
         "slave_distance": plan.line().slave - plan.slave_start().position,

@@ -70,8 +70,10 @@ pub(super) fn charts(saw: &SawFile, course: &SlaveCourse<'_>) -> Charts {
 }
 
 /// Places drawn of each phase.
+// About one place for each pixel of a chart, even for the only phase.
 const SAMPLES: usize = 1_000;
 /// Length of the synchronous phase in the drawing, as a part of what comes before it.
+// An eighth of the picture: enough to see the line go on.
 const TAIL: f64 = 0.15;
 
 /// The synchronisation and the beginning of the synchronous phase.
@@ -87,6 +89,7 @@ fn sampled(saw: &SawFile, course: &SlaveCourse<'_>) -> Sampled {
         0.0 => saw.moment.master.velocity,
         length => length * TAIL,
     };
+    // Two places suffice: the synchronous phase is a straight line.
     for along in [end, end + length] {
         sampled.push(along, course.slave_at(along));
     }
@@ -96,6 +99,7 @@ fn sampled(saw: &SawFile, course: &SlaveCourse<'_>) -> Sampled {
 /// A phase with its own values at both ends, so that jumps are upright.
 fn sample(sampled: &mut Sampled, course: &SlaveCourse<'_>, phase: &CoursePhase) {
     let CoursePhase { begin, end, .. } = *phase;
+    // A float inside of the phase: at the joint itself the course belongs to one of both phases.
     sampled.push(begin, course.slave_at(inwards(begin, end)));
     for n in 1..SAMPLES {
         let along = begin + (end - begin) * (n as f64 / SAMPLES as f64);
@@ -126,6 +130,7 @@ pub(super) fn lines(saw: &SawFile) -> [Vec<LevelLine>; 4] {
     };
     let both = |name, limit: f64, flag| {
         [limit, -limit].map(|value| LevelLine {
+            // The end velocity is given by the master and the ratio, so no limit shapes it.
             binds: mask.contains(flag) || shaped && flag != SyncMask::MAX_VELO,
             ..line(name, value, flag)
         })
@@ -152,10 +157,12 @@ pub(super) fn lines(saw: &SawFile) -> [Vec<LevelLine>; 4] {
             SyncMask::OPTIONAL_MAX_POS,
         ),
     ];
+    // A limit of the command replaces that of the axis.
     let velocity = given.velocity.unwrap_or(axis.dynamics.velocity());
     let acceleration = given.acceleration.unwrap_or(axis.dynamics.acceleration());
     let deceleration = given.deceleration.unwrap_or(axis.dynamics.deceleration());
     let jerk = given.jerk.unwrap_or(axis.dynamics.jerk());
+    // Two pairs of lines, because braking may be allowed more than accelerating.
     let faster = both("limit of acceleration", acceleration, SyncMask::MAX_ACC);
     let slower = both("limit of deceleration", deceleration, SyncMask::MAX_DEC);
     [

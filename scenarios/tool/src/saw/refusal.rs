@@ -92,6 +92,7 @@ impl Remedy {
     fn of(saw: &SawFile) -> Self {
         let master = &saw.moment.master;
         let remedy = saw.remedy();
+        // In the direction of the master, so that "before" has one meaning for both.
         let ahead = |sync: f64| (sync - master.position) * master.velocity.signum();
         Self {
             given_distance: match &saw.command {
@@ -116,6 +117,7 @@ impl Remedy {
 
     fn distance_in_words(&self, saw: &SawFile) -> Option<String> {
         let (passing, given) = (self.master_distance?, self.given_distance?);
+        // Rounded away from the limit: six digits of the exact bound could lie on its wrong side.
         let (bound, passing) = if passing > given {
             ("least", rounded(passing, f64::ceil))
         } else {
@@ -165,6 +167,7 @@ pub(super) fn remedies(saw: &SawFile) -> Vec<(String, Vec<(String, Value)>)> {
         } else {
             f64::floor
         };
+        // Parsed from the text: the file gets the number that the words name.
         let distance: f64 = number(rounded(passing, to_passing_side));
         let position = saw.moment.master.position + distance * forwards;
         let field = format!("{command}.master-sync-position");
@@ -177,6 +180,7 @@ pub(super) fn remedies(saw: &SawFile) -> Vec<(String, Vec<(String, Value)>)> {
             vec![("master.velocity".to_owned(), (speed * forwards).into())],
         ));
     }
+    // Each alone is enough.
     for flag in remedy.flags.iter() {
         let words = format!("would pass with {} in sync-mode.mask too", any_of(flag));
         let mask = flags_with(sync_mode(&saw.command).mask | flag);
@@ -196,6 +200,7 @@ pub(super) fn flags_with(mask: SyncMask) -> Value {
 
 /// Six digits, rounded to the side that passes.
 fn rounded(value: f64, to_passing_side: fn(f64) -> f64) -> String {
+    // Decimals for six significant digits: 5 for 1.23456, 3 for 123.456, negative for more than a million.
     let digits = 5 - value.log10().floor() as i32;
     let scale = 10_f64.powi(digits);
     shown(to_passing_side(value * scale) / scale)
@@ -204,5 +209,6 @@ fn rounded(value: f64, to_passing_side: fn(f64) -> f64) -> String {
 /// Index of the [`QUANTITIES`] that a check is about.
 fn quantity(check: Check) -> usize {
     let is_it = |quantity: &&str| *quantity == check.quantity();
+    // By name, as checks and charts order their quantities independently.
     QUANTITIES.iter().position(is_it).unwrap_or_default()
 }

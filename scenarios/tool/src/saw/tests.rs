@@ -80,6 +80,7 @@ fn phases_follow_each_other_from_the_start_to_the_synchronous_line() {
 fn a_plan_in_words_has_the_phases_and_all_values() {
     let text = answer("saw-position-1-checked.toml", false);
     for part in [
+        // 1500 mm at 500 mm/s.
         "P5+P1, 3 s, 1500 mm of the master",
         "position (mm)",
         " 29   fSlaveDynMomMax ",
@@ -144,6 +145,7 @@ fn a_standing_master_is_told_without_numbers_that_are_none() {
     assert!(plan::json_of(&saw, &plan)["duration"].is_null());
     let panels = figure(&saw).panels;
     let curves: Vec<_> = panels.iter().map(|panel| panel.curves.len()).collect();
+    // Course and marks, and besides a limit in both directions; acceleration and deceleration have one each.
     assert_eq!(curves, [2, 2 + 2, 2 + 4, 2 + 2]);
 }
 
@@ -158,6 +160,7 @@ fn a_slave_that_is_synchronous_already_needs_no_phases() {
     let figure = figure(&saw);
     let (_, course) = named(&figure.panels[0], "position");
     let along: Vec<_> = course.iter().map(|point| point.0).collect();
+    // A second of the synchronous phase at 500 mm/s.
     assert_eq!(along, [0.0, 500.0]);
 }
 

@@ -80,11 +80,13 @@ impl FileKind {
             Self::Saw => schema_of::<SawFile>(),
             Self::Gear => schema_of::<GearFile>(),
         };
+        // Only scenarios have groups: the configs of nodes are of single ones.
         if self == Self::Scenario {
             let mut with_numbers = RecursiveTransform(names_with_numbers);
             with_numbers.transform(&mut schema);
         }
         let title = format!("Coaxle: {}", self.name());
+        // Editors show the title; the name of the Rust type would say nothing to a user.
         schema.insert("title".to_owned(), title.into());
         schema.to_value()
     }
@@ -93,6 +95,7 @@ impl FileKind {
 /// Names in a group may hold those of numbers, in braces.
 fn names_with_numbers(schema: &mut Schema) {
     if let Some(Value::String(pattern)) = schema.get_mut("pattern") {
+        // A schema cannot know which names are in a group, so braces are allowed in all.
         *pattern = pattern.replace("[A-Za-z0-9._-]", "[A-Za-z0-9._{}-]");
     }
 }

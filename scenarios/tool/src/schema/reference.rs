@@ -61,6 +61,7 @@ pub(super) fn page() -> String {
         seen: BTreeSet::new(),
     };
     for (property, _) in FILES {
+        // First all files, so that links lead to their own sections and not to a definition.
         page.seen.insert(name_of(&root["properties"][property]));
     }
     for (property, heading) in FILES {
@@ -97,6 +98,7 @@ impl<'s> Page<'s> {
     fn definitions(&mut self) {
         self.text += "\n## What these are made of\n";
         let mut next = 0;
+        // By index, since a section may name further definitions while the list is walked through.
         while let Some(name) = self.named.get(next).cloned() {
             let schema = &self.root["$defs"][&name];
             self.section(3, shown(&name), schema);
@@ -127,9 +129,11 @@ impl<'s> Page<'s> {
         let required: BTreeSet<_> = required.filter_map(Value::as_str).collect();
         for (name, field) in schema["properties"].as_object().into_iter().flatten() {
             let default = match field.get("default") {
+                // The fields of a table have their own defaults in their own rows.
                 Some(Value::Object(_)) => String::new(),
                 Some(value) => format!("`{value}`"),
                 None if required.contains(name.as_str()) => "required".to_owned(),
+                // An optional field without a default has an empty cell: its meaning says what happens without it.
                 None => String::new(),
             };
             let name = format!("{prefix}{name}");
@@ -146,6 +150,7 @@ impl<'s> Page<'s> {
 
     /// The fields of a table that has no name of its own.
     fn inner_rows(&mut self, name: &str, field: &'s Value, rows: &mut Vec<String>) {
+        // A named table has its own section instead.
         if field.get("$ref").is_none() && field.get("properties").is_some() {
             self.rows(&format!("{name}."), field, rows);
         }
@@ -190,6 +195,7 @@ impl<'s> Page<'s> {
         if schema.get("$ref").is_some() {
             let name = name_of(schema);
             let link = format!("[{}](#{})", shown(&name), self.anchor(&name));
+            // Queued once, as a section of its own follows for each name.
             if self.seen.insert(name.clone()) {
                 self.named.push(name);
             }
@@ -212,6 +218,7 @@ impl<'s> Page<'s> {
         let mut files = FILES.iter();
         let file = files.find(|(property, _)| name_of(&properties[property]) == name);
         let heading = file.map_or(shown(name), |(_, heading)| heading);
+        // As GitHub makes anchors of headings.
         heading.to_lowercase().replace(' ', "-")
     }
 
@@ -239,11 +246,13 @@ fn name_of(schema: &Value) -> String {
 
 /// Heading of a definition. Commands have their positions as a type parameter, which schemas name; plain numbers go without.
 fn shown(definition: &str) -> &str {
+    // `schemars` names a generic type after its parameters.
     definition.strip_suffix("Atdouble").unwrap_or(definition)
 }
 
 /// A text in a cell of a table.
 fn cell(text: &str) -> String {
+    // A line break would end the row, a bar the cell.
     text.replace("\n\n", " ").replace('|', "\\|")
 }
 

@@ -70,6 +70,7 @@ impl OwnPageArgs {
             commands: self.commands,
         };
         Some(Box::new(move |transport| {
+            // Over the node's own session: a second one would need a port and rights of its own.
             let scope = Scope::open(Watcher::over(transport, &[])?, None, &page)?;
             tracing::info!("the page is at http://{}", scope.address());
             Ok(Box::new(scope))
@@ -85,6 +86,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// # Errors
 /// A network that cannot be joined, or an address that is not available.
 pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
+    // Before the page is there, so that Ctrl-C is not missed meanwhile.
     let interrupt = Interrupt::listen()?;
     let watcher = args.network.watch(&args.nodes)?;
     let secure = args.network.transport()?.secure;
@@ -126,6 +128,7 @@ impl Scope {
         }
         let watcher = Arc::new(watcher);
         let transport: &Arc<dyn Transport> = watcher.transport();
+        // Not made without the option, so that no route can send an order by mistake.
         let commander = page
             .commands
             .then(|| Commander::over(Arc::clone(transport), secure))

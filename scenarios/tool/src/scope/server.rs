@@ -66,16 +66,20 @@ fn nodes(shared: &ScopePage) -> Response {
 
 fn metrics(shared: &ScopePage) -> Response {
     let text = status::metrics(&shared.watcher.seen());
+    // The version of the text format, by which Prometheus chooses its parser.
     whole("text/plain; version=0.0.4", text + "\n")
 }
 
 /// Timeout of the first piece: the node learns of the subscription, and makes one.
+// Pieces come every 50 ms; the rest is for a subscription to reach the node over routers.
 const FIRST_PIECE: Duration = Duration::from_secs(3);
 /// Most pieces that wait for a browser: those of three seconds.
+// 64 pieces of 50 ms are 3.2 s.
 const MOST_PIECES: usize = 64;
 
 /// Signals of a node.
 async fn signals(shared: &ScopePage, node: &str) -> Response {
+    // Kept until the response is made: dropping it ends the subscription.
     let (mut pieces, _declared) = match subscribe(shared, node) {
         Ok(subscribed) => subscribed,
         Err(refused) => return refused,
@@ -144,6 +148,7 @@ fn subscribe(
 
 /// Sends an order, and returns the node's response.
 async fn order(shared: &ScopePage, node: &str, body: &str) -> Response {
+    // First of all: without commands not even a wrong order gets a different answer.
     let Some(commander) = shared.commander.clone() else {
         let why = "commands are off: start it with --commands";
         return wrong(StatusCode::FORBIDDEN, why);
@@ -156,6 +161,7 @@ async fn order(shared: &ScopePage, node: &str, body: &str) -> Response {
         Ok(order) => order,
         Err(error) => return wrong(StatusCode::BAD_REQUEST, error.to_string()),
     };
+    // A node may take seconds to respond, and the page has a single worker thread.
     let sent = tokio::task::spawn_blocking(move || commander.send(&node, &order)).await;
     match sent {
         Ok(Ok(answer)) => whole("application/json", answer.to_json()),

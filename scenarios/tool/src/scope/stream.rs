@@ -75,6 +75,7 @@ struct BlockLogLine {
 }
 
 /// Greatest number of distinct words of a signal: states have some ten.
+// A signal whose words never repeat would grow the table for as long as the page is open.
 const MOST_WORDS: usize = 1000;
 const NANOS: f64 = 1e9;
 
@@ -98,6 +99,7 @@ impl Blocks {
         let mut log = Vec::new();
         let seconds = |at_ns: i64, offset: i64| at_ns.saturating_add(offset) as f64 / NANOS;
         while let Some(item) = reader.next() {
+            // A damaged piece is left out as a whole: the page then misses its number.
             match item.ok()? {
                 Item::Facts(facts) => {
                     let number = |name: &str| -> Option<i64> { facts.get(name)?.parse().ok() };
@@ -106,6 +108,7 @@ impl Blocks {
                     self.epoch = facts.get("epoch").cloned().unwrap_or_default();
                 }
                 Item::Row(row) => {
+                    // Once for each piece, as its columns are known only with its first row.
                     let places = places.get_or_insert_with(|| self.places(reader.tables()));
                     times.push(seconds(row.at_ns, offset));
                     for (n, place) in places.iter().enumerate() {
@@ -121,6 +124,7 @@ impl Blocks {
                 Item::Attachment { .. } | Item::Status { .. } | Item::Inputs { .. } => {}
             }
         }
+        // Between rows there may be pieces with log lines alone.
         if times.is_empty() && log.is_empty() {
             return None;
         }
@@ -157,8 +161,10 @@ impl Blocks {
         // Nothing in it can fail to be JSON.
         let head = serde_json::to_vec(&head).unwrap_or_default();
         let mut block = Vec::with_capacity(16 + head.len() + 8 * times.len() * (values.len() + 1));
+        // A head has some kilobytes, far below 4 GiB.
         block.extend((head.len() as u32).to_le_bytes());
         block.extend(head);
+        // A `Float64Array` over the bytes may begin at a multiple of eight only.
         block.resize(block.len().next_multiple_of(8), 0);
         let numbers = times.iter().chain(values.iter().flatten());
         block.extend(numbers.flat_map(|number| number.to_le_bytes()));
@@ -167,6 +173,7 @@ impl Blocks {
 
     /// Column of each wanted signal in a row.
     fn places(&self, tables: &[ReadTable]) -> Vec<Option<usize>> {
+        // A node publishes one table.
         let columns = tables.first().map_or(&[][..], |table| &table.columns);
         let names: Vec<_> = columns.iter().map(Column::name).collect();
         let place = |wanted: &String| names.iter().position(|name| name == wanted);
@@ -177,6 +184,7 @@ impl Blocks {
         match value {
             None => f64::NAN,
             Some(Value::Number(number)) => number,
+            // Exact up to 2^53; the page has doubles only.
             Some(Value::Count(count)) => count as f64,
             Some(Value::Integer(integer)) => integer as f64,
             Some(Value::Flag(flag)) => f64::from(u8::from(flag)),

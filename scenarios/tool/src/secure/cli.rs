@@ -72,6 +72,7 @@ pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
     let (args, authority, only) = match command {
         SecureSubcommand::Init(args) => {
             let network = args.network()?;
+            // Before the authority is written: members of two authorities refuse each other.
             refuse_to_overwrite(&args.out, &network)?;
             let authority = Authority::new(Validity::days(now, AUTHORITY_DAYS))?;
             write_authority(&args.out, &authority)?;
@@ -83,14 +84,17 @@ pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
     };
     let network = args.network()?;
     check_known(&network, only)?;
+    // The same instant for all, so that no member expires before the others by seconds.
     let validity = Validity::days(now, args.valid_days);
     let is_meant = |name: &NodeName| only.is_empty() || only.contains(name);
     for name in members(&network).filter(|name| is_meant(name)) {
+        // For operators as well, who have no address but their own PC.
         let hosts = network.addresses().in_certificate(name);
         let issued = authority.issue(name, &hosts, validity)?;
         let profile = profile(&network, name).context("a member has rights")?;
         write_role(&args.out.join(name.as_str()), &authority, &issued, &profile)?;
     }
+    // A single key for all nodes (docs/SECURE.md): both ends of a timing channel must have it.
     let timing_key = timing_key(&args.out)?;
     for node in network.nodes().iter().filter(|node| is_meant(&node.name)) {
         write_timing_key(&args.out.join(node.name.as_str()), &timing_key)?;
@@ -162,6 +166,7 @@ fn write_instructions(
             out,
             "    [transport]\n    secure = {name:?}   # the folder, seen from the config"
         )?;
+        // A node with an address of its own is reached from other PCs.
         let is_elsewhere = !network.addresses().beyond_its_pc(&node.name).is_empty();
         let listen: Vec<_> = node
             .listen
@@ -199,6 +204,7 @@ fn write_instructions(
 /// A node that others reach from their PCs cannot listen on its own alone.
 fn listening(endpoint: &str, is_elsewhere: bool) -> String {
     match host_and_port(endpoint) {
+        // The port stays: others have it in their `connect`.
         Some((_, port)) if is_elsewhere && is_local(endpoint) => format!("tls/0.0.0.0:{port}"),
         _ => with_tls(endpoint),
     }
@@ -215,6 +221,7 @@ fn at(text: &str) -> Result<(NodeName, String), String> {
     let expected = || format!("received {text:?}, expected NODE=HOST, as in conveyor=192.168.1.10");
     let (node, host) = text.split_once('=').ok_or_else(expected)?;
     let node = NodeName::new(node).map_err(|error| error.to_string())?;
+    // A port or a protocol is a misunderstanding: certificates name hosts alone.
     if host.is_empty() || host.contains(['/', ':']) {
         return Err(expected());
     }

@@ -43,13 +43,16 @@ pub fn write_authority(out: &Path, authority: &Authority) -> anyhow::Result<()> 
 /// Names the file that cannot be read or written, or the system gives no random bytes.
 pub(super) fn timing_key(out: &Path) -> anyhow::Result<String> {
     let file = out.join(AUTHORITY_FOLDER).join(TIMING_KEY_FILE);
+    // Kept by `renew`: nodes that are restarted one by one must understand the beacons of the others meanwhile.
     if file.exists() {
         let text = fs::read_to_string(&file);
         let text = text.with_context(|| format!("cannot read {}", file.display()))?;
+        // Read here, so that a damaged file is noticed before it is copied to every node.
         BeaconSecret::from_hex(&text).with_context(|| file.display().to_string())?;
         return Ok(text);
     }
     let mut secret = [0; SECRET_LEN];
+    // From the system: a generator with a seed could be repeated by an attacker.
     getrandom::fill(&mut secret).context("the system gives no random bytes")?;
     let digits: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
     let text = digits + "\n";
@@ -107,6 +110,7 @@ pub fn write_role(
         Readers::All,
     )?;
     write(&folder.join(KEY_FILE), &issued.key, Readers::Owner)?;
+    // Rights are no secret: only writing them must be denied to others.
     write(&folder.join(PROFILE_FILE), profile, Readers::All)
 }
 
@@ -117,10 +121,13 @@ fn make(folder: &Path) -> anyhow::Result<()> {
 
 /// Takes the place of an older file at once: a node that starts meanwhile reads the one or the other.
 fn write(file: &Path, text: &str, readers: Readers) -> anyhow::Result<()> {
+    // In the same folder, because a rename does not cross file systems.
     let new = file.with_extension("new");
     let written = (|| {
+        // With its permissions from the start: a new key is not readable by others even for a moment.
         let mut out = Os::create_file(&new, readers)?;
         out.write_all(text.as_bytes())?;
+        // Before the rename: after a power cut the name could lead to an empty key.
         out.sync_all()?;
         fs::rename(&new, file)
     })();

@@ -50,6 +50,7 @@ pub enum WrongNodeAddress {
 }
 
 /// Addresses of a node for programs on its own PC.
+// Both: a connecting end compares the name as its config spells it.
 const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
 
 impl Addresses {
@@ -59,6 +60,7 @@ impl Addresses {
         given: &[(NodeName, String)],
     ) -> Result<Self, WrongNodeAddress> {
         let mut hosts = Self::default();
+        // First, because a given address settles which of several nodes an endpoint is.
         for (name, host) in given {
             if !nodes.iter().any(|node| node.name == *name) {
                 let node = name.to_string();
@@ -68,11 +70,13 @@ impl Addresses {
         }
         for node in nodes {
             let listens = node.listen.iter().filter_map(|at| host_and_port(at));
+            // `0.0.0.0` is no address that others could connect to.
             for (host, _) in listens.filter(|(host, _)| !is_every_interface(host)) {
                 hosts.add(&node.name, host);
             }
         }
         for node in nodes {
+            // After all `listen`s of all nodes, by which an endpoint may be known already.
             for endpoint in &node.connect {
                 hosts.attribute(node, endpoint, nodes)?;
             }
@@ -113,6 +117,7 @@ impl Addresses {
     /// Adds a host as endpoints have it, an IPv6 address in brackets.
     fn add(&mut self, node: &NodeName, host: &str) {
         let hosts = self.0.entry(node.clone()).or_default();
+        // A single spelling for each IPv6 address: `[fd00:0::7]` and `[fd00::7]` are one host.
         hosts.insert(match host.parse::<Ipv6Addr>() {
             Ok(address) => format!("[{address}]"),
             Err(_) => host.to_owned(),
@@ -129,14 +134,17 @@ impl Addresses {
         let Some((host, port)) = host_and_port(endpoint) else {
             return Ok(());
         };
+        // By the port: addresses of a node are what is looked for.
         let listens = |node: &&Member| node.name != from.name && ports(node).any(|at| at == port);
         let candidates: Vec<&Member> = nodes.iter().filter(listens).collect();
         let is_known = |node: &&Member| self.0.get(&node.name).is_some_and(|at| at.contains(host));
+        // The own PC is in every certificate already.
         if is_own_pc(host) || candidates.iter().any(is_known) {
             return Ok(());
         }
         let (node, endpoint) = (from.name.to_string(), endpoint.to_owned());
         match candidates[..] {
+            // An error and no guess: without the name in a certificate that connection would be refused later.
             [] => Err(WrongNodeAddress::NoListener { node, endpoint }),
             [only] => {
                 self.add(&only.name, host);
@@ -165,6 +173,7 @@ fn is_every_interface(host: &str) -> bool {
 }
 
 fn is_own_pc(host: &str) -> bool {
+    // Endpoints have IPv6 addresses in brackets, the parser without.
     let address = host.trim_start_matches('[').trim_end_matches(']');
     host == "localhost" || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
 }

@@ -56,6 +56,7 @@ impl Operator {
     /// True if this node takes orders from this operator.
     #[must_use]
     pub fn commands(&self, node: &NodeName) -> bool {
+        // Nodes that are added later are commanded as well, without a change of the operator.
         self.nodes.is_empty() || self.nodes.contains(node)
     }
 }
@@ -65,6 +66,7 @@ impl FromStr for Operator {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let name = |text: &str| NodeName::new(text).map_err(|error| error.to_string());
+        // Only the first `=`: names of nodes have none.
         let Some((operator, nodes)) = text.split_once('=') else {
             return Ok(Self {
                 name: name(text)?,

@@ -60,6 +60,7 @@ impl SecureNetwork {
     ) -> Result<Self, WrongNetwork> {
         let mut names: Vec<&NodeName> = nodes.iter().map(|node| &node.name).collect();
         names.extend(operators.iter().map(|operator| &operator.name));
+        // Nodes and operators together: both names are those of certificates, and of folders.
         names.sort();
         if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(WrongNetwork::Duplicate(pair[0].to_string()));
@@ -67,8 +68,10 @@ impl SecureNetwork {
         if names.iter().any(|name| name.as_str() == AUTHORITY_FOLDER) {
             return Err(WrongNetwork::Reserved);
         }
+        // Without the config of a followed node its addresses and rights are unknown.
         check_followed(&nodes)?;
         check_commanded(&nodes, &operators)?;
+        // Last, as its errors name nodes that must be unique and complete.
         let addresses = Addresses::of(&nodes, given)?;
         Ok(Self {
             nodes,

@@ -11,17 +11,23 @@ use super::network::SecureNetwork;
 use super::rights::Right;
 
 /// The longest frame that passes: one with all axes that it may have, and some room.
+// 128 axes, rounded up to whole pages: 20 KiB.
 pub const MAX_FRAME_BYTES: usize = frame_capacity(MAX_AXES).next_multiple_of(4096);
 /// Longest message that is reassembled: an order with a cam plate, and its envelope.
+// 1 MiB and 4 KiB for Zenoh's header and the key.
 pub const MAX_MESSAGE_BYTES: usize = MAX_PLATE_ORDER_BYTES + (1 << 12);
 /// Longest response to an order: 4096 points of a plate, of some 150 bytes each.
+// 4096 · 150 bytes are 600 kB.
 const MAX_ANSWER_BYTES: usize = MAX_PLATE_ORDER_BYTES;
 
 /// Orders per second and operator. An order that follows another one sooner is dropped.
+// Ten milliseconds apart: faster than a person or a page, slow enough that a flood costs a node little.
 const ORDERS_PER_S: f64 = 100.0;
 /// Time requests per second of each neighbour: some ten are sent.
+// Twenty times as often: the network may bunch two requests, and the later one would be dropped.
 const TIME_REQUESTS_PER_S: f64 = 200.0;
 /// Statuses per second of each node: four are sent.
+// 20 ms apart: a node publishes one more when it ends, soon after the one before.
 const STATUSES_PER_S: f64 = 50.0;
 
 /// Writes the config; none if no member has that name. Files of certificates are not named: the program that loads it
@@ -30,6 +36,7 @@ const STATUSES_PER_S: f64 = 50.0;
 pub fn profile(network: &SecureNetwork, of: &NodeName) -> Option<String> {
     let rights = network.rights(of)?;
     let operator = network.operators().iter().any(|known| known.name == *of);
+    // Nodes have their `connect` in their own config; an operator has no config.
     let connect = if operator {
         let commanded = rights.iter().map(|right| &right.of);
         let nodes = network.nodes().iter();
@@ -53,6 +60,7 @@ pub fn profile(network: &SecureNetwork, of: &NodeName) -> Option<String> {
 /// Greatest number of sessions. A certificate allows a session. There are more than members, so that sessions about
 /// to close keep no other out.
 fn most_sessions(network: &SecureNetwork) -> usize {
+    // Twice, for the new session of each member and its old one that is about to close.
     2 * (network.nodes().len() + network.operators().len()) + 8
 }
 
@@ -78,6 +86,7 @@ fn limits() -> Vec<String> {
         "coaxle/*/time-responses",
     ];
     vec![
+        // Statuses and rows are bounded by the size of a message alone.
         limit("frames", &["put"], &frames, MAX_FRAME_BYTES),
         // A node itself bounds orders without a plate.
         limit("orders", &["query"], &["coaxle/**"], MAX_PLATE_ORDER_BYTES),
@@ -92,6 +101,7 @@ fn rates(of: &NodeName, operator: bool) -> Vec<String> {
         json!({ "id": id, "flows": ["ingress"], "messages": [message], "rules": [{ "key_expr": key, "freq": hertz }] })
             .to_string()
     };
+    // An operator gets no orders and no time requests.
     if operator {
         return vec![rate("statuses", "put", "coaxle/*/status", STATUSES_PER_S)];
     }
@@ -120,6 +130,7 @@ fn id(n: usize) -> String {
 fn others(rights: &[Right]) -> Vec<&NodeName> {
     let mut others: Vec<_> = rights.iter().map(|right| &right.of).collect();
     others.sort();
+    // Ids of subjects must be unique in Zenoh's config.
     others.dedup();
     others
 }

@@ -47,6 +47,7 @@ impl SecureNetwork {
     #[must_use]
     pub fn rights(&self, of: &NodeName) -> Option<Vec<Right>> {
         if let Some(node) = self.nodes.iter().find(|node| node.name == *of) {
+            // Nodes first: names are unique, so an operator cannot have a node's.
             return Some(self.rights_at_node(node));
         }
         let operator = self.operators.iter().find(|known| known.name == *of)?;
@@ -59,6 +60,7 @@ impl SecureNetwork {
 
     fn rights_at_node(&self, node: &Member) -> Vec<Right> {
         let mut rights = run_token_rights(node);
+        // Both ways for each pair: frames go one way, declarations of subscribers the other.
         for other in self.nodes.iter().filter(|other| other.name != node.name) {
             rights.extend(subscription_rights(
                 other,
@@ -91,6 +93,7 @@ fn subscription_rights(
     flow: MessageDirection,
 ) -> Vec<Right> {
     let mut rights = Vec::new();
+    // A subscriber declares itself against the direction of the data.
     let back = opposite(flow);
     // Beacons of timing channels do not pass through the transport.
     let subscribed = subscriber.wiring.subscriptions.iter();
@@ -99,6 +102,7 @@ fn subscription_rights(
             .wiring
             .publications
             .iter()
+            // Only what the publisher really has: a wish in a follower's config grants nothing.
             .any(|published| is_same(published, subscribed))
         {
             continue;
@@ -118,6 +122,7 @@ fn subscription_rights(
             }
             let seen_by = subscribed.node.seen_by_key(&subscriber.name);
             rights.push(right(of, back, ANNOUNCE, &seen_by));
+            // With a wildcard, as a node watches all its followers by one subscription.
             rights.push(right(of, flow, WATCH, &subscribed.node.seen_by_keys()));
         }
     }
@@ -135,8 +140,10 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
     let (status, alive) = (node.name.status_key(), node.name.alive_key());
     let rows = node.name.rows_key();
     vec![
+        // The operator's own name is part of the key, so nobody sends orders in the name of another.
         right(of, orders, ORDER, &own),
         right(of, answers, REPLY, &own),
+        // The node declares one queryable for all operators; orders themselves are of one name.
         right(of, answers, SERVE, &node.name.operator_command_keys()),
         right(of, orders, SUBSCRIBE, &status),
         right(of, answers, PUBLISH, &status),
@@ -150,6 +157,7 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
 /// Rights of the tokens by which two runs of a node detect each other.
 fn run_token_rights(node: &Member) -> Vec<Right> {
     let key = node.name.runs_key();
+    // Both ways: the other run has the same certificate, and either end may have been first.
     let each_way = |flow| {
         [
             right(&node.name, flow, ANNOUNCE, &key),

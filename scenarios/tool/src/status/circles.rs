@@ -5,6 +5,7 @@ use coaxle_node::circles::{self, Circle, Follower};
 
 /// The circles among the axes of these nodes.
 pub(super) fn among(seen: &[SeenNode]) -> Vec<Circle> {
+    // The last status of a node that is gone may name axes that nobody follows any more.
     let alive = seen.iter().filter(|node| node.is_alive);
     let followers: Vec<_> = alive.flat_map(followers_of).collect();
     circles::circles(&followers)

@@ -25,6 +25,7 @@ struct Metric {
 pub(super) fn of(seen: &[SeenNode]) -> String {
     let mut metrics = Metrics::default();
     for node in seen {
+        // Of every node, even without a status: an alarm on `coaxle_up` must not depend on one.
         let up = f64::from(u8::from(node.is_alive));
         let labels = label("node", node.name.as_str());
         metrics.add("coaxle_up", "Whether the node is there.", &labels, up);
@@ -57,6 +58,7 @@ impl Metrics {
                 let labels = format!("{labels},{}{unit}", label(labelled, name));
                 // A far axis names its node; a sender's axis does not.
                 let metric = match fields.text("node") {
+                    // Different signals under one name would mix two kinds of values in one metric.
                     Some(_) if part == "axes" => "far_axis",
                     _ => metric,
                 };
@@ -78,6 +80,7 @@ impl Metrics {
                     let number = number.as_f64().unwrap_or(f64::NAN);
                     self.add(&metric, &help, labels, number);
                 }
+                // Prometheus has numbers only.
                 Value::Bool(is) => self.add(&metric, &help, labels, f64::from(u8::from(*is))),
                 // Names and numbers of runs would be a new series each time.
                 Value::String(_) if ["node", "unit", "epoch", "label"].contains(&name) => {}
@@ -85,12 +88,14 @@ impl Metrics {
                     let labels = format!("{labels},{}", label("is", text));
                     self.add(&metric, &help, &labels, 1.0);
                 }
+                // The code alone, which has few values: each text would be a series of its own.
                 Value::Object(fault) => {
                     if let Some(code) = fault.get("code").and_then(Value::as_str) {
                         let labels = format!("{labels},{}", label("is", code));
                         self.add(&metric, &help, &labels, 1.0);
                     }
                 }
+                // Left out instead of NaN: a gap in a chart is the truth about an unknown value.
                 Value::Null | Value::Array(_) => {}
             }
         }
@@ -109,7 +114,9 @@ impl Metrics {
         for (name, Metric { help, samples }) in &self.0 {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "# HELP {name} {}", help.replace('\\', "\\\\"));
+            // Signals do not declare whether they only grow.
             let _ = writeln!(text, "# TYPE {name} untyped");
+            // Grouped by metric, as the format demands; hence the map.
             for sample in samples {
                 let _ = writeln!(text, "{sample}");
             }
@@ -119,6 +126,7 @@ impl Metrics {
 }
 
 fn label(name: &str, value: &str) -> String {
+    // Backslashes first: otherwise those of the quotes would be doubled.
     let value = value.replace('\\', "\\\\").replace('"', "\\\"");
     format!("{name}=\"{}\"", value.replace('\n', "\\n"))
 }
@@ -136,6 +144,7 @@ fn help(of: &str, name: &str) -> String {
 
 fn declared(of: &str) -> Vec<Signal> {
     fn all<S: Signals>(group: Group) -> impl Iterator<Item = Signal> {
+        // A wrong pair would give the help of other signals.
         debug_assert_eq!(S::GROUP, group);
         S::SIGNALS.iter().copied()
     }

@@ -30,10 +30,13 @@ use reading::StatusFields;
 pub use wait::{WaitArgs, wait};
 
 /// Startup time allowed for a node to appear.
+// Sessions dial again every second at the latest (`connect/retry`), and a status follows within a quarter.
 const STATUS_TIMEOUT: Span = Span::from_secs(5);
 /// Nodes publish a status four times a second: within this time, every node there has.
+// Two periods of 250 ms and some time on the way.
 const ROUND: Span = Span::from_millis(600);
 /// Interval of `--watch`.
+// Four statuses come in it: faster changes cannot be read.
 const AGAIN: Duration = Duration::from_secs(1);
 
 /// The nodes, and the format of their status.
@@ -88,12 +91,14 @@ fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
     };
     let mut is_read = false;
     inspect::print(|out| {
+        // Only for people: escape sequences would spoil the lines of programs.
         if args.watch && args.format == StatusFormat::Plain {
             // The screen, from its top.
             write!(out, "\x1b[H\x1b[2J")?;
         }
         writeln!(out, "{text}")?;
         out.flush()?;
+        // Not reached if the pipe is closed: then watching ends.
         is_read = true;
         Ok(true)
     })?;
@@ -104,6 +109,7 @@ fn print(args: &StatusArgs, seen: &[SeenNode]) -> anyhow::Result<bool> {
 fn json(seen: &[SeenNode], lines: bool) -> String {
     let all = seen.iter().filter_map(|node| node.status.as_ref());
     let all = all.map(|(_, status)| Value::Object(status.clone()));
+    // An object a line when repeated, so that a program can read them as they come.
     if lines {
         let lines: Vec<_> = all.map(|status| status.to_string()).collect();
         return lines.join("\n");
@@ -124,6 +130,7 @@ pub(crate) fn gather(watcher: &Watcher, nodes: &[NodeName]) -> anyhow::Result<Ve
             let nobody = format!("no node is there after {STATUS_TIMEOUT}, {place}");
             return Err(NodeNotFound(nobody).into());
         }
+        // Never enough: the number of nodes is not known, so the whole round is waited for.
         return Ok(watcher.wait_for(ROUND, |_| false));
     }
     let has_told = |seen: &[SeenNode], name: &NodeName| {
@@ -153,6 +160,7 @@ fn absent(watcher: &Watcher, name: &NodeName) -> String {
         .filter(|node| node.is_alive)
         .collect();
     let why = match others.as_slice() {
+        // Trying to reach the node takes seconds, and is worth them only if nothing at all is seen.
         [] => watcher
             .invisibility_reason(name)
             .map(|why| why.reason().to_owned()),

@@ -33,6 +33,7 @@ pub struct NodesArgs {
 pub fn nodes(args: &NodesArgs) -> anyhow::Result<Exit> {
     let watcher = args.network.watch(&[])?;
     let _ = watcher.wait_for(STATUS_TIMEOUT, |seen| !seen.is_empty());
+    // The first node ends the wait above; the others and all statuses take a round.
     let seen = watcher.wait_for(ROUND, |_| false);
     let place = watcher.whereabouts().to_owned();
     watcher.close();
@@ -55,6 +56,7 @@ pub fn nodes(args: &NodesArgs) -> anyhow::Result<Exit> {
     })?;
     let exit = Exit::NoData.done_if(!seen.is_empty());
     Ok(match exit {
+        // Without any node there is no circle either, so that exit code stands.
         Exit::Done => Exit::NotMet.done_if(circles.is_empty()),
         exit => exit,
     })
@@ -65,10 +67,12 @@ fn as_table(seen: &[SeenNode]) -> String {
         "node", "role", "health", "up", "follows", "heard by", "axes",
     ]);
     for node in seen {
+        // A node whose status is not received is still listed, by its liveliness token.
         let empty = serde_json::Map::new();
         let status = reading(node).unwrap_or(StatusFields::of(&empty));
         let health = match node.is_alive {
             true => status.text("health").unwrap_or(UNKNOWN),
+            // The last health would be that of before.
             false => "gone",
         };
         let role = match (status.text("role"), status.text("lab")) {
@@ -101,6 +105,7 @@ fn axes(status: &StatusFields<'_>) -> String {
             None => axis.number("id"),
         };
         if let Some(id) = id {
+            // By id, because followers name axes by it.
             by_id.insert(id as u64, format!("{name} ({id})"));
         }
     }

@@ -10,8 +10,10 @@ use super::reading::StatusFields;
 use super::words::{UNKNOWN, beat_period, drift, micros, or_unknown, seconds};
 
 /// Standard deviations of the line that the error of far time may reach, where no larger uncertainty of the delay is known.
+// 99.7 % of a normal distribution.
 const COVERED: f64 = 3.0;
 /// A status that is older than this was the last one, s.
+// Eight statuses of 250 ms have failed to come.
 const OLD: f64 = 2.0;
 
 /// Every node, one after the other.
@@ -116,6 +118,7 @@ pub(super) fn largest_error(far: &StatusFields<'_>) -> Option<f64> {
         Some(uncertainty) => uncertainty.max(COVERED * sigma),
         None => COVERED * sigma,
     };
+    // Far time is off by what is left of a correction that is spread over time.
     let slew = far.number("slew_remaining_us").unwrap_or_default();
     Some(known + slew.abs())
 }
@@ -137,9 +140,11 @@ pub(super) fn state(far: &StatusFields<'_>) -> String {
     words.push(far.text("mode").unwrap_or(UNKNOWN));
     words.push(match far.text("observer_state") {
         Some(state) => state,
+        // Modes without an observer have no state of it.
         None if far.is("synced") => "synced",
         None => "not synced",
     });
+    // The name behind "for" is a word of its own in the list.
     words.join(", ").replace(" for,", " for")
 }
 
@@ -173,6 +178,7 @@ fn messages(status: &StatusFields<'_>) -> Option<Table> {
     for (name, far) in status.parts("far") {
         let count = |name| right(&far.count(name).to_string());
         let run = match far.number("epoch") {
+            // In hexadecimal, as the status of that node and its keys have it.
             Some(_) => format!("{:016x}", far.count("epoch")),
             None => UNKNOWN.to_owned(),
         };
@@ -198,6 +204,7 @@ fn refused(far: &StatusFields<'_>) -> String {
     let reason = |(name, _): (&str, _)| {
         let reason = name.strip_prefix("rejected_")?;
         let count = far.count(name);
+        // Any field of that prefix, so that a new reason of a newer node shows as well.
         (count > 0).then(|| format!("{count} {}", reason.replace('_', " ")))
     };
     let reasons: Vec<_> = far.fields().filter_map(reason).collect();
@@ -210,6 +217,7 @@ fn refused(far: &StatusFields<'_>) -> String {
 
 fn jitter(far: &StatusFields<'_>) -> String {
     let parts = (far.number("normal_jitter_us")).zip(far.number("exponential_jitter_us"));
+    // Standard deviations of independent parts add up as squares.
     or_unknown(parts.map(|(normal, late)| normal.hypot(late)), micros)
 }
 
@@ -217,6 +225,7 @@ fn jitter(far: &StatusFields<'_>) -> String {
 fn far_axes(status: &StatusFields<'_>) -> Option<Table> {
     let mut table = table(["far axis", "of", "state", "received", "corrected", "unit"]);
     for (name, axis) in status.parts("axes") {
+        // A sender's own axes are under the same name, without a node.
         if axis.text("node").is_none() {
             continue;
         }
@@ -269,6 +278,7 @@ fn slaves(status: &StatusFields<'_>) -> Option<Table> {
     for (name, slave) in status.parts("slaves") {
         let position = slave.number("position");
         let apart = position.zip(slave.number("master_position"));
+        // The gravest one first: an error stops the slave, a refusal leaves it as it is.
         let fault = (slave.fault("error"))
             .or_else(|| slave.fault("program_error"))
             .or_else(|| slave.fault("refusal"));
@@ -277,6 +287,7 @@ fn slaves(status: &StatusFields<'_>) -> Option<Table> {
             Cell::new(slave.text("state").unwrap_or(UNKNOWN)),
             Cell::new(slave.text("phase").unwrap_or(UNKNOWN)),
             right(&or_unknown(position, shown)),
+            // Positive where the slave lags behind a master that runs forwards.
             right(&or_unknown(apart.map(|(own, master)| master - own), shown)),
             Cell::new(slave.text("unit").unwrap_or_default()),
             Cell::new(program(&slave)),

@@ -12,12 +12,14 @@ impl<'a> StatusFields<'a> {
     }
 
     pub(super) fn number(&self, name: &str) -> Option<f64> {
+        // Nodes of an older version lack fields, and unknown values are null: both are unknown here.
         self.0.get(name)?.as_f64()
     }
 
     /// A counter; 0 if it is not there.
     pub(super) fn count(&self, name: &str) -> u64 {
         let count = self.0.get(name).and_then(Value::as_u64);
+        // Counters begin at 0, so an older node without one has counted nothing.
         count.unwrap_or_default()
     }
 

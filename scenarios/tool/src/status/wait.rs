@@ -45,15 +45,18 @@ pub fn wait(args: &WaitArgs) -> anyhow::Result<Exit> {
         let status = own(seen).and_then(|n| reading(&seen[n]));
         status.is_some_and(|status| args.is_met(&status))
     };
+    // With every status, not once at the end: the command ends as soon as the condition is met.
     let seen = watcher.wait_for(args.timeout, met);
     let passed = seconds((machine::now() - began).as_secs_f64());
     let Some(status) = own(&seen).and_then(|n| reading(&seen[n])) else {
+        // Before the watcher is closed, which it still asks.
         let why = absent(&watcher, &args.node);
         watcher.close();
         tracing::error!("{why}");
         return Ok(Exit::NoData);
     };
     watcher.close();
+    // Of the very status that is printed: exit code and text cannot contradict each other.
     let is_met = args.is_met(&status);
     let text = format!(
         "{}: after {passed}: {}",
@@ -69,6 +72,7 @@ impl WaitArgs {
     fn far<'a>(&self, status: &StatusFields<'a>) -> Vec<(&'a str, StatusFields<'a>)> {
         let is_wanted = |(name, far): &(&str, StatusFields<'_>)| match &self.far {
             Some(wanted) => *name == wanted.as_str(),
+            // A standby that is not followed need not be synchronised.
             None => far.is("followed"),
         };
         status.parts("far").filter(is_wanted).collect()
@@ -76,11 +80,13 @@ impl WaitArgs {
 
     fn is_met(&self, status: &StatusFields<'_>) -> bool {
         let far = self.far(status);
+        // `all` of none is true, and a node that follows nobody would pass.
         !far.is_empty() && far.iter().all(|(_, far)| self.is_known(far))
     }
 
     fn is_known(&self, far: &StatusFields<'_>) -> bool {
         let is_good_enough = match self.max_error {
+            // An unknown error is not small.
             Some(most) => largest_error(far).is_some_and(|error| error <= most.as_micros_f64()),
             None => true,
         };

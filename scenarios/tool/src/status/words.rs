@@ -5,6 +5,7 @@ pub(super) const UNKNOWN: &str = "–";
 
 /// `12.41 ± 0.08 ppm slow`: how a clock runs beside the own one.
 pub(super) fn drift(ppm: f64, sigma: Option<f64>) -> String {
+    // A far clock that runs fast has a positive drift.
     let way = if ppm < 0.0 { "slow" } else { "fast" };
     match sigma {
         Some(sigma) => {
@@ -18,6 +19,7 @@ pub(super) fn drift(ppm: f64, sigma: Option<f64>) -> String {
 /// Number of decimals for a value with this standard deviation.
 fn digits_for(sigma: f64) -> usize {
     match sigma {
+        // Two digits of a standard deviation from 0.1 to 100: more digits of the value would be noise.
         _ if sigma >= 10.0 => 0,
         _ if sigma >= 1.0 => 1,
         _ if sigma >= 0.1 => 2,
@@ -27,13 +29,16 @@ fn digits_for(sigma: f64) -> usize {
 
 /// Period after which a cycle is missed or read twice without correction, s; none if the clocks run at the same rate.
 pub(super) fn beat_period(cycle_time_us: f64, drift_ppm: f64) -> Option<f64> {
+    // µs / (µs/s): at 500 ppm and 1 ms the clocks are a cycle apart after 2 s.
     let period = cycle_time_us / drift_ppm.abs();
+    // A drift of 0 divides to infinity, which is no period.
     period.is_finite().then_some(period)
 }
 
 /// A time in microseconds, with a fitting unit.
 pub(super) fn micros(us: f64) -> String {
     match us.abs() {
+        // By the magnitude; NaN falls through to the last arm.
         0.0..1e3 => format!("{us:.1} µs"),
         1e3..1e6 => format!("{:.2} ms", us * 1e-3),
         _ => seconds(us * 1e-6),
@@ -45,6 +50,7 @@ pub(super) fn seconds(s: f64) -> String {
     match s.abs() {
         0.0..1e-3 => format!("{:.1} µs", s * 1e6),
         1e-3..1.0 => format!("{:.1} ms", s * 1e3),
+        // Two of a unit at least, with a decimal: never fewer than two digits.
         1.0..120.0 => format!("{s:.1} s"),
         120.0..7_200.0 => format!("{:.1} min", s / 60.0),
         7_200.0..172_800.0 => format!("{:.1} h", s / 3_600.0),

@@ -21,11 +21,13 @@ pub(crate) const CSS: &str = "text/css; charset=utf-8";
 pub(crate) const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
 /// Content security policy: the page loads nothing from elsewhere, and no other page frames it.
+// `data:` is for the empty icon: without one a browser asks for `/favicon.ico`.
 const POLICY: &str = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'";
 
 /// A part of the page, of this kind.
 pub(crate) fn file(kind: &'static str, text: &'static str) -> Response {
     let response = with(whole(kind, text), header::CONTENT_SECURITY_POLICY, POLICY);
+    // Another version of the tool at this address has another page.
     with(response, header::CACHE_CONTROL, "no-cache")
 }
 

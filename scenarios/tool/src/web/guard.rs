@@ -12,6 +12,7 @@ const OWN_HEADER: &str = "x-coaxle-page";
 
 /// Refuses a change that another site's page may have sent: a form needs no preflight.
 pub(super) fn check_change(method: &Method, headers: &HeaderMap) -> Result<(), String> {
+    // Reading is protected otherwise: a browser keeps responses from pages of other origins.
     if method == Method::POST && !headers.contains_key(OWN_HEADER) {
         return Err(format!("expected the header {OWN_HEADER}"));
     }
@@ -23,8 +24,10 @@ pub(super) fn check_host(headers: &HeaderMap) -> Result<(), String> {
     let host = headers
         .get(header::HOST)
         .and_then(|host| host.to_str().ok());
+    // HTTP/1.1 requires a host; without one the empty name is refused.
     let host = host.unwrap_or_default();
     let name = without_port(host);
+    // An address cannot be rebound: DNS is not asked for it.
     if name == "localhost" || name.parse::<IpAddr>().is_ok() {
         return Ok(());
     }
@@ -35,6 +38,7 @@ pub(super) fn check_host(headers: &HeaderMap) -> Result<(), String> {
 
 /// `[::1]:80`, `127.0.0.1:80` or `localhost`.
 fn without_port(host: &str) -> &str {
+    // IPv6 addresses have colons of their own.
     if let Some(rest) = host.strip_prefix('[') {
         return rest.split(']').next().unwrap_or_default();
     }

@@ -40,6 +40,7 @@ impl PageServer {
         let address = listener.local_addr()?;
         // Last, as a runtime that is dropped within another one panics.
         let runtime = tokio::runtime::Builder::new_multi_thread()
+            // A page has few users, and nodes on this PC need the processors.
             .worker_threads(1)
             .thread_name("page")
             .enable_all()
@@ -68,7 +69,9 @@ impl Drop for PageServer {
 }
 
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    // Bound here and not in the task: a port in use is an error of the command.
     let listener = TcpListener::bind(address)?;
+    // tokio requires it of a listener of the standard library.
     listener.set_nonblocking(true)?;
     Ok(listener)
 }

@@ -29,6 +29,7 @@ impl NodesConfig {
     /// The file of the sender, which listens there.
     pub(super) fn sender(&self, listen: Option<&str>) -> anyhow::Result<String> {
         let mut text = self.head(SENDER, "listen", listen)?;
+        // From 1, as an id of 0 is no axis.
         for id in 1..=self.axes {
             // Writing to a string cannot fail.
             let _ = write!(
@@ -55,6 +56,7 @@ impl NodesConfig {
         let transport = endpoint.map_or(String::new(), |endpoint| {
             format!("[transport]\n{way} = ['{endpoint}']\n")
         });
+        // `{:?}` below writes a point in any case, as floats have in TOML.
         let micros = self.cycle.as_nanos() as f64 / 1e3;
         Ok(format!(
             "name = '{name}'\ncycle-time-us = {micros:?}\n[real-time]\n{real_time}{transport}"
@@ -69,6 +71,7 @@ impl NodesConfig {
         let config = sender_config(&self.sender(None)?)?;
         let seal = KeySeal::new(&config.name.channel_key(Channel::Axes));
         let mut node = Sender::new(&config, Instant::EPOCH, u64::MAX)?;
+        // Later frames are longer by a few bytes at most: the count grows, and is encoded with varying length.
         let _ = node.cycle(Instant::EPOCH);
         let frame = node.transmit().context("a sender published no frame")?;
         let mut sealed = Vec::new();
@@ -89,6 +92,7 @@ pub(super) fn sender_setup<N: Node + 'static>(
     recorder: Box<dyn Recorder<N::Snapshot>>,
     wrap: impl FnOnce(Sender) -> N + 'static,
 ) -> Setup<N> {
+    // The closure builds the node on the cycle thread and must own the config.
     let node = config.clone();
     let build = move |start, epoch| Ok(wrap(Sender::new(&node, start, epoch)?));
     coaxle_sender::run::setup(config, Box::new(build), recorder)

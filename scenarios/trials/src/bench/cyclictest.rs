@@ -7,6 +7,7 @@ use anyhow::{Context, bail};
 use coaxle_clock::Span;
 
 /// Upper end of the histogram, µs.
+// Nearly two hundred times the median of a busy virtual machine, 105 µs (docs/SPEED.md). The output has a line per µs.
 const MOST_US: u32 = 20_000;
 
 /// Runs it with one thread for this time. Returns the latencies, ns; none where it is not installed.
@@ -20,14 +21,17 @@ pub(super) fn run(
 ) -> anyhow::Result<Option<Vec<i64>>> {
     let mut command = Command::new("cyclictest");
     command
+        // Without `--default-system` cyclictest forbids the processors to save power, which no node does.
         .args(["--quiet", "--threads=1", "--default-system"])
         .arg(format!("--interval={}", cycle.as_nanos() / 1_000))
+        // At least one: cyclictest takes 0 for an endless run.
         .arg(format!("--loops={}", time.div_floor(cycle).max(1)))
         .arg(format!("--histogram={MOST_US}"))
         .args(priority.map(|priority| format!("--priority={priority}")))
         .stdin(Stdio::null());
     let output = match command.output() {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        // Any other error is a real one: only a missing program leaves the comparison out.
         output => output.context("cannot start cyclictest")?,
     };
     if !output.status.success() {
@@ -64,6 +68,7 @@ fn measured(text: &str) -> anyhow::Result<Vec<i64>> {
 
 fn first_number(text: &str) -> Option<i64> {
     let number = text.split_whitespace().next()?.parse().ok();
+    // A latency below 0 would be a fault of the clock, and as a count it would become huge in `as usize`.
     number.filter(|number| *number >= 0)
 }
 

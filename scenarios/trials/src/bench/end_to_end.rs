@@ -72,12 +72,14 @@ pub(super) fn measure(
     axes: u32,
     turns: &mut BenchProgress<'_>,
 ) -> anyhow::Result<EndToEnd> {
+    // All contenders carry messages of this length: latency and load grow with it.
     let bytes = settings.nodes(axes).frame_bytes()?;
     let turn = settings.turn(CONTENDERS);
     let mut ways = LatencyRounds::default();
     for round in 0..settings.rounds {
         // Each contender is first as often as last.
         for place in 0..CONTENDERS {
+            // The order rotates by one each round: none is always measured in the wake of the same other one.
             match (place + i64::from(round)) % CONTENDERS {
                 0 => ways.udp.add(&udp(settings, bytes)?.measure(turn, turns)?),
                 1 => ways
@@ -89,6 +91,7 @@ pub(super) fn measure(
             }
         }
     }
+    // Quantiles come after the last round only, because a median of medians is no median.
     Ok(ways.summed_up(bytes, axes))
 }
 
@@ -213,11 +216,13 @@ fn frame_stamps<'a>(
 ) -> impl Iterator<Item = FrameStamps> + 'a {
     let cycles: BTreeMap<u64, _> = sender.cycles.iter().map(|c| (c.count, c)).collect();
     receiver.frames.iter().filter_map(move |frame| {
+        // A cycle that the recorder did not get has no stamps to join.
         let cycle = cycles.get(&frame.count)?;
         Some(FrameStamps {
             ideal: cycle.ideal,
             woke: cycle.woke,
             handed_over: cycle.handed_over,
+            // A send stamp counts from the ideal start of its cycle (docs/WIRE.md).
             left: cycle.ideal + frame.left_after,
             arrived: frame.arrived,
             used: frame.used,
@@ -285,6 +290,7 @@ mod tests {
         );
         assert_eq!((&ours.wake_up, &ours.scan), (&vec![50; 2], &vec![2; 2]));
         assert_eq!((&ours.hand_over, &ours.wait), (&vec![28; 2], &vec![320; 2]));
+        // Differences of the stamps above, from 50 to 500; frame 4 has no cycle.
         assert_eq!(ours.to_scan, [450; 2]);
     }
 }

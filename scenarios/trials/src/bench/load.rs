@@ -52,6 +52,7 @@ pub(super) fn measure(
     let turn = settings.turn(CONTENDERS);
     let (mut of_nodes, mut of_zenoh) = (Vec::new(), Vec::new());
     for _ in 0..settings.rounds {
+        // Without stamps of every step: they would count as load of our nodes.
         let mut pair = nodes(settings, axes, false)?;
         pair.warm_up = WARM_UP;
         of_nodes.push(pair.measure(turn, turns)?);
@@ -63,6 +64,7 @@ pub(super) fn measure(
     Ok(ProcessorLoad {
         axes,
         bytes,
+        // The fewest, as a round with lost axes is cheaper and must not look good.
         followed: followed.min().unwrap_or(0),
         nodes: mean(&of_nodes),
         zenoh: mean(&of_zenoh),
@@ -71,11 +73,13 @@ pub(super) fn measure(
 
 /// Mean over all rounds, which are equally long.
 fn mean(rounds: &[Measured]) -> Option<Sides> {
+    // A round without processor times leaves the mean unknown: a mean over other rounds would not compare.
     let loads: Vec<[f64; 2]> = rounds
         .iter()
         .map(|round| round.load)
         .collect::<Option<_>>()?;
     let mean = |side: usize| loads.iter().map(|load| load[side]).sum::<f64>() / loads.len() as f64;
+    // Without a round the mean is 0/0.
     (!loads.is_empty()).then(|| Sides {
         sender: mean(0),
         receiver: mean(1),

@@ -133,6 +133,7 @@ pub fn bench(args: &BenchArgs) -> anyhow::Result<Exit> {
     let found = measure(args, &mut BenchProgress::new(&mut bar));
     bar.clear();
     let found = match found {
+        // Ctrl-C is the user's wish and has an exit code of its own.
         Err(error) if error.is::<MeasurementInterrupted>() => {
             tracing::warn!("{error}");
             return Ok(Exit::Interrupted);
@@ -155,11 +156,13 @@ fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<Be
         time: args.time,
         rounds: args.rounds,
         real_time: RealTimeConfig {
+            // Priorities of SCHED_FIFO begin at 1.
             priority: (args.priority > 0).then_some(args.priority),
             ..RealTimeConfig::default()
         },
     };
     let wanted = |part| match args.parts.as_slice() {
+        // Never by default, as it takes root.
         [] => part != BenchPart::Transports,
         parts => parts.contains(&part),
     };
@@ -172,10 +175,12 @@ fn measure(args: &BenchArgs, turns: &mut BenchProgress<'_>) -> anyhow::Result<Be
             transports::planned(&settings, &args.loss),
         ),
     ] {
+        // All parts are planned before the first one begins: the bar shows the share of the whole.
         if wanted(part) {
             turns.plan(planned);
         }
     }
+    // Printed beside the figures, which mean nothing without the machine.
     let facts = Os::facts().unwrap_or_default();
     let mut found = BenchFigures {
         kernel: facts.kernel,

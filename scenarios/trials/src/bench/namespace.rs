@@ -9,9 +9,11 @@ use anyhow::{Context, bail};
 /// Addresses of the cable's ends, set aside for measurements (RFC 2544).
 pub(super) const HERE: Ipv4Addr = Ipv4Addr::new(198, 18, 0, 1);
 pub(super) const THERE: Ipv4Addr = Ipv4Addr::new(198, 18, 0, 2);
+// Four addresses: the two ends, the network and its broadcast.
 const PREFIX: u8 = 30;
 
 /// Chains of the far end, for incoming and outgoing packets.
+// Both at the far end, so that this machine's own rules stay as they are.
 const CHAINS: [&str; 2] = ["INPUT", "OUTPUT"];
 
 /// The namespace, until it is dropped.
@@ -25,11 +27,13 @@ impl NetworkNamespace {
     /// # Errors
     /// The missing tool, permission or kernel feature.
     pub(super) fn new() -> anyhow::Result<Self> {
+        // Measurements at the same time must not share a namespace.
         let number = std::process::id();
         let name = format!("coaxle-bench-{number}");
         // A name of a device has at most 15 letters.
         let (near, far) = (format!("cb{number}a"), format!("cb{number}b"));
         run("ip", &["netns", "add", &name])?;
+        // From here on a failure drops the value, which deletes the namespace.
         let namespace = Self { name: name.clone() };
         let cable = ["link", "add", &near, "type", "veth", "peer", "name", &far];
         run("ip", &[&cable[..], &["netns", &name]].concat())?;
@@ -38,7 +42,9 @@ impl NetworkNamespace {
         run("ip", &["link", "set", &near, "up"])?;
         namespace.within(&["ip", "address", "add", &address(THERE), "dev", &far])?;
         namespace.within(&["ip", "link", "set", &far, "up"])?;
+        // A new namespace has its loopback switched off.
         namespace.within(&["ip", "link", "set", "lo", "up"])?;
+        // A trial: a kernel without the statistic match is found now, and not after the first rounds.
         namespace.lose(0.5)?;
         namespace.lose(0.0)?;
         Ok(namespace)
@@ -51,6 +57,7 @@ impl NetworkNamespace {
     pub(super) fn lose(&self, share: f64) -> anyhow::Result<()> {
         let share_text = format!("{share:.6}");
         for chain in CHAINS {
+            // First all old rules go: two rules of one chain would both drop packets.
             self.within(&["iptables", "--flush", chain])?;
             if share > 0.0 {
                 let drop = ["iptables", "--append", chain, "--match", "statistic"];

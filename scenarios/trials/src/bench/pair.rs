@@ -8,9 +8,11 @@ use super::process::Process;
 use super::turns::BenchProgress;
 
 /// Time for both to meet and warm up, which does not count.
+// A receiver has data 0.28 s after its start at the latest (docs/SPEED.md, "Secure transports").
 pub(super) const WARM_UP: Span = Span::from_millis(500);
 
 /// Time after which a process ends by itself if it is not ended.
+// Long enough for slow starts of both, so that it never ends a measurement that still runs.
 const PATIENCE: Span = Span::from_secs(30);
 
 /// The sender and the receiver.
@@ -57,6 +59,7 @@ impl Pair {
         let before = &self.before_receiver;
         let receiver = Process::start("receiving process", &self.receiver, limit, before)?;
         turns.wait(self.warm_up)?;
+        // Both readings for one span: reading them at its ends leaves start and warm-up out.
         let taken = || Some([sender.processor_time()?, receiver.processor_time()?]);
         let (begin, before) = (machine::now(), taken());
         turns.wait(time)?;
@@ -74,6 +77,7 @@ impl Pair {
             receiver,
             load,
         };
+        // Cycles of the sender need no cut: only those of a frame that stays are looked up.
         measured.keep_within(begin.as_nanos(), end.as_nanos());
         Ok(measured)
     }
@@ -81,6 +85,7 @@ impl Pair {
 
 impl Measured {
     fn keep_within(&mut self, begin: i64, end: i64) {
+        // By arrival alone: a message on its way at the begin counts, one on its way at the end does not.
         let within = |at: i64| (begin..end).contains(&at);
         let received = &mut self.receiver;
         received.frames.retain(|frame| within(frame.arrived));

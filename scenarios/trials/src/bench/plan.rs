@@ -6,6 +6,7 @@ use coaxle_node::config::{RealTimeConfig, TransportConfig};
 use serde::{Deserialize, Serialize};
 
 /// Line with which a process reports that it can send, or receive.
+// On standard output, before the report: the parent reads a single line and then waits.
 pub(super) const READY: &str = "ready";
 
 /// The command, not shown in the help, that makes this program one of them.
@@ -117,6 +118,7 @@ impl MessageArrival {
 
     /// Writes the fields of a message into its beginning.
     pub(super) fn write(count: u64, woke: i64, left: i64, message: &mut [u8]) {
+        // The cast keeps the bits of an i64; reading casts them back.
         let words = [count, woke as u64, left as u64];
         for (place, word) in message.chunks_exact_mut(8).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
@@ -126,6 +128,7 @@ impl MessageArrival {
     /// Reads the fields of a message; none if it is too short.
     pub(super) fn read(arrived: i64, message: &[u8]) -> Option<Self> {
         let (words, _) = message.as_chunks::<8>();
+        // The rest of a message only fills it to the length of a frame.
         let [count, woke, left, ..] = words else {
             return None;
         };

@@ -30,6 +30,7 @@ impl Process {
         before: &[String],
     ) -> anyhow::Result<Self> {
         let cannot = || format!("cannot start the {what}");
+        // The running program itself: nothing else must be installed, and versions cannot differ.
         let program = std::env::current_exe().context("cannot find this program")?;
         let mut command = match before {
             [] => Command::new(program),
@@ -42,10 +43,12 @@ impl Process {
         let (runtime, threads) = ZENOH_RUNTIME;
         let json = serde_json::to_string(plan).with_context(cannot)?;
         command
+            // Nobody reads standard error before a failure, and a full pipe would block the process.
             .args([PEER, "--quiet"])
             .args(["--parent", &std::process::id().to_string()])
             .args(["--for", &format!("{}s", limit.as_secs_f64())])
             .arg(json)
+            // As for a node's own process; Zenoh reads it once, before its first call.
             .env(runtime, threads)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -60,6 +63,7 @@ impl Process {
             what,
         };
         let mut line = String::new();
+        // An empty line means that the process ended first.
         process.out.read_line(&mut line).with_context(cannot)?;
         if line.trim_end() != READY {
             return Err(process.failed());
@@ -81,6 +85,7 @@ impl Process {
         Os::signal(&self.child, ChildSignal::End)
             .with_context(|| format!("cannot end the {}", self.what))?;
         let mut text = String::new();
+        // Read before the wait: a report longer than the pipe's buffer would hold the process for ever.
         let read = self.out.read_to_string(&mut text);
         if read.is_err() || text.is_empty() {
             return Err(self.failed());
@@ -113,6 +118,7 @@ impl Drop for Process {
     /// No process is left running, on any failure.
     fn drop(&mut self) {
         let _ = self.child.kill();
+        // Without it a killed process would stay as a zombie.
         let _ = self.child.wait();
     }
 }

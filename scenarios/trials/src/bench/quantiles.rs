@@ -23,6 +23,7 @@ impl TimeQuantiles {
         micros.sort_by(f64::total_cmp);
         Some(Self {
             count: micros.len(),
+            // An empty list returns here, before its quantiles.
             max_us: *micros.last()?,
             p50_us: quantile(&micros, 0.5),
             p99_us: quantile(&micros, 0.99),
@@ -48,6 +49,7 @@ impl MedianRatio {
         let ratios: Vec<f64> = rounds
             .filter_map(|(ours, theirs)| Self::of_medians(ours, theirs))
             .collect();
+        // Over all samples, as rounds of few samples would weigh as much as long ones in a mean of ratios.
         let all = |rounds: &[Vec<i64>]| rounds.concat();
         Some(Self {
             p50: Self::of_medians(&all(ours), &all(theirs))?,
@@ -58,6 +60,7 @@ impl MedianRatio {
 
     fn of_medians(ours: &[i64], theirs: &[i64]) -> Option<f64> {
         let median = |nanos: &[i64]| TimeQuantiles::of(nanos.iter().copied()).map(|q| q.p50_us);
+        // A median of 0 ns, below the resolution of the clock, has no ratio.
         Some(median(ours)? / median(theirs).filter(|median| *median > 0.0)?)
     }
 }
@@ -81,6 +84,7 @@ mod tests {
         let ours = [vec![2_000; 3], vec![3_000; 3], vec![3_000; 3]];
         let theirs = [vec![2_000; 3], vec![2_000; 3], vec![2_500; 3]];
         let ratio = MedianRatio::of(&ours, &theirs).unwrap();
+        // Medians of all are 3 and 2; the rounds alone have 2/2, 3/2 and 3/2.5.
         assert_eq!((ratio.p50, ratio.least, ratio.most), (1.5, 1.0, 1.5));
         assert_eq!(MedianRatio::of(&ours, &[Vec::new()]), None);
         assert_eq!(MedianRatio::of(&ours, &[vec![0]]), None);

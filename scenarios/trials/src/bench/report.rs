@@ -18,6 +18,7 @@ pub(super) fn wake_up(found: &WakeUp) -> String {
         add(&mut rows, "cyclictest", found.cyclictest);
     }
     let mut text = denied(&found.denied) + &rows.trim_fmt();
+    // Said, as a missing row could also be a measurement that failed.
     if found.cyclictest.is_none() {
         text += "\ncyclictest: not installed";
     }
@@ -114,6 +115,7 @@ pub(super) fn transports(found: &Transports) -> String {
         let loss = 100.0 * row.loss;
         format!("{} with {loss} % loss: {why}", row.transport)
     }));
+    // Only without a namespace; then every row has a loss of 0.
     let missing = found.without_loss.iter();
     lines.extend(missing.map(|missing| format!("measured without loss only: {missing}")));
     lines.push(
@@ -155,6 +157,7 @@ fn add(rows: &mut Table, name: &str, found: Option<TimeQuantiles>) {
             .into_iter()
             .chain([q.count.to_string()])
             .collect(),
+        // A way without any message keeps its row: a lost connection must not look like a part left out.
         None => vec!["none came".to_owned(); 4],
     };
     let cells = std::iter::once(name).chain(cells.iter().map(String::as_str));

@@ -34,6 +34,7 @@ pub(super) struct PrintedSettings {
 impl BenchSettings {
     /// Time that one of this many contenders is measured in each round.
     pub(super) fn turn(&self, contenders: i64) -> Span {
+        // The time is that of a part: more contenders or rounds make turns shorter, not the part longer.
         Span::from_nanos(self.time.as_nanos() / (contenders * i64::from(self.rounds)))
     }
 
@@ -73,6 +74,7 @@ impl BenchSettings {
 /// # Errors
 /// The system has none.
 pub(super) fn free_address() -> anyhow::Result<SocketAddr> {
+    // Port 0: the system chooses one. The socket is closed again, as the measured process binds the port itself.
     let socket = UdpSocket::bind(("127.0.0.1", 0)).and_then(|socket| socket.local_addr());
     socket.context("cannot find a free port")
 }

@@ -82,6 +82,7 @@ impl BenchTransport {
 }
 
 /// Connections may have to be made again while packets are lost.
+// TCP waits 1 s, then 2 s, before it repeats a lost first packet (RFC 6298).
 const WARM_UP: Span = Span::from_secs(3);
 
 /// Planned time of the measurement.
@@ -94,6 +95,7 @@ pub(super) fn planned(settings: &BenchSettings, losses: &[f64]) -> Span {
 fn cases(losses: &[f64]) -> impl Iterator<Item = (BenchTransport, f64)> {
     losses.iter().flat_map(|loss| {
         let ways = TRANSPORTS.iter();
+        // A Unix socket passes no device whose packets could be dropped.
         let ways = ways.filter(|way| *loss <= 0.0 || way.can_lose());
         ways.map(|way| (*way, *loss))
     })
@@ -114,6 +116,7 @@ pub(super) fn measure(
     };
     let losses = match namespace {
         Some(_) => losses,
+        // Without a namespace there is a comparison without loss, and the reason is printed.
         None => &[0.0],
     };
     let scratch = Scratch::new()?;
@@ -123,9 +126,11 @@ pub(super) fn measure(
     for _ in 0..settings.rounds {
         for ((way, loss), case) in cases.iter().zip(&mut found) {
             if let Some(namespace) = &namespace {
+                // Set for each case: the cases of one round differ in their loss.
                 namespace.lose(*loss)?;
             }
             let place = EndpointPair::of(*way, namespace.as_ref());
+            // A new pair of processes each time: a connection that has slowed down after losses would carry over.
             let pair = pair(*way, settings, bytes, &place, &scratch)?;
             match pair.measure(turn, turns) {
                 Ok(measured) => case.add(&measured),
@@ -162,9 +167,11 @@ impl TransportRounds {
         self.ages.extend(received.looks.iter().map(|look| look.age));
         let mut counts: Vec<u64> = received.messages.iter().map(|m| m.count).collect();
         counts.sort_unstable();
+        // UDP may deliver a datagram twice.
         counts.dedup();
         if let (Some(first), Some(last)) = (counts.first(), counts.last()) {
             self.came += counts.len() as u64;
+            // Between the first and the last that arrived: before, the ends had not met, and afterwards the receiver was gone.
             self.sent += last - first + 1;
         }
     }
@@ -190,6 +197,7 @@ struct EndpointPair {
 
 impl EndpointPair {
     fn of(way: BenchTransport, namespace: Option<&NetworkNamespace>) -> Self {
+        // Free on this machine, where the sending end listens. The namespace is new: all its ports are free.
         let port = free_address().map_or(7447, |address| address.port());
         let ends = |near: Ipv4Addr, far: Ipv4Addr, before_receiver| Self {
             address: (near, port).into(),
@@ -259,6 +267,7 @@ impl Scratch {
     fn new() -> anyhow::Result<Self> {
         use coaxle_os::{Os, Readers, System};
         use std::io::Write;
+        // A short path: that of a Unix socket has at most 107 bytes.
         let folder = std::env::temp_dir().join(format!("coaxle-bench-{}", std::process::id()));
         let scratch = Self { folder };
         let folder = &scratch.folder;
@@ -266,6 +275,7 @@ impl Scratch {
         Os::make_private_folder(folder).with_context(cannot)?;
         let validity = Validity::days(machine::wall_clock(), 1);
         let authority = Authority::new(validity)?;
+        // The listening end is at the near end of the cable, or at home without one; its certificate must name both.
         let hosts = [HERE, Ipv4Addr::LOCALHOST].map(|host| host.to_string());
         let issued = authority.issue(&NodeName::new("bench")?, &hosts, validity)?;
         for (name, text) in [
@@ -347,6 +357,7 @@ mod tests {
         let mut case = TransportRounds::default();
         case.add(&measured);
         let row = case.row(BenchTransport::Tcp, 0.0);
+        // 3, 4 and 6 of the four from 3 to 6.
         assert_eq!(row.came, Some(0.75));
         assert_eq!(row.age.unwrap().max_us, 2.0);
         assert_eq!(

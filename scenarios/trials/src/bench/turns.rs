@@ -7,6 +7,7 @@ use coaxle_lab::finished::Progress;
 use coaxle_os::machine;
 
 /// Refresh interval of the progress.
+// Ctrl-C is noticed within it, and a bar at fifty pictures a second looks smooth.
 const REFRESH_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Ctrl-C came while something was measured.
@@ -44,6 +45,7 @@ impl<'a> BenchProgress<'a> {
         let begin = machine::now();
         loop {
             let passed = machine::now() - begin;
+            // Clamped: a late wake-up must not show more than the turn.
             self.show(passed.min(time))?;
             if passed >= time {
                 self.done += time;
@@ -64,6 +66,7 @@ impl<'a> BenchProgress<'a> {
     }
 
     fn show(&mut self, passed: Span) -> Result<(), MeasurementInterrupted> {
+        // Without a plan the share would be 0/0.
         let planned = self.planned.as_secs_f64().max(1e-9);
         let share = ((self.done + passed).as_secs_f64() / planned).min(1.0);
         if self.progress.at(share) {

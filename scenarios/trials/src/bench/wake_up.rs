@@ -30,6 +30,7 @@ pub(super) struct WakeUp {
 const CONTENDERS: i64 = 3;
 
 /// Time after which a node ends by itself if it is not ended.
+// A limit for a parent that hangs; the node is ended as soon as its turn is over.
 const PATIENCE: Span = Span::from_secs(30);
 
 /// Planned time of the measurement.
@@ -51,6 +52,7 @@ pub(super) fn measure(
         let measured = fitness::lateness(settings.cycle, turn, settings.real_time)?;
         bare.push(measured.late.iter().map(|late| late.as_nanos()).collect());
         denied = measured.denied;
+        // Only afterwards, as the call returns when its loop has ended.
         turns.passed(turn)?;
         other.extend(cyclictest::run(
             settings.cycle,
@@ -87,6 +89,7 @@ fn lateness(cycles: &[CycleStamps], cycle: Span) -> Vec<i64> {
     let mut late = Vec::with_capacity(cycles.len());
     let mut due = cycles.first().map(|first| first.ideal);
     for CycleStamps { ideal, woke, .. } in cycles {
+        // Deadlines that a late cycle skipped are all met at its wake-up, each by its own lateness.
         let mut at = due.unwrap_or(*ideal);
         while at <= *ideal {
             late.push(woke - at);
@@ -111,6 +114,7 @@ mod tests {
         };
         let cycles = [(100, 103), (110, 114), (140, 149)].map(cycle);
         let late = lateness(&cycles, Span::from_nanos(10));
+        // The deadlines 120 and 130 were skipped, and are met with that of 140 at 149.
         assert_eq!(late, [3, 4, 29, 19, 9]);
         assert!(lateness(&[], Span::from_nanos(10)).is_empty());
     }

@@ -44,6 +44,7 @@ pub(crate) struct Child {
 }
 
 /// Time that a node may take to end by itself.
+// Far more than a last cycle and the flush of a node's files take: beyond it the node hangs.
 const END_TIMEOUT: Span = Span::from_secs(10);
 /// Number of log lines that a death is reported with: a node's error and its causes.
 const LAST_LINES: usize = 5;
@@ -73,6 +74,7 @@ impl Child {
     }
 
     pub(crate) fn start(&mut self) -> anyhow::Result<()> {
+        // Each run has files of its own: a restarted node would overwrite what happened before.
         let run = self.files.len();
         let file = |ending: &str| {
             let name = match run {
@@ -102,12 +104,14 @@ impl Child {
             })
             .arg(&cycles)
             .args(run_for.iter().flat_map(|time| ["--for", time]))
+            // The node dies with this program, even if that is killed.
             .args(["--parent", &std::process::id().to_string()])
             .env(runtime, threads)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
         // Ctrl-C is for the run: it ends its nodes itself, and reads their files.
+        // Otherwise the terminal would send it to the whole group.
         Os::ignore_terminal_signals(&mut command);
         let process = command
             .spawn()
@@ -135,6 +139,7 @@ impl Child {
 
     /// Result for a node that has ended early, or badly.
     fn ended(&mut self, status: ExitStatus, how: &str) -> anyhow::Result<Death> {
+        // Otherwise the next check would report the death again.
         self.process = None;
         let death = Death::of(&self.name, status, machine::now(), || self.last_lines());
         death.with_context(|| {
@@ -151,6 +156,7 @@ impl Child {
         let Some(memory) = self.memory.as_mut().filter(|memory| memory.is_due(now)) else {
             return Ok(());
         };
+        // Unknown where the system does not report it, or when the node has just ended.
         match Os::resident_memory(process) {
             Some(bytes) => memory.look(now, bytes).with_context(|| self.name.clone()),
             None => Ok(()),
@@ -159,6 +165,7 @@ impl Child {
 
     /// Kills the node; its death, if a signal did so before.
     pub(super) fn kill(&mut self) -> anyhow::Result<Option<Death>> {
+        // First, since a crash before the ordered kill must not pass for it.
         let death = self.check()?;
         if let Some(mut process) = self.process.take() {
             process.kill().context("cannot kill a node")?;
@@ -199,6 +206,7 @@ impl Child {
                 process.wait().context("cannot wait for a node")?;
                 bail!("{} did not end within {END_TIMEOUT}", self.name);
             }
+            // Polled, as the standard library waits for a process without any timeout.
             std::thread::park_timeout(Duration::from_millis(5));
         }
     }
@@ -222,6 +230,7 @@ impl Child {
     fn last(&self, count: usize) -> String {
         let log = self.log();
         let bytes = std::fs::read(&log).unwrap_or_default();
+        // A crash may leave half a character.
         let text = String::from_utf8_lossy(&bytes);
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
         let mut last: Vec<_> = lines.rev().take(count).collect();

@@ -29,6 +29,7 @@ impl Death {
         at: Instant<Machine>,
         last_lines: impl FnOnce() -> String,
     ) -> Option<Self> {
+        // On Unix a process has an exit code or the signal that killed it, never both.
         status.code().is_none().then(|| Self {
             node: node.to_owned(),
             signal: status.to_string(),
@@ -49,6 +50,7 @@ impl Death {
                 self.last_lines
             ),
             received: json!(format!("killed by {}", self.signal)),
+            // A death is always a failure: nodes handle the signals by which a scenario ends them.
             met: false,
         }
     }

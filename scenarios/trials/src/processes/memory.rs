@@ -5,10 +5,12 @@ use coaxle_clock::{Instant, Span};
 use coaxle_os::machine::Machine;
 
 /// Time after which a node has allocated all it needs.
+// A receiver knows the clocks that it follows after some six seconds.
 const SETTLED: Span = Span::from_secs(10);
 /// Interval of checks.
 const EVERY: Span = Span::from_secs(1);
 /// Allowed growth, bytes: the allocator rounds, and a new peer takes room.
+// Frames of 100 axes at 1 kHz, 9030 bytes each, exceed it within two seconds if a queue keeps them all.
 const MOST_GROWTH: u64 = 16 << 20;
 
 /// Watches the resident memory of one process.
@@ -37,9 +39,11 @@ impl MemoryWatch {
     /// Checks the resident memory of the process, bytes.
     pub(super) fn look(&mut self, now: Instant<Machine>, resident: u64) -> anyhow::Result<()> {
         self.looked = now;
+        // Compared with the first reading, not with the previous one: a slow leak would pass each step.
         let settled = *self.settled.get_or_insert(resident);
         let (before, after) = (mebibytes(settled), mebibytes(resident));
         ensure!(
+            // Only growth is wrong: memory that was given back to the system is fine.
             resident <= settled.saturating_add(MOST_GROWTH),
             "has grown from {before} to {after} MiB of memory since it settled, expected at most {} MiB more",
             mebibytes(MOST_GROWTH)
@@ -65,6 +69,7 @@ mod tests {
         assert!(watch.is_due(at(10)));
         watch.look(at(10), 50 << 20).expect("the first look");
         assert!(!watch.is_due(at(10)));
+        // 16 MiB more, the very bound.
         watch.look(at(11), 66 << 20).expect("within the bound");
         let grown = watch.look(at(12), (66 << 20) + 1).expect_err("too much");
         assert!(grown.to_string().contains("from 50 to 66 MiB"), "{grown}");

@@ -55,6 +55,7 @@ impl NodeProcesses {
         }
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        // A twin has the name of its node, but a port of its own.
         let count = topology.names().len() + scenario.twins().len();
         let endpoints = free_endpoints(count, protocol)?;
         let children = write_configs(scenario, topology, folder, &endpoints, of_receivers)?;
@@ -87,6 +88,7 @@ fn write_configs(
         if let Some(config) = scenario.senders.iter().find(|s| s.name == **name) {
             let mut config = config.clone();
             config.relative_to(&here);
+            // As in virtual time: each node draws its faults from its own seed.
             config.seed = scenario.seed_of(&config.name);
             config.transport = local(&config.transport, listen(), Vec::new());
             let path = write_toml(folder, &file, &config)?;
@@ -94,6 +96,7 @@ fn write_configs(
         }
         if let Some(config) = scenario.receivers.iter().find(|r| r.name == **name) {
             let mut config = config.clone();
+            // A set, because several links may come from one node, which is connected to once.
             let sources: BTreeSet<usize> = (ways.iter())
                 .filter(|way| way.to == n)
                 .map(|way| way.from)
@@ -119,6 +122,7 @@ fn write_configs(
 fn local(config: &TransportConfig, listen: String, connect: Vec<String>) -> TransportConfig {
     TransportConfig {
         listen: vec![listen],
+        // Only to nodes of this run, whatever the scenario's network says.
         connect,
         ..config.clone()
     }
@@ -148,6 +152,7 @@ fn held<S, A>(
     bind: impl Fn() -> std::io::Result<S>,
     address: impl Fn(&S) -> std::io::Result<A>,
 ) -> std::io::Result<Vec<A>> {
+    // All are bound before the first one closes: otherwise the system may name one port twice.
     let sockets: Vec<S> = (0..count).map(|_| bind()).collect::<Result<_, _>>()?;
     sockets.iter().map(address).collect()
 }

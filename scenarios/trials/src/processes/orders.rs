@@ -32,6 +32,7 @@ impl OrderSender {
     ) -> anyhow::Result<Self> {
         let is_order = |event: &&Event| matches!(event.what, EventKind::Command(_));
         let nodes: BTreeSet<_> = events.iter().filter(is_order).map(|e| &e.node).collect();
+        // A run without commands needs no session beside those of its nodes.
         let commander = if nodes.is_empty() {
             None
         } else {
@@ -52,6 +53,7 @@ impl OrderSender {
         else {
             return Ok(());
         };
+        // An order to a frozen node waits until its timeout, and the events of others must not wait with it.
         let (commander, node) = (Arc::clone(commander), event.node.clone());
         let order = commanded.order.clone();
         let answer = std::thread::Builder::new()
@@ -69,6 +71,7 @@ impl OrderSender {
     /// Waits for the outstanding responses, and leaves the network.
     pub(super) fn finish(self) -> Vec<Verdict> {
         let verdicts = self.sent.into_iter().map(PendingOrder::judge).collect();
+        // Every thread has ended by now, so this is the last owner.
         if let Some(commander) = self.commander.and_then(Arc::into_inner) {
             commander.close();
         }
@@ -84,6 +87,7 @@ impl PendingOrder {
                 tracing::warn!("{error:#}");
                 None
             }
+            // A panic of the thread is judged as no response.
             Err(_) => None,
         };
         self.commanded.judge(&self.event, answer.as_ref())

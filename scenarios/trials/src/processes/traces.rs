@@ -29,6 +29,7 @@ pub(super) fn evaluate(
     begin: Instant<Machine>,
     sink: &mut impl RowSink,
 ) -> anyhow::Result<Finished> {
+    // Zipped with the configs below, so that duplicates at the end of the list are left out.
     let (senders, receivers) = children.split_at(scenario.senders.len());
     let senders: Vec<Vec<TraceCycle<SenderRow>>> = (senders.iter().zip(&scenario.senders))
         .map(|(child, config)| read(child, |row| TraceCycle::of_sender(config, row)))
@@ -54,6 +55,7 @@ pub(super) fn evaluate(
         match step {
             TraceStep::Sender(sender, cycle) => {
                 let SenderRow { node, axes } = &cycle.signals;
+                // The truth of an instant comes before the receivers that are compared with it.
                 evaluation.push_sender(sender, node);
                 for (config, axis) in scenario.senders[sender].shown_axes().zip(axes) {
                     let sample = truth_of(cycle.at_ns, node, axis);
@@ -102,6 +104,7 @@ fn in_order<'a>(
             .map(move |record| TraceStep::Receiver(n, record))
     });
     let mut steps: Vec<_> = of_senders.chain(of_receivers).collect();
+    // Stable: at equal times senders stay before receivers.
     steps.sort_by_key(TraceStep::at_ns);
     steps
 }
@@ -169,8 +172,10 @@ impl RowColumns<'_> {
     }
 
     fn next<T: DeserializeOwned>(&mut self, count: usize) -> csv::Result<T> {
+        // A part of its own, because serde reads a record from its first column.
         let part: StringRecord = self.row.iter().skip(self.at).take(count).collect();
         self.at += count;
+        // Without headers, columns are taken by place.
         part.deserialize(None)
     }
 }
@@ -181,6 +186,7 @@ fn read<T>(
     each: impl Fn(&StringRecord) -> csv::Result<T>,
 ) -> anyhow::Result<Vec<T>> {
     let mut rows = Vec::new();
+    // A restarted node has a file for each run, in the order of time.
     for path in child.files() {
         read_file(path, &mut rows, &each)
             .with_context(|| format!("cannot read the trace {}", path.display()))?;

@@ -21,6 +21,7 @@ impl Busy {
     /// A process cannot be started.
     pub(crate) fn start(number: u16) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("cannot find this program")?;
+        // Filled one by one: if a start fails, the drop ends those before.
         let mut busy = Self::default();
         for _ in 0..number {
             let process = Command::new(&program)
@@ -50,16 +51,19 @@ impl Drop for Busy {
 /// # Errors
 /// Standard input cannot be watched.
 pub fn keep_busy() -> anyhow::Result<()> {
+    // Static, as the thread may outlive this function.
     static ENDED: AtomicBool = AtomicBool::new(false);
     std::thread::Builder::new()
         .name("stdin".to_owned())
         .spawn(|| {
             let mut nothing = [0];
+            // A read of 0 bytes is the end of the pipe: the starting program is gone.
             while std::io::stdin().read(&mut nothing).is_ok_and(|n| n > 0) {}
             ENDED.store(true, Ordering::Relaxed);
         })
         .context("cannot watch standard input")?;
     while !ENDED.load(Ordering::Relaxed) {
+        // Never sleeps: a load that gives up the processor would not compete with the nodes.
         std::hint::spin_loop();
     }
     Ok(())

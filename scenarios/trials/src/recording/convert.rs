@@ -35,12 +35,14 @@ impl TimeScale {
             .map(|row| FitPoint::of(first, row))
             .collect();
         let mut drift = 0.0;
+        // Each pass finds the slope that is left after the ones before.
         for _ in 0..PASSES {
             drift += slope(&earliest(&points, drift));
         }
         let above = |point: &FitPoint| point.above(drift).phase;
         let least = points.iter().map(above).fold(f64::INFINITY, f64::min);
         Self {
+            // Rounded down, so that the least delay is not negative.
             zero_ns: first.arrival_ns.saturating_add(least.floor() as i64),
             drift,
         }
@@ -75,6 +77,7 @@ pub(crate) fn convert(raw: &Raw, scale: &TimeScale) -> ArrivalRecording {
 
 /// Converts a message; none if a number is too large for the file.
 fn message(first: &ArrivalRow, row: &ArrivalRow, scale: &TimeScale) -> Option<RecordedMessage> {
+    // Wrapping and signed: a message that was overtaken may have a smaller count than the first.
     let count = row.count.wrapping_sub(first.count) as i64;
     let stamp = row.send_stamp_ns.unwrap_or(0);
     let due = count.checked_mul(first.cycle_time_ns)?;
@@ -129,7 +132,9 @@ impl FitPoint {
 }
 
 /// Window of the search for the earliest message; an eighth of shorter recordings.
+// Long enough that some message of each is delayed by nothing but the path, short against the wander of clocks.
 const WINDOW_NS: f64 = 1e9;
+// A line needs several points: eight windows at least.
 const SHORTEST: f64 = 8.0;
 /// The earliest messages depend on the drift; it is known well enough after the first pass.
 const PASSES: usize = 2;
@@ -137,6 +142,7 @@ const PASSES: usize = 2;
 /// The earliest point of each window, once a drift is taken away.
 fn earliest(points: &[FitPoint], drift: f64) -> Vec<FitPoint> {
     let whole = points.iter().map(|point| point.passed).fold(0.0, f64::max);
+    // At least a nanosecond: a recording of one instant would divide by 0.
     let window = WINDOW_NS.min(whole / SHORTEST).max(1.0);
     let mut found: Vec<(f64, FitPoint)> = Vec::new();
     for point in points.iter().map(|point| point.above(drift)) {
@@ -158,6 +164,7 @@ fn earliest(points: &[FitPoint], drift: f64) -> Vec<FitPoint> {
 fn slope(points: &[FitPoint]) -> f64 {
     let number = points.len() as f64;
     let mean = |of: fn(&FitPoint) -> f64| points.iter().map(of).sum::<f64>() / number;
+    // About the means: sums of squares of hours in ns would cancel in f64.
     let (middle, level) = (mean(|point| point.passed), mean(|point| point.phase));
     let (mut covariance, mut variance) = (0.0, 0.0);
     for point in points {
@@ -165,6 +172,7 @@ fn slope(points: &[FitPoint]) -> f64 {
         covariance += away * (point.phase - level);
         variance += away * away;
     }
+    // All points at one time have no slope.
     if variance > 0.0 {
         covariance / variance
     } else {

@@ -20,10 +20,12 @@ pub(crate) struct ArrivalRecording {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct RecordedMessage {
     /// The sender's cycle, counted from the first recorded one.
+    // 24 days at 1 kHz.
     pub(crate) count: i32,
     /// Departure after the ideal start of its cycle, ns; 0 where the sender does not state it.
     pub(crate) send_stamp_ns: i32,
     /// Arrival minus that, ns.
+    // An i32 of ns ends at 2.147 s: later messages are left out and counted.
     pub(crate) delay_ns: i32,
 }
 
@@ -51,6 +53,7 @@ impl RecordingFiles {
     pub(crate) fn of(name: &Path) -> Self {
         let ending = |ending: &str| {
             let mut path = name.as_os_str().to_owned();
+            // Appended: `with_extension` would cut a name with a dot in it.
             path.push(ending);
             PathBuf::from(path)
         };

@@ -36,6 +36,7 @@ pub(crate) struct RecordingResult {
 }
 
 /// Nodes have met after this time, or never do.
+// Nodes meet within a second; a machine with 256 busy processes takes far longer.
 const MEETING_TIMEOUT: Span = Span::from_secs(60);
 /// Interval of checks of the nodes.
 const CHECK_INTERVAL: Duration = Duration::from_millis(20);
@@ -62,15 +63,18 @@ pub(crate) fn record(
     let busy = Busy::start(settings.busy)?;
     for child in &mut children {
         // Nodes end even if no process is left to end them.
+        // Once for the meeting and once for a slow end, so that it never cuts a recording.
         child.end_after(settings.duration + MEETING_TIMEOUT * 2);
         child.start()?;
     }
     run(settings, &mut children, progress)?;
+    // The load belongs to the recording only; reading files needs no competition.
     drop(busy);
     let [sender, receiver] = &children[..] else {
         bail!("received {} nodes, expected two", children.len());
     };
     let mut raw = Raw::read(&file_of(receiver)?)?;
+    // The nodes run a little longer than asked, until both have ended.
     raw.keep_first(settings.duration.as_nanos());
     Ok(RecordingResult {
         scale: scale(&raw, &file_of(sender)?)?,
@@ -122,6 +126,7 @@ fn run(
     children: &mut [Child],
     progress: &mut dyn Progress,
 ) -> anyhow::Result<()> {
+    // The receiver is the last one: senders come first.
     let arrivals = children.last().map(file_of).transpose()?;
     let deadline = machine::now() + MEETING_TIMEOUT;
     while !arrivals.as_deref().is_some_and(has_a_row) {
@@ -176,11 +181,13 @@ fn file_of(node: &Child) -> anyhow::Result<PathBuf> {
 fn scale(raw: &Raw, sender: &Path) -> anyhow::Result<TimeScale> {
     let first = raw.sent_first();
     let known = first_cycle(sender, first.epoch)?;
+    // A trace may begin at a later cycle than the arrivals, so both are counted back to cycle 0.
     let start = |count: u64| count as i64 * first.cycle_time_ns;
     let zero_on_machine = known.at_ns - start(known.cycle) + start(first.count);
     let machine_minus_local = first.at_ns - first.cycle_start_ns;
     let one_clock = |(at, local): (i64, i64)| at - local == machine_minus_local;
     let mut clocks = raw.messages.iter().map(|r| (r.at_ns, r.cycle_start_ns));
+    // Exact equality: both stamps are of one clock and in whole nanoseconds.
     if !clocks.all(one_clock) {
         bail!("received a receiver whose clock deviates from the machine's, expected the same");
     }

@@ -102,6 +102,7 @@ impl RecordArrivalsArgs {
 /// A node that does not start or ends badly, a file that cannot be read or written.
 pub fn run(args: &RecordArrivalsArgs, progress: &mut dyn Progress) -> anyhow::Result<String> {
     let files = RecordingFiles::of(&args.out);
+    // Before a recording of perhaps hours, which a missing folder would lose at its end.
     make_folder_of(&files.messages)?;
     let (recording, summary) = match &args.from {
         Some(file) => converted(file)?,
@@ -115,11 +116,13 @@ pub fn run(args: &RecordArrivalsArgs, progress: &mut dyn Progress) -> anyhow::Re
 
 fn converted(file: &Path) -> anyhow::Result<(ArrivalRecording, RecordingSummary)> {
     let raw = Raw::read(file)?;
+    // A warning and no error: the longest run is a whole recording by itself.
     if raw.other_runs > 0 {
         let others = raw.other_runs;
         tracing::warn!("the sender was started anew: {others} shorter runs are left out");
     }
     let scale = TimeScale::fitted(&raw);
+    // The drift goes into the file, because it is no longer in the delays.
     let origin = RecordingOrigin::Fitted {
         file: file.display().to_string(),
         drift_ppm: scale.drift_ppm(),
@@ -154,6 +157,7 @@ fn recorded(
         real_time: args.real_time,
     };
     let summarised = summarised(&raw, &scale, origin);
+    // Only after a success: on a failure the logs are the explanation.
     std::fs::remove_dir_all(&folder)
         .with_context(|| format!("cannot remove {}", folder.display()))?;
     Ok(summarised)
@@ -172,6 +176,7 @@ fn summarised(
 /// Folder of the nodes' configs, logs and traces while they run.
 fn nodes_folder(out: &Path) -> PathBuf {
     let mut folder = out.as_os_str().to_owned();
+    // Beside the recording and not in a temporary folder: the traces of an hour are large.
     folder.push("-nodes");
     folder.into()
 }

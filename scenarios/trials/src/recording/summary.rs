@@ -68,6 +68,7 @@ impl RecordingSummary {
             cycle_time_us: cycle_time_ns as f64 / 1e3,
             seconds: range as f64 * cycle_time_ns as f64 / 1e9,
             messages: messages.len(),
+            // Duplicates may make more messages than counts.
             missing: (range + 1 - messages.len() as i64).max(0),
             left_out: recording.left_out,
             exchanges: recording.exchanges.len(),
@@ -114,6 +115,7 @@ impl DelayQuantiles {
     fn of(messages: &[RecordedMessage], nanos: impl Fn(&RecordedMessage) -> i32) -> Self {
         let mut sorted: Vec<i32> = messages.iter().map(nanos).collect();
         sorted.sort_unstable();
+        // An empty list has all quantiles 0, by `get` below.
         let last = sorted.len().saturating_sub(1) as f64;
         let at = |share: f64| {
             let place = (share * last).round() as usize;
@@ -152,10 +154,13 @@ mod tests {
             drift_ppm: 12.5,
         };
         let summary = RecordingSummary::of(&recording, origin, 2_000_000);
+        // 51 counts without 3, 13, 23, 33 and 43.
         assert_eq!((summary.messages, summary.missing), (46, 5));
+        // 50 cycles of 2 ms.
         assert!((summary.seconds - 0.1).abs() < 1e-12);
         assert!((summary.cycle_time_us - 2_000.0).abs() < 1e-9);
         assert!((summary.delay_us.least, summary.delay_us.most) == (0.0, 50.0));
+        // The missing counts shift the median by a message.
         assert!((summary.send_stamp_us.median - 25.0).abs() < 1.5);
         let text = summary.text();
         for part in [

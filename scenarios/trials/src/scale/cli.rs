@@ -53,6 +53,7 @@ pub fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
         print_text(&serde_json::to_string(&Cost::of(size)?)?)?;
         return Ok(Exit::Done);
     }
+    // Before the measurement: a folder in use is refused now and not after all sizes.
     let folder = ResultsFolder::hold(&args.out)?;
     let all = match args.series.as_slice() {
         [] => SizeSeries::ALL.to_vec(),
@@ -82,7 +83,9 @@ pub fn scale(args: &ScaleArgs) -> anyhow::Result<Exit> {
 fn measured(size: Size) -> anyhow::Result<Cost> {
     let what = format!("{}:{}", size.series.name(), size.count);
     let program = std::env::current_exe().context("cannot find this program")?;
+    // In sequence: processes at the same time would slow each other down.
     let output = Command::new(program)
+        // The option is hidden: it makes this program the process of a single size.
         .args(["scale", "--size", &what])
         .output()
         .context("cannot start this program")?;
@@ -135,6 +138,7 @@ fn csv(costs: &[Cost]) -> anyhow::Result<String> {
 /// The smallest size of a series with one axis per node, which has only the fixed costs beside it.
 fn first_of(costs: &[Cost], series: SizeSeries) -> Option<&Cost> {
     let mut of = costs.iter().filter(|cost| cost.size.series == series);
+    // Only that series has more axes in a node: the others grow by nodes, and have no further axes.
     of.find(|cost| cost.size.count == 1 && series == SizeSeries::Axes)
 }
 
@@ -167,6 +171,7 @@ fn table_of(series: SizeSeries, costs: &[&Cost]) -> Table {
         .filter(|first| series == SizeSeries::Axes && first.size.count == 1);
     let digits = |value: Option<f64>| match value {
         Some(value) => right(&significant(value, 3)),
+        // Unknown is not 0: the smallest size has no further axis, and not every system reports memory.
         None => right("–"),
     };
     for cost in costs {

@@ -108,6 +108,7 @@ impl Lockstep {
             published: 0,
             delivered: 0,
         };
+        // Nodes publish some channels for subscribers only.
         lockstep.tell_subscribed();
         Ok(lockstep)
     }
@@ -128,15 +129,18 @@ impl Lockstep {
 
     /// A cycle of every node.
     pub(super) fn cycle(&mut self) -> CycleTimes {
+        // The cycle time of all configs is 1 ms.
         let now = Instant::EPOCH + Span::from_millis(self.cycle);
         self.cycle += 1;
         let begin = machine::now();
+        // Taken out, as a scan posts its frames into the rest of this value.
         let mut senders = std::mem::take(&mut self.senders);
         for (node, sender) in senders.iter_mut().enumerate() {
             self.scan(node, sender, now);
         }
         self.senders = senders;
         let sent = machine::now();
+        // After the senders and before the receivers: a frame arrives in the cycle that made it.
         self.deliver(now);
         let taken = machine::now();
         let mut receivers = std::mem::take(&mut self.receivers);
@@ -168,6 +172,7 @@ impl Lockstep {
         let Some((publication, _)) = numbered.find(|(_, one)| is_it(one)) else {
             return;
         };
+        // The list grows in the first cycles only; later its buffers are reused, and nothing allocates.
         if self.waiting == self.posted.len() {
             self.posted.push(PendingFrame {
                 node,
@@ -177,6 +182,7 @@ impl Lockstep {
         }
         let posted = &mut self.posted[self.waiting];
         (posted.node, posted.publication) = (node, publication);
+        // 0 in virtual time, but a stamp has its place in a real frame.
         let stamp = Some(now - outgoing.ideal_start);
         self.seals[node][publication].seal(outgoing.body, stamp, &mut posted.frame);
         self.waiting += 1;
@@ -218,6 +224,7 @@ mod tests {
 
     #[test]
     fn every_slave_follows_and_every_frame_comes_to_all_who_hear_it() {
+        // A frame to three, three frames to one, and two pairs of nodes with 65 axes each.
         for (size, frames) in [("receivers:3", 3), ("senders:3", 3), ("axes:130", 2)] {
             let mut lockstep = Lockstep::new(size.parse().unwrap()).unwrap();
             for _ in 0..4_000 {

@@ -37,6 +37,7 @@ fn figure(costs: &[Cost]) -> Figure {
     let panel = Panel {
         title: TITLE.to_owned(),
         unit: "µs".to_owned(),
+        // Costs span two decades and sizes three.
         scale: Scale::Logarithmic,
         curves: curves.collect(),
         ..Panel::default()

@@ -33,6 +33,7 @@ pub(crate) struct Size {
 const AXES_OF_A_NODE: usize = 125;
 
 /// Largest size.
+// Ten times the largest size of a series.
 const MOST: usize = 10_000;
 
 impl SizeSeries {
@@ -40,6 +41,7 @@ impl SizeSeries {
 
     /// The sizes that are measured.
     pub(crate) fn sizes(self) -> impl Iterator<Item = Size> {
+        // Doubled, or about three times as many each: equal distances on the logarithmic axis of the plot.
         let counts: &[usize] = match self {
             Self::Receivers | Self::Senders => &[1, 2, 4, 8, 16, 32, 64],
             Self::Axes => &[1, 10, 30, 100, 300, 1000],
@@ -67,6 +69,7 @@ impl Size {
             SizeSeries::Receivers => vec![1],
             SizeSeries::Senders => vec![1; self.count],
             SizeSeries::Axes => {
+                // At least one, as the split below divides by it.
                 let nodes = self.count.div_ceil(AXES_OF_A_NODE).max(1);
                 // As even as they can be.
                 let of = |node| (self.count * (node + 1)) / nodes - (self.count * node) / nodes;

@@ -76,16 +76,19 @@ pub(super) fn changed(
         let part = document.get(part);
         part.is_some_and(|part| part.get("csv").is_some())
     };
+    // The page writes one file only.
     let rows_elsewhere = names_csv("table") || names_csv("points");
     if rows_elsewhere && !matches!(change, CamPageChange::Head { .. }) {
         return Err("the rows are in a CSV file of their own, and are changed there".to_owned());
     }
+    // A text that makes no cam file can still be repaired: by its head, or by taking points out.
     let cam = CamFile::parse(&design.path, text);
     let start = match cam.as_ref().map(|cam| &cam.shape) {
         Ok(Shape::Points(points)) => points.first().map(|point| point.master),
         Ok(Shape::Table(table)) => table.rows.first().map(|row| row.0),
         Err(_) => None,
     };
+    // Time on the axis begins at the first master position.
     let start = start.unwrap_or_default();
     // A plate that is dragged stays one: it stops where it would end being one.
     let must_stay = matches!(
@@ -116,6 +119,7 @@ pub(super) fn changed(
         } => {
             let master = rounded(
                 settings.master(start, along),
+                // A width, not a place: without the start.
                 settings.master(0.0, grain[0]),
             );
             let value = rounded(
@@ -143,6 +147,7 @@ pub(super) fn changed(
         CamPageChange::Remove { point: n } => take_out(&mut document, n)?,
     }
     let text = document.to_string();
+    // After all changes, on the text itself: the check is the one of saving.
     if must_stay {
         design.plate(&text)?;
     }
@@ -158,10 +163,13 @@ fn optional(value: &Json) -> Result<Option<Value>, String> {
 
 /// To a step of 1, 2 or 5 times a power of ten that is no coarser than the screen.
 fn rounded(value: f64, grain: f64) -> f64 {
+    // Negative where a master runs backwards over a time axis.
     let grain = grain.abs();
+    // Written so that NaN is refused as well.
     if !(grain > 0.0 && grain.is_finite()) {
         return value;
     }
+    // Of 1, 2 and 5 the largest that is not above the grain: a digit more would be noise of the mouse.
     let power = grain.log10().floor();
     let digits = grain / 10_f64.powf(power);
     let step = if digits >= 5.0 {
@@ -201,6 +209,7 @@ fn set(
         ));
     }
     let point = point(document, n).ok_or_else(|| no_point(n))?;
+    // Files leave derivatives of 0 out, since 0 is their default.
     let is_zero = value.as_ref().and_then(as_number) == Some(0.0);
     let may_be_left_out = matches!(field, "velocity" | "acceleration" | "jerk");
     put(
@@ -214,6 +223,7 @@ fn set(
 
 fn set_cell(row: &mut Array, column: usize, mut value: Value) -> Result<(), String> {
     let cell = row.get_mut(column).ok_or("the row has no such column")?;
+    // Blanks and comments around the old number stay.
     *value.decor_mut() = cell.decor().clone();
     *cell = value;
     Ok(())
@@ -229,12 +239,14 @@ fn forget_wrong_type(point: &mut dyn toml_edit::TableLike, field: &str) {
         point
             .get(field)
             .and_then(|item| as_number(item.as_value()?))
+            // A field that is left out is 0 and contradicts nothing.
             .is_some_and(|value| value != 0.0)
     };
     let contradicts = kind.is_some_and(|kind| {
         kind.stands_still() && is_moved("velocity")
             || kind.keeps_its_velocity() && is_moved("acceleration")
     });
+    // Not when the type itself is set: then the error names the contradiction.
     if contradicts && field != "type" {
         put(point, "type", None);
     }
@@ -255,6 +267,7 @@ fn drag(
 ) -> Result<(), String> {
     match quantity {
         0 => {
+            // Both at once, as a point that is dragged in the plane changes both.
             set(document, n, "master", Some(number(master)))?;
             set(document, n, "slave", Some(number(value)))
         }
@@ -274,12 +287,15 @@ fn insert(
     let cam = cam.ok_or("a point can be added to what makes a cam file")?;
     match &cam.shape {
         Shape::Points(points) => {
+            // From the back: masters increase, so the first one found is the neighbour.
             let before = points.iter().rposition(|point| point.master < master);
             let before = before.ok_or("expected a place behind the first point")?;
             let last = points.len() - 1;
             if before == last {
+                // Wraps for a single point, and then finds none.
                 let law = law_behind(points.get(last.wrapping_sub(1)));
                 if let Some(end) = point(document, last)
+                    // The last point needs no law as long as it is the last: no segment begins there.
                     && !end.contains_key("law")
                 {
                     put(end, "law", Some(Value::from(law)));
@@ -301,6 +317,7 @@ fn insert(
             let rows = rows(document).ok_or("the rows are in a file of their own")?;
             let row: Array = [number(master), number(slave)].into_iter().collect();
             let mut row = Value::from(row);
+            // Indentation and line break of the row before, so that the array stays a column.
             let decor = rows.get(place - 1).map(|row| row.decor().clone());
             *row.decor_mut() = decor.unwrap_or_default();
             rows.insert_formatted(place, row);
@@ -330,6 +347,7 @@ fn law_behind(point: Option<&MotionPoint>) -> &'static str {
             | L::Polynom3Vv),
         ) => law.file_name(),
         Some(law) if law.is_spline() => L::Spline.file_name(),
+        // The usual law between rests: continuous in acceleration.
         Some(L::Polynom5) | None => L::Polynom5.file_name(),
         Some(_) => L::Polynom5Mm.file_name(),
     }

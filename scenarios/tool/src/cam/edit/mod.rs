@@ -90,6 +90,7 @@ struct CamDesign {
     last: Option<String>,
 }
 
+// A plate that is valid at once: two points, cyclic, at rest.
 const TEMPLATE: &str = "title = \"\"\ncourse = \"cyclic\"\nmaster-unit = \"°\"\nslave-unit = \"mm\"\n\n\
     [[point]]\nlaw = \"polynom5\"\nmaster = 0\nslave = 0\n\n[[point]]\nmaster = 360\nslave = 0\n";
 
@@ -113,6 +114,7 @@ impl Design for CamDesign {
             Ok(settings) => settings,
             Err(error) => return serde_json::json!({ "error": error }),
         };
+        // Kept as text: the view may be asked for with other settings later.
         if self.plate(text).is_ok() {
             self.last = Some(text.to_owned());
         }
@@ -125,10 +127,12 @@ impl Design for CamDesign {
     }
 
     fn check(&self, text: &str) -> Result<(), String> {
+        // Stricter than reading the file: points that make no plate can be read.
         self.plate(text).map(drop)
     }
 
     fn act(&mut self, text: &str, wanted: &Value) -> Result<String, String> {
+        // A file that the browser opens: its text comes from the page, not from a path on this PC.
         let name = wanted["compare"]["name"].as_str();
         if let (Some(name), Some(other)) = (name, wanted["compare"]["text"].as_str()) {
             self.compared = Some(ComparedPlate::parse(name, other)?);
@@ -146,6 +150,7 @@ impl Design for CamDesign {
                 Ok(String::new())
             }
             _ => {
+                // Checked here, before a running receiver is asked at all.
                 let (cam, _) = self.plate(text)?;
                 let target = self.target.as_mut();
                 let target = target

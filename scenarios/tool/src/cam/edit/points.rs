@@ -47,6 +47,7 @@ pub(super) fn insert_behind(
     master: f64,
     slave: f64,
 ) {
+    // The new point takes over where the old one led to.
     let next = point(document, n).map(|before| {
         let next = whole(before, "relative-next");
         put(before, "relative-next", None);
@@ -74,6 +75,7 @@ pub(super) fn insert_behind(
         Some(Item::ArrayOfTables(tables)) => {
             let mut table = Table::new();
             fields.for_each(|(field, value)| put(&mut table, field, Some(value)));
+            // A blank line before the header, as people write tables.
             table.decor_mut().set_prefix("\n");
             tables.insert(n + 1, table);
             in_order(tables);
@@ -93,6 +95,7 @@ pub(super) fn insert_behind(
 
 /// Takes a point out; those that led to it lead to the one behind it.
 pub(super) fn remove(document: &mut DocumentMut, n: usize) {
+    // Points that led to the last one lead to the one before it, as there is none behind.
     let is_last = n + 1 == count(document);
     for k in 0..n {
         let Some(before) = point(document, k) else {
@@ -107,6 +110,7 @@ pub(super) fn remove(document: &mut DocumentMut, n: usize) {
             put(
                 before,
                 "relative-next",
+                // 1 is the default and is left out.
                 (next > 2).then(|| Value::from(next - 1)),
             );
         }
@@ -127,6 +131,7 @@ pub(super) fn remove(document: &mut DocumentMut, n: usize) {
 /// Tables are written by their positions in the text.
 fn in_order(tables: &mut ArrayOfTables) {
     for (n, table) in tables.iter_mut().enumerate() {
+        // Numbered again, as a table that was inserted has no position of its own.
         table.set_position(Some(n as isize + 1));
     }
 }
@@ -134,6 +139,7 @@ fn in_order(tables: &mut ArrayOfTables) {
 /// Renumbers points whose number is written, by their places.
 fn renumber(document: &mut DocumentMut) {
     for n in 0..count(document) {
+        // Only where a number is written: the place is the number otherwise.
         if let Some(point) = point(document, n)
             && point.contains_key("index")
         {

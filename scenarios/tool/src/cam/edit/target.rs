@@ -59,6 +59,7 @@ impl CommandTarget {
     /// The number of the plate there.
     pub(super) fn table(&self, cam: &CamFile) -> u8 {
         let of_file = || cam.table_id.map(|id| id.get());
+        // Numbers of plates begin at 1.
         self.table.or_else(of_file).unwrap_or(1)
     }
 
@@ -75,6 +76,7 @@ impl CommandTarget {
         let commands = match wanted["do"].as_str().unwrap_or_default() {
             "load" => {
                 let plate = PlateOrder::new(cam.source(), None);
+                // First the mode: otherwise the select would change a coupled plate in the mode of before.
                 let mode = json!({ "set-cam-online-change-mode": { "table": table, "mode": { "activation": activation } } });
                 let select = json!({ "cam-table-select": { "table": table, "replace": true, "plate": plate } });
                 // Before there is a plate there is no mode of changing it.
@@ -112,6 +114,7 @@ impl CommandTarget {
 
     fn send(&self, command: &Value) -> Result<(bool, String), String> {
         let order = json!({ "version": 1, "slave": self.slave, "command": command });
+        // Through JSON, so that the page's orders pass the same checks as those of the network.
         let order = CommandOrder::from_json(order.to_string().as_bytes());
         let order = order.map_err(|error| error.to_string())?;
         let answer = self.commander.send(&self.node, &order);

@@ -14,6 +14,7 @@ use crate::cam::advise::{json_of, remarks};
 use crate::cam::text::{description, heading, master_heading, velocity_steps};
 
 /// Longer tables are drawn without their rows.
+// Handles of more rows would cover each other on the screen.
 const MOST_ROWS: usize = 2_000;
 
 /// Six digits: enough to compare by eye.
@@ -144,10 +145,12 @@ fn points(cam: &CamFile, plate: Option<&Plate>, settings: &ViewSettings) -> Valu
                 let values = [point.slave, point.velocity, point.acceleration];
                 json["at"] = (0..3).map(|q| values[q] * settings.factor(q)).collect();
                 // The end of a cyclic plate is its start.
+                // A joint has the values of both sides; at the seam these are the end and the start.
                 let is_seam = is_last
                     && plate.is_some_and(|plate| plate.course() == coaxle_plate::Course::Cyclic);
                 let joint = match is_seam {
                     true => joints.first(),
+                    // Compared exactly: a joint lies at the master of its point. An ignored point has none.
                     false => joints.iter().find(|joint| joint.master == point.master),
                 };
                 json["joint"] = joint.map(|joint| joint_json(cam, joint, settings)).into();
@@ -201,6 +204,7 @@ fn joint_json(cam: &CamFile, joint: &Joint, settings: &ViewSettings) -> Value {
     };
     let marks = (1..4).map(|quantity| {
         let [before, after] = sides(quantity);
+        // Exactly: `steps` has rounding taken out already.
         let goes_on = steps[quantity - 1] == 0.0;
         json!({
             "goes_on": goes_on,
@@ -228,6 +232,7 @@ fn characteristics(
         Ok(values) => values,
         Err(error) => return json!({ "error": error.to_string() }),
     };
+    // Another plate that has no characteristics leaves its column empty: the view is about this plate.
     let other = other.and_then(|other| of(&other.plate).ok());
     let limits = settings.limits();
     let unit = &cam.slave_unit;
@@ -266,6 +271,7 @@ fn characteristics(
                 "own": range_json(&range),
                 "other": theirs,
                 "limit": limit.map(shown),
+                // Limits bound both directions.
                 "is_over": limit.is_some_and(|limit| range.magnitude() > limit),
             })
         });
@@ -313,6 +319,7 @@ fn advice(cam: &CamFile, settings: &ViewSettings) -> Value {
         return Value::Null;
     };
     let question = settings.question();
+    // Points are counted from 1 in files and orders, from 0 on the page.
     let point = u32::try_from(n + 1).unwrap_or(u32::MAX);
     match cam.source().law_advice(point, &question) {
         Err(error) => json!({ "error": error.to_string() }),
@@ -321,6 +328,7 @@ fn advice(cam: &CamFile, settings: &ViewSettings) -> Value {
             let row = |advice: &LawAdvice| {
                 let shown_demand = |demand| match advice.demand(demand) {
                     demand if demand.is_finite() => shown(demand),
+                    // A step of the acceleration has no bound of the jerk.
                     _ => "∞".to_owned(),
                 };
                 let mut row = json_of(advice, &limits);

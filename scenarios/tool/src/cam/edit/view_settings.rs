@@ -27,6 +27,7 @@ pub(super) struct ViewSettings {
 impl Default for ViewSettings {
     fn default() -> Self {
         Self {
+            // A master in degrees makes one turn a second with it.
             master_velocity: 360.0,
             over_time: false,
             turns: 1,
@@ -52,6 +53,7 @@ impl ViewSettings {
             json => Self::deserialize(json).map_err(|error| error.to_string())?,
         };
         let velocity = settings.master_velocity;
+        // Places over time divide by it.
         if !(velocity.is_finite() && velocity != 0.0) {
             return Err(format!(
                 "master velocity: received {velocity}, expected a finite number other than 0"
@@ -86,6 +88,7 @@ impl ViewSettings {
     /// Number of turns drawn of a plate: a linear one is passed once.
     pub(super) fn turns_of(&self, plate: &Plate) -> u32 {
         match plate.course() {
+            // Behind its end a linear plate has no second turn.
             Course::Linear => 1,
             Course::Cyclic => self.turns,
         }
@@ -94,6 +97,7 @@ impl ViewSettings {
     /// Factor from a derivative with respect to the master to the one shown.
     pub(super) fn factor(&self, quantity: usize) -> f64 {
         match self.over_time {
+            // The chain rule at a constant velocity V: d^n s/dt^n = s^(n)·V^n.
             true => self.master_velocity.powi(quantity as i32),
             false => 1.0,
         }
@@ -119,6 +123,7 @@ impl ViewSettings {
     pub(super) fn shown_limit(&self, quantity: usize, limit: f64) -> f64 {
         match self.over_time {
             true => limit,
+            // The inverse of `factor`, without the sign: limits hold in both directions.
             false => limit / self.master_velocity.abs().powi(quantity as i32),
         }
     }

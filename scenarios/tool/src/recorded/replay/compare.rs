@@ -47,6 +47,7 @@ pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<RowCom
     let mut comparison = RowComparison::default();
     let mut columns = None;
     while let (Some(was), Some(is)) = (&a, &b) {
+        // By time, not by place: the recording may have dropped rows.
         match was.at_ns.cmp(&is.at_ns) {
             std::cmp::Ordering::Less => {
                 comparison.alone += 1;
@@ -58,6 +59,7 @@ pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<RowCom
             }
             std::cmp::Ordering::Equal => {
                 let columns = columns
+                    // Tables are known only after their first row was read.
                     .get_or_insert_with(|| CommonColumns::of(recorded.table(), replayed.table()));
                 comparison.row(columns, was, is);
                 (a, b) = (recorded.next(), replayed.next());
@@ -76,6 +78,7 @@ pub(super) fn compare(recorded: &Path, replayed: &Path) -> anyhow::Result<RowCom
 impl RowComparison {
     /// True if both have rows in common and all of these are equal.
     pub(super) const fn is_same(&self) -> bool {
+        // Rows of one side alone are no difference: they were dropped, and a line reports them.
         self.rows > 0 && self.differing == 0
     }
 
@@ -161,6 +164,7 @@ impl SignalDifference {
 /// Equality to the last bit: NaN equals NaN.
 fn is_same(was: Option<&Value>, is: Option<&Value>) -> bool {
     match (was, is) {
+        // Bits instead of `==`: NaN would differ from itself, and 0 would equal −0.
         (Some(Value::Number(was)), Some(Value::Number(is))) => was.to_bits() == is.to_bits(),
         (was, is) => was == is,
     }
@@ -180,6 +184,7 @@ impl CommonColumns {
         let both = was.columns.iter().enumerate().filter_map(|(n, column)| {
             let mut others = is.columns.iter();
             let is_it = |other: &coaxle_recording::Column| {
+                // By name, because another config may have other slaves and so other columns.
                 other.instance == column.instance && other.signal == column.signal
             };
             Some(CommonColumn {
@@ -213,6 +218,7 @@ impl CommonColumn {
         let number = |value: Option<&Value>| value.and_then(Value::as_number);
         if let (Some(was), Some(is)) = (number(was), number(is)) {
             let by = (was - is).abs();
+            // `max` passes over a NaN, which would hide every other difference.
             difference.largest = Some(difference.largest.map_or(by, |largest| largest.max(by)));
         }
     }
@@ -237,6 +243,7 @@ impl Iterator for FirstTableRows {
 
     fn next(&mut self) -> Option<Row> {
         self.0.by_ref().find_map(|item| match item {
+            // A receiver's recording has one table. Damage was reported by the replay.
             Ok(Item::Row(row)) if row.table == 0 => Some(row),
             _ => None,
         })

@@ -27,13 +27,16 @@ impl<W: Write> ReplayedReceiver<W> {
         out: W,
         facts: &Facts,
     ) -> anyhow::Result<Self> {
+        // As the host starts the node: its clock begins at the phase of the config.
         let first: Instant<Local> = Instant::EPOCH + config.clock.start_phase();
+        // Simulated in any case, because a drive in another process is not there any more.
         let receiver = Receiver::with_drives(config, Drives::simulated(), first, epoch)?;
         let table = Table {
             name: config.name.to_string(),
             role: "receiver".to_owned(),
             instances: config.instances(),
         };
+        // The offset of the recording, so that both files have the same times.
         let offset = facts.get("clock-offset-ns").and_then(|ns| ns.parse().ok());
         let mut facts: Facts = facts.clone();
         facts.insert("replayed".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
@@ -58,15 +61,18 @@ impl<W: Write> ReplayedReceiver<W> {
     pub(super) fn scan(&mut self, at_ns: i64, woke_ns: i64, scan: &NodeScan) -> anyhow::Result<()> {
         let receiver = &mut self.receiver;
         for received in &scan.received {
+            // Messages first, then orders, then the cycle: the order in which a host hands them over.
             receiver.receive(received.at, received.subscription, &received.message.get());
         }
         for order in &scan.orders {
             let _ = receiver.execute(order);
         }
         let _ = receiver.cycle(scan.now);
+        // Nobody hears the frames, but the node keeps them until they are fetched.
         while receiver.transmit().is_some() {}
         while receiver.arrival().is_some() {}
         let signals = &receiver.snapshot().signals;
+        // The real start of the recorded cycle: a row has both times.
         let row = self.encoder.encode(at_ns, woke_ns, signals)?;
         self.writer.row(0, &row).context("the replay")?;
         self.cycles += 1;

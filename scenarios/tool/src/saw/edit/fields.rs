@@ -193,6 +193,7 @@ pub(super) fn is_known(path: &str) -> bool {
         .iter()
         .find_map(|command| path.strip_prefix(command)?.strip_prefix('.'));
     match in_command {
+        // Fields of both commands are known under either: a field that does not fit is refused with the file.
         Some(rest) => {
             let mut fields = COMMAND.iter().chain(&TO_POSITIONS);
             fields.any(|field| field.path == rest) || COMMAND_WORDS.contains(&rest)
@@ -203,6 +204,7 @@ pub(super) fn is_known(path: &str) -> bool {
 
 /// Every field with its value and the range of its slider.
 pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
+    // A synchronisation to a velocity has no place to be at.
     let to_positions: &[SawField] = if command == "gear-in-pos" {
         &TO_POSITIONS
     } else {
@@ -229,9 +231,11 @@ pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
             .filter_map(|(_, _, value)| *value)
             .fold(0.0, |most: f64, value| most.max(value.abs()));
         let own = value.unwrap_or_default().abs();
+        // Positions share a range: a slider that is at 1 of 500 would otherwise be as long as one at 500.
         let reach = nice(if own > 0.0 && field.measure != Measure::Position {
             own
         } else {
+            // With all of them 0 or missing, a range is still needed.
             largest.max(1.0)
         });
         let least = if field.is_signed { -reach } else { 0.0 };
@@ -241,6 +245,7 @@ pub(super) fn sliders(document: &DocumentMut, command: &str) -> Value {
             "value": value,
             "least": least,
             "most": reach,
+            // Finer than the pixels of a slider.
             "step": reach / 500.0,
             "is_optional": field.is_optional,
             "is_above_zero": !field.is_signed,
@@ -255,6 +260,7 @@ fn value_at(document: &DocumentMut, path: &str) -> Option<f64> {
         item = item.get(name)?;
     }
     item.as_float()
+        // People write `500` as well as `500.0`.
         .or_else(|| item.as_integer().map(|whole| whole as f64))
 }
 
@@ -264,6 +270,7 @@ fn nice(value: f64) -> f64 {
     let power = 10_f64.powf(wanted.log10().floor());
     let factor = [1.0, 2.0, 5.0, 10.0]
         .into_iter()
+        // 10 always is enough, except for rounding in `log10`, which `unwrap_or` covers.
         .find(|factor| factor * power >= wanted);
     factor.unwrap_or(10.0) * power
 }

@@ -110,6 +110,7 @@ impl Design for SawDesign {
         };
         let mut document = document(text)?;
         for (path, value) in fields {
+            // Paths come from the page: any other one could write a field that no saw file has.
             if !fields::is_known(&path) {
                 return Err(format!(
                     "received field {path:?}, expected one of a saw file"
@@ -133,6 +134,7 @@ impl Design for SawDesign {
 /// Returns a value as the file has it; flags are a list.
 fn written(value: &Value) -> Result<Option<toml_edit::Value>, String> {
     match value {
+        // Null takes the field out.
         Value::Null => Ok(None),
         Value::Array(flags) => {
             let flags = flags.iter().map(value_of).collect::<Result<Vec<_>, _>>()?;

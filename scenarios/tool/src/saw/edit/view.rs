@@ -37,6 +37,7 @@ pub(super) fn view(design: &mut SawDesign, text: &str) -> Value {
     });
     match saw.plan() {
         Ok(plan) => {
+            // As text, since a plan alone has no units.
             design.last = Some(text.to_owned());
             let (along, unit) = charts(&saw, &SlaveCourse::of(&plan)).along;
             view["along"] = format!("{along} ({unit})").into();
@@ -51,6 +52,7 @@ pub(super) fn view(design: &mut SawDesign, text: &str) -> Value {
             let remedies = refusal::remedies(&saw).into_iter();
             let remedies = remedies.map(|(words, fields)| json!({ "words": words, "set": fields }));
             view["remedies"] = remedies.collect();
+            // The refused course shows where a limit is passed; without one, the last good one stays for comparison.
             view["curves"] = unchecked(&saw).unwrap_or_else(|| faint(design));
         }
     }
@@ -64,6 +66,7 @@ fn unchecked(saw: &SawFile) -> Option<Value> {
         SawCommand::GearInPos(command) => &mut command.sync_mode,
         SawCommand::GearInVelo(command) => &mut command.sync_mode,
     };
+    // Only the checks: flags that shape the profile stay.
     mode.mask.remove(SyncMask::CHECKS);
     let plan = free.plan().ok()?;
     Some(json!([curve(saw, &SlaveCourse::of(&plan), true)]))

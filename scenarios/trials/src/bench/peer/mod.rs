@@ -32,9 +32,11 @@ pub struct PeerArgs {
 /// # Errors
 /// A wrong plan, or a part that fails.
 pub fn run(args: &PeerArgs) -> anyhow::Result<Exit> {
+    // First, so that from here on a killed parent leaves no process behind.
     Os::die_with_parent(args.parent).context("cannot be tied to the process that started it")?;
     let plan: PeerPlan = serde_json::from_str(&args.plan).context("the plan of a process")?;
     let told = perform(plan, args.limit)?;
+    // Reports of a minute have tens of thousands of numbers: without a buffer each would be a system call.
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     serde_json::to_writer(&mut out, &told).context("cannot tell what was seen")?;
     out.flush().context("cannot tell what was seen")?;

@@ -31,6 +31,7 @@ pub(super) fn send_without_network(config: &str, limit: Span) -> anyhow::Result<
     let kept = SharedReport::default();
     let mut setup = stamped(config, &kept)?;
     setup.run_for = Some(limit);
+    // A transport within the process: wake-ups are measured without threads of Zenoh beside them.
     run_over(setup, InProcess::default())?;
     Ok(std::mem::take(&mut *lock(&kept)))
 }
@@ -62,6 +63,7 @@ fn run<N: Node + Send + 'static>(
     limit: Span,
     kept: &SharedReport,
 ) -> anyhow::Result<PeerReport> {
+    // The parent ends the process earlier. Without the limit it would outlive a parent that hangs.
     setup.run_for = Some(limit);
     coaxle_host::node::run(setup)?;
     Ok(std::mem::take(&mut *lock(kept)))
@@ -102,6 +104,7 @@ impl Node for StampedSender {
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         let tick = self.node.cycle(now);
+        // Kept for the recorder, which sees the snapshot only after the cycle.
         self.shown.count = tick.count;
         tick
     }
@@ -171,6 +174,7 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
             .insert(record.ideal_start.as_nanos(), record.woke.as_nanos());
         let axes = &record.snapshot.signals.axes;
         let followed = axes.iter().filter(|axis| axis.synced && axis.error == 0);
+        // Overwritten each cycle: the last one counts, when all clocks are known.
         lock(&self.kept).followed = followed.count();
     }
 
@@ -193,11 +197,13 @@ impl Recorder<ReceiverSnapshot> for ArrivalKeeper {
             arrived: arrived.as_nanos(),
             used: 0,
         };
+        // The arrival may be recorded before its scan, so both are joined at the end.
         self.waiting.push((record.ideal_start.as_nanos(), came));
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
         let frames = self.waiting.drain(..).filter_map(|(scan, came)| {
+            // An arrival after the last recorded scan was used by none.
             let used = *self.began.get(&scan)?;
             Some(FrameArrival { used, ..came })
         });

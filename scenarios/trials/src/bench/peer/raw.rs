@@ -19,9 +19,11 @@ use crate::bench::plan::{AgeSample, LoopPace, MessageArrival, PeerReport};
 const KEY: &str = "coaxle/bench/raw";
 
 /// Longest wait for a datagram, or for the end, between checks.
+// An end is noticed within it; shorter ones would wake a thread that only waits, beside the measured ones.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// The longest datagram.
+// The length field of UDP has 16 bits.
 const MOST_BYTES: usize = 65_536;
 
 /// Sends to a socket that may not be there yet.
@@ -53,6 +55,7 @@ pub(super) fn publish(
     limit: Span,
 ) -> anyhow::Result<PeerReport> {
     let session = open(transport, &pace.real_time)?;
+    // The quality of service of a node's frames, or the comparison would be of two priorities.
     let publisher = session.publisher(KEY, Urgency::RealTime)?;
     let report = run_loop(pace, limit, |bytes| publisher.publish(bytes.to_vec()));
     session.close();
@@ -79,6 +82,7 @@ fn run_loop(
         // Skips missed cycles, as a node does.
         due += cycle * (woke - due).div_floor(cycle);
         count += 1;
+        // Before the send, because the stamp travels in the message.
         let left = machine::now();
         MessageArrival::write(count, woke.as_nanos(), left.as_nanos(), &mut message);
         send(&message)?;
@@ -112,6 +116,7 @@ pub(super) fn receive_datagrams(
         while !stopped.load(Ordering::Relaxed) {
             match socket.recv(&mut bytes) {
                 Ok(length) => into.take(machine::now(), &bytes[..length]),
+                // A read that timed out is `WouldBlock` on Linux and `TimedOut` elsewhere.
                 Err(error) if is_passing(error.kind()) || error.kind() == ErrorKind::TimedOut => {}
                 Err(error) => return Err(error).context("cannot receive datagrams"),
             }
@@ -161,6 +166,7 @@ fn open(transport: &TransportConfig, wishes: &RealTimeConfig) -> anyhow::Result<
         let _ = real_time::apply(&wishes);
         OverZenoh::open_and_wait(&transport)
     };
+    // On a thread of its own, since the priority would stay with the calling thread.
     let opened = std::thread::spawn(opening).join();
     opened.map_err(|_| anyhow!("the Zenoh session panicked"))?
 }
@@ -178,6 +184,7 @@ impl BenchInbox {
         let Some(message) = MessageArrival::read(arrived.as_nanos(), bytes) else {
             return;
         };
+        // The maximum: a message that was overtaken makes the data no older.
         self.newest.fetch_max(message.woke, Ordering::Relaxed);
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         messages.push(message);
@@ -203,6 +210,7 @@ fn sample_ages(pace: Option<&LoopPace>, seen: &BenchInbox, until: &EndCondition)
         return looks;
     };
     // The sender reports denied requests.
+    // A loop that samples late would see older messages than a node's cycle does.
     let _ = real_time::apply(&pace.real_time);
     let cycle = Span::from_nanos(pace.cycle_ns);
     let mut due = machine::now();
@@ -211,6 +219,7 @@ fn sample_ages(pace: Option<&LoopPace>, seen: &BenchInbox, until: &EndCondition)
         machine::sleep_until(due);
         let at = machine::now().as_nanos();
         let newest = seen.newest.load(Ordering::Relaxed);
+        // Before the first message there is no age: 0 would read as the age of the machine.
         if newest > 0 {
             let age = at - newest;
             looks.push(AgeSample { at, age });

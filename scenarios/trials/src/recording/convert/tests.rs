@@ -98,6 +98,7 @@ fn a_drift_is_fitted_and_what_deviates_from_the_line_stays() {
         let (there, back) = (last.t2_ns - last.t1_ns, last.t4_ns - last.t3_ns);
         // An excess in one direction is missing in the other.
         assert!((there + back - 70_000).abs() <= 30, "{there} {back}");
+        // 30 µs on the way, and the least delay of 20 µs that the fit takes for 0.
         assert!((there - 50_000).abs() < 60, "{there}");
     }
 }
@@ -126,6 +127,7 @@ fn senders_without_stamps_are_taken_as_they_are() {
 #[test]
 fn what_the_file_cannot_hold_is_left_out_and_counted() {
     let mut raw = raw(0.0, 100);
+    // Both beyond an i32 of ns: 3 s late, and a count of −70 001 that arrives 70 s after its cycle.
     raw.messages[50].arrival_ns += 3_000_000_000;
     raw.messages[60].count = u64::MAX;
     let recording = convert(&raw, &TimeScale::of_one_clock(local(0, 0.0)));
