@@ -1,10 +1,8 @@
 //! Messages that come later and later: attribution of the change, and restart of the line.
 
-use super::attributed::Attributed;
-use super::drift_step::DriftStep;
-use super::edge::Edge;
+use super::events::{Attributed, DriftStep};
 use super::far_line::FarLine;
-use super::filter::Estimate;
+use super::line::{Edge, Estimate};
 use super::stream::Line;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds, Span};

@@ -1,6 +1,6 @@
 //! The line that the observer follows, for others to use, and the delay that they pass to it.
 
-use super::filter::Estimate;
+use super::line::Estimate;
 use super::output::FarTime;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Remote, Seconds, Span};

@@ -1,7 +1,7 @@
 //! Consequences of a jump of the phase.
 
 use super::PhaseObserver;
-use super::shift::{Evidence, skipped_cycles};
+use super::events::{Evidence, skipped_cycles};
 use super::stream::Line;
 use crate::instant::{Instant, Local};
 

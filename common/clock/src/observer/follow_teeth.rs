@@ -1,9 +1,9 @@
 //! The line through the lower corners of teeth.
 
 use super::PhaseObserver;
-use super::filter::Estimate;
+use super::events::{Jump, ShownDrift, bounds, cell_of, lowest_level, within_cell};
+use super::line::Estimate;
 use super::stream::{BLOCK, Stream};
-use super::teeth::{Jump, ShownDrift, bounds, cell_of, lowest_level, within_cell};
 use crate::instant::{Instant, Local};
 
 impl PhaseObserver {

@@ -1,10 +1,10 @@
 //! Output of the observer once per receiver cycle: its state, the far time and what is known of it.
 
+use super::events::within_cell;
 use super::far_line::within_largest;
 use super::output::Shown;
 use super::report::{ObserverLine, ObserverOutput, ObserverState};
 use super::stream::BLOCK;
-use super::teeth::within_cell;
 use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
 use crate::numbers::together;

@@ -1,18 +1,8 @@
 //! Run of the sender, and the straight line through the phases of its messages.
 
-use super::bank::Bank;
-use super::batches::Batches;
-use super::calibration::Calibration;
-use super::choice::Choice;
-use super::counts::Counts;
-use super::drift_step::DriftSteps;
-use super::echo::Echo;
-use super::edge::Edge;
-use super::jitter::{FIRST_BLOCK, Jitter};
-use super::resolution::Resolution;
-use super::shift::Bounds;
-use super::teeth::Teeth;
-use super::waits::Waits;
+use super::events::{Batches, Bounds, Counts, DriftSteps, Teeth};
+use super::line::{Bank, Calibration, Choice, Edge};
+use super::noise::{Echo, FIRST_BLOCK, Jitter, Resolution, Waits};
 use crate::instant::{Instant, Local, Remote, Span};
 
 /// Messages that make one measurement.

@@ -2,12 +2,12 @@
 //! weight.
 
 use super::bias::Bias;
-use super::correlated_delay::CorrelatedDelay;
 use super::filter::Estimate;
 use crate::numbers::NearLogarithm;
+use crate::observer::noise::CorrelatedDelay;
 
 /// Random walks of the drift that are considered, ppm/√s.
-pub(super) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+pub(in crate::observer) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
 const FILTERS: usize = 6;
 const FASTEST: usize = FILTERS - 1;
 const AGILE: usize = FASTEST;
@@ -101,14 +101,14 @@ impl Bank {
     }
 
     /// Offset that the most agile filter expects after `dt` seconds, and its variance.
-    pub(super) fn agile(&self, dt: f64) -> (f64, f64) {
+    pub(in crate::observer) fn agile(&self, dt: f64) -> (f64, f64) {
         let mut estimate = self.filters[AGILE];
         estimate.predict(dt, WALKS[AGILE]);
         (estimate.offset, estimate.offset_variance)
     }
 
     /// The random walk that predicts best, ppm/√s.
-    pub(super) const fn random_walk_ppm(&self) -> f64 {
+    pub(in crate::observer) const fn random_walk_ppm(&self) -> f64 {
         RANDOM_WALKS_PPM[self.chosen]
     }
 
@@ -118,12 +118,12 @@ impl Bank {
     }
 
     /// Monitor of correlated delays.
-    pub(super) const fn correlated(&self) -> &CorrelatedDelay {
+    pub(in crate::observer) const fn correlated(&self) -> &CorrelatedDelay {
         &self.correlated
     }
 
     /// Shifts all filters by a jump of the offset; they keep what they know of the drift.
-    pub(super) fn shift(&mut self, by: f64, variance: f64) {
+    pub(in crate::observer) fn shift(&mut self, by: f64, variance: f64) {
         for filter in self.filters.iter_mut().chain([&mut self.combined]) {
             filter.offset += by;
             filter.offset_variance += variance;
@@ -135,7 +135,7 @@ impl Bank {
     }
 
     /// Restarts all filters from `estimate` after the drift changed at once.
-    pub(super) fn begin_anew(&mut self, estimate: &Estimate) {
+    pub(in crate::observer) fn begin_anew(&mut self, estimate: &Estimate) {
         self.filters = [*estimate; FILTERS];
         self.combined = *estimate;
         self.correlated.jumped();
@@ -145,7 +145,7 @@ impl Bank {
     }
 
     /// Moves on without a measurement, as when many messages were lost.
-    pub(super) fn predict(&mut self, dt: f64) {
+    pub(in crate::observer) fn predict(&mut self, dt: f64) {
         for (filter, walk) in self.filters.iter_mut().zip(WALKS) {
             filter.predict(dt, walk);
         }
@@ -186,7 +186,7 @@ impl Bank {
     }
 
     /// Square of the bias over some more measurements, and beyond chance.
-    pub(super) fn lasting_bias_variance(&self) -> f64 {
+    pub(in crate::observer) fn lasting_bias_variance(&self) -> f64 {
         self.lasting_bias.variance_beyond(LASTING_UNBIASED)
     }
 

@@ -2,14 +2,14 @@
 
 /// Remembers the newest count and which of the 64 counts up to it were seen.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Counts {
+pub(in crate::observer) struct Counts {
     newest: u64,
     seen: u64,
     refused: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum News {
+pub(in crate::observer) enum News {
     /// Seen for the first time.
     New,
     /// A duplicate, or too old to distinguish from one.
@@ -22,7 +22,7 @@ pub(super) enum News {
 const PATIENCE: u32 = 128;
 
 impl Counts {
-    pub(super) const fn starting_at(count: u64) -> Self {
+    pub(in crate::observer) const fn starting_at(count: u64) -> Self {
         Self {
             newest: count,
             seen: 0,
@@ -30,7 +30,7 @@ impl Counts {
         }
     }
 
-    pub(super) fn take(&mut self, count: u64) -> News {
+    pub(in crate::observer) fn take(&mut self, count: u64) -> News {
         let ahead = count.wrapping_sub(self.newest) as i64;
         if ahead > 0 {
             self.seen = if ahead < 64 { self.seen << ahead } else { 0 };

@@ -44,7 +44,7 @@ const LASTING_UNBIASED: f64 = 3.0;
 
 /// Follows the lower edge of the phases.
 #[derive(Clone, Debug)]
-pub(super) struct Edge {
+pub(in crate::observer) struct Edge {
     windows: Windows,
     noise: Noise,
     line: Option<Line>,
@@ -69,14 +69,14 @@ pub(super) struct Edge {
 
 /// A line and when its offset is due, s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    pub(super) at: f64,
-    pub(super) estimate: Estimate,
+pub(in crate::observer) struct Line {
+    pub(in crate::observer) at: f64,
+    pub(in crate::observer) estimate: Estimate,
 }
 
 impl Line {
     /// Offset of the line at a time.
-    pub(super) fn offset_at(&self, time: f64) -> f64 {
+    pub(in crate::observer) fn offset_at(&self, time: f64) -> f64 {
         self.estimate.offset + self.estimate.drift * (time - self.at)
     }
 }
@@ -84,7 +84,7 @@ impl Line {
 impl Edge {
     /// Makes the edge of messages with this period, s. Jumps of `skip` seconds and more are passed to it by
     /// [`shift`](Self::shift).
-    pub(super) fn new(seconds_per_count: f64, skip: f64) -> Self {
+    pub(in crate::observer) fn new(seconds_per_count: f64, skip: f64) -> Self {
         Self {
             windows: Windows::new(seconds_per_count),
             noise: Noise::new(),
@@ -103,45 +103,45 @@ impl Edge {
     }
 
     /// The line, once enough points support one.
-    pub(super) fn line(&self) -> Option<&Line> {
+    pub(in crate::observer) fn line(&self) -> Option<&Line> {
         self.line.as_ref().filter(|_| self.windows.len() >= ENOUGH)
     }
 
     /// Scatter of a point, s.
-    pub(super) fn point_sigma(&self) -> f64 {
+    pub(in crate::observer) fn point_sigma(&self) -> f64 {
         libm::sqrt(self.noise.near())
     }
 
     /// Square of the line's bias, as far as the last points on the edge show it, s²: where the sender's clock is
     /// steered all the time, points lie on its course and not on a straight line.
-    pub(super) fn bias_variance(&self) -> f64 {
+    pub(in crate::observer) fn bias_variance(&self) -> f64 {
         self.bias.variance_beyond(UNBIASED)
     }
 
     /// Square of the bias beyond chance.
-    pub(super) fn lasting_bias_variance(&self) -> f64 {
+    pub(in crate::observer) fn lasting_bias_variance(&self) -> f64 {
         self.bias.variance_beyond(LASTING_UNBIASED)
     }
 
     /// The variance that the drift gains per second.
-    pub(super) const fn drift_walk() -> f64 {
+    pub(in crate::observer) const fn drift_walk() -> f64 {
         DRIFT_WALK * DRIFT_WALK
     }
 
     /// Takes the jump of the line since the last call, s.
-    pub(super) const fn take_jump(&mut self) -> f64 {
+    pub(in crate::observer) const fn take_jump(&mut self) -> f64 {
         let jump = self.jumped;
         self.jumped = 0.0;
         jump
     }
 
     /// Takes a jump of the delay that was noticed since the last call, s.
-    pub(super) const fn take_shift(&mut self) -> Option<f64> {
+    pub(in crate::observer) const fn take_shift(&mut self) -> Option<f64> {
         self.shifted.take()
     }
 
     /// Shifts all phases, those before as well as the line.
-    pub(super) fn shift(&mut self, by: f64) {
+    pub(in crate::observer) fn shift(&mut self, by: f64) {
         self.windows.shift(by);
         if let Some(line) = &mut self.line {
             line.estimate.offset += by;
@@ -149,7 +149,7 @@ impl Edge {
     }
 
     /// Takes the phase of a message due at `time`.
-    pub(super) fn observe(&mut self, time: f64, phase: f64) {
+    pub(in crate::observer) fn observe(&mut self, time: f64, phase: f64) {
         let line = self.line.get_or_insert(Line {
             at: time,
             estimate: Estimate {

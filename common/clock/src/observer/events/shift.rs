@@ -1,11 +1,11 @@
 //! Gross shifts: many messages in a row where the jitter would hardly put a single one.
 
-use super::parameters::ObserverParameters;
 use crate::instant::{Instant, Local, Span};
+use crate::observer::ObserverParameters;
 
 /// Watches the residuals, message by message.
 #[derive(Clone, Debug)]
-pub(super) struct ShiftDetector {
+pub(in crate::observer) struct ShiftDetector {
     /// Two for each early message, less one for each other.
     early: u16,
     /// Messages in a row that were suspicious.
@@ -66,19 +66,19 @@ const LONGEST_SUSPICION: u16 = 512;
 
 /// Residuals outside are out of the ordinary, s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    pub(super) early: f64,
-    pub(super) late: f64,
+pub(in crate::observer) struct Bounds {
+    pub(in crate::observer) early: f64,
+    pub(in crate::observer) late: f64,
     /// Some messages should be below this, however late the others.
-    pub(super) above: f64,
+    pub(in crate::observer) above: f64,
     /// Level of the line.
-    pub(super) level: f64,
+    pub(in crate::observer) level: f64,
     /// Factor on the usual number of messages that make a shift.
-    pub(super) patience: f64,
+    pub(in crate::observer) patience: f64,
 }
 
 impl ShiftDetector {
-    pub(super) const fn new() -> Self {
+    pub(in crate::observer) const fn new() -> Self {
         Self {
             early: 0,
             suspected: 0,
@@ -91,7 +91,7 @@ impl ShiftDetector {
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(in crate::observer) fn clear(&mut self) {
         self.early = 0;
         self.suspected = 0;
         self.late_run = Run::NONE;
@@ -100,7 +100,7 @@ impl ShiftDetector {
 
     /// Takes one residual. Returns whether a shift is certain: `messages` late ones, or a third as many early ones,
     /// at a regular pace (a backlog is late too, but comes in a burst).
-    pub(super) fn observe(
+    pub(in crate::observer) fn observe(
         &mut self,
         residual: f64,
         bounds: Bounds,
@@ -158,7 +158,7 @@ impl ShiftDetector {
     }
 
     /// True if the estimate is to be held back.
-    pub(super) fn is_suspected(&self) -> bool {
+    pub(in crate::observer) fn is_suspected(&self) -> bool {
         (1..LONGEST_SUSPICION).contains(&self.suspected)
     }
 
@@ -173,14 +173,14 @@ impl ShiftDetector {
     }
 
     /// The newest residuals.
-    pub(super) const fn recent(&self) -> &[f64; RECENT] {
+    pub(in crate::observer) const fn recent(&self) -> &[f64; RECENT] {
         &self.recent
     }
 }
 
 /// Evidence that distinguishes a longer delay from a sender that stood still.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Evidence {
+pub(in crate::observer) enum Evidence {
     /// Only the shift itself.
     Nothing,
     /// Send stamps in the messages. A sender that begins its cycles late is seen by that and is no shift, so a shift
@@ -192,7 +192,7 @@ pub(super) enum Evidence {
 
 /// Whole cycles in a shift that is no change of the delay, but a sender that stood still (or leapt): 0 if the delay
 /// may well have changed by as much.
-pub(super) fn skipped_cycles(
+pub(in crate::observer) fn skipped_cycles(
     shift: f64,
     cycle: f64,
     evidence: Evidence,

@@ -33,7 +33,7 @@ const INDEPENDENT_FOR: u32 = 60_000;
 
 /// Watches the residuals of messages for correlation.
 #[derive(Clone, Debug)]
-pub(super) struct Correlation {
+pub(in crate::observer) struct Correlation {
     middle: f64,
     spread: f64,
     /// Mean of the last scores.
@@ -64,7 +64,7 @@ struct Scale {
 }
 
 impl Correlation {
-    pub(super) const fn new() -> Self {
+    pub(in crate::observer) const fn new() -> Self {
         Self {
             middle: 0.0,
             spread: 0.0,
@@ -80,23 +80,23 @@ impl Correlation {
     }
 
     /// True if delays are correlated. Once they were, it takes long until they are taken to be independent.
-    pub(super) const fn is_correlated(&self) -> bool {
+    pub(in crate::observer) const fn is_correlated(&self) -> bool {
         self.correlated
     }
 
     /// Takes delays to be correlated, as something else showed.
-    pub(super) const fn assume(&mut self) {
+    pub(in crate::observer) const fn assume(&mut self) {
         self.correlated = true;
         self.independent_for = 0;
     }
 
     /// The largest scatter of means, as a multiple of the one of independent messages.
-    pub(super) const fn ratio(&self) -> f64 {
+    pub(in crate::observer) const fn ratio(&self) -> f64 {
         self.ratio
     }
 
     /// Takes a residual, s.
-    pub(super) fn take(&mut self, residual: f64) {
+    pub(in crate::observer) fn take(&mut self, residual: f64) {
         let deviation = residual - self.middle;
         let size = libm::fabs(deviation);
         let early = 1.0 / (f64::from(self.messages) + 1.0);

@@ -3,11 +3,11 @@
 //! As long as delays are independent the line of all messages is the best there is. Where they are
 //! correlated, the line that predicts itself better is followed.
 
-use super::correlation::Correlation;
 use super::edge;
 use super::filter::Estimate;
 use super::steadiness::Steadiness;
 use crate::numbers::together;
+use crate::observer::noise::Correlation;
 
 /// Least uncertainty of a line, as a part of its usual miss.
 const MISSED: f64 = 0.45;
@@ -46,7 +46,7 @@ const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
 /// Chooses the line to follow.
 #[derive(Clone, Debug)]
-pub(super) struct Choice {
+pub(in crate::observer) struct Choice {
     correlation: Correlation,
     all: Steadiness,
     edge: Steadiness,
@@ -67,7 +67,7 @@ pub(super) struct Choice {
 }
 
 impl Choice {
-    pub(super) const fn new() -> Self {
+    pub(in crate::observer) const fn new() -> Self {
         Self {
             correlation: Correlation::new(),
             all: Steadiness::new(),
@@ -84,7 +84,7 @@ impl Choice {
     }
 
     /// Begins again with both lines. Known correlation of delays is kept.
-    pub(super) fn begin_anew(&mut self) {
+    pub(in crate::observer) fn begin_anew(&mut self) {
         *self = Self {
             correlation: self.correlation.clone(),
             small_shifts: self.small_shifts,
@@ -94,17 +94,17 @@ impl Choice {
     }
 
     /// True if the edge is followed.
-    pub(super) const fn is_edge(&self) -> bool {
+    pub(in crate::observer) const fn is_edge(&self) -> bool {
         self.by_edge
     }
 
     /// True if the delays of consecutive messages are correlated.
-    pub(super) const fn is_correlated(&self) -> bool {
+    pub(in crate::observer) const fn is_correlated(&self) -> bool {
         self.correlation.is_correlated()
     }
 
     /// True if there is a sign of correlation, though no proof.
-    pub(super) fn may_be_correlated(&self) -> bool {
+    pub(in crate::observer) fn may_be_correlated(&self) -> bool {
         self.correlation.ratio() > SOMEWHAT
     }
 
@@ -117,17 +117,17 @@ impl Choice {
     }
 
     /// Offset to be added to the line that is followed, s.
-    pub(super) const fn carry(&self) -> f64 {
+    pub(in crate::observer) const fn carry(&self) -> f64 {
         self.carry
     }
 
     /// Takes the residual of a message, s.
-    pub(super) fn observe(&mut self, residual: f64) {
+    pub(in crate::observer) fn observe(&mut self, residual: f64) {
         self.correlation.take(residual);
     }
 
     /// Takes the worth of a mean of many messages: independent ones would be worth `factor` times as much.
-    pub(super) const fn suspect(&mut self, factor: f64) {
+    pub(in crate::observer) const fn suspect(&mut self, factor: f64) {
         if factor > WORTH_LITTLE {
             self.correlation.assume();
         }
@@ -135,7 +135,7 @@ impl Choice {
 
     /// Takes a small jump of the delay at `time`, s: if delays seem to be somewhat correlated, or jumps come again and
     /// again, they are taken to be correlated.
-    pub(super) fn suspect_small_shift(&mut self, time: f64, by: f64) {
+    pub(in crate::observer) fn suspect_small_shift(&mut self, time: f64, by: f64) {
         let since = (time - self.last_small_shift).max(0.0);
         let forgotten = libm::exp(-since / SHIFTS_FORGOTTEN_AFTER);
         let level = self.level_at(time) + by;
@@ -159,28 +159,28 @@ impl Choice {
     }
 
     /// Notes that the edge jumped to another line: one of both is wrong, and it is not known yet which.
-    pub(super) fn edge_jumped(&mut self, by: f64) {
+    pub(in crate::observer) fn edge_jumped(&mut self, by: f64) {
         self.edge_jump = self.edge_jump.max(libm::fabs(by));
     }
 
     /// Follows the line of all messages, moved by a jump of the clock or of the path.
-    pub(super) fn shift_all(&mut self, by: f64) {
+    pub(in crate::observer) fn shift_all(&mut self, by: f64) {
         self.all.shift(by);
     }
 
     /// Follows the edge, likewise.
-    pub(super) fn shift_edge(&mut self, by: f64) {
+    pub(in crate::observer) fn shift_edge(&mut self, by: f64) {
         self.edge.shift(by);
     }
 
     /// Notes that something other than the sender decides when messages are seen: within `cell`, s, after they came, as they are
     /// polled at least that often. Any time in it is as likely.
-    pub(super) fn cells_unseen(&mut self, cell: f64) {
+    pub(in crate::observer) fn cells_unseen(&mut self, cell: f64) {
         self.cells_unseen = cell * UNIFORM;
     }
 
     /// Standard deviation of the line that is followed, if its filter has this variance, s.
-    pub(super) fn sigma(&self, offset_variance: f64) -> f64 {
+    pub(in crate::observer) fn sigma(&self, offset_variance: f64) -> f64 {
         let (steadiness, doubt) = if self.by_edge {
             (&self.edge, EDGE_DOUBT)
         } else {
@@ -198,7 +198,7 @@ impl Choice {
 
     /// Looks at both lines as they are at `time`, `age` seconds after the start. Returns the jump of the line that is
     /// followed, s: where the other one is chosen early, or is off by more than the `width` of the jitter.
-    pub(super) fn judge(
+    pub(in crate::observer) fn judge(
         &mut self,
         time: f64,
         age: f64,

@@ -7,7 +7,7 @@
 //! drift of the line. The usual difference of both on a scale shows what is out of the ordinary there: where delays are
 //! correlated that is a lot in a second, and little in ten.
 
-use super::filter::Estimate;
+use crate::observer::line::Estimate;
 use crate::straight_line::StraightLine;
 
 /// Length of a window of the finest scale, s, and its least number of counts.
@@ -43,7 +43,7 @@ const SMALLEST: f64 = 8e-6;
 
 /// Watches the slope of the phases.
 #[derive(Clone, Debug)]
-pub(super) struct DriftSteps {
+pub(in crate::observer) struct DriftSteps {
     window: f64,
     scales: [Scale; SCALES],
     open: Open,
@@ -84,22 +84,22 @@ struct Scale {
 
 /// Line that the phases are on since the drift changed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct DriftStep {
+pub(in crate::observer) struct DriftStep {
     /// Line that they are on at the time `at`, s: where the line that was followed would be.
-    pub(super) at: f64,
-    pub(super) estimate: Estimate,
+    pub(in crate::observer) at: f64,
+    pub(in crate::observer) estimate: Estimate,
     /// By how much the drift changed, s/s.
-    pub(super) change: f64,
+    pub(in crate::observer) change: f64,
     /// Due time of the message of the first point, s, and its phase.
-    pub(super) since: f64,
-    pub(super) phase_then: f64,
+    pub(in crate::observer) since: f64,
+    pub(in crate::observer) phase_then: f64,
     /// Spacing of the points, s.
-    pub(super) window: f64,
+    pub(in crate::observer) window: f64,
 }
 
 impl DriftSteps {
     /// Makes a detector for messages with this period, s.
-    pub(super) const fn new(seconds_per_count: f64) -> Self {
+    pub(in crate::observer) const fn new(seconds_per_count: f64) -> Self {
         Self {
             window: FINEST.max(FEWEST_COUNTS * seconds_per_count),
             scales: [Scale::NEW; SCALES],
@@ -109,7 +109,7 @@ impl DriftSteps {
 
     /// Takes the phase of a message due at `time`, and the line that is followed there: its offset and its drift.
     /// Arrivals are stamped to a `cell`, s.
-    pub(super) fn observe(
+    pub(in crate::observer) fn observe(
         &mut self,
         time: f64,
         phase: f64,
@@ -135,7 +135,7 @@ impl DriftSteps {
     }
 
     /// Forgets the points after a jump of the path, across which they are on no line, or on another line.
-    pub(super) fn forget_points(&mut self) {
+    pub(in crate::observer) fn forget_points(&mut self) {
         for scale in &mut self.scales {
             scale.forget_points();
         }

@@ -12,9 +12,9 @@ pub(crate) struct Estimate {
 
 /// The innovation of one measurement.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Innovation {
-    pub(super) value: f64,
-    pub(super) variance: f64,
+pub(in crate::observer) struct Innovation {
+    pub(in crate::observer) value: f64,
+    pub(in crate::observer) variance: f64,
 }
 
 /// Standard deviations at which innovations are clamped.
@@ -23,7 +23,7 @@ const CLAMP: f64 = 5.0;
 impl Estimate {
     /// Moves on by `dt` seconds, during which the drift wanders with a variance of
     /// `drift_walk` per second.
-    pub(super) fn predict(&mut self, dt: f64, drift_walk: f64) {
+    pub(in crate::observer) fn predict(&mut self, dt: f64, drift_walk: f64) {
         self.offset += self.drift * dt;
         self.offset_variance += dt
             * (2.0 * self.covariance + dt * (self.drift_variance + drift_walk * dt * (1.0 / 3.0)));
@@ -32,7 +32,7 @@ impl Estimate {
     }
 
     /// Takes a measurement of the offset. The innovation returned is clamped.
-    pub(super) fn correct(&mut self, measured: f64, variance: f64) -> Innovation {
+    pub(in crate::observer) fn correct(&mut self, measured: f64, variance: f64) -> Innovation {
         let total = self.offset_variance + variance;
         let bound = CLAMP * libm::sqrt(total);
         let value = (measured - self.offset).clamp(-bound, bound);

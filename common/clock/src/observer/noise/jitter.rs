@@ -14,11 +14,11 @@ use super::resolution::Widths;
 use crate::numbers::{NearLogarithm, together};
 
 /// Messages that make the first one, and the first guess of the jitter.
-pub(super) const FIRST_BLOCK: usize = 16;
+pub(in crate::observer) const FIRST_BLOCK: usize = 16;
 
 /// Widths of the jitter, and the functions of it that estimation needs. Seconds.
 #[derive(Clone, Debug)]
-pub(super) struct Jitter {
+pub(in crate::observer) struct Jitter {
     hazard: Hazard,
     table: InformationTable,
     normal: f64,
@@ -45,13 +45,13 @@ pub(super) struct Jitter {
 
 /// Location of a block of messages.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Location {
+pub(in crate::observer) struct Location {
     /// The most likely location, given the residuals and what was known before.
-    pub(super) most_likely: f64,
+    pub(in crate::observer) most_likely: f64,
     /// Location measured by the residuals alone, linearised there.
-    pub(super) measured: f64,
+    pub(in crate::observer) measured: f64,
     /// Variance of `measured`.
-    pub(super) variance: f64,
+    pub(in crate::observer) variance: f64,
 }
 
 const LEAST_NORMAL: f64 = 50e-9;
@@ -78,7 +78,7 @@ const GUESS: f64 = 0.669;
 const STEPS: usize = 6;
 
 impl Jitter {
-    pub(super) fn new() -> Self {
+    pub(in crate::observer) fn new() -> Self {
         let hazard = Hazard::new();
         let table = InformationTable::new(&hazard);
         let mut jitter = Self {
@@ -103,7 +103,7 @@ impl Jitter {
     }
 
     /// A first guess from a few residuals.
-    pub(super) fn guess(&mut self, residuals: &[f64; FIRST_BLOCK]) {
+    pub(in crate::observer) fn guess(&mut self, residuals: &[f64; FIRST_BLOCK]) {
         let mut sorted = *residuals;
         sorted.sort_unstable_by(f64::total_cmp);
         // Without the latest two, lest a spike be taken for the rule: their mean is above the least
@@ -127,32 +127,32 @@ impl Jitter {
         self.certainty = 1.0 / (self.fine_variance() + self.cell * self.cell / 12.0);
     }
 
-    pub(super) const fn normal(&self) -> f64 {
+    pub(in crate::observer) const fn normal(&self) -> f64 {
         self.normal
     }
 
-    pub(super) const fn exponential(&self) -> f64 {
+    pub(in crate::observer) const fn exponential(&self) -> f64 {
         self.exponential
     }
 
     /// The standard deviation of the jitter.
-    pub(super) fn width(&self) -> f64 {
+    pub(in crate::observer) fn width(&self) -> f64 {
         together(self.normal, self.exponential)
     }
 
     /// Factor by which the widths may still be wrong: approaches 1.
-    pub(super) fn doubt(&self) -> f64 {
+    pub(in crate::observer) fn doubt(&self) -> f64 {
         1.0 + 512.0 / (self.messages + 128.0)
     }
 
     /// Returns the movement of the most likely location so far, s, by what was learned of the widths. Taking it away
     /// leaves a location that stays where it was.
-    pub(super) const fn moved(&self) -> f64 {
+    pub(in crate::observer) const fn moved(&self) -> f64 {
         self.moved
     }
 
     /// Sets the cell that arrivals are stamped to, s; 0 if it does not matter.
-    pub(super) fn set_cell(&mut self, cell: f64) {
+    pub(in crate::observer) fn set_cell(&mut self, cell: f64) {
         let was_fine = self.cell == 0.0;
         self.cell = cell;
         if was_fine && cell > 0.0 {
@@ -160,12 +160,12 @@ impl Jitter {
         }
     }
 
-    pub(super) const fn cell(&self) -> f64 {
+    pub(in crate::observer) const fn cell(&self) -> f64 {
         self.cell
     }
 
     /// The variance of a location measured by a single message.
-    pub(super) fn variance(&self) -> f64 {
+    pub(in crate::observer) fn variance(&self) -> f64 {
         if self.cell > 0.0 {
             1.0 / self.certainty
         } else {
@@ -185,7 +185,7 @@ impl Jitter {
     }
 
     /// The location of a block, knowing beforehand that it is 0 with the given variance.
-    pub(super) fn locate(&self, residuals: &[f64], prior_variance: f64) -> Location {
+    pub(in crate::observer) fn locate(&self, residuals: &[f64], prior_variance: f64) -> Location {
         let n = residuals.len() as f64;
         let least = residuals.iter().copied().fold(f64::INFINITY, f64::min);
         // At this point the earliest message alone outweighs all others.
@@ -286,7 +286,12 @@ impl Jitter {
 
     /// Learns from residuals whose location is known: one step of Fisher scoring in the logarithms
     /// of both widths.
-    pub(super) fn learn(&mut self, residuals: &[f64], location: f64, correlated: &CorrelatedDelay) {
+    pub(in crate::observer) fn learn(
+        &mut self,
+        residuals: &[f64],
+        location: f64,
+        correlated: &CorrelatedDelay,
+    ) {
         if self.cell > 0.0 {
             self.learn_from_cells(residuals, location);
             return;
@@ -355,7 +360,7 @@ impl Jitter {
     }
 
     /// True if the network seems to be changing, so that measurements had better wait a little.
-    pub(super) fn is_unfit(&self) -> bool {
+    pub(in crate::observer) fn is_unfit(&self) -> bool {
         self.misfit.is_waited_for()
     }
 

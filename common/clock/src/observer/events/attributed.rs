@@ -4,24 +4,24 @@ const KEPT: usize = 16;
 
 /// Jumps of the line with their times, s.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Attributed {
+pub(in crate::observer) struct Attributed {
     jumps: [(f64, f64); KEPT],
     next: usize,
 }
 
 impl Attributed {
-    pub(super) fn note(&mut self, time: f64, jump: f64) {
+    pub(in crate::observer) fn note(&mut self, time: f64, jump: f64) {
         self.jumps[self.next] = (time, jump);
         self.next = (self.next + 1) % KEPT;
     }
 
     /// Sum of the jumps since then, s.
-    pub(super) fn since(&self, time: f64) -> f64 {
+    pub(in crate::observer) fn since(&self, time: f64) -> f64 {
         let jumps = self.jumps.iter().filter(|(at, _)| *at >= time);
         jumps.map(|(_, jump)| jump).sum()
     }
 
-    pub(super) fn forget(&mut self) {
+    pub(in crate::observer) fn forget(&mut self) {
         *self = Self::default();
     }
 }

@@ -49,7 +49,7 @@ struct Look {
 
 /// Compares the line with its own predictions.
 #[derive(Clone, Debug)]
-pub(super) struct Calibration {
+pub(in crate::observer) struct Calibration {
     looks: [Option<Look>; KEPT],
     next: usize,
     latest: f64,
@@ -62,7 +62,7 @@ pub(super) struct Calibration {
 }
 
 impl Calibration {
-    pub(super) const fn new() -> Self {
+    pub(in crate::observer) const fn new() -> Self {
         Self {
             looks: [None; KEPT],
             next: 0,
@@ -75,22 +75,22 @@ impl Calibration {
     }
 
     /// Returns the standard deviation of the line, raised to its misses, s.
-    pub(super) fn of(&self, sigma: f64) -> f64 {
+    pub(in crate::observer) fn of(&self, sigma: f64) -> f64 {
         sigma.max(self.least)
     }
 
     /// Share of the predictions that the line was within three standard deviations of; none before there were any.
-    pub(super) fn share(&self) -> Option<f64> {
+    pub(in crate::observer) fn share(&self) -> Option<f64> {
         (self.compared > 0.0).then_some(self.within)
     }
 
     /// Remembers a bias of the line that measurements show, s².
-    pub(super) fn remember(&mut self, bias_variance: f64) {
+    pub(in crate::observer) fn remember(&mut self, bias_variance: f64) {
         self.least = self.least.max(libm::sqrt(bias_variance));
     }
 
     /// Holds the uncertainty `sigma` of the lower edge.
-    pub(super) fn hold(&mut self, sigma: f64) {
+    pub(in crate::observer) fn hold(&mut self, sigma: f64) {
         let is_known = (self.began).is_some_and(|began| self.latest - began > KNOWN_AFTER);
         if is_known {
             self.least = self.least.max(HELD * sigma);
@@ -105,20 +105,26 @@ impl Calibration {
     }
 
     /// Follows a jump of the clock or of the path, not of the line.
-    pub(super) fn shift(&mut self, by: f64) {
+    pub(in crate::observer) fn shift(&mut self, by: f64) {
         for look in self.looks.iter_mut().flatten() {
             look.estimate.offset += by;
         }
     }
 
     /// Begins again with another line, of which nothing was predicted.
-    pub(super) fn begin_again(&mut self) {
+    pub(in crate::observer) fn begin_again(&mut self) {
         self.looks = [None; KEPT];
         self.began = None;
     }
 
     /// Looks at the line of deviation `sigma` at `time`, where its drift gains the variance `walk` per second.
-    pub(super) fn look(&mut self, time: f64, estimate: &Estimate, walk: f64, sigma: f64) {
+    pub(in crate::observer) fn look(
+        &mut self,
+        time: f64,
+        estimate: &Estimate,
+        walk: f64,
+        sigma: f64,
+    ) {
         if time - self.latest < EVERY {
             return;
         }

@@ -5,10 +5,10 @@
 //! line goes through their lower corners, as no message is seen before it comes. So a tooth that returns is no shift of the
 //! path. From then on only corners are measurements: between them nothing says where in a cell the line is.
 
-use super::LARGEST_DRIFT;
-use super::filter::Estimate;
 use super::shift::Bounds;
 use crate::numbers::rounded;
+use crate::observer::LARGEST_DRIFT;
+use crate::observer::line::Estimate;
 
 /// Jumps of one size and sign, …
 const ALIKE: usize = 3;
@@ -41,15 +41,15 @@ const OF_SEVERAL: f64 = 0.2;
 
 /// A jump of the phase: when, by how much, and where the phases are since, s.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Jump {
-    pub(super) time: f64,
-    pub(super) size: f64,
-    pub(super) level: f64,
+pub(in crate::observer) struct Jump {
+    pub(in crate::observer) time: f64,
+    pub(in crate::observer) size: f64,
+    pub(in crate::observer) level: f64,
 }
 
 /// The last jumps, and the level of the last block.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Teeth {
+pub(in crate::observer) struct Teeth {
     /// The oldest first.
     jumps: [Jump; ALIKE],
     known: usize,
@@ -62,13 +62,13 @@ pub(super) struct Teeth {
 
 /// The drift that teeth show beside the level line, and its standard deviation, s/s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ShownDrift {
-    pub(super) drift: f64,
-    pub(super) sigma: f64,
+pub(in crate::observer) struct ShownDrift {
+    pub(in crate::observer) drift: f64,
+    pub(in crate::observer) sigma: f64,
 }
 
 /// The cell whose tooth a jump of the phase would be, s; none where it cannot be one.
-pub(super) fn cell_of(jump: f64, cycle: f64, jitter: f64) -> Option<f64> {
+pub(in crate::observer) fn cell_of(jump: f64, cycle: f64, jitter: f64) -> Option<f64> {
     let cells = rounded(cycle / jump.abs()).max(1);
     let cell = cycle / cells as f64;
     let is_cell = cells <= MOST_CELLS && (jump.abs() / cell - 1.0).abs() < SIZE;
@@ -76,13 +76,13 @@ pub(super) fn cell_of(jump: f64, cycle: f64, jitter: f64) -> Option<f64> {
 }
 
 /// The variance of an estimate after `dt` seconds; it knows at least in which cell it is.
-pub(super) fn within_cell(estimate: &Estimate, dt: f64, walk: f64, cell: f64) -> f64 {
+pub(in crate::observer) fn within_cell(estimate: &Estimate, dt: f64, walk: f64, cell: f64) -> f64 {
     let variance = estimate.offset_variance_after(dt, walk);
     variance.min(cell * cell / 12.0)
 }
 
 /// Bounds of phases that lie within a cell above a line of this standard deviation.
-pub(super) fn bounds(cell: f64, sigma: f64) -> Bounds {
+pub(in crate::observer) fn bounds(cell: f64, sigma: f64) -> Bounds {
     let unsure = BEYOND * sigma;
     Bounds {
         early: -unsure,
@@ -94,7 +94,7 @@ pub(super) fn bounds(cell: f64, sigma: f64) -> Bounds {
 }
 
 /// The mean of the values in the lowest cell of a block.
-pub(super) fn lowest_level<const N: usize>(values: &[f64; N], cell: f64) -> f64 {
+pub(in crate::observer) fn lowest_level<const N: usize>(values: &[f64; N], cell: f64) -> f64 {
     let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let low = values.iter().filter(|value| **value < lowest + 0.5 * cell);
     let (sum, count) = low.fold((0.0, 0.0), |(sum, count), low| (sum + low, count + 1.0));
@@ -103,7 +103,7 @@ pub(super) fn lowest_level<const N: usize>(values: &[f64; N], cell: f64) -> f64 
 
 impl Teeth {
     /// Notes a jump of the phase. The rest of a tooth is no tooth.
-    pub(super) fn take(&mut self, jump: Jump) {
+    pub(in crate::observer) fn take(&mut self, jump: Jump) {
         if self.known > 0 && jump.size.abs() < LEFT * self.jumps[ALIKE - 1].size.abs() {
             return;
         }
@@ -113,17 +113,17 @@ impl Teeth {
     }
 
     /// True if there was any jump.
-    pub(super) const fn is_known(&self) -> bool {
+    pub(in crate::observer) const fn is_known(&self) -> bool {
         self.known > 0
     }
 
     /// The time of the oldest jump, s.
-    pub(super) const fn since(&self) -> f64 {
+    pub(in crate::observer) const fn since(&self) -> f64 {
         self.jumps[0].time
     }
 
     /// True if the last jumps are alike and come at regular intervals, and phases were level in between.
-    pub(super) fn return_regularly(&self) -> bool {
+    pub(in crate::observer) fn return_regularly(&self) -> bool {
         let [first, middle, last] = self.jumps;
         let is_alike = |jump: &Jump| (jump.size / last.size - 1.0).abs() < SIZE;
         let intervals = [middle.time - first.time, last.time - middle.time];
@@ -134,7 +134,7 @@ impl Teeth {
     }
 
     /// Begins to measure corners; phases are at `level`, and the jitter is this wide, s.
-    pub(super) fn begin(&mut self, level: f64, cell: f64, jitter: f64) {
+    pub(in crate::observer) fn begin(&mut self, level: f64, cell: f64, jitter: f64) {
         let first = (FIRST * cell).max(jitter);
         self.level = level;
         self.corner = first * first;
@@ -142,13 +142,18 @@ impl Teeth {
     }
 
     /// The variance of a corner, s².
-    pub(super) const fn corner_variance(&self) -> f64 {
+    pub(in crate::observer) const fn corner_variance(&self) -> f64 {
         self.corner
     }
 
     /// Returns the corner in a block whose lowest phases are at `level`, and whose phases spread over `spread`, s;
     /// none where nothing jumped.
-    pub(super) fn corner(&mut self, level: f64, spread: f64, cell: f64) -> Option<f64> {
+    pub(in crate::observer) fn corner(
+        &mut self,
+        level: f64,
+        spread: f64,
+        cell: f64,
+    ) -> Option<f64> {
         let is_cell = |jump: f64| (jump.abs() / cell - 1.0).abs() < OF_CELL;
         let jump = level - self.level;
         self.level = level;
@@ -160,7 +165,7 @@ impl Teeth {
     }
 
     /// Learns the variance of corners from one that was off by `off`, where the line has the variance `known`.
-    pub(super) fn learn(&mut self, off: f64, known: f64) {
+    pub(in crate::observer) fn learn(&mut self, off: f64, known: f64) {
         self.corners = (self.corners + 1.0).min(MEMORY);
         let sample = (off * off - known).clamp(0.0, OUTLIER * self.corner);
         self.corner += (sample - self.corner) / self.corners;
@@ -168,7 +173,7 @@ impl Teeth {
     }
 
     /// Drift shown by the teeth; the phases were level since the start, at 0, or since the jump before.
-    pub(super) fn shown_drift(&self) -> ShownDrift {
+    pub(in crate::observer) fn shown_drift(&self) -> ShownDrift {
         let [_, before, last] = self.jumps;
         let one = last.size / (last.time - before.time);
         let (part, sigma) = match self.return_regularly() {

@@ -4,7 +4,7 @@ use super::noise::Noise;
 use super::windows::{KEPT, Windows};
 use super::{ENOUGH, Line};
 use crate::observer::LARGEST_DRIFT;
-use crate::observer::filter::Estimate;
+use crate::observer::line::Estimate;
 
 /// Greatest cost of a point above the line, in variances: delays it may last. One below it is worse, as nothing comes
 /// early: three of them outweigh all the others.

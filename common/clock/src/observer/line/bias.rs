@@ -40,8 +40,8 @@ impl Bias {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::delays::Random;
     use super::*;
+    use crate::observer::tests::delays::Random;
 
     #[test]
     fn chance_is_no_bias_and_an_offset_is_one() {

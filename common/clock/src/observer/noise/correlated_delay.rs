@@ -8,7 +8,7 @@
 
 /// Watches the measurements of the line for correlated delays.
 #[derive(Clone, Debug)]
-pub(super) struct CorrelatedDelay {
+pub(in crate::observer) struct CorrelatedDelay {
     /// s, since the first measurement.
     now: f64,
     scales: [Scale; SCALES.len()],
@@ -54,7 +54,7 @@ struct Mean {
 }
 
 impl CorrelatedDelay {
-    pub(super) fn new() -> Self {
+    pub(in crate::observer) fn new() -> Self {
         let scale = Scale {
             miss: 1.0,
             misses: PRIOR,
@@ -68,18 +68,18 @@ impl CorrelatedDelay {
     }
 
     /// The variance of the mean of many messages, as a multiple of the one of independent messages: 1 and above.
-    pub(super) const fn factor(&self) -> f64 {
+    pub(in crate::observer) const fn factor(&self) -> f64 {
         self.factor
     }
 
     /// Factor by which runs of like messages have to be longer than among independent ones to mean something: 1 and
     /// above.
-    pub(super) fn patience(&self) -> f64 {
+    pub(in crate::observer) fn patience(&self) -> f64 {
         (0.5 * libm::sqrt(self.factor)).clamp(1.0, MOST_PATIENT)
     }
 
     /// Takes a measurement, `dt` seconds after the one before, with its variance.
-    pub(super) fn take(&mut self, dt: f64, value: f64, variance: f64) {
+    pub(in crate::observer) fn take(&mut self, dt: f64, value: f64, variance: f64) {
         self.now += dt;
         let measurement = Mean {
             time: self.now,
@@ -97,7 +97,7 @@ impl CorrelatedDelay {
     }
 
     /// Restarts after a jump of the line: earlier measurements do not lie on it.
-    pub(super) fn jumped(&mut self) {
+    pub(in crate::observer) fn jumped(&mut self) {
         for scale in &mut self.scales {
             scale.summed = 0;
             scale.known = 0;

@@ -15,7 +15,7 @@ const PACE_IN_TENTHS: u64 = 9;
 
 /// Finds the resolution of arrivals: all differences are multiples of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Resolution {
+pub(in crate::observer) struct Resolution {
     first: Option<(i64, Instant<Local>)>,
     divisor: u64,
     /// Width from which a divisor may be no cell, ns.
@@ -28,7 +28,7 @@ pub(super) struct Resolution {
 
 impl Resolution {
     /// Makes a resolution for a sender of this cycle time.
-    pub(super) const fn new(data_cycle_time: Span) -> Self {
+    pub(in crate::observer) const fn new(data_cycle_time: Span) -> Self {
         Self {
             first: None,
             divisor: 0,
@@ -39,7 +39,7 @@ impl Resolution {
     }
 
     /// Takes the arrival of a count.
-    pub(super) fn take(&mut self, count: i64, arrived: Instant<Local>) {
+    pub(in crate::observer) fn take(&mut self, count: i64, arrived: Instant<Local>) {
         let (first_count, first) = *self.first.get_or_insert((count, arrived));
         // Once it is fine it stays so.
         if self.divisor == 0 || self.divisor >= COARSE {
@@ -53,12 +53,12 @@ impl Resolution {
 
     /// Sets the cell of polling: phases were level, then jumped by `cell`, and were level again, as messages are seen a
     /// little late each time.
-    pub(super) const fn set_polled(&mut self, cell: f64) {
+    pub(in crate::observer) const fn set_polled(&mut self, cell: f64) {
         self.of_teeth = cell;
     }
 
     /// The width of a cell of a coarse clock, s; 0 where it is so fine that it does not matter.
-    pub(super) fn cell(&self) -> f64 {
+    pub(in crate::observer) fn cell(&self) -> f64 {
         if (COARSE..self.pace).contains(&self.divisor) {
             self.divisor as f64 * 1e-9
         } else {
@@ -68,7 +68,7 @@ impl Resolution {
 
     /// Time before it is seen that a message may have come, s, where messages are polled for; else 0. A coarse clock shows
     /// the beginning of a cell, and polling sees a message at its end.
-    pub(super) fn polled(&self) -> f64 {
+    pub(in crate::observer) fn polled(&self) -> f64 {
         if self.is_no_pace && self.divisor >= self.pace {
             self.divisor as f64 * 1e-9
         } else {
@@ -86,17 +86,17 @@ fn divisor(mut a: u64, mut b: u64) -> u64 {
 
 /// Scores of a cell for the jitter's location and widths: derivatives of its log-likelihood.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CellScores {
-    pub(super) location: f64,
+pub(in crate::observer) struct CellScores {
+    pub(in crate::observer) location: f64,
     /// The negative second derivative in the location.
-    pub(super) curvature: f64,
+    pub(in crate::observer) curvature: f64,
 }
 
 /// The jitter: a normal part and an exponential one, s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Widths {
-    pub(super) normal: f64,
-    pub(super) exponential: f64,
+pub(in crate::observer) struct Widths {
+    pub(in crate::observer) normal: f64,
+    pub(in crate::observer) exponential: f64,
 }
 
 /// Normal widths on the early side beyond which only the normal part counts, …
@@ -121,7 +121,7 @@ impl Widths {
     }
 
     /// Scores of a cell of this width that begins `residual` after the location.
-    pub(super) fn cell(&self, residual: f64, width: f64) -> CellScores {
+    pub(in crate::observer) fn cell(&self, residual: f64, width: f64) -> CellScores {
         let end = residual + width;
         if end < EARLY * self.normal {
             let certainty = 1.0 / (self.normal * self.normal);
@@ -152,7 +152,7 @@ impl Widths {
     }
 
     /// Derivatives of a cell's log-likelihood in the logarithms of the normal and the exponential width.
-    pub(super) fn cell_widths(&self, residual: f64, width: f64) -> (f64, f64) {
+    pub(in crate::observer) fn cell_widths(&self, residual: f64, width: f64) -> (f64, f64) {
         let likelihood = |normal: f64, exponential: f64| {
             let widths = Self {
                 normal: self.normal * normal,

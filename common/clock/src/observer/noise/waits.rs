@@ -15,14 +15,14 @@ const LEAST_OPEN: f64 = 0.2;
 
 /// The last waits, as seen from the line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Waits {
+pub(in crate::observer) struct Waits {
     /// s
     last: [f64; KEPT],
     taken: usize,
 }
 
 impl Waits {
-    pub(super) const fn new() -> Self {
+    pub(in crate::observer) const fn new() -> Self {
         Self {
             last: [0.0; KEPT],
             taken: 0,
@@ -30,13 +30,13 @@ impl Waits {
     }
 
     /// Takes how far above the line the last message of a batch came, s.
-    pub(super) const fn take(&mut self, above: f64) {
+    pub(in crate::observer) const fn take(&mut self, above: f64) {
         self.last[self.taken % KEPT] = above;
         self.taken += 1;
     }
 
     /// Width of the room that they leave, for this cycle time, s; 0 if messages do not come in batches.
-    pub(super) fn open(&self, cycle: f64) -> f64 {
+    pub(in crate::observer) fn open(&self, cycle: f64) -> f64 {
         let known = &self.last[..self.taken.min(KEPT)];
         if known.is_empty() {
             return 0.0;

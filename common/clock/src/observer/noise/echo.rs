@@ -21,7 +21,7 @@ const LEAST_SQUARE: f64 = 1e-14;
 
 /// Compares arrivals with send stamps.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Echo {
+pub(in crate::observer) struct Echo {
     /// The count of the newest message, its phase and its stamp, s.
     last: Option<(i64, f64, f64)>,
     count: f64,
@@ -34,7 +34,7 @@ pub(super) struct Echo {
 
 impl Echo {
     /// Takes the lateness of sending a message, s, and its phase, from which that was not taken away.
-    pub(super) fn take(&mut self, count: i64, phase: f64, stamp: f64) {
+    pub(in crate::observer) fn take(&mut self, count: i64, phase: f64, stamp: f64) {
         let Some((before, last_phase, last_stamp)) = self.last.replace((count, phase, stamp))
         else {
             return;
@@ -55,7 +55,7 @@ impl Echo {
     }
 
     /// Evaluates the messages taken.
-    pub(super) fn judge(&mut self) {
+    pub(in crate::observer) fn judge(&mut self) {
         if self.count < ENOUGH || self.stamps < LEAST_SQUARE {
             return;
         }
@@ -69,15 +69,15 @@ impl Echo {
     }
 
     /// Reports whether something other than the sender decides when its messages are seen, once that is clear.
-    pub(super) const fn is_missing(&self) -> Option<bool> {
+    pub(in crate::observer) const fn is_missing(&self) -> Option<bool> {
         self.missing
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::delays::Random;
     use super::*;
+    use crate::observer::tests::delays::Random;
 
     /// Result for messages that were sent up to some 5 µs late and are seen as `seen` returns.
     fn is_missing(messages: i64, mut seen: impl FnMut(f64, &mut Random) -> f64) -> Option<bool> {

@@ -18,15 +18,15 @@ const MEMORY: f64 = 8.0;
 
 /// A message as it came.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrival {
-    pub(super) count: u64,
-    pub(super) at: Instant<Local>,
-    pub(super) send_stamp: Option<Span>,
+pub(in crate::observer) struct Arrival {
+    pub(in crate::observer) count: u64,
+    pub(in crate::observer) at: Instant<Local>,
+    pub(in crate::observer) send_stamp: Option<Span>,
 }
 
 /// Picks the messages to use.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Batches {
+pub(in crate::observer) struct Batches {
     /// Number of messages that came together since the last pause, and whether all of them in their order.
     length: u16,
     is_out_of_order: bool,
@@ -41,7 +41,7 @@ pub(super) struct Batches {
 
 /// The use of a message.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Picked {
+pub(in crate::observer) enum Picked {
     /// No message as yet.
     Nothing,
     /// The message to use.
@@ -52,12 +52,12 @@ pub(super) enum Picked {
 
 impl Batches {
     /// True if only the last message of each batch is used.
-    pub(super) const fn are_picked_from(&self) -> bool {
+    pub(in crate::observer) const fn are_picked_from(&self) -> bool {
         self.batched
     }
 
     /// Takes a message, and whether it came together with the one before.
-    pub(super) fn take(&mut self, arrival: Arrival, together: bool) -> Picked {
+    pub(in crate::observer) fn take(&mut self, arrival: Arrival, together: bool) -> Picked {
         if together {
             self.length = self.length.saturating_add(1);
         } else {
