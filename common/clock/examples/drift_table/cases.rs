@@ -1,6 +1,6 @@
 //! Links, and the changes on them from [`BEGINS`] on.
 
-use crate::world::{Course, Link};
+use super::world::{Course, Link};
 
 /// Beginning of the change, s, and time watched.
 pub(crate) const BEGINS: f64 = 15.0;

@@ -1,7 +1,7 @@
 //! Size and duration of the far time's error.
 
-use crate::cases::{BEGINS, WATCHED};
-use crate::world::{Course, Link, run};
+use super::cases::{BEGINS, WATCHED};
+use super::world::{Course, Link, run};
 
 /// Time before anything happens from which the usual error is taken, s.
 const BEFORE: f64 = 3.0;

@@ -14,19 +14,27 @@
 //!
 //! So where both ways are what they were, it was the sender.
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the attribution of a step.
+    StepTuning {
+        /// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
+        smallest_asymmetry: f64 = 50e-6,
+        /// Growth of a path in a second that no path in use reaches, s.
+        plain: f64 = 0.5e-3,
+        /// A way changed as a row of the table says if it is off by at most this share of the step.
+        fits: f64 = 0.25,
+        /// The median of n ways is known well enough if this number of its standard deviations is at most `fits`: 1.25·σ/√n each (a
+        /// median's of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
+        certain: f64 = 3.0,
+    }
+}
+
 /// Exchanges before the step, and after it, that attribute it, …
 pub(super) const TELLING: usize = 8;
 /// … and their number where the jitter is too wide to show by how much the ways differ now: then the window is measured again.
 const MOST: usize = 16;
-/// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
-const SMALLEST_ASYMMETRY: f64 = 50e-6;
-/// Growth of a path in a second that no path in use reaches, s.
-const PLAIN: f64 = 0.5e-3;
-/// A way changed as a row of the table says if it is off by at most this share of the step.
-const FITS: f64 = 0.25;
-/// The median of n ways is known well enough if this number of its standard deviations is at most `FITS`: 1.25·σ/√n each (a
-/// median's of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
-const CERTAIN: f64 = 3.0;
 const OF_QUARTILES: f64 = 1.25 / 1.35 * core::f64::consts::SQRT_2;
 
 /// A step that is not attributed yet.
@@ -116,7 +124,7 @@ impl Step {
         }
         let (there, of_there) = self.middle(|ways| ways.there);
         let (back, of_back) = self.middle(|ways| ways.back);
-        let is_known = CERTAIN * of_there.max(of_back) < FITS * libm::fabs(self.size);
+        let is_known = TUNING.certain * of_there.max(of_back) < TUNING.fits * libm::fabs(self.size);
         let is_certain = is_known && self.is_steady(self.newly_moving());
         let cause = self.cause(Ways { there, back }, is_certain);
         let cannot_tell = !self.is_steady(self.moving);
@@ -128,7 +136,7 @@ impl Step {
     /// True if it was a step, and no path that grows or swings by as much meanwhile.
     fn is_steady(&self, moving: f64) -> bool {
         let size = libm::fabs(self.size);
-        size >= PLAIN || moving < FITS * size
+        size >= TUNING.plain || moving < TUNING.fits * size
     }
 
     /// Movement of the ways before the step, or since.
@@ -164,8 +172,9 @@ impl Step {
             libm::round(there).clamp(1.0, 2.0),
             libm::round(back).clamp(-1.0, 0.0),
         );
-        let fits = libm::fabs(there - row.0) < FITS && libm::fabs(back - row.1) < FITS;
-        let asymmetry = if fits && is_certain && libm::fabs(size) >= SMALLEST_ASYMMETRY {
+        let fits =
+            libm::fabs(there - row.0) < TUNING.fits && libm::fabs(back - row.1) < TUNING.fits;
+        let asymmetry = if fits && is_certain && libm::fabs(size) >= TUNING.smallest_asymmetry {
             size * (1.0 - 0.5 * (row.0 - row.1))
         } else {
             0.0

@@ -7,22 +7,35 @@ use super::stream::Line;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::numbers::rounded;
+use crate::tuning::tuning;
 
-/// Time within which exchanges show the cause of a change of the drift, or nothing is done about it.
-const LONGEST_DOUBT: Span = Span::from_secs(3);
-/// Time within which a change must be seen again, or that of `SEEN_AGAIN_WITHIN_WINDOWS`, if longer.
-const SEEN_AGAIN_WITHIN: Span = Span::from_millis(500);
-const SEEN_AGAIN_WITHIN_WINDOWS: f64 = 2.5;
-/// Time for which a change that is the path's is not suspected again.
-const LEAVE_DRIFT_FOR: Span = Span::from_secs(1);
-/// Such a doubt as a standard deviation: the uncertainty covers three.
-const DOUBTED: f64 = 0.4;
-/// Seconds of the change by which the line may be off until it is settled.
-const UNSETTLED: f64 = 0.3;
-/// Time for which the line is moved a little after the drift changed at once.
-const SETTLING: Span = Span::from_secs(2);
-/// Seconds of a wrong rate by which the line may be off.
-const WRONG_FOR: f64 = 1.0;
+tuning! {
+    /// Tuned constants of the attribution of a change of the drift.
+    DriftChangeTuning {
+        /// Time within which exchanges show the cause of a change of the drift, or nothing is done about it.
+        longest_doubt: Span = Span::from_secs(3),
+        /// Time within which a change must be seen again, or that of `seen_again_within_windows`, if longer.
+        seen_again_within: Span = Span::from_millis(500),
+        /// Windows of its scale within which it must be seen again: one may be missed.
+        seen_again_within_windows: f64 = 2.5,
+        /// Time for which a change that is the path's is not suspected again.
+        leave_drift_for: Span = Span::from_secs(1),
+        /// Such a doubt as a standard deviation: the uncertainty covers three.
+        doubted: f64 = 0.4,
+        /// Seconds of the change by which the line may be off until it is settled.
+        unsettled: f64 = 0.3,
+        /// Time for which the line is moved a little after the drift changed at once.
+        settling: Span = Span::from_secs(2),
+        /// Seconds of a wrong rate by which the line may be off.
+        wrong_for: f64 = 1.0,
+        /// Part of the window of before below which a change is seen on a finer scale: those are half as long.
+        finer: f64 = 0.75,
+        /// Part of the change of before from which it is that one …
+        like_least: f64 = 0.5,
+        /// … up to this multiple.
+        like_greatest: f64 = 2.0,
+    }
+}
 
 /// Messages come later and later, or earlier and earlier, than the line says. Either the sender's clock has another
 /// drift, or the path's delay grows or shrinks.
@@ -91,15 +104,17 @@ pub(super) struct Suspect {
 
 impl Suspect {
     fn seen_again_within(&self) -> Span {
-        SEEN_AGAIN_WITHIN.max(Span::from_secs_f64(
-            SEEN_AGAIN_WITHIN_WINDOWS * self.step.window,
+        TUNING.seen_again_within.max(Span::from_secs_f64(
+            TUNING.seen_again_within_windows * self.step.window,
         ))
     }
 
     /// True if it is this change, seen again. A change seen in finer windows is younger.
     fn is_like(&self, step: &DriftStep) -> bool {
-        let is_finer = step.window < 0.75 * self.step.window;
-        !is_finer && (0.5..2.0).contains(&(step.change / self.drift.change))
+        let is_finer = step.window < TUNING.finer * self.step.window;
+        !is_finer
+            && (TUNING.like_least..TUNING.like_greatest)
+                .contains(&(step.change / self.drift.change))
     }
 }
 
@@ -123,7 +138,7 @@ impl PhaseObserver {
         if to_sender {
             self.follow_drift_step(&suspect.step);
         } else {
-            self.drift_change.left = Some((suspect.drift, suspect.seen + LEAVE_DRIFT_FOR));
+            self.drift_change.left = Some((suspect.drift, suspect.seen + TUNING.leave_drift_for));
         }
     }
 
@@ -140,10 +155,10 @@ impl PhaseObserver {
                 let since = now - drift.since;
                 libm::fabs(drift.change) * since.as_secs_f64().max(0.0)
             }
-            None if now < change.settled_from => libm::fabs(change.last) * UNSETTLED,
+            None if now < change.settled_from => libm::fabs(change.last) * TUNING.unsettled,
             None => 0.0,
         };
-        DOUBTED * doubted
+        TUNING.doubted * doubted
     }
 
     /// Takes the newest phase. If the last ones lie on a line with another drift, exchanges attribute the change; without
@@ -162,7 +177,7 @@ impl PhaseObserver {
             self.drift_change.suspect = None;
         } else if !self.exchanges_tell {
             self.attribute_drift(true);
-        } else if arrived - suspect.noticed > LONGEST_DOUBT {
+        } else if arrived - suspect.noticed > TUNING.longest_doubt {
             self.attribute_drift(false);
         }
     }
@@ -223,7 +238,7 @@ impl PhaseObserver {
         if !(drift.abs() <= LARGEST_DRIFT && sigma.is_finite()) {
             return;
         }
-        let off = self.jitter.width() + gain.abs() * WRONG_FOR;
+        let off = self.jitter.width() + gain.abs() * TUNING.wrong_for;
         let estimate = Estimate {
             drift,
             offset_variance: off * off,
@@ -257,7 +272,7 @@ impl PhaseObserver {
         let of_drift = &mut self.drift_change;
         of_drift.steps = of_drift.steps.saturating_add(1);
         of_drift.last = change;
-        of_drift.settled_from = stream.newest_arrival + SETTLING;
+        of_drift.settled_from = stream.newest_arrival + TUNING.settling;
     }
 }
 

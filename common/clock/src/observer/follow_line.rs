@@ -3,17 +3,29 @@
 use super::PhaseObserver;
 use super::events::{Arrival, within_cell};
 use super::line::{Edge, Estimate};
+use super::output::Shown;
 use super::stream::{BLOCK, Line, Residual};
 use crate::instant::{Instant, Local, Span};
 use crate::numbers::rounded;
+use crate::tuning::tuning;
 
-/// The accuracy that is sure enough is a part of the jitter: where the edge is followed, the scatter of points is
-/// worth a jitter of this multiple.
-const EDGE_AS_JITTER: f64 = 24.0;
-/// Time, s, until which, where delays are correlated, only an accuracy that is fine anywhere is sure enough.
-const CORRELATION_IS_KNOWN_AFTER: f64 = 4.0;
-/// Time after which the best there is will do, s.
-const LONGEST_IF_CORRELATED: f64 = 8.0;
+tuning! {
+    /// Tuned constants of the choice of a sure line.
+    FollowLineTuning {
+        /// The accuracy that is sure enough is a part of the jitter: where the edge is followed, the scatter of points is
+        /// worth a jitter of this multiple.
+        edge_as_jitter: f64 = 24.0,
+        /// Time, s, until which, where delays are correlated, only an accuracy that is fine anywhere is sure enough.
+        correlation_known_after: f64 = 4.0,
+        /// Time after which the best there is will do, s.
+        longest_if_correlated: f64 = 8.0,
+        /// The line is known where its variance is below this part of the one of a block.
+        known: f64 = 0.5,
+        /// Far time that is no further from the line than this is where it should be, s: what is left is slewed within 10 ms.
+        at_the_line: f64 = 1e-6,
+    }
+}
+
 /// The line that is followed.
 pub(super) struct Followed {
     /// Count of the estimate since the first.
@@ -166,7 +178,7 @@ impl PhaseObserver {
         let location = self.jitter.locate(&residuals, prior);
         let variance = location.variance;
         let measured = expected + location.measured;
-        let known = estimate.offset_variance_after(dt, walk) < 0.5 * variance;
+        let known = estimate.offset_variance_after(dt, walk) < TUNING.known * variance;
         // Where the line is not known, nothing would show that the widths fit again.
         if !known || !self.jitter.is_unfit() {
             line.at = line.at.max(middle);
@@ -211,11 +223,14 @@ impl PhaseObserver {
             false if !stream.choice.may_be_correlated() => (width, longest),
             false => (0.0, longest),
             // It is not known as yet how long a delay may last.
-            true if age < CORRELATION_IS_KNOWN_AFTER => (0.0, longest),
+            true if age < TUNING.correlation_known_after => (0.0, longest),
             // It does not become better by waiting longer.
             true => {
-                let scatter = EDGE_AS_JITTER * stream.edge.point_sigma();
-                (width.max(scatter), longest.min(LONGEST_IF_CORRELATED))
+                let scatter = TUNING.edge_as_jitter * stream.edge.point_sigma();
+                (
+                    width.max(scatter),
+                    longest.min(TUNING.longest_if_correlated),
+                )
             }
         };
         let sigma = stream.choice.sigma(variance);
@@ -256,5 +271,14 @@ impl PhaseObserver {
         if stream.choice.is_edge() {
             stream.calibration.hold(sigma);
         }
+    }
+
+    /// True if locking may end: not on a backlog that comes all at once, and not before far time is where the line
+    /// is, as it is slewed afterwards so slowly that it would take an hour.
+    fn may_end_locking(&self, now: Instant<Local>) -> bool {
+        let messages = i64::from(self.parameters.synced_messages);
+        let is_there = |shown: &Shown| shown.remaining.0.abs() < TUNING.at_the_line;
+        now - self.progress.since >= self.data_cycle_time * messages / 2
+            && self.shown.as_ref().is_none_or(is_there)
     }
 }

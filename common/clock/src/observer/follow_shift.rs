@@ -4,11 +4,17 @@ use super::PhaseObserver;
 use super::events::{Evidence, skipped_cycles};
 use super::stream::Line;
 use crate::instant::{Instant, Local};
+use crate::tuning::tuning;
 
-/// Time after the start, s, from which the drift is trusted, whatever the offset does.
-const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
-/// Smaller shifts may be correlated delays, and the edge finds them itself, s.
-const SMALL_SHIFT: f64 = 1e-4;
+tuning! {
+    /// Tuned constants of following a jump of the phase.
+    FollowShiftTuning {
+        /// Time after the start, s, from which the drift is trusted, whatever the offset does.
+        drift_known_after: f64 = 3.0,
+        /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
+        small_shift: f64 = 1e-4,
+    }
+}
 
 /// A jump of the phase, and the part of it in whole cycles of a sender that stood still, s.
 #[derive(Clone, Copy)]
@@ -67,7 +73,7 @@ impl PhaseObserver {
             (located - moved, self.jitter.variance())
         };
         let is_small = libm::fabs(shift) * 1e3 < self.parameters.smallest_skip_ms;
-        let shift = if polled == 0.0 && age < DRIFT_IS_KNOWN_AFTER && is_small {
+        let shift = if polled == 0.0 && age < TUNING.drift_known_after && is_small {
             // Soon after the start: the line was wrong in more than its offset. By no more than that, though.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             let before = line.bank.combined().offset;
@@ -100,7 +106,7 @@ impl PhaseObserver {
         } = jump;
         let size = libm::fabs(shift);
         let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
-        if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
+        if size < TUNING.small_shift && self.jitter.cell() == 0.0 {
             stream.choice.suspect_small_shift(time, shift);
         }
         if !stream.choice.is_edge() {
@@ -123,7 +129,7 @@ impl PhaseObserver {
             }
         } else if stream.choice.is_edge() {
             return false;
-        } else if size >= SMALL_SHIFT {
+        } else if size >= TUNING.small_shift {
             stream.edge.shift(shift);
             stream.choice.shift_edge(shift);
             stream.choice.shift_all(shift);
@@ -141,7 +147,7 @@ impl PhaseObserver {
             cycles,
             by_cycles,
         } = jump;
-        if libm::fabs(shift) >= SMALL_SHIFT || !stream.choice.is_correlated() {
+        if libm::fabs(shift) >= TUNING.small_shift || !stream.choice.is_correlated() {
             self.events.shift(arrived);
         }
         let jumped = match (stream.choice.is_edge(), cycles) {

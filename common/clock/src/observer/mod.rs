@@ -43,6 +43,23 @@ pub use far_line::FarLine;
 pub(crate) use line::Bank;
 pub use output::FarTime;
 pub use parameters::ObserverParameters;
+#[cfg(feature = "perturb")]
+pub(crate) const TUNED: &[&[crate::tuning::Block]] = &[
+    line::TUNED,
+    noise::TUNED,
+    events::TUNED,
+    &[
+        drift_change::TUNED,
+        follow_line::TUNED,
+        follow_shift::TUNED,
+        output::TUNED,
+        path_delay::TUNED,
+        progress::TUNED,
+        show::TUNED,
+        stream::TUNED,
+    ],
+];
+
 pub use report::{ObserverLine, ObserverOutput, ObserverState};
 
 use crate::cycle::CycleTime;
@@ -59,8 +76,6 @@ use path_delay::PathDelay;
 use progress::{Events, Progress};
 use stream::{Residual, Stream};
 
-/// Far time that is no further from the line than this is where it should be, s.
-const AT_THE_LINE: f64 = 1e-6;
 /// Largest drift of a clock that this crate is made for, s/s.
 const LARGEST_DRIFT: f64 = 0.01;
 
@@ -279,15 +294,6 @@ impl PhaseObserver {
     fn drift(&self) -> f64 {
         let followed = self.followed();
         followed.map_or(0.0, |followed| within_largest(followed.estimate.drift))
-    }
-
-    /// True if locking may end: not on a backlog that comes all at once, and not before far time is where the line
-    /// is, as it is slewed afterwards so slowly that it would take an hour.
-    fn may_end_locking(&self, now: Instant<Local>) -> bool {
-        let messages = i64::from(self.parameters.synced_messages);
-        let is_there = |shown: &Shown| shown.remaining.0.abs() < AT_THE_LINE;
-        now - self.progress.since >= self.data_cycle_time * messages / 2
-            && self.shown.as_ref().is_none_or(is_there)
     }
 }
 

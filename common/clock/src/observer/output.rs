@@ -2,6 +2,18 @@
 
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::numbers::floored;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the far time that is shown.
+    ShownTuning {
+        /// A distance that is not made up within this time at the usual limit is made up faster, s: the limit is then what
+        /// remains over this time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
+        made_up_within: f64 = 10.0,
+        /// Rise of the limit per second, s/s²: an axis at 500 mm/s is accelerated by 0.5 mm/s².
+        rise: f64 = 1e-3,
+    }
+}
 
 /// A point in far time, finer than a nanosecond.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,16 +55,10 @@ pub(super) struct Pace {
     pub(super) catch_up: f64,
 }
 
-/// A distance that is not made up within this time at the usual limit is made up faster, s: the limit is then what
-/// remains over this time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
-const MADE_UP_WITHIN: f64 = 10.0;
-/// Rise of the limit per second, s/s²: an axis at 500 mm/s is accelerated by 0.5 mm/s².
-const RISE: f64 = 1e-3;
-
 impl Pace {
     /// True if a distance takes too long at the usual limit.
     pub(super) fn is_too_slow_for(&self, distance: Seconds) -> bool {
-        distance.0.abs() > self.limit * MADE_UP_WITHIN
+        distance.0.abs() > self.limit * TUNING.made_up_within
     }
 }
 
@@ -102,9 +108,9 @@ impl Shown {
 
     /// The largest correction in the next `seconds`, s/s, where `error` nanoseconds are to be made up.
     fn limit(&mut self, seconds: f64, error: f64, pace: Pace) -> f64 {
-        let in_time = libm::fabs(error) * 1e-9 / MADE_UP_WITHIN;
+        let in_time = libm::fabs(error) * 1e-9 / TUNING.made_up_within;
         let wanted = in_time.min(pace.catch_up) - pace.limit;
-        self.raised = wanted.min(self.raised + RISE * seconds).max(0.0);
+        self.raised = wanted.min(self.raised + TUNING.rise * seconds).max(0.0);
         pace.limit + self.raised
     }
 }

@@ -8,14 +8,22 @@ use super::stream::BLOCK;
 use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
 use crate::numbers::together;
+use crate::tuning::tuning;
 
-/// Widths of the jitter by which the delay may be longer than usual at first, and at least by `LEAST_UNSEEN`, s. It
-/// is forgotten with the time constant `UNSEEN_FOR`, s.
-const UNSEEN: f64 = 3.0;
-const LEAST_UNSEEN: f64 = 1e-5;
-const UNSEEN_FOR: f64 = 2.5;
-/// … and the time after which what is left of it would change no digit, s.
-const FORGOTTEN_AFTER: f64 = 40.0 * UNSEEN_FOR;
+tuning! {
+    /// Tuned constants of what is not seen at first.
+    UnseenTuning {
+        /// Widths of the jitter by which the delay may be longer than usual at first …
+        widths: f64 = 3.0,
+        /// … and at least this, s: a core that wakes up from sleep.
+        least: f64 = 1e-5,
+        /// It is forgotten with this time constant, s: for some seconds messages with less delay may still come.
+        memory: f64 = 2.5,
+    }
+}
+
+/// Time constants after which what is left changes no digit: exp(−40) is 4·10⁻¹⁸.
+const FORGOTTEN_AFTER: f64 = 40.0;
 
 impl PhaseObserver {
     /// Runs one receiver cycle, which ideally starts at `ideal_start` (the real wake-up would only add jitter).
@@ -143,10 +151,10 @@ impl PhaseObserver {
     /// Uncertainty that is not seen at first: whether messages will be earlier, once the delay is another, s.
     fn unseen(&self, now: Instant<Local>) -> f64 {
         let age = (now - self.progress.since).as_secs_f64().max(0.0);
-        if age > FORGOTTEN_AFTER {
+        if age > FORGOTTEN_AFTER * TUNING.memory {
             return 0.0;
         }
-        let most = (UNSEEN * self.jitter.width()).max(LEAST_UNSEEN);
-        most * libm::exp(-age / UNSEEN_FOR)
+        let most = (TUNING.widths * self.jitter.width()).max(TUNING.least);
+        most * libm::exp(-age / TUNING.memory)
     }
 }

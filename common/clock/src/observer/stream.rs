@@ -4,11 +4,29 @@ use super::events::{Batches, Bounds, Counts, DriftSteps, Teeth};
 use super::line::{Bank, Calibration, Choice, Edge};
 use super::noise::{Echo, FIRST_BLOCK, Jitter, Resolution, Waits};
 use crate::instant::{Instant, Local, Remote, Span};
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the bounds of usual residuals.
+    StreamTuning {
+        /// Greatest length of a queue.
+        longest_queue: u16 = 256,
+        /// Standard deviations of the line that bounds are wider by.
+        unsure: f64 = 5.0,
+        /// A stamp may be a cell before the arrival, and so may that of the one before.
+        cells: f64 = 2.0,
+        /// Normal widths below the line of a message that is early: 3 in 100 000 are.
+        early: f64 = 4.0,
+        /// Normal widths above the line, beside one exponential width, of a message that is late: a quarter are, at a ratio
+        /// of 0.25.
+        late: f64 = 2.0,
+        /// Part of the exponential width, beside `late` normal ones, that a run of messages is above: half of all are.
+        above: f64 = 0.25,
+    }
+}
 
 /// Messages that make one measurement.
 pub(super) const BLOCK: usize = 8;
-/// Greatest length of a queue.
-const LONGEST_QUEUE: u16 = 256;
 
 /// Run of the sender, and the line through its phases.
 #[derive(Clone, Debug)]
@@ -85,8 +103,8 @@ impl Stream {
         }
         self.held_up = if held_up { self.held_up + 1 } else { 0 };
         // A longer row is no queue: the line is wrong.
-        if self.held_up > LONGEST_QUEUE {
-            self.held_up = LONGEST_QUEUE;
+        if self.held_up > TUNING.longest_queue {
+            self.held_up = TUNING.longest_queue;
             return false;
         }
         held_up
@@ -132,16 +150,18 @@ impl Line {
     }
 
     pub(super) fn bounds(bank: &Bank, jitter: &Jitter) -> Bounds {
-        // A stamp may be a cell before the arrival, and so may that of the one before.
-        let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance) + 2.0 * jitter.cell();
+        let unsure = TUNING.unsure * libm::sqrt(bank.combined().offset_variance)
+            + TUNING.cells * jitter.cell();
         let doubt = jitter.doubt();
         Bounds {
             patience: bank.correlated().patience(),
             level: jitter.moved(),
-            early: jitter.moved() - 4.0 * jitter.normal() * doubt - unsure,
-            late: jitter.moved() + (2.0 * jitter.normal() + jitter.exponential()) * doubt + unsure,
+            early: jitter.moved() - TUNING.early * jitter.normal() * doubt - unsure,
+            late: jitter.moved()
+                + (TUNING.late * jitter.normal() + jitter.exponential()) * doubt
+                + unsure,
             above: jitter.moved()
-                + (2.0 * jitter.normal() + 0.25 * jitter.exponential()) * doubt
+                + (TUNING.late * jitter.normal() + TUNING.above * jitter.exponential()) * doubt
                 + unsure,
         }
     }

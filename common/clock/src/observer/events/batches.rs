@@ -6,15 +6,21 @@
 //! another one came by ways of its own, and any of it may be the quickest.
 
 use crate::instant::{Instant, Local, Span};
+use crate::tuning::tuning;
 
-/// Least number of messages of a batch.
-const BATCH: u16 = 5;
-/// Part of the groups of messages from which they come in batches, and part from which they no longer do: a machine that
-/// stood still, or a queue, is a batch among many messages that come alone.
-const BATCHED: f64 = 0.8;
-const NOT_BATCHED: f64 = 0.4;
-/// Groups of messages that the part is taken over: a dozen batches in a row are enough.
-const MEMORY: f64 = 8.0;
+tuning! {
+    /// Tuned constants of the batches.
+    BatchesTuning {
+        /// Least number of messages of a batch.
+        fewest: u16 = 5,
+        /// Part of the groups of messages from which they come in batches …
+        batched: f64 = 0.8,
+        /// … and part from which they no longer do: a machine that stood still, or a queue, is a batch among many messages that come alone.
+        not_batched: f64 = 0.4,
+        /// Groups of messages that the part is taken over: a dozen batches in a row are enough.
+        memory: f64 = 8.0,
+    }
+}
 
 /// A message as it came.
 #[derive(Clone, Copy, Debug)]
@@ -61,14 +67,18 @@ impl Batches {
         if together {
             self.length = self.length.saturating_add(1);
         } else {
-            let is_batch = self.length >= BATCH && !self.is_out_of_order;
-            self.part += (f64::from(u8::from(is_batch)) - self.part) / MEMORY;
+            let is_batch = self.length >= TUNING.fewest && !self.is_out_of_order;
+            self.part += (f64::from(u8::from(is_batch)) - self.part) / TUNING.memory;
             self.length = 1;
             self.is_out_of_order = false;
         }
         self.is_out_of_order |= arrival.count < self.largest;
         self.largest = self.largest.max(arrival.count);
-        let bound = if self.batched { NOT_BATCHED } else { BATCHED };
+        let bound = if self.batched {
+            TUNING.not_batched
+        } else {
+            TUNING.batched
+        };
         let batched = self.part > bound;
         if batched != self.batched {
             self.batched = batched;

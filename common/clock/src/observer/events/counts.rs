@@ -1,5 +1,15 @@
 //! Detection of duplicate and late messages by their counts.
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the counts.
+    CountsTuning {
+        /// Old counts in a row that are no stragglers any more: twice as many as are remembered.
+        restart_after: u32 = 128,
+    }
+}
+
 /// Remembers the newest count and which of the 64 counts up to it were seen.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::observer) struct Counts {
@@ -17,9 +27,6 @@ pub(in crate::observer) enum News {
     /// Only old counts for a long time: the sender's count began again.
     Restarted,
 }
-
-/// Old counts in a row that are no stragglers any more.
-const PATIENCE: u32 = 128;
 
 impl Counts {
     pub(in crate::observer) const fn starting_at(count: u64) -> Self {
@@ -43,7 +50,7 @@ impl Counts {
             return News::New;
         }
         self.refused = self.refused.saturating_add(1);
-        if back >= 64 && self.refused >= PATIENCE {
+        if back >= 64 && self.refused >= TUNING.restart_after {
             News::Restarted
         } else {
             News::Old
@@ -70,6 +77,6 @@ mod tests {
         let mut counts = Counts::starting_at(10_000);
         let _ = counts.take(10_000);
         let noticed = (0..1_000).find(|count| counts.take(*count) == News::Restarted);
-        assert_eq!(noticed, Some(u64::from(PATIENCE) - 1));
+        assert_eq!(noticed, Some(u64::from(TUNING.restart_after) - 1));
     }
 }

@@ -9,37 +9,50 @@
 
 use crate::observer::line::Estimate;
 use crate::straight_line::StraightLine;
+use crate::tuning::tuning;
 
-/// Length of a window of the finest scale, s, and its least number of counts.
-const FINEST: f64 = 0.05;
-const FEWEST_COUNTS: f64 = 16.0;
+tuning! {
+    /// Tuned constants of the detection of another drift.
+    DriftStepTuning {
+        /// Length of a window of the finest scale, s …
+        finest: f64 = 0.05,
+        /// … and its least number of counts.
+        fewest_counts: f64 = 16.0,
+        /// A slope is another drift if it is this many times farther off than usual (with six, and points four times nearer, a telegraph
+        /// of 13 µs is 3.84 µs rms instead of 2.61) …
+        out_of_the_ordinary: f64 = 8.0,
+        /// … and than its own standard deviation …
+        significant: f64 = 10.0,
+        /// … and the points are this many times nearer, in squares, to one line than to two that are as steep as before, with a jump
+        /// of the delay between them.
+        better: f64 = 6.0,
+        /// Another drift as well is one that is as steep for as many points again, from this part …
+        steady_least: f64 = 0.7,
+        /// … to this multiple of it …
+        steady_greatest: f64 = 1.4,
+        /// … and this many times farther off than usual, if that is known.
+        beyond_usual: f64 = 2.0,
+        /// Slopes that the usual difference is a mean over …
+        memory: f64 = 128.0,
+        /// … the greatest multiple of it that one counts as …
+        clipped: f64 = 2.5,
+        /// … and the number after which it is known: three times the points of a slope.
+        known_after: u32 = 24,
+        /// Least difference that is a slope, in cells: arrivals that are stamped to cells may be off by one.
+        cells: f64 = 3.0,
+        /// Possible error of a point, as a part of the change in the first window.
+        doubt: f64 = 0.5,
+        /// Low phases that the mean of their height above the line is over.
+        level_memory: u32 = 32,
+        /// Smaller changes are left to the filters, s/s: a step of 5 ppm settles within some 2 s at 5/20.
+        smallest: f64 = 8e-6,
+    }
+}
+
 /// Scales, each with windows twice as long as the one before.
 const SCALES: usize = 7;
 /// Points that make a slope.
 const POINTS: usize = 8;
-/// A slope is another drift if it is this many times farther off than usual, and than its own standard deviation …
-const OUT_OF_THE_ORDINARY: f64 = 8.0;
-const SIGNIFICANT: f64 = 10.0;
-/// … and the points are this many times nearer, in squares, to one line than to two that are as steep as before, with a jump
-/// of the delay between them.
-const BETTER: f64 = 6.0;
-/// Another drift as well is one that is as steep for as many points again, within this range, and this many times farther off
-/// than usual, if that is known.
-const STEADY: core::ops::Range<f64> = 0.7..1.4;
-const BEYOND_USUAL: f64 = 2.0;
-/// Slopes that the usual difference is a mean over; greatest multiple of it that one counts as; and the number after which
-/// it is known.
-const MEMORY: f64 = 128.0;
-const CLIPPED: f64 = 2.5;
-const KNOWN_AFTER: u32 = 24;
-/// Least difference that is a slope, in cells: arrivals that are stamped to cells may be off by one.
-const CELLS: f64 = 3.0;
-/// Possible error of a point, as a part of the change in the first window.
-const DOUBT: f64 = 0.5;
-/// Low phases that the mean of their height above the line is over.
-const LEVEL_MEMORY: u32 = 32;
-/// Smaller changes are left to the filters, s/s.
-const SMALLEST: f64 = 8e-6;
 
 /// Watches the slope of the phases.
 #[derive(Clone, Debug)]
@@ -99,9 +112,9 @@ pub(in crate::observer) struct DriftStep {
 
 impl DriftSteps {
     /// Makes a detector for messages with this period, s.
-    pub(in crate::observer) const fn new(seconds_per_count: f64) -> Self {
+    pub(in crate::observer) fn new(seconds_per_count: f64) -> Self {
         Self {
-            window: FINEST.max(FEWEST_COUNTS * seconds_per_count),
+            window: TUNING.finest.max(TUNING.fewest_counts * seconds_per_count),
             scales: [Scale::NEW; SCALES],
             open: Open::at(f64::NEG_INFINITY),
         }
@@ -212,7 +225,7 @@ impl Scale {
 
     /// Usual difference of slopes of this scale from the drift, once that is known.
     fn usual(&self) -> Option<f64> {
-        (self.known >= KNOWN_AFTER).then(|| libm::sqrt(self.usual))
+        (self.known >= TUNING.known_after).then(|| libm::sqrt(self.usual))
     }
 
     /// `finer`: usual difference on a finer scale, which is more than on this one.
@@ -225,7 +238,7 @@ impl Scale {
     ) -> Option<DriftStep> {
         if self.len == POINTS {
             self.left = self.left.saturating_add(1);
-            let part = 1.0 / f64::from(self.left.min(LEVEL_MEMORY));
+            let part = 1.0 / f64::from(self.left.min(TUNING.level_memory));
             self.above += (self.points[0].above - self.above) * part;
             self.points.copy_within(1.., 0);
             self.len -= 1;
@@ -238,16 +251,17 @@ impl Scale {
         let points = self.points.iter();
         let line = StraightLine::through(points.map(|point| (point.time, point.phase)));
         let off = line.slope - drift;
-        let least = (SIGNIFICANT * line.slope_sigma())
-            .max(CELLS * cell / (point.time - self.points[0].time))
-            .max(SMALLEST);
-        let stands_out = off.abs() > least && self.scatter_of_jump(drift) > BETTER * line.scatter;
+        let least = (TUNING.significant * line.slope_sigma())
+            .max(TUNING.cells * cell / (point.time - self.points[0].time))
+            .max(TUNING.smallest);
+        let stands_out =
+            off.abs() > least && self.scatter_of_jump(drift) > TUNING.better * line.scatter;
         self.count_steady(off, stands_out);
         let is_steady = self.steady > POINTS;
         let times_usual = if is_steady {
-            BEYOND_USUAL
+            TUNING.beyond_usual
         } else {
-            OUT_OF_THE_ORDINARY
+            TUNING.out_of_the_ordinary
         };
         let is_unusual =
             (self.usual().or(finer)).map_or(is_steady, |usual| off.abs() > times_usual * usual);
@@ -263,7 +277,8 @@ impl Scale {
 
     /// Counts slopes that stand out alike.
     fn count_steady(&mut self, off: f64, stands_out: bool) {
-        let is_alike = stands_out && STEADY.contains(&(off / self.stood_out));
+        let is_alike = stands_out
+            && (TUNING.steady_least..TUNING.steady_greatest).contains(&(off / self.stood_out));
         if self.steady > 0 && is_alike {
             self.steady += 1;
             return;
@@ -300,11 +315,11 @@ impl Scale {
     fn learn(&mut self, off: f64) {
         self.known = self.known.saturating_add(1);
         let square = off * off;
-        let square = match self.known > KNOWN_AFTER {
-            true => square.min(CLIPPED * CLIPPED * self.usual),
+        let square = match self.known > TUNING.known_after {
+            true => square.min(TUNING.clipped * TUNING.clipped * self.usual),
             false => square,
         };
-        let part = 1.0 / f64::from(self.known).min(MEMORY);
+        let part = 1.0 / f64::from(self.known).min(TUNING.memory);
         self.usual += (square - self.usual) * part;
     }
 
@@ -312,7 +327,7 @@ impl Scale {
     fn step(&self, line: &StraightLine, off: f64) -> DriftStep {
         let last = self.points[POINTS - 1].time;
         let window = (last - self.points[0].time) / (POINTS as f64 - 1.0);
-        let doubt = DOUBT * off * window;
+        let doubt = TUNING.doubt * off * window;
         let scatter = line.variance() + doubt * doubt;
         let ahead = last - line.time;
         let drift_variance = scatter / line.squares;

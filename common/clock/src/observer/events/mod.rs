@@ -16,3 +16,12 @@ pub(super) use counts::{Counts, News};
 pub(super) use drift_step::{DriftStep, DriftSteps};
 pub(super) use shift::{Bounds, Evidence, ShiftDetector, skipped_cycles};
 pub(super) use teeth::{Jump, ShownDrift, Teeth, bounds, cell_of, lowest_level, within_cell};
+
+#[cfg(feature = "perturb")]
+pub(super) const TUNED: &[crate::tuning::Block] = &[
+    batches::TUNED,
+    counts::TUNED,
+    drift_step::TUNED,
+    shift::TUNED,
+    teeth::TUNED,
+];

@@ -9,35 +9,48 @@ use super::shift::Bounds;
 use crate::numbers::rounded;
 use crate::observer::LARGEST_DRIFT;
 use crate::observer::line::Estimate;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the teeth.
+    TeethTuning {
+        /// Jumps within this part of one size are alike, and of a cell's size …
+        alike_within: f64 = 0.05,
+        /// … and the intervals between them are equal within this part.
+        regular_within: f64 = 0.5,
+        /// A jump below this part of the one before is the rest of it.
+        rest: f64 = 0.25,
+        /// Greatest climb of phases between teeth, as a part of one: a path that swings climbs by as much as it jumps.
+        level: f64 = 0.1,
+        /// Phases are level between teeth only if a cycle is a whole number of cells: this number at most, each `coarser` times as wide as
+        /// the jitter. On a finer grid cells are a jitter like any other (all is well up to a tenth of a cycle), and a path that grows steadily is
+        /// followed in steps as small and regular.
+        most_cells: i64 = 5,
+        /// See `most_cells`.
+        coarser: f64 = 4.0,
+        /// A level that differs from another one by a cell does so within this part of it.
+        of_cell: f64 = 0.25,
+        /// Corners that their scatter about the line is learnt from.
+        memory: f64 = 32.0,
+        /// Before, it is taken for the jitter, and for no less than this part of a cell …
+        first: f64 = 0.02,
+        /// … with the weight of this number of corners …
+        prior: f64 = 4.0,
+        /// … and one counts as this multiple of the usual square at most.
+        outlier: f64 = 9.0,
+        /// Least variance of a corner, s²: not even a grid without any jitter has sharper ones.
+        least: f64 = 1e-14,
+        /// Standard deviations outside of a cell from which a jump is no tooth.
+        beyond: f64 = 5.0,
+        /// A drift that one tooth shows lies between none and twice the half of it …
+        of_one: f64 = 0.5,
+        /// … and one that several show within this part.
+        of_several: f64 = 0.2,
+    }
+}
 
 /// Jumps of one size and sign, …
 const ALIKE: usize = 3;
-/// … within this part of it, are teeth; the intervals between them are equal within `REGULAR`.
-const SIZE: f64 = 0.05;
-const REGULAR: f64 = 0.5;
-const LEFT: f64 = 0.25;
-/// Greatest climb of phases between teeth, as a part of one: a path that swings climbs by as much as it jumps.
-const LEVEL: f64 = 0.1;
-/// Phases are level between teeth only if a cycle is a whole number of cells: this number at most, each `COARSER` times as wide as the jitter.
-/// On a finer grid cells are a jitter like any other (all is well up to a tenth of a cycle), and a path that grows steadily is followed in
-/// steps as small and regular.
-const MOST_CELLS: i64 = 5;
-const COARSER: f64 = 4.0;
-/// A level that differs from another one by a cell does so within this part of it.
-const OF_CELL: f64 = 0.25;
-/// Corners that their scatter about the line is learnt from. Before, it is taken for the jitter, and for no less than `FIRST`
-/// of a cell, with the weight of `PRIOR`; and one counts as `OUTLIER` times the usual at most.
-const MEMORY: f64 = 32.0;
-const FIRST: f64 = 0.02;
-const PRIOR: f64 = 4.0;
-const OUTLIER: f64 = 9.0;
-/// Least variance of a corner, s²: not even a grid without any jitter has sharper ones.
-const LEAST: f64 = 1e-14;
-/// Standard deviations outside of a cell from which a jump is no tooth.
-const BEYOND: f64 = 5.0;
-/// A drift that one tooth shows lies between none and twice the half of it, one that several show within this part.
-const OF_ONE: f64 = 0.5;
-const OF_SEVERAL: f64 = 0.2;
 
 /// A jump of the phase: when, by how much, and where the phases are since, s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,8 +84,9 @@ pub(in crate::observer) struct ShownDrift {
 pub(in crate::observer) fn cell_of(jump: f64, cycle: f64, jitter: f64) -> Option<f64> {
     let cells = rounded(cycle / jump.abs()).max(1);
     let cell = cycle / cells as f64;
-    let is_cell = cells <= MOST_CELLS && (jump.abs() / cell - 1.0).abs() < SIZE;
-    (is_cell && cell >= COARSER * jitter).then_some(cell)
+    let is_cell =
+        cells <= TUNING.most_cells && (jump.abs() / cell - 1.0).abs() < TUNING.alike_within;
+    (is_cell && cell >= TUNING.coarser * jitter).then_some(cell)
 }
 
 /// The variance of an estimate after `dt` seconds; it knows at least in which cell it is.
@@ -83,7 +97,7 @@ pub(in crate::observer) fn within_cell(estimate: &Estimate, dt: f64, walk: f64, 
 
 /// Bounds of phases that lie within a cell above a line of this standard deviation.
 pub(in crate::observer) fn bounds(cell: f64, sigma: f64) -> Bounds {
-    let unsure = BEYOND * sigma;
+    let unsure = TUNING.beyond * sigma;
     Bounds {
         early: -unsure,
         late: cell + unsure,
@@ -104,7 +118,7 @@ pub(in crate::observer) fn lowest_level<const N: usize>(values: &[f64; N], cell:
 impl Teeth {
     /// Notes a jump of the phase. The rest of a tooth is no tooth.
     pub(in crate::observer) fn take(&mut self, jump: Jump) {
-        if self.known > 0 && jump.size.abs() < LEFT * self.jumps[ALIKE - 1].size.abs() {
+        if self.known > 0 && jump.size.abs() < TUNING.rest * self.jumps[ALIKE - 1].size.abs() {
             return;
         }
         self.jumps.copy_within(1.., 0);
@@ -125,20 +139,20 @@ impl Teeth {
     /// True if the last jumps are alike and come at regular intervals, and phases were level in between.
     pub(in crate::observer) fn return_regularly(&self) -> bool {
         let [first, middle, last] = self.jumps;
-        let is_alike = |jump: &Jump| (jump.size / last.size - 1.0).abs() < SIZE;
+        let is_alike = |jump: &Jump| (jump.size / last.size - 1.0).abs() < TUNING.alike_within;
         let intervals = [middle.time - first.time, last.time - middle.time];
-        let is_regular = (intervals[0] / intervals[1] - 1.0).abs() < REGULAR;
+        let is_regular = (intervals[0] / intervals[1] - 1.0).abs() < TUNING.regular_within;
         let climbed = last.level - first.level - middle.size - last.size;
-        let is_level = climbed.abs() < LEVEL * last.size.abs();
+        let is_level = climbed.abs() < TUNING.level * last.size.abs();
         self.known == ALIKE && [first, middle].iter().all(is_alike) && is_regular && is_level
     }
 
     /// Begins to measure corners; phases are at `level`, and the jitter is this wide, s.
     pub(in crate::observer) fn begin(&mut self, level: f64, cell: f64, jitter: f64) {
-        let first = (FIRST * cell).max(jitter);
+        let first = (TUNING.first * cell).max(jitter);
         self.level = level;
         self.corner = first * first;
-        self.corners = PRIOR;
+        self.corners = TUNING.prior;
     }
 
     /// The variance of a corner, s².
@@ -154,7 +168,7 @@ impl Teeth {
         spread: f64,
         cell: f64,
     ) -> Option<f64> {
-        let is_cell = |jump: f64| (jump.abs() / cell - 1.0).abs() < OF_CELL;
+        let is_cell = |jump: f64| (jump.abs() / cell - 1.0).abs() < TUNING.of_cell;
         let jump = level - self.level;
         self.level = level;
         if is_cell(jump) {
@@ -166,10 +180,10 @@ impl Teeth {
 
     /// Learns the variance of corners from one that was off by `off`, where the line has the variance `known`.
     pub(in crate::observer) fn learn(&mut self, off: f64, known: f64) {
-        self.corners = (self.corners + 1.0).min(MEMORY);
-        let sample = (off * off - known).clamp(0.0, OUTLIER * self.corner);
+        self.corners = (self.corners + 1.0).min(TUNING.memory);
+        let sample = (off * off - known).clamp(0.0, TUNING.outlier * self.corner);
         self.corner += (sample - self.corner) / self.corners;
-        self.corner = self.corner.max(LEAST);
+        self.corner = self.corner.max(TUNING.least);
     }
 
     /// Drift shown by the teeth; the phases were level since the start, at 0, or since the jump before.
@@ -177,8 +191,8 @@ impl Teeth {
         let [_, before, last] = self.jumps;
         let one = last.size / (last.time - before.time);
         let (part, sigma) = match self.return_regularly() {
-            true => (1.0, OF_SEVERAL),
-            false => (0.5, OF_ONE),
+            true => (1.0, TUNING.of_several),
+            false => (0.5, TUNING.of_one),
         };
         ShownDrift {
             drift: (part * one).clamp(-LARGEST_DRIFT, LARGEST_DRIFT),

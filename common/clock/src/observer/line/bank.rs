@@ -5,41 +5,58 @@ use super::bias::Bias;
 use super::filter::Estimate;
 use crate::numbers::NearLogarithm;
 use crate::observer::noise::CorrelatedDelay;
+use crate::tuning::tuning;
 
-/// Random walks of the drift that are considered, ppm/√s.
-pub(in crate::observer) const RANDOM_WALKS_PPM: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+tuning! {
+    /// Tuned constants of the bank.
+    BankTuning {
+        /// Random walks of the drift that are considered, ppm/√s, each three times the one before: where a walk is wrong by the
+        /// factor s, the ripple of a filter grows by √((3·√s + 1/√s³)/4), 5 to 7 % at √3.
+        random_walks_ppm: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0],
+        /// Drift that each filter expects at first, as a part of the largest usual one. Quartzes are mostly far better than
+        /// their worst: together these are a prior with a sharp top and long tails, and the first tenths of a second show
+        /// which filter was right.
+        expected_drifts: [f64; FILTERS] = [0.03, 0.1, 0.3, 1.0, 2.0, 5.0],
+        /// Losses are forgotten with this time constant, s: some minutes, in which the temperature of a machine changes.
+        loss_memory: f64 = 300.0,
+        /// Blocks that the measurement variance is a mean over: it is then known to 3 %, 1/√1050.
+        variance_memory: f64 = 1_000.0,
+        /// Blocks whose weight the promised variance has at first.
+        first_variance_weight: f64 = 50.0,
+        /// Least measurement variance that is believed, as a multiple of the promised one …
+        least_variance: f64 = 0.3,
+        /// … and the greatest: scatter beyond it is of the line, not of the messages.
+        greatest_variance: f64 = 10.0,
+        /// Standard deviations off a faster filter at which, after `contradicting_blocks`, a slow one is wrong.
+        contradiction: f64 = 4.0,
+        /// Blocks in a row for that, 32 messages: a single block may be late as a whole.
+        contradicting_blocks: u8 = 4,
+        /// Measurements that the bias is a mean over: 0.2 s at 1 ms.
+        bias_memory: f64 = 24.0,
+        /// Standard deviations of the bias below which it is chance.
+        unbiased: f64 = 2.0,
+        /// Memory of the lasting bias: a mean over a second, at 1 ms, as the short one is beyond two standard deviations by
+        /// chance every second.
+        lasting_bias_memory: f64 = 96.0,
+        /// Standard deviations of the lasting bias below which it is chance.
+        lasting_unbiased: f64 = 3.0,
+        /// The faster filter itself still lags behind, in the drift more than in the offset: its variances are multiplied by
+        /// this …
+        drift_doubt: f64 = 8.0,
+        /// … and its covariance by this: below √8, so that the matrix stays positive.
+        both_doubt: f64 = 2.0,
+        /// Losses from before an event are kept this long, s: longer than it takes to notice one.
+        snapshot_interval: f64 = 3.0,
+        /// Excess of the loss from which a filter has no weight: exp(−8) is 0.03 %.
+        negligible: f64 = 8.0,
+    }
+}
+
 const FILTERS: usize = 6;
 const FASTEST: usize = FILTERS - 1;
 const AGILE: usize = FASTEST;
 /// The likeliest before anything is known.
 const USUAL: usize = 1;
-
-/// Drift that each filter expects at first, as a part of the largest usual one. Quartzes are mostly far better than
-/// their worst: together these are a prior with a sharp top and long tails, and the first tenths of a second show
-/// which filter was right.
-const EXPECTED_DRIFTS: [f64; FILTERS] = [0.03, 0.1, 0.3, 1.0, 2.0, 5.0];
-
-/// Losses are forgotten with this time constant, s.
-const LOSS_MEMORY: f64 = 300.0;
-/// Blocks that the measurement variance is a mean over.
-const VARIANCE_MEMORY: f64 = 1_000.0;
-/// Standard deviations off a faster filter at which, after `CONTRADICTING_BLOCKS`, a slow one is wrong.
-const CONTRADICTION: f64 = 4.0;
-
-/// Measurements that the bias is a mean over; less than `UNBIASED` of its standard deviations is chance.
-const BIAS_MEMORY: f64 = 24.0;
-const UNBIASED: f64 = 2.0;
-/// Memory of the lasting bias: a mean over a second, at 1 ms, as the short one is beyond two standard deviations by
-/// chance every second.
-const LASTING_BIAS_MEMORY: f64 = 96.0;
-const LASTING_UNBIASED: f64 = 3.0;
-/// The faster filter itself still lags behind, in the drift more than in the offset: its variances are multiplied by
-/// these.
-const DRIFT_DOUBT: f64 = 8.0;
-const BOTH_DOUBT: f64 = 2.0;
-const CONTRADICTING_BLOCKS: u8 = 4;
-/// Losses from before an event are kept this long, s.
-const SNAPSHOT_INTERVAL: f64 = 3.0;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Bank {
@@ -73,7 +90,7 @@ impl Bank {
             covariance: 0.0,
             drift_variance,
         };
-        let filters = EXPECTED_DRIFTS.map(|part| Estimate {
+        let filters = TUNING.expected_drifts.map(|part| Estimate {
             drift_variance: part * part * drift_variance,
             ..estimate
         });
@@ -87,8 +104,8 @@ impl Bank {
             excess: 1.0,
             blocks: 0.0,
             correlated: CorrelatedDelay::new(),
-            bias: Bias::over(BIAS_MEMORY),
-            lasting_bias: Bias::over(LASTING_BIAS_MEMORY),
+            bias: Bias::over(TUNING.bias_memory),
+            lasting_bias: Bias::over(TUNING.lasting_bias_memory),
             usual_variance: variance,
             combined: estimate,
             chosen: USUAL,
@@ -103,18 +120,18 @@ impl Bank {
     /// Offset that the most agile filter expects after `dt` seconds, and its variance.
     pub(in crate::observer) fn agile(&self, dt: f64) -> (f64, f64) {
         let mut estimate = self.filters[AGILE];
-        estimate.predict(dt, WALKS[AGILE]);
+        estimate.predict(dt, walks()[AGILE]);
         (estimate.offset, estimate.offset_variance)
     }
 
     /// The random walk that predicts best, ppm/√s.
-    pub(in crate::observer) const fn random_walk_ppm(&self) -> f64 {
-        RANDOM_WALKS_PPM[self.chosen]
+    pub(in crate::observer) fn random_walk_ppm(&self) -> f64 {
+        TUNING.random_walks_ppm[self.chosen]
     }
 
     /// Random walk that predicts best, as the variance per second of the drift.
-    pub(crate) const fn drift_walk(&self) -> f64 {
-        WALKS[self.chosen]
+    pub(crate) fn drift_walk(&self) -> f64 {
+        walks()[self.chosen]
     }
 
     /// Monitor of correlated delays.
@@ -146,7 +163,7 @@ impl Bank {
 
     /// Moves on without a measurement, as when many messages were lost.
     pub(in crate::observer) fn predict(&mut self, dt: f64) {
-        for (filter, walk) in self.filters.iter_mut().zip(WALKS) {
+        for (filter, walk) in self.filters.iter_mut().zip(walks()) {
             filter.predict(dt, walk);
         }
     }
@@ -156,7 +173,7 @@ impl Bank {
     pub(crate) fn observe(&mut self, dt: f64, measured: f64, expected: f64) {
         self.notice_bias(dt, measured, expected);
         self.predict(dt);
-        let forget = 1.0 - (dt / LOSS_MEMORY).min(1.0);
+        let forget = 1.0 - (dt / TUNING.loss_memory).min(1.0);
         self.notice_correlation(dt, measured, expected);
         let factor = self.correlated.factor();
         let variance = self.excess.max(factor) * expected;
@@ -182,19 +199,19 @@ impl Bank {
 
     /// Square of the estimate's bias, as far as the last measurements show it: it lags behind a drift that changes.
     pub(crate) fn bias_variance(&self) -> f64 {
-        self.bias.variance_beyond(UNBIASED)
+        self.bias.variance_beyond(TUNING.unbiased)
     }
 
     /// Square of the bias over some more measurements, and beyond chance.
     pub(in crate::observer) fn lasting_bias_variance(&self) -> f64 {
-        self.lasting_bias.variance_beyond(LASTING_UNBIASED)
+        self.lasting_bias.variance_beyond(TUNING.lasting_unbiased)
     }
 
     fn notice_bias(&mut self, dt: f64, measured: f64, expected: f64) {
         let before = &self.combined;
         // A block that says little for once says little of the bias, too.
         self.usual_variance +=
-            (expected.min(2.0 * self.usual_variance) - self.usual_variance) / BIAS_MEMORY;
+            (expected.min(2.0 * self.usual_variance) - self.usual_variance) / TUNING.bias_memory;
         let weight = self.usual_variance / expected;
         let innovation = measured - before.offset - before.drift * dt;
         let scatter = before.offset_variance + expected * self.excess.max(self.correlated.factor());
@@ -223,9 +240,11 @@ impl Bank {
     }
 
     fn learn_excess(&mut self, sample: f64) {
-        self.blocks = (self.blocks + 1.0).min(VARIANCE_MEMORY);
-        self.excess += (sample - self.excess) / (self.blocks + 50.0);
-        self.excess = self.excess.clamp(0.3, 10.0);
+        self.blocks = (self.blocks + 1.0).min(TUNING.variance_memory);
+        self.excess += (sample - self.excess) / (self.blocks + TUNING.first_variance_weight);
+        self.excess = self
+            .excess
+            .clamp(TUNING.least_variance, TUNING.greatest_variance);
     }
 
     fn reseed_contradicted(&mut self) {
@@ -233,19 +252,19 @@ impl Bank {
             let contradicting = (slow + 1..FILTERS).rev().find(|fast| {
                 let difference = self.filters[*fast].offset - self.filters[slow].offset;
                 let bound = self.filters[*fast].offset_variance;
-                difference * difference > CONTRADICTION * CONTRADICTION * bound
+                difference * difference > TUNING.contradiction * TUNING.contradiction * bound
             });
             let Some(fast) = contradicting else {
                 self.contradicting[slow] = 0;
                 continue;
             };
             self.contradicting[slow] += 1;
-            if self.contradicting[slow] < CONTRADICTING_BLOCKS {
+            if self.contradicting[slow] < TUNING.contradicting_blocks {
                 continue;
             }
             let seed = Estimate {
-                covariance: BOTH_DOUBT * self.filters[fast].covariance,
-                drift_variance: DRIFT_DOUBT * self.filters[fast].drift_variance,
+                covariance: TUNING.both_doubt * self.filters[fast].covariance,
+                drift_variance: TUNING.drift_doubt * self.filters[fast].drift_variance,
                 ..self.filters[fast]
             };
             self.filters[slow] = seed;
@@ -263,7 +282,7 @@ impl Bank {
 
     fn snapshot(&mut self, dt: f64) {
         self.since_snapshot += dt;
-        if self.since_snapshot > SNAPSHOT_INTERVAL {
+        if self.since_snapshot > TUNING.snapshot_interval {
             self.since_snapshot = 0.0;
             self.snapshots = [self.losses, self.snapshots[0]];
         }
@@ -289,7 +308,7 @@ impl Bank {
         let reference = self.filters[best];
         for (filter, loss) in self.filters.iter().zip(self.losses) {
             let loss = loss - least;
-            if loss > NEGLIGIBLE {
+            if loss > TUNING.negligible {
                 continue;
             }
             let weight = libm::exp(-loss);
@@ -314,19 +333,13 @@ impl Bank {
     }
 }
 
-/// Excess of the loss from which a filter has no weight.
-const NEGLIGIBLE: f64 = 8.0;
-
-const WALKS: [f64; FILTERS] = {
-    let mut walks = [0.0; FILTERS];
-    let mut i = 0;
-    while i < FILTERS {
-        let walk = RANDOM_WALKS_PPM[i] * 1e-6;
-        walks[i] = walk * walk;
-        i += 1;
-    }
-    walks
-};
+/// Variance that the drift gains per second at each of the random walks.
+fn walks() -> [f64; FILTERS] {
+    TUNING.random_walks_ppm.map(|ppm| {
+        let walk = ppm * 1e-6;
+        walk * walk
+    })
+}
 
 const PRIOR_LOSSES: [f64; FILTERS] = {
     let mut losses = [0.0; FILTERS];

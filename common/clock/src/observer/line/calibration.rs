@@ -7,36 +7,45 @@
 //! are the least that its standard deviation can be.
 
 use super::filter::Estimate;
+use crate::tuning::tuning;
 
-/// Interval of looks at the line, s, …
-const EVERY: f64 = 0.25;
+tuning! {
+    /// Tuned constants of the calibration.
+    CalibrationTuning {
+        /// Interval of looks at the line, s.
+        look_interval: f64 = 0.25,
+        /// A miss is to be within this number of standard deviations the next time: it is the largest of a few, and the next one may
+        /// be larger (observer_table, 12 seeds from 8 000 000, share within 3σ with 3 here: sine 99.80, arrivals on 50 µs 99.46, walk of
+        /// 1 ppm 99.58 %; with 2.5: 99.91, 99.68, 99.65 %).
+        miss_sigmas: f64 = 2.5,
+        /// A miss is forgotten with this time constant, s: disturbances that return every twenty seconds are not forgotten in
+        /// between (13 seeds, a servo that sets back every ten seconds: 98.8 (96.6) % with 30 s, 99.0 (97.1) % with 60 and an edge that
+        /// is held at what it said; AR(1) 40 µs/5 s, stamped, the worst seed: 93.4 and 99.9 %).
+        memory: f64 = 60.0,
+        /// … and for longer where more predictions are missed than this part: by the factor that the part missed exceeds it by,
+        /// but no longer than `longest_times`.
+        missed_part: f64 = 0.01,
+        /// Greatest factor on `memory`: four minutes.
+        longest_times: f64 = 4.0,
+        /// The edge is no surer than this multiple of its latest uncertainty, once it is known for `known_after`: whether a calm
+        /// spell is one of the path or the end of its troubles shows only afterwards (not held, 1 and 1.2, 13 seeds: the servo 98.3
+        /// (94.8), 99.0 (97.1) and 99.8 (98.6) %; AR(1) 40 µs/5 s, stamped, the worst seed 87.4, 99.9 and 100 %).
+        held: f64 = 1.2,
+        /// Age of a line, s, from which its edge is known: as long as the choice takes to know both lines.
+        known_after: f64 = 12.0,
+        /// At first a miss is forgotten within this part of the time since the line began, which was still being found.
+        early_part: f64 = 0.25,
+        /// Comparisons that the share is over: with three horizons four times a second, 80 s of them.
+        share_looks: f64 = 960.0,
+    }
+}
+
 /// … and the numbers of looks before with whose predictions it is compared: of a second to some seconds, none of which
 /// is a multiple of the others, as a disturbance in step with a horizon does not show in it.
 const HORIZONS: [usize; 3] = [4, 10, 22];
 const KEPT: usize = HORIZONS[2];
 /// Standard deviations within which the share counts predictions.
 const COVERED: f64 = 3.0;
-/// A miss is to be within this number of standard deviations the next time: it is the largest of a few, and the next one may
-/// be larger (observer_table, 12 seeds from 8 000 000, share within 3σ with 3 here: sine 99.80, arrivals on 50 µs 99.46, walk of
-/// 1 ppm 99.58 %; with 2.5: 99.91, 99.68, 99.65 %).
-const MISSED: f64 = 2.5;
-/// A miss is forgotten with this time constant, s: disturbances that return every twenty seconds are not forgotten in
-/// between (13 seeds, a servo that sets back every ten seconds: 98.8 (96.6) % with 30 s, 99.0 (97.1) % with 60 and an edge that
-/// is held at what it said; AR(1) 40 µs/5 s, stamped, the worst seed: 93.4 and 99.9 %).
-const REMEMBERED: f64 = 60.0;
-/// … and for longer where more predictions are missed than this part: by the factor that the part missed exceeds it by,
-/// but no longer than this number of times.
-const MISSED_PART: f64 = 0.01;
-const LONGEST: f64 = 4.0;
-/// The edge is no surer than this multiple of its latest uncertainty, once it is known for `KNOWN_AFTER`, s: whether a calm
-/// spell is one of the path or the end of its troubles shows only afterwards (not held, 1 and 1.2, 13 seeds: the servo 98.3
-/// (94.8), 99.0 (97.1) and 99.8 (98.6) %; AR(1) 40 µs/5 s, stamped, the worst seed 87.4, 99.9 and 100 %).
-const HELD: f64 = 1.2;
-const KNOWN_AFTER: f64 = 12.0;
-/// At first a miss is forgotten within this part of the time since the line began, which was still being found.
-const REMEMBERED_PART: f64 = 0.25;
-/// Looks that the share is over, two minutes of them.
-const SHARE: f64 = 960.0;
 
 /// The line at one look.
 #[derive(Clone, Copy, Debug)]
@@ -91,17 +100,17 @@ impl Calibration {
 
     /// Holds the uncertainty `sigma` of the lower edge.
     pub(in crate::observer) fn hold(&mut self, sigma: f64) {
-        let is_known = (self.began).is_some_and(|began| self.latest - began > KNOWN_AFTER);
+        let is_known = (self.began).is_some_and(|began| self.latest - began > TUNING.known_after);
         if is_known {
-            self.least = self.least.max(HELD * sigma);
+            self.least = self.least.max(TUNING.held * sigma);
         }
     }
 
     /// Time constant of a miss, s, for a line of this age, s.
     fn remembered(&self, age: f64) -> f64 {
         let missed = self.share().map_or(0.0, |share| 1.0 - share);
-        let times = (missed / MISSED_PART).clamp(1.0, LONGEST);
-        (REMEMBERED_PART * age).clamp(EVERY, times * REMEMBERED)
+        let times = (missed / TUNING.missed_part).clamp(1.0, TUNING.longest_times);
+        (TUNING.early_part * age).clamp(TUNING.look_interval, times * TUNING.memory)
     }
 
     /// Follows a jump of the clock or of the path, not of the line.
@@ -125,11 +134,11 @@ impl Calibration {
         walk: f64,
         sigma: f64,
     ) {
-        if time - self.latest < EVERY {
+        if time - self.latest < TUNING.look_interval {
             return;
         }
         let age = time - *self.began.get_or_insert(time);
-        let passed = (time - self.latest).min(REMEMBERED);
+        let passed = (time - self.latest).min(TUNING.memory);
         self.latest = time;
         self.least *= libm::exp(-passed / self.remembered(age));
         for horizon in HORIZONS {
@@ -153,11 +162,11 @@ impl Calibration {
         let miss = libm::fabs(now.offset - then.offset - then.drift * passed);
         let grown = then.offset_variance_after(passed, walk) / then.offset_variance;
         let predicted = before.sigma * libm::sqrt(grown);
-        self.compared = (self.compared + 1.0).min(SHARE);
+        self.compared = (self.compared + 1.0).min(TUNING.share_looks);
         let is_within = f64::from(u8::from(miss <= COVERED * predicted));
         self.within += (is_within - self.within) / self.compared;
         // The part of the miss that the line is uncertain by before time passes.
-        let least = miss / (MISSED * libm::sqrt(grown));
+        let least = miss / (TUNING.miss_sigmas * libm::sqrt(grown));
         self.least = self.least.max(least);
     }
 }
@@ -181,7 +190,7 @@ mod tests {
     fn looked_at(seconds: u32, off: impl Fn(f64) -> f64) -> Calibration {
         let mut calibration = Calibration::new();
         for n in 0..4 * seconds {
-            let time = EVERY * f64::from(n);
+            let time = TUNING.look_interval * f64::from(n);
             calibration.look(time, &line(off(time)), 1e-18, 1e-6);
         }
         calibration
@@ -207,7 +216,7 @@ mod tests {
         // Half a minute of calm does not make up for them.
         let mut calm = |from: u32, to: u32| {
             for n in 4 * from..4 * to {
-                calibration.look(EVERY * f64::from(n), &line(0.0), 1e-18, 1e-6);
+                calibration.look(TUNING.look_interval * f64::from(n), &line(0.0), 1e-18, 1e-6);
             }
             calibration.of(1e-6)
         };
@@ -226,13 +235,13 @@ mod tests {
         // As long as it is being found, it is as sure as it says.
         assert_eq!(look(0.0, 100e-6), 100e-6);
         assert_eq!(look(5.0, 5e-6), 5e-6);
-        assert_eq!(look(13.0, 5e-6), HELD * 5e-6);
+        assert_eq!(look(13.0, 5e-6), TUNING.held * 5e-6);
         let soon = look(20.0, 1e-6);
         assert!((1.3e-6..6e-6).contains(&soon), "{soon}");
         for n in 0..40 {
             let _ = look(40.0 + 10.0 * f64::from(n), 1e-6);
         }
-        assert_eq!(look(500.0, 1e-6), HELD * 1e-6);
+        assert_eq!(look(500.0, 1e-6), TUNING.held * 1e-6);
     }
 
     #[test]
@@ -243,7 +252,12 @@ mod tests {
             if n == 50 {
                 calibration.shift(1e-3);
             }
-            calibration.look(EVERY * f64::from(n), &line(jumped), 1e-18, 1e-6);
+            calibration.look(
+                TUNING.look_interval * f64::from(n),
+                &line(jumped),
+                1e-18,
+                1e-6,
+            );
         }
         calibration.begin_again();
         calibration.look(25.0, &line(0.0), 1e-18, 1e-6);

@@ -8,38 +8,51 @@ use super::filter::Estimate;
 use super::steadiness::Steadiness;
 use crate::numbers::together;
 use crate::observer::noise::Correlation;
+use crate::tuning::tuning;
 
-/// Least uncertainty of a line, as a part of its usual miss.
-const MISSED: f64 = 0.45;
-/// Points on the edge are never quite independent: factor on its standard deviation.
-const EDGE_DOUBT: f64 = 2.0;
-/// Least uncertainty of an edge that jumped, as a part of the jump …
-const JUMPED: f64 = 0.45;
-/// … which decays by this factor from look to look: faster as long as the line is still being found.
-const JUMP_KEPT: f64 = 0.95;
-const EARLY_JUMP_KEPT: f64 = 0.8;
-/// Factor by which the other line must be surer, at `LOOKS` in a row.
-const SURER: f64 = 1.5;
-const LOOKS: u8 = 8;
-const LOOKS_FROM_EDGE: u8 = 24;
-/// Loss of worth of means against independent messages that is a sign of correlation, too.
-const WORTH_LITTLE: f64 = 40.0;
-/// Scatter of means that is no proof of correlation, but a sign.
-const SOMEWHAT: f64 = 2.0;
-/// Scatter of means at which correlation is as good as certain, for the uncertainty.
-const PROBABLE: f64 = 4.0;
-/// Number of small jumps of the delay within about `SHIFTS_FORGOTTEN_AFTER`, s, that is a sign of correlation.
-const MANY_SHIFTS: f64 = 2.2;
-const SHIFTS_FORGOTTEN_AFTER: f64 = 30.0;
-/// As long as the misses of the lines are unknown, an edge that is less sure than this number of widths of the jitter is none.
-const FOUND: f64 = 4.0;
-/// Uncertainty of an edge that is good enough not to be left, s.
-const GOOD_ENOUGH: f64 = 0.3e-6;
-/// From this time on, s, the lines are known well enough to go on where the other one was (drift_table, levels of the path
-/// from 15 s on: with 20 s far time was 9 µs off for good; observer_table, busy with correlated delays: 6.3 and 5.2 µs).
-const KNOWN_AFTER: f64 = 12.0;
-/// A jump of the delay leads back to the level of before if it misses that by less than this part of itself.
-const SAME_LEVEL: f64 = 0.3;
+tuning! {
+    /// Tuned constants of the choice of a line.
+    ChoiceTuning {
+        /// Least uncertainty of a line, as a part of its usual miss, which two thirds of its misses do not exceed. A miss is the
+        /// difference of two errors, 4 s apart: √2 times one of them, where they are independent.
+        missed: f64 = 0.45,
+        /// Points on the edge are never quite independent: factor on its standard deviation.
+        edge_doubt: f64 = 2.0,
+        /// Least uncertainty of an edge that jumped, as a part of the jump: one of both lines was wrong (telegraph 98.4 → 98.7 % within
+        /// 3σ) …
+        jumped: f64 = 0.45,
+        /// … which decays by this factor from look to look: to 1/e in 10 s …
+        jump_kept: f64 = 0.95,
+        /// … and in 2 s as long as the line is still being found: with 10 s the reported uncertainty of recordings was 1.5 times as large.
+        early_jump_kept: f64 = 0.8,
+        /// Factor by which the other line must be surer, at `looks` in a row.
+        surer: f64 = 1.5,
+        /// Looks in a row, 4 s, after which the edge is followed.
+        looks: u8 = 8,
+        /// Looks in a row, 12 s, after which the edge is left: in a calm spell the other line seems surer.
+        looks_from_edge: u8 = 24,
+        /// Loss of worth of means against independent messages that is a sign of correlation, too.
+        worth_little: f64 = 40.0,
+        /// Scatter of means that is no proof of correlation, but a sign.
+        somewhat: f64 = 2.0,
+        /// Scatter of means at which correlation is as good as certain, for the uncertainty: one run in a hundred of independent delays
+        /// reaches it.
+        probable: f64 = 4.0,
+        /// Number of small jumps of the delay within about `shifts_forgotten_after` that is a sign of correlation: the third of them.
+        many_shifts: f64 = 2.2,
+        /// Time after which a small jump counts as one that nothing followed, s.
+        shifts_forgotten_after: f64 = 30.0,
+        /// As long as the misses of the lines are unknown, an edge that is less sure than this number of widths of the jitter is none.
+        found: f64 = 4.0,
+        /// Uncertainty of an edge that is good enough not to be left, s.
+        good_enough: f64 = 0.3e-6,
+        /// From this time on, s, the lines are known well enough to go on where the other one was (drift_table, levels of the path
+        /// from 15 s on: with 20 s far time was 9 µs off for good; observer_table, busy with correlated delays: 6.3 and 5.2 µs).
+        known_after: f64 = 12.0,
+        /// A jump of the delay leads back to the level of before if it misses that by less than this part of itself.
+        same_level: f64 = 0.3,
+    }
+}
 
 /// Standard deviation of a uniform distribution between 0 and 1: 1/√12.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
@@ -67,7 +80,7 @@ pub(in crate::observer) struct Choice {
 }
 
 impl Choice {
-    pub(in crate::observer) const fn new() -> Self {
+    pub(in crate::observer) fn new() -> Self {
         Self {
             correlation: Correlation::new(),
             all: Steadiness::new(),
@@ -105,7 +118,7 @@ impl Choice {
 
     /// True if there is a sign of correlation, though no proof.
     pub(in crate::observer) fn may_be_correlated(&self) -> bool {
-        self.correlation.ratio() > SOMEWHAT
+        self.correlation.ratio() > TUNING.somewhat
     }
 
     /// Probability that delays are correlated, 0 to 1.
@@ -113,7 +126,8 @@ impl Choice {
         if self.is_correlated() {
             return 1.0;
         }
-        ((self.correlation.ratio() - SOMEWHAT) / (PROBABLE - SOMEWHAT)).clamp(0.0, 1.0)
+        ((self.correlation.ratio() - TUNING.somewhat) / (TUNING.probable - TUNING.somewhat))
+            .clamp(0.0, 1.0)
     }
 
     /// Offset to be added to the line that is followed, s.
@@ -127,8 +141,8 @@ impl Choice {
     }
 
     /// Takes the worth of a mean of many messages: independent ones would be worth `factor` times as much.
-    pub(in crate::observer) const fn suspect(&mut self, factor: f64) {
-        if factor > WORTH_LITTLE {
+    pub(in crate::observer) fn suspect(&mut self, factor: f64) {
+        if factor > TUNING.worth_little {
             self.correlation.assume();
         }
     }
@@ -137,21 +151,21 @@ impl Choice {
     /// again, they are taken to be correlated.
     pub(in crate::observer) fn suspect_small_shift(&mut self, time: f64, by: f64) {
         let since = (time - self.last_small_shift).max(0.0);
-        let forgotten = libm::exp(-since / SHIFTS_FORGOTTEN_AFTER);
+        let forgotten = libm::exp(-since / TUNING.shifts_forgotten_after);
         let level = self.level_at(time) + by;
         // The level of before, as far as some messages show it.
-        let is_same = libm::fabs(level) < SAME_LEVEL * libm::fabs(by);
+        let is_same = libm::fabs(level) < TUNING.same_level * libm::fabs(by);
         self.level = if is_same { 0.0 } else { level };
         self.small_shifts = 1.0 + self.small_shifts * forgotten;
         self.last_small_shift = time;
-        if self.correlation.ratio() > SOMEWHAT || self.small_shifts > MANY_SHIFTS {
+        if self.correlation.ratio() > TUNING.somewhat || self.small_shifts > TUNING.many_shifts {
             self.correlation.assume();
         }
     }
 
     /// Level of the path that the line of all messages is on, s. A jump that nothing followed was for good.
     fn level_at(&self, time: f64) -> f64 {
-        if time - self.last_small_shift < SHIFTS_FORGOTTEN_AFTER {
+        if time - self.last_small_shift < TUNING.shifts_forgotten_after {
             self.level
         } else {
             0.0
@@ -182,14 +196,14 @@ impl Choice {
     /// Standard deviation of the line that is followed, if its filter has this variance, s.
     pub(in crate::observer) fn sigma(&self, offset_variance: f64) -> f64 {
         let (steadiness, doubt) = if self.by_edge {
-            (&self.edge, EDGE_DOUBT)
+            (&self.edge, TUNING.edge_doubt)
         } else {
             (&self.all, 1.0)
         };
         let sigma = doubt * libm::sqrt(offset_variance);
-        let missed = MISSED * self.suspicion() * steadiness.usual_miss().unwrap_or(0.0);
+        let missed = TUNING.missed * self.suspicion() * steadiness.usual_miss().unwrap_or(0.0);
         let jumped = if self.by_edge {
-            JUMPED * self.edge_jump
+            TUNING.jumped * self.edge_jump
         } else {
             0.0
         };
@@ -209,10 +223,10 @@ impl Choice {
         let edge_offset = edge.offset_at(time);
         let looked = self.all.look(time, all.offset, all.drift);
         if self.edge.look(time, edge_offset, edge.estimate.drift) {
-            self.edge_jump *= if age > KNOWN_AFTER {
-                JUMP_KEPT
+            self.edge_jump *= if age > TUNING.known_after {
+                TUNING.jump_kept
             } else {
-                EARLY_JUMP_KEPT
+                TUNING.early_jump_kept
             };
         }
         let by_edge = self.wants_edge(all, edge, width);
@@ -222,7 +236,11 @@ impl Choice {
         }
         self.contrary += u8::from(looked);
         let hesitates = self.correlation.is_correlated() && self.edge.usual_miss().is_some();
-        let looks = if self.by_edge { LOOKS_FROM_EDGE } else { LOOKS };
+        let looks = if self.by_edge {
+            TUNING.looks_from_edge
+        } else {
+            TUNING.looks
+        };
         if hesitates && self.contrary < looks {
             return 0.0;
         }
@@ -236,7 +254,7 @@ impl Choice {
         // The edge is the path's lowest level, and far time was on it before the jumps between levels began.
         let level = if by_edge { self.level_at(time) } else { 0.0 };
         let difference = raw + level - self.carry;
-        if age > KNOWN_AFTER && libm::fabs(difference) < width {
+        if age > TUNING.known_after && libm::fabs(difference) < width {
             self.carry = -difference;
             -level
         } else {
@@ -256,15 +274,15 @@ impl Choice {
         };
         let (Some(all_miss), Some(edge_miss)) = (all_miss, self.edge.usual_miss()) else {
             let [all, edge] = [all, &edge.estimate].map(|line| libm::sqrt(line.offset_variance));
-            return edge < FOUND * width.max(all);
+            return edge < TUNING.found * width.max(all);
         };
-        let all = libm::sqrt(all.offset_variance).max(MISSED * all_miss);
-        let edge = libm::sqrt(edge.estimate.offset_variance).max(MISSED * edge_miss);
+        let all = libm::sqrt(all.offset_variance).max(TUNING.missed * all_miss);
+        let edge = libm::sqrt(edge.estimate.offset_variance).max(TUNING.missed * edge_miss);
         if self.by_edge {
             // In a calm spell the other line may seem surer, until the next storm.
-            edge < SURER * all.max(GOOD_ENOUGH)
+            edge < TUNING.surer * all.max(TUNING.good_enough)
         } else {
-            SURER * edge < all
+            TUNING.surer * edge < all
         }
     }
 }

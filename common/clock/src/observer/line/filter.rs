@@ -1,5 +1,15 @@
 //! A Kalman filter of two states: how late count·T arrives, and by how much that grows.
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of a filter.
+    FilterTuning {
+        /// Standard deviations at which innovations are clamped: a normal one is beyond once in two million.
+        clamp: f64 = 5.0,
+    }
+}
+
 /// A straight line through the phase, with what is known about it. Seconds; drift in s/s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate {
@@ -17,9 +27,6 @@ pub(in crate::observer) struct Innovation {
     pub(in crate::observer) variance: f64,
 }
 
-/// Standard deviations at which innovations are clamped.
-const CLAMP: f64 = 5.0;
-
 impl Estimate {
     /// Moves on by `dt` seconds, during which the drift wanders with a variance of
     /// `drift_walk` per second.
@@ -34,7 +41,7 @@ impl Estimate {
     /// Takes a measurement of the offset. The innovation returned is clamped.
     pub(in crate::observer) fn correct(&mut self, measured: f64, variance: f64) -> Innovation {
         let total = self.offset_variance + variance;
-        let bound = CLAMP * libm::sqrt(total);
+        let bound = TUNING.clamp * libm::sqrt(total);
         let value = (measured - self.offset).clamp(-bound, bound);
         let inverse = 1.0 / total;
         let gain = self.offset_variance * inverse;

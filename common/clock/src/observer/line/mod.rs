@@ -17,3 +17,16 @@ pub(super) use calibration::Calibration;
 pub(super) use choice::Choice;
 pub(super) use edge::Edge;
 pub(crate) use filter::Estimate;
+
+#[cfg(feature = "perturb")]
+pub(super) const TUNED: &[crate::tuning::Block] = &[
+    bank::TUNED,
+    calibration::TUNED,
+    choice::TUNED,
+    edge::TUNED,
+    edge::CONSENSUS,
+    edge::NOISE,
+    edge::WINDOWS,
+    filter::TUNED,
+    steadiness::TUNED,
+];

@@ -3,15 +3,25 @@
 //! Clocks run straight for seconds. A line that is not where it predicted some seconds ago followed
 //! something else than a clock.
 
-/// Interval of looks at a line, s, …
-const EVERY: f64 = 0.5;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the comparison of a line with its own prediction.
+    SteadinessTuning {
+        /// Interval of looks at a line, s: that of points on the edge.
+        look_interval: f64 = 0.5,
+        /// Misses from which there is a usual one.
+        enough: usize = 5,
+        /// Time for which a miss is remembered, s: a calm spell proves nothing (with 60 s two seeds of 60 of AR(1) 40 µs/5 s leave the
+        /// edge too early).
+        memory: f64 = 200.0,
+    }
+}
+
 /// … and the number of looks before whose prediction it is compared with.
 const AHEAD: usize = 8;
 /// Misses kept, two thirds of which are not beyond the usual one, once there are enough.
 const KEPT: usize = 32;
-const ENOUGH: usize = 5;
-/// Time for which a miss is remembered, s: a calm spell proves nothing.
-const REMEMBERED: f64 = 200.0;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Look {
@@ -65,7 +75,7 @@ impl Steadiness {
 
     /// Looks at the line as it is at `time`. Returns whether it did, which is not always.
     pub(super) fn look(&mut self, time: f64, offset: f64, drift: f64) -> bool {
-        if time - self.latest < EVERY {
+        if time - self.latest < TUNING.look_interval {
             return false;
         }
         self.latest = time;
@@ -84,7 +94,7 @@ impl Steadiness {
         self.misses[self.count % KEPT] = libm::fabs(miss);
         self.count += 1;
         self.usual = self.measured();
-        self.lasting *= 1.0 - EVERY / REMEMBERED;
+        self.lasting *= 1.0 - TUNING.look_interval / TUNING.memory;
         self.lasting = self.lasting.max(self.usual.unwrap_or(0.0));
         true
     }
@@ -93,7 +103,7 @@ impl Steadiness {
         let n = self.count.min(KEPT);
         let mut misses = self.misses;
         let place = 2 * n / 3;
-        (n >= ENOUGH).then(|| *misses[..n].select_nth_unstable_by(place, f64::total_cmp).1)
+        (n >= TUNING.enough).then(|| *misses[..n].select_nth_unstable_by(place, f64::total_cmp).1)
     }
 
     /// Follows a jump of the clock or of the path, not of the line.
@@ -111,10 +121,10 @@ mod tests {
     /// Looks every half a second at a line that is `off` a straight one.
     fn miss(steadiness: &mut Steadiness, looks: u32, off: impl Fn(u32) -> f64) -> Option<f64> {
         for n in 0..looks {
-            let time = EVERY * f64::from(n);
+            let time = TUNING.look_interval * f64::from(n);
             assert!(steadiness.look(time, 1e-3 + 2e-5 * time + off(n), 2e-5));
             // Not yet again.
-            assert!(!steadiness.look(time + 0.9 * EVERY, 1.0, 1.0));
+            assert!(!steadiness.look(time + 0.9 * TUNING.look_interval, 1.0, 1.0));
         }
         steadiness.usual_miss()
     }
@@ -122,7 +132,7 @@ mod tests {
     #[test]
     fn a_straight_line_does_not_miss_itself() {
         let mut steadiness = Steadiness::new();
-        let enough = (AHEAD + ENOUGH) as u32;
+        let enough = (AHEAD + TUNING.enough) as u32;
         assert_eq!(miss(&mut steadiness, enough - 1, |_| 0.0), None);
         let usual = miss(&mut Steadiness::new(), enough, |_| 0.0).unwrap();
         assert!(usual < 1e-15, "{usual}");
@@ -142,13 +152,13 @@ mod tests {
         let wobbling = |n: u32| if n % 16 < 8 { 5e-6 } else { -5e-6 };
         let stormy = miss(&mut steadiness, 60, wobbling).unwrap();
         for n in 60..120 {
-            let _ = steadiness.look(EVERY * f64::from(n), 0.0, 0.0);
+            let _ = steadiness.look(TUNING.look_interval * f64::from(n), 0.0, 0.0);
         }
         assert!(steadiness.usual_miss().unwrap() < 1e-12);
         let lasting = steadiness.lasting_miss().unwrap();
         assert!((0.8 * stormy..stormy).contains(&lasting), "{lasting}");
         for n in 120..4_000 {
-            let _ = steadiness.look(EVERY * f64::from(n), 0.0, 0.0);
+            let _ = steadiness.look(TUNING.look_interval * f64::from(n), 0.0, 0.0);
         }
         assert!(steadiness.lasting_miss().unwrap() < 0.01 * stormy);
     }

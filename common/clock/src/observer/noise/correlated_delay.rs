@@ -6,6 +6,29 @@
 //! means of consecutive messages should lie on a line, and the miss of the middle one shows what a mean is worth: a
 //! second difference, as in the Allan variance (D. W. Allan, Proc. IEEE 54, 1966).
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the worth of means.
+    CorrelatedDelayTuning {
+        /// Misses that the mean square is over.
+        memory: f64 = 16.0,
+        /// Before there are any the messages are taken to be independent, with the weight of this number of misses.
+        prior: f64 = 4.0,
+        /// A single miss counts at most as this many times the usual one, plus `outlier_by`: a step of the drift or of the
+        /// delay is no correlation.
+        outlier: f64 = 4.0,
+        /// See `outlier`.
+        outlier_by: f64 = 8.0,
+        /// Multiple that independent messages reach by chance (300 seeds of a unit test stay below).
+        chance: f64 = 6.0,
+        /// Calm is believed with this time constant, s.
+        forgotten_after: f64 = 30.0,
+        /// Greatest factor on the length of runs: 200 messages that are too late in a row.
+        greatest_patience: f64 = 4.0,
+    }
+}
+
 /// Watches the measurements of the line for correlated delays.
 #[derive(Clone, Debug)]
 pub(in crate::observer) struct CorrelatedDelay {
@@ -17,20 +40,6 @@ pub(in crate::observer) struct CorrelatedDelay {
 
 /// Measurements per mean: 64, 256 and 1024 messages.
 const SCALES: [u16; 3] = [8, 32, 128];
-/// Misses that the mean square is over; before there are any the messages are taken to be independent, with the
-/// weight of `PRIOR` misses.
-const MEMORY: f64 = 16.0;
-const PRIOR: f64 = 4.0;
-/// A single miss counts at most as this many times the usual one, plus `OUTLIER_BY`: a step of the drift or of the
-/// delay is no correlation.
-const OUTLIER: f64 = 4.0;
-const OUTLIER_BY: f64 = 8.0;
-/// Multiple that independent messages reach by chance.
-const CHANCE: f64 = 6.0;
-/// Calm is believed with this time constant, s.
-const FORGOTTEN_AFTER: f64 = 30.0;
-/// Greatest patience.
-const MOST_PATIENT: f64 = 4.0;
 
 /// Means of one length.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,7 +66,7 @@ impl CorrelatedDelay {
     pub(in crate::observer) fn new() -> Self {
         let scale = Scale {
             miss: 1.0,
-            misses: PRIOR,
+            misses: TUNING.prior,
             ..Scale::default()
         };
         Self {
@@ -75,7 +84,7 @@ impl CorrelatedDelay {
     /// Factor by which runs of like messages have to be longer than among independent ones to mean something: 1 and
     /// above.
     pub(in crate::observer) fn patience(&self) -> f64 {
-        (0.5 * libm::sqrt(self.factor)).clamp(1.0, MOST_PATIENT)
+        (0.5 * libm::sqrt(self.factor)).clamp(1.0, TUNING.greatest_patience)
     }
 
     /// Takes a measurement, `dt` seconds after the one before, with its variance.
@@ -86,13 +95,13 @@ impl CorrelatedDelay {
             value,
             variance,
         };
-        let mut largest = CHANCE;
+        let mut largest = TUNING.chance;
         for (scale, length) in self.scales.iter_mut().zip(SCALES) {
             scale.take(&measurement, length);
             largest = largest.max(scale.miss);
         }
-        let seen = libm::sqrt(1.0 + largest * largest - CHANCE * CHANCE);
-        let forgotten = self.factor - (self.factor - seen) * (dt / FORGOTTEN_AFTER).min(1.0);
+        let seen = libm::sqrt(1.0 + largest * largest - TUNING.chance * TUNING.chance);
+        let forgotten = self.factor - (self.factor - seen) * (dt / TUNING.forgotten_after).min(1.0);
         self.factor = seen.max(forgotten);
     }
 
@@ -138,8 +147,8 @@ impl Scale {
         let variance = middle.variance
             + (1.0 - part) * (1.0 - part) * first.variance
             + part * part * last.variance;
-        let sample = (miss * miss / variance).min(OUTLIER * self.miss + OUTLIER_BY);
-        self.misses = (self.misses + 1.0).min(MEMORY);
+        let sample = (miss * miss / variance).min(TUNING.outlier * self.miss + TUNING.outlier_by);
+        self.misses = (self.misses + 1.0).min(TUNING.memory);
         self.miss += (sample - self.miss) / self.misses;
     }
 }

@@ -5,31 +5,43 @@
 //! drift does not show (D. W. Allan, Proc. IEEE 54, 1966), and of scores between −1 and 1, in which no message counts
 //! for more than another.
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the test for correlation.
+    CorrelationTuning {
+        /// Squares that the usual ones of means are over.
+        memory: f64 = 24.0,
+        /// Squares that the usual one of single messages is over: those of the longest mean.
+        single_memory: f64 = 2_048.0,
+        /// Before there are any, messages are taken to be independent, with the weight of this number.
+        prior: f64 = 6.0,
+        /// Greatest single square, as a multiple of the one of independent messages.
+        outlier: f64 = 16.0,
+        /// The spread of the residuals is followed this fast …
+        step: f64 = 0.01,
+        /// … and their middle slowly, within two seconds, or a delay that has levels for seconds would not show in the scores
+        /// (telegraph of 13 µs beside 20 µs: 67 → 95 % within 3σ); but as fast when nearly all scores are on one side.
+        middle_step: f64 = 0.0005,
+        /// Mean of the scores that is nearly all on one side.
+        one_sided: f64 = 0.8,
+        /// Least spread that matters, s: below it the rest of finding the line and of rounding is correlated.
+        least_spread: f64 = 1e-7,
+        /// Scatter, as a multiple of the one of independent messages, that is no chance any more: with 4 one run in a hundred of
+        /// independent delays passes …
+        correlated: f64 = 6.0,
+        /// … and the scatter that may be chance; after `independent_for` messages with it they are independent again.
+        independent: f64 = 2.0,
+        /// A minute at 1 ms: calm spells of a busy machine are shorter.
+        independent_for: u32 = 60_000,
+    }
+}
+
 /// Messages per mean of the shortest scale; each of the others takes `LONGER` means of the one before: 128, 512 and
 /// 2048 messages.
 const SHORTEST: u16 = 32;
 const LONGER: u16 = 4;
 const SCALES: usize = 4;
-/// Squares that the usual ones are means over.
-const MEMORY: f64 = 24.0;
-const SINGLE_MEMORY: f64 = 2_048.0;
-/// Before there are any, messages are taken to be independent, with the weight of this number.
-const PRIOR: f64 = 6.0;
-/// Greatest single square, as a multiple of the one of independent messages.
-const OUTLIER: f64 = 16.0;
-/// The spread of the residuals is followed this fast …
-const STEP: f64 = 0.01;
-/// … and their middle slowly, or a delay that has levels for seconds would not show in the scores; but
-/// as fast when nearly all scores are on one side.
-const MIDDLE_STEP: f64 = 0.0005;
-const ONE_SIDED: f64 = 0.8;
-/// Least spread that matters, s: below it the rest of finding the line and of rounding is correlated.
-const LEAST_SPREAD: f64 = 1e-7;
-/// Scatter, as a multiple of the one of independent messages, that is no chance any more …
-const CORRELATED: f64 = 6.0;
-/// … and the scatter that may be chance; after `INDEPENDENT_FOR` messages with it they are independent again.
-const INDEPENDENT: f64 = 2.0;
-const INDEPENDENT_FOR: u32 = 60_000;
 
 /// Watches the residuals of messages for correlation.
 #[derive(Clone, Debug)]
@@ -64,7 +76,7 @@ struct Scale {
 }
 
 impl Correlation {
-    pub(in crate::observer) const fn new() -> Self {
+    pub(in crate::observer) fn new() -> Self {
         Self {
             middle: 0.0,
             spread: 0.0,
@@ -100,20 +112,20 @@ impl Correlation {
         let deviation = residual - self.middle;
         let size = libm::fabs(deviation);
         let early = 1.0 / (f64::from(self.messages) + 1.0);
-        let step = STEP.max(early);
+        let step = TUNING.step.max(early);
         if self.spread == 0.0 {
             self.spread = size;
         }
-        let score = if self.spread > LEAST_SPREAD {
+        let score = if self.spread > TUNING.least_spread {
             (deviation / self.spread).clamp(-1.0, 1.0)
         } else {
             0.0
         };
         self.lean += step * (score - self.lean);
-        let middle_step = if libm::fabs(self.lean) > ONE_SIDED {
+        let middle_step = if libm::fabs(self.lean) > TUNING.one_sided {
             step
         } else {
-            MIDDLE_STEP.max(early)
+            TUNING.middle_step.max(early)
         };
         self.middle += middle_step * score * self.spread;
         self.spread += step * (size.min(4.0 * self.spread) - self.spread);
@@ -121,7 +133,7 @@ impl Correlation {
         self.last = [self.last[1], score];
         self.messages = self.messages.saturating_add(1);
         if self.messages > 2 {
-            let part = 1.0 / (f64::from(self.messages) + 30.0).min(SINGLE_MEMORY);
+            let part = 1.0 / (f64::from(self.messages) + 30.0).min(TUNING.single_memory);
             self.single += part * (second * second - self.single);
         }
         self.sum_up(score);
@@ -144,22 +156,22 @@ impl Correlation {
         }
     }
 
-    const fn judge(&mut self) {
-        self.independent_for = if self.ratio < INDEPENDENT {
+    fn judge(&mut self) {
+        self.independent_for = if self.ratio < TUNING.independent {
             self.independent_for.saturating_add(1)
         } else {
             0
         };
-        if self.ratio > CORRELATED {
+        if self.ratio > TUNING.correlated {
             self.correlated = true;
-        } else if self.independent_for > INDEPENDENT_FOR {
+        } else if self.independent_for > TUNING.independent_for {
             self.correlated = false;
         }
     }
 }
 
 impl Scale {
-    const fn all() -> [Self; SCALES] {
+    fn all() -> [Self; SCALES] {
         let mut scales = [Self {
             length: SHORTEST,
             parts: SHORTEST,
@@ -168,7 +180,7 @@ impl Scale {
             means: [0.0; 2],
             known: 0,
             ratio: 1.0,
-            count: PRIOR,
+            count: TUNING.prior,
         }; SCALES];
         let mut i = 1;
         while i < SCALES {
@@ -192,8 +204,8 @@ impl Scale {
         self.summed = 0;
         if self.known == 2 && single > 0.0 {
             let second = mean - 2.0 * self.means[1] + self.means[0];
-            let sample = (second * second * n / single).min(OUTLIER);
-            self.count = (self.count + 1.0).min(MEMORY);
+            let sample = (second * second * n / single).min(TUNING.outlier);
+            self.count = (self.count + 1.0).min(TUNING.memory);
             self.ratio += (sample - self.ratio) / self.count;
         }
         self.known = (self.known + 1).min(2);

@@ -8,16 +8,23 @@
 //! The slope of first differences shows it: 1 where arrivals echo, 0 where they do not. Its standard deviation is
 //! `√(var Δa / (n · var Δs))`.
 
-/// Messages over which differences count.
-const MEMORY: f64 = 4_096.0;
-/// Least number of messages for a result.
-const ENOUGH: f64 = 128.0;
-/// Standard deviations below one half at which a slope is none, and above it at which it is one.
-const CERTAIN: f64 = 4.0;
-/// A difference of more than this multiple of the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
-const OUTLIER: f64 = 5.0;
-/// Least square of stamps, s²: senders that wake up more regularly show nothing.
-const LEAST_SQUARE: f64 = 1e-14;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the comparison of arrivals with send stamps.
+    EchoTuning {
+        /// Messages over which differences count.
+        memory: f64 = 4_096.0,
+        /// Least number of messages for a result.
+        enough: f64 = 128.0,
+        /// Standard deviations below one half at which a slope is none, and above it at which it is one.
+        certain: f64 = 4.0,
+        /// A difference of more than this multiple of the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
+        outlier: f64 = 5.0,
+        /// Least square of stamps, s²: senders that wake up within 0.1 µs show nothing.
+        least_square: f64 = 1e-14,
+    }
+}
 
 /// Compares arrivals with send stamps.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,13 +48,16 @@ impl Echo {
         };
         let (by_phase, by_stamp) = (phase - last_phase, stamp - last_stamp);
         let square = by_phase * by_phase;
-        let usual = self.phases.max(by_stamp * by_stamp).max(LEAST_SQUARE);
+        let usual = self
+            .phases
+            .max(by_stamp * by_stamp)
+            .max(TUNING.least_square);
         if count.wrapping_sub(before) != 1
-            || self.count > 16.0 && square > OUTLIER * OUTLIER * usual
+            || self.count > 16.0 && square > TUNING.outlier * TUNING.outlier * usual
         {
             return;
         }
-        self.count = (self.count + 1.0).min(MEMORY);
+        self.count = (self.count + 1.0).min(TUNING.memory);
         let part = 1.0 / self.count;
         self.stamps += part * (by_stamp * by_stamp - self.stamps);
         self.phases += part * (square - self.phases);
@@ -56,14 +66,14 @@ impl Echo {
 
     /// Evaluates the messages taken.
     pub(in crate::observer) fn judge(&mut self) {
-        if self.count < ENOUGH || self.stamps < LEAST_SQUARE {
+        if self.count < TUNING.enough || self.stamps < TUNING.least_square {
             return;
         }
         let slope = self.both / self.stamps;
         let sigma = libm::sqrt(self.phases / (self.stamps * self.count));
-        if slope + CERTAIN * sigma < 0.5 {
+        if slope + TUNING.certain * sigma < 0.5 {
             self.missing = Some(true);
-        } else if slope - CERTAIN * sigma > 0.5 {
+        } else if slope - TUNING.certain * sigma > 0.5 {
             self.missing = Some(false);
         }
     }

@@ -8,10 +8,60 @@
 use super::correlated_delay::CorrelatedDelay;
 use super::hazard::Hazard;
 use super::information::{Information, InformationTable, Scores};
-use super::misfit::{LATE, Misfit};
+use super::misfit::{Misfit, TUNING as MISFIT};
 use super::pull::Pull;
 use super::resolution::Widths;
 use crate::numbers::{NearLogarithm, together};
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the model of the jitter.
+    JitterTuning {
+        /// Least width of either part, s: a clock is read within that.
+        least_width: f64 = 50e-9,
+        /// Greatest width of either part, s.
+        greatest_width: f64 = 0.1,
+        /// Least normal width, as a part of the exponential one …
+        least_ratio: f64 = 0.02,
+        /// … and beside a loaded network, where the sender's jitter may be less: the table of information begins at 0.004.
+        least_ratio_under_load: f64 = 0.005,
+        /// Greatest normal width, as a multiple of the exponential one: the table of information ends at 3.2.
+        greatest_ratio: f64 = 3.0,
+        /// Messages that the widths are averages over.
+        memory: f64 = 131_072.0,
+        /// Messages that make known widths: to 1/√4096, 1.6 %.
+        settled: f64 = 4_096.0,
+        /// Messages that the pull is an average over.
+        pull_memory: f64 = 8_192.0,
+        /// Residuals later than this many exponential widths are spikes and say nothing of the width.
+        spike: f64 = 8.0,
+        /// The location stays where it was at most by this many normal widths: a first guess that was far
+        /// off is given up.
+        greatest_move: f64 = 2.0,
+        /// Least information of a cell about the location, as a part of the mean.
+        least_information: f64 = 0.01,
+        /// Least information of a cell about a width.
+        least_information_of_widths: f64 = 0.002,
+        /// First guess of the ratio of the widths, and the least normal width in cells as a part of the other.
+        first_ratio: f64 = 0.25,
+        /// Least exponential width, as a part of a cell: 1/√12 of it.
+        first_cell_part: f64 = 0.3,
+        /// The doubt of the widths is 1 + `doubt_messages`/(n + `doubt_offset`) after n messages: 5 at first, 1.1 after 5000.
+        doubt_messages: f64 = 512.0,
+        /// See `doubt_messages`; messages that the averages of the pull begin with, too.
+        doubt_offset: f64 = 128.0,
+        /// Gain of a learning step over that of a plain mean (with 3 the lock at a ratio of 0.05 takes 1.1 s instead of 0.7, p90).
+        gain: f64 = 2.0,
+        /// Messages that the gain begins with.
+        gain_offset: f64 = 64.0,
+        /// Greatest relative change of a width by one block.
+        largest_step: f64 = 0.2,
+        /// Information about a width that there is at least, per message: near a pure exponential the normal width has none.
+        information_floor: f64 = 0.02,
+        /// Newton steps end below this part of the normal width.
+        tolerance: f64 = 0.02,
+    }
+}
 
 /// Messages that make the first one, and the first guess of the jitter.
 pub(in crate::observer) const FIRST_BLOCK: usize = 16;
@@ -54,26 +104,6 @@ pub(in crate::observer) struct Location {
     pub(in crate::observer) variance: f64,
 }
 
-const LEAST_NORMAL: f64 = 50e-9;
-const MOST: f64 = 0.1;
-const LEAST_RATIO: f64 = 0.02;
-/// Beside a loaded network the sender's jitter may be less.
-const LEAST_RATIO_UNDER_LOAD: f64 = 0.005;
-const MOST_RATIO: f64 = 3.0;
-/// Messages that the widths are averages over.
-const MEMORY: f64 = 131_072.0;
-/// Messages that make known widths.
-const SETTLED: f64 = 4_096.0;
-/// Messages that the pull is an average over.
-const PULL_MEMORY: f64 = 8_192.0;
-/// Residuals later than this many exponential widths are spikes and say nothing of the width.
-const SPIKE: f64 = 8.0;
-/// The location stays where it was at most by this many normal widths: a first guess that was far
-/// off is given up.
-const MOST_MOVED: f64 = 2.0;
-/// Least information of a cell, as a part of the mean.
-const LEAST_SAID: f64 = 0.01;
-const LEAST_SAID_OF_WIDTHS: f64 = 0.002;
 const GUESS: f64 = 0.669;
 const STEPS: usize = 6;
 
@@ -115,15 +145,19 @@ impl Jitter {
         self.moved = 0.0;
         self.misfit = Misfit::default();
         self.pinned = true;
-        self.set(0.25 * width, width);
+        self.set(TUNING.first_ratio * width, width);
         self.widen_to_cell();
         self.pull = Pull::beside(&self.information);
     }
 
     /// Widens the widths to the cell: far below it they are a guess from messages that all came in one cell.
     fn widen_to_cell(&mut self) {
-        let width = self.exponential.max(0.3 * self.cell);
-        self.set(self.normal.max(0.25 * 0.3 * self.cell), width);
+        let width = self.exponential.max(TUNING.first_cell_part * self.cell);
+        self.set(
+            self.normal
+                .max(TUNING.first_ratio * TUNING.first_cell_part * self.cell),
+            width,
+        );
         self.certainty = 1.0 / (self.fine_variance() + self.cell * self.cell / 12.0);
     }
 
@@ -142,7 +176,7 @@ impl Jitter {
 
     /// Factor by which the widths may still be wrong: approaches 1.
     pub(in crate::observer) fn doubt(&self) -> f64 {
-        1.0 + 512.0 / (self.messages + 128.0)
+        1.0 + TUNING.doubt_messages / (self.messages + TUNING.doubt_offset)
     }
 
     /// Returns the movement of the most likely location so far, s, by what was learned of the widths. Taking it away
@@ -197,7 +231,7 @@ impl Jitter {
             (score, curvature) = self.score(residuals, location);
             let step = (score - location * certainty) / (curvature + certainty);
             let next = (location + step).min(latest.max(0.0));
-            let done = (next - location).abs() < 0.02 * self.normal;
+            let done = (next - location).abs() < TUNING.tolerance * self.normal;
             score -= curvature * (next - location);
             location = next;
             if done {
@@ -244,7 +278,7 @@ impl Jitter {
         }
         (
             score,
-            curvature + LEAST_SAID * residuals.len() as f64 * self.certainty,
+            curvature + TUNING.least_information * residuals.len() as f64 * self.certainty,
         )
     }
 
@@ -256,8 +290,8 @@ impl Jitter {
         let mut squares = [0.0; 2];
         for residual in residuals {
             let (of_normal, of_exponential) = widths.cell_widths(residual - location, self.cell);
-            let of_normal = of_normal.clamp(-SPIKE, SPIKE);
-            let of_exponential = of_exponential.clamp(-SPIKE, SPIKE);
+            let of_normal = of_normal.clamp(-TUNING.spike, TUNING.spike);
+            let of_exponential = of_exponential.clamp(-TUNING.spike, TUNING.spike);
             normal += of_normal;
             exponential += of_exponential;
             squares[0] += of_normal * of_normal;
@@ -266,15 +300,16 @@ impl Jitter {
         }
         let n = residuals.len() as f64;
         self.pinned = false;
-        self.messages = (self.messages + n).min(MEMORY);
-        let part = 1.0 / (self.messages + 128.0).min(PULL_MEMORY);
+        self.messages = (self.messages + n).min(TUNING.memory);
+        let part = 1.0 / (self.messages + TUNING.doubt_offset).min(TUNING.pull_memory);
         self.certainty += part * (curvature - n * self.certainty);
         for (said, square) in self.said_of_widths.iter_mut().zip(squares) {
             *said += part * (square - n * *said);
         }
-        let gain = 2.0 / (self.messages + 64.0);
+        let gain = TUNING.gain / (self.messages + TUNING.gain_offset);
         let step = |score: f64, said: f64| {
-            (gain * score / said.max(LEAST_SAID_OF_WIDTHS)).clamp(-0.1, 0.1)
+            (gain * score / said.max(TUNING.least_information_of_widths))
+                .clamp(-0.5 * TUNING.largest_step, 0.5 * TUNING.largest_step)
         };
         let normal = step(normal, self.said_of_widths[0]);
         let exponential = step(exponential, self.said_of_widths[1]);
@@ -303,9 +338,9 @@ impl Jitter {
             let z = (residual - location) * inverse - self.ratio;
             let h = self.hazard.at(z);
             let scores = Scores::new(self.ratio, z, h);
-            normal += scores.normal.clamp(-SPIKE, SPIKE);
-            exponential += scores.exponential.min(SPIKE);
-            change += scores.exponential.min(LATE);
+            normal += scores.normal.clamp(-TUNING.spike, TUNING.spike);
+            exponential += scores.exponential.min(TUNING.spike);
+            change += scores.exponential.min(MISFIT.late);
             pull.curvature += scores.slope;
             pull.normal += h - scores.slope * (z + 2.0 * self.ratio);
             pull.exponential += self.ratio * (scores.slope - 1.0);
@@ -314,13 +349,17 @@ impl Jitter {
         let i = self.information;
         // Without this block: its noise is in the steps below already.
         let known = self.pull;
-        let part = 1.0 / (self.messages + 128.0).min(PULL_MEMORY);
+        let part = 1.0 / (self.messages + TUNING.doubt_offset).min(TUNING.pull_memory);
         self.pull.approach(&pull, &i, n, part);
         self.notice_change(exponential, change, n, correlated);
-        let (a, b, c) = (i.normal + 0.02, i.both, i.exponential + 0.02);
+        let (a, b, c) = (
+            i.normal + TUNING.information_floor,
+            i.both,
+            i.exponential + TUNING.information_floor,
+        );
         let determinant = (a * c - b * b).max(0.1 * a * c);
-        let gain = 2.0 / ((self.messages + 64.0) * determinant);
-        let step = |x: f64| x.clamp(-0.2, 0.2);
+        let gain = TUNING.gain / ((self.messages + TUNING.gain_offset) * determinant);
+        let step = |x: f64| x.clamp(-TUNING.largest_step, TUNING.largest_step);
         let normal_step = step(gain * (c * normal - b * exponential));
         let exponential_step = step(gain * (a * exponential - b * normal));
         // exp(x) to second order: the steps are small.
@@ -338,7 +377,7 @@ impl Jitter {
             self.normal / before.0 - 1.0,
             self.exponential / before.1 - 1.0,
         );
-        let bound = MOST_MOVED * self.normal;
+        let bound = TUNING.greatest_move * self.normal;
         self.moved = (self.moved + before.0 * shift).clamp(-bound, bound);
     }
 
@@ -350,13 +389,13 @@ impl Jitter {
         messages: f64,
         correlated: &CorrelatedDelay,
     ) {
-        let known = !self.pinned || self.messages >= SETTLED;
+        let known = !self.pinned || self.messages >= TUNING.settled;
         let memory = self
             .misfit
             .take(score, clipped, messages, known, correlated);
         // A location that was right before fits a changed network too.
-        self.pinned &= self.messages < SETTLED || memory.is_none();
-        self.messages = (self.messages + messages).min(memory.unwrap_or(MEMORY));
+        self.pinned &= self.messages < TUNING.settled || memory.is_none();
+        self.messages = (self.messages + messages).min(memory.unwrap_or(TUNING.memory));
     }
 
     /// True if the network seems to be changing, so that measurements had better wait a little.
@@ -365,15 +404,15 @@ impl Jitter {
     }
 
     fn set(&mut self, normal: f64, exponential: f64) {
-        self.exponential = exponential.clamp(LEAST_NORMAL, MOST);
+        self.exponential = exponential.clamp(TUNING.least_width, TUNING.greatest_width);
         let least = if self.pinned {
-            LEAST_RATIO
+            TUNING.least_ratio
         } else {
-            LEAST_RATIO_UNDER_LOAD
+            TUNING.least_ratio_under_load
         };
         let bounds = (
-            LEAST_NORMAL.max(least * self.exponential),
-            MOST_RATIO * self.exponential,
+            TUNING.least_width.max(least * self.exponential),
+            TUNING.greatest_ratio * self.exponential,
         );
         self.normal = normal.clamp(bounds.0.min(bounds.1), bounds.1);
         self.ratio = self.normal / self.exponential;

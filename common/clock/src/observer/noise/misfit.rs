@@ -1,6 +1,39 @@
 //! Fit of the exponential width to the messages, or a change of the network.
 
 use super::correlated_delay::CorrelatedDelay;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the fit of the exponential width. A mean score is 0 where the width is right.
+    MisfitTuning {
+        /// Messages that show whether the width still fits: the mean of independent scores scatters by 0.07.
+        memory: f64 = 96.0,
+        /// A mean score below it says that the jitter became narrower, and only `memory_after_change` of the messages before still
+        /// count …
+        least: f64 = -0.35,
+        /// … and one above it, that it became wider: scores are skewed to this side.
+        greatest: f64 = 0.6,
+        /// Already outside of this, measurements wait until the widths fit again …
+        doubtful_least: f64 = -0.25,
+        /// … on either side …
+        doubtful_greatest: f64 = 0.35,
+        /// … but no longer than for this number of messages.
+        longest_wait: f64 = 512.0,
+        /// Exponential widths at which the lateness of messages is clipped: a burst of spikes is no change (at 8 widths bursts on busy PCs
+        /// trigger it, and the ripple is 496 ns instead of 318).
+        late: f64 = 2.0,
+        /// Messages that count after a change: as many as have shown it.
+        memory_after_change: f64 = 64.0,
+        /// Messages that show small changes, with a scatter of 0.011 …
+        slow_memory: f64 = 4_096.0,
+        /// … by a mean score below this …
+        slow_least: f64 = -0.15,
+        /// … or above this.
+        slow_greatest: f64 = 0.2,
+        /// Messages that count after a small change.
+        memory_after_slow_change: f64 = 512.0,
+    }
+}
 
 /// Mean scores of the exponential width over the last messages: near 0 while it is right.
 #[derive(Clone, Copy, Debug, Default)]
@@ -13,23 +46,8 @@ pub(super) struct Misfit {
     waited: f64,
 }
 
-/// Messages that show whether the width still fits. A mean score outside says no, and only `MEMORY_AFTER_CHANGE` of
-/// the messages before still count.
-const MISFIT_MEMORY: f64 = 96.0;
-const MISFIT: core::ops::Range<f64> = -0.35..0.6;
-/// Already outside of this, measurements wait until the widths fit again, but no longer than this.
-const DOUBTFUL: core::ops::Range<f64> = -0.25..0.35;
-const LONGEST_WAIT: f64 = 512.0;
-/// Exponential widths at which the lateness of messages is clipped, for both: a burst of spikes is no change.
-pub(super) const LATE: f64 = 2.0;
-const MEMORY_AFTER_CHANGE: f64 = 64.0;
-/// Memory and bounds for small changes.
-const SLOW_MISFIT_MEMORY: f64 = 4_096.0;
-const SLOW_MISFIT: core::ops::Range<f64> = -0.15..0.2;
-const MEMORY_AFTER_SLOW_CHANGE: f64 = 512.0;
-
 impl Misfit {
-    /// Takes the scores summed over a block of `n` messages, in full and clipped at [`LATE`]. Returns the number of
+    /// Takes the scores summed over a block of `n` messages, in full and clipped. Returns the number of
     /// messages that still count, if the width (once `known`) does not fit any more. Where the delay wanders, it may
     /// fit less well for longer.
     pub(super) fn take(
@@ -40,24 +58,24 @@ impl Misfit {
         known: bool,
         correlated: &CorrelatedDelay,
     ) -> Option<f64> {
-        self.quick += (clipped - n * self.quick) / MISFIT_MEMORY;
-        self.slow += (score - n * self.slow) / SLOW_MISFIT_MEMORY;
-        self.usual += (clipped - n * self.usual) / SLOW_MISFIT_MEMORY;
+        self.quick += (clipped - n * self.quick) / TUNING.memory;
+        self.slow += (score - n * self.slow) / TUNING.slow_memory;
+        self.usual += (clipped - n * self.usual) / TUNING.slow_memory;
         let tolerance = correlated.patience();
         let quick = (self.quick - self.usual) / tolerance;
-        let waits = known && !DOUBTFUL.contains(&quick);
+        let waits = known && !(TUNING.doubtful_least..TUNING.doubtful_greatest).contains(&quick);
         self.waited = if waits { self.waited + n } else { 0.0 };
-        if !MISFIT.contains(&quick) {
-            Some(MEMORY_AFTER_CHANGE * correlated.factor())
-        } else if !SLOW_MISFIT.contains(&(self.slow / tolerance)) {
-            Some(MEMORY_AFTER_SLOW_CHANGE * correlated.factor())
+        if !(TUNING.least..TUNING.greatest).contains(&quick) {
+            Some(TUNING.memory_after_change * correlated.factor())
+        } else if !(TUNING.slow_least..TUNING.slow_greatest).contains(&(self.slow / tolerance)) {
+            Some(TUNING.memory_after_slow_change * correlated.factor())
         } else {
             None
         }
     }
 
     pub(super) fn is_waited_for(&self) -> bool {
-        (1.0..LONGEST_WAIT).contains(&self.waited)
+        (1.0..TUNING.longest_wait).contains(&self.waited)
     }
 }
 
@@ -70,7 +88,7 @@ mod tests {
         let noticed = |late: f64, blocks: usize| {
             let mut misfit = Misfit::default();
             (0..blocks).any(|_| {
-                let clipped = late.min(LATE);
+                let clipped = late.min(TUNING.late);
                 misfit
                     .take(
                         8.0 * late,

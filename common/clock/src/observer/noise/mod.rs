@@ -21,3 +21,14 @@ pub(super) use echo::Echo;
 pub(super) use jitter::{FIRST_BLOCK, Jitter};
 pub(super) use resolution::Resolution;
 pub(super) use waits::Waits;
+
+#[cfg(feature = "perturb")]
+pub(super) const TUNED: &[crate::tuning::Block] = &[
+    correlated_delay::TUNED,
+    correlation::TUNED,
+    echo::TUNED,
+    jitter::TUNED,
+    misfit::TUNED,
+    resolution::TUNED,
+    waits::TUNED,
+];

@@ -5,13 +5,18 @@
 //! jitter's distribution integrated over it.
 
 use crate::instant::{Instant, Local, Span};
+use crate::tuning::tuning;
 
-/// A finer resolution does not matter, ns.
-const COARSE: u64 = 5_000;
-
-/// From this number of tenths of a cycle on, a common divisor of all differences may be the sender's pace instead of a
-/// resolution: arrivals without any jitter come exactly a cycle after each other.
-const PACE_IN_TENTHS: u64 = 9;
+tuning! {
+    /// Tuned constants of the resolution.
+    ResolutionTuning {
+        /// A finer resolution does not matter, ns: 1/√12 of it is 1.4 µs, beside jitter of some 5 µs at least.
+        coarse: u64 = 5_000,
+        /// From this number of tenths of a cycle on, a common divisor of all differences may be the sender's pace instead of a
+        /// resolution: arrivals without any jitter come exactly a cycle after each other.
+        pace_in_tenths: u64 = 9,
+    }
+}
 
 /// Finds the resolution of arrivals: all differences are multiples of it.
 #[derive(Clone, Copy, Debug)]
@@ -28,11 +33,11 @@ pub(in crate::observer) struct Resolution {
 
 impl Resolution {
     /// Makes a resolution for a sender of this cycle time.
-    pub(in crate::observer) const fn new(data_cycle_time: Span) -> Self {
+    pub(in crate::observer) fn new(data_cycle_time: Span) -> Self {
         Self {
             first: None,
             divisor: 0,
-            pace: data_cycle_time.as_nanos().unsigned_abs() / 10 * PACE_IN_TENTHS,
+            pace: data_cycle_time.as_nanos().unsigned_abs() / 10 * TUNING.pace_in_tenths,
             is_no_pace: false,
             of_teeth: 0.0,
         }
@@ -42,7 +47,7 @@ impl Resolution {
     pub(in crate::observer) fn take(&mut self, count: i64, arrived: Instant<Local>) {
         let (first_count, first) = *self.first.get_or_insert((count, arrived));
         // Once it is fine it stays so.
-        if self.divisor == 0 || self.divisor >= COARSE {
+        if self.divisor == 0 || self.divisor >= TUNING.coarse {
             let passed = (arrived - first).as_nanos();
             self.divisor = divisor(self.divisor, passed.unsigned_abs());
             let paced = (self.divisor as i64).wrapping_mul(count.wrapping_sub(first_count));
@@ -59,7 +64,7 @@ impl Resolution {
 
     /// The width of a cell of a coarse clock, s; 0 where it is so fine that it does not matter.
     pub(in crate::observer) fn cell(&self) -> f64 {
-        if (COARSE..self.pace).contains(&self.divisor) {
+        if (TUNING.coarse..self.pace).contains(&self.divisor) {
             self.divisor as f64 * 1e-9
         } else {
             0.0

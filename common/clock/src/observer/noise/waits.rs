@@ -6,12 +6,20 @@
 //! of a cycle, so that waits are on a grid, which moves with the drift as a whole. A line through their lower edge moves
 //! with it for tens of seconds, and predicts itself perfectly.
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the waits.
+    WaitsTuning {
+        /// The part of a cycle that stays open even where waits seem to fill it, as the queue of a batch and what is lost of it
+        /// move waits, too (observer_table, power saving: errors of 0.03 cycles rms and up to 0.09 at cycles of 1 and 10 ms; the
+        /// standard deviation of this part is 0.06 cycles).
+        least_open: f64 = 0.2,
+    }
+}
+
 /// The waits that are compared: those of three seconds of an access point's beacons.
 const KEPT: usize = 32;
-/// The part of a cycle that stays open even where waits seem to fill it, as the queue of a batch and what is lost of it
-/// move waits, too (observer_table, power saving: errors of 0.03 cycles rms and up to 0.09 at cycles of 1 and 10 ms; the
-/// standard deviation of this part is 0.06 cycles).
-const LEAST_OPEN: f64 = 0.2;
 
 /// The last waits, as seen from the line.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +51,7 @@ impl Waits {
         }
         let least = known.iter().copied().fold(f64::INFINITY, f64::min);
         let most = known.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        (cycle - (most - least)).clamp(LEAST_OPEN * cycle, cycle)
+        (cycle - (most - least)).clamp(TUNING.least_open * cycle, cycle)
     }
 }
 

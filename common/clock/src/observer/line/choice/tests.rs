@@ -123,7 +123,7 @@ fn a_late_change_hesitates_and_carries_the_offset_over() {
     }
     looks.choice.suspect(1e3);
     let (waited, jump) = looks.until_changed();
-    assert_eq!((waited, jump), (u32::from(LOOKS), 0.0));
+    assert_eq!((waited, jump), (u32::from(TUNING.looks), 0.0));
     let step = looks.offset() - looks.all();
     assert!(step.abs() < 1e-12, "{step}");
     assert!(looks.choice.carry() > 0.0);
@@ -133,7 +133,7 @@ fn a_late_change_hesitates_and_carries_the_offset_over() {
     looks.edge_variance = 1e-10;
     let before = looks.offset();
     let (waited, jump) = looks.until_changed();
-    assert!(waited >= u32::from(LOOKS_FROM_EDGE), "{waited}");
+    assert!(waited >= u32::from(TUNING.looks_from_edge), "{waited}");
     assert_eq!(jump, 0.0);
     assert!((looks.offset() - before).abs() < 1e-12);
 }
@@ -165,7 +165,7 @@ fn the_line_that_is_followed_is_no_surer_than_it_misses_itself() {
     assert!(looks.choice.sigma(1e-14) > 0.3 * looks.wobble);
     let _ = looks.until_changed();
     let sure = looks.choice.sigma(1e-14);
-    assert!((sure - EDGE_DOUBT * 1e-7).abs() < 1e-12, "{sure}");
+    assert!((sure - TUNING.edge_doubt * 1e-7).abs() < 1e-12, "{sure}");
 }
 
 #[test]
@@ -202,12 +202,12 @@ fn a_jump_of_the_edge_is_doubt_for_a_while() {
     let _ = looks.until_changed();
     looks.choice.edge_jumped(-20e-6);
     looks.choice.edge_jumped(0.0);
-    assert!(sigma(&looks) > JUMPED * 20e-6);
+    assert!(sigma(&looks) > TUNING.jumped * 20e-6);
     for _ in 0..200 {
         let _ = looks.look();
     }
     let after = sigma(&looks);
-    assert!((after - EDGE_DOUBT * 1e-7).abs() < 1e-9, "{after}");
+    assert!((after - TUNING.edge_doubt * 1e-7).abs() < 1e-9, "{after}");
 }
 
 /// Delays of two levels are suspected before they are taken to be correlated.
@@ -219,7 +219,7 @@ fn a_suspicion_counts_for_the_uncertainty() {
     }
     let calm = looks.choice.sigma(1e-14);
     let mut level = 0;
-    while looks.choice.correlation.ratio() < PROBABLE {
+    while looks.choice.correlation.ratio() < TUNING.probable {
         level += 1;
         for n in 0..2_048 {
             let jitter = if (n * 7) % 16 < 8 { 20e-6 } else { -20e-6 };

@@ -2,28 +2,37 @@
 
 use super::noise::Noise;
 use super::windows::{KEPT, Windows};
-use super::{ENOUGH, Line};
+use super::{Line, TUNING as EDGE};
 use crate::observer::LARGEST_DRIFT;
 use crate::observer::line::Estimate;
+use crate::tuning::tuning;
 
-/// Greatest cost of a point above the line, in variances: delays it may last. One below it is worse, as nothing comes
-/// early: three of them outweigh all the others.
-const ABOVE: f64 = 9.0;
-const BELOW: f64 = 100.0;
-/// Factor on the scatter for comparisons.
-const WIDER: f64 = 1.5;
-/// Margin by which a line must be better to replace the present one.
-const MARGIN: f64 = 20.0;
-/// Greatest cost of a drift that is not the one known.
-const DRIFT_COST: f64 = 40.0;
-/// Points on the edge are not independent: factor on the drift's standard deviation.
-const DRIFT_DOUBT: f64 = 3.0;
+tuning! {
+    /// Tuned constants of the search for a line.
+    ConsensusTuning {
+        /// Greatest cost of a point above the line, in variances: delays it may last.
+        above: f64 = 9.0,
+        /// Greatest cost of a point below it, as nothing comes early: three of them outweigh all the others, 32 times 9.
+        below: f64 = 100.0,
+        /// Factor on the scatter for comparisons.
+        wider: f64 = 1.5,
+        /// Margin by which a line must be better to replace the present one …
+        margin: f64 = 20.0,
+        /// … and the part of that which is enough where the present one has no newer point.
+        unsupported_part: f64 = 0.25,
+        /// Greatest cost of a drift that is not the one known.
+        drift_cost: f64 = 40.0,
+        /// Points on the edge are not independent: factor on the drift's standard deviation (AR(1) with stamps: 10.2 → 5.9 µs rms).
+        drift_doubt: f64 = 3.0,
+        /// Distance, in widths, within which points are on the line.
+        on: f64 = 3.0,
+        /// Error of the drift that is always possible, s/s.
+        drift_tolerance: f64 = 1e-7,
+    }
+}
+
 /// Lowest points of either half that make candidates.
 const TRIED: usize = 3;
-/// Distance, in widths, within which points are on the line.
-const ON: f64 = 3.0;
-/// Error of the drift that is always possible, s/s.
-const DRIFT_TOLERANCE: f64 = 1e-7;
 
 /// A line to compare with the present one.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +57,7 @@ impl Seen {
             times: [0.0; KEPT],
             above: [0.0; KEPT],
             len: windows.len(),
-            inverse_width: 1.0 / (WIDER * libm::sqrt(noise.near())),
+            inverse_width: 1.0 / (TUNING.wider * libm::sqrt(noise.near())),
         };
         for (n, point) in windows.points().enumerate() {
             seen.times[n] = point.time - line.at;
@@ -66,7 +75,11 @@ impl Seen {
             .map(|n| {
                 let distance = self.distance(n, offset, drift);
                 let square = distance * distance;
-                square.min(if distance > 0.0 { ABOVE } else { BELOW })
+                square.min(if distance > 0.0 {
+                    TUNING.above
+                } else {
+                    TUNING.below
+                })
             })
             .sum()
     }
@@ -74,7 +87,7 @@ impl Seen {
     /// Number of points that are on a line.
     fn support(&self, range: core::ops::Range<usize>, offset: f64, drift: f64) -> usize {
         range
-            .filter(|n| libm::fabs(self.distance(*n, offset, drift)) < ON)
+            .filter(|n| libm::fabs(self.distance(*n, offset, drift)) < TUNING.on)
             .count()
     }
 
@@ -100,7 +113,11 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
     let seen = Seen::from(windows, line, noise);
     // A line with no newer point on it has little weight.
     let supported = seen.support(seen.len / 2..seen.len, 0.0, 0.0) >= 2;
-    let margin = if supported { MARGIN } else { 0.25 * MARGIN };
+    let margin = if supported {
+        TUNING.margin
+    } else {
+        TUNING.unsupported_part * TUNING.margin
+    };
     let mut least = seen.cost(0.0, 0.0) - margin;
     if least < 0.0 {
         return None;
@@ -112,7 +129,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
             best = Some(candidate);
         }
     };
-    for n in seen.len - ENOUGH..seen.len {
+    for n in seen.len - EDGE.enough..seen.len {
         let offset = seen.above[n];
         let candidate = Candidate {
             offset,
@@ -120,8 +137,8 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
         };
         consider(seen.cost(offset, 0.0), candidate);
     }
-    let known = DRIFT_DOUBT * DRIFT_DOUBT * line.estimate.drift_variance;
-    let certainty = 1.0 / (known + DRIFT_TOLERANCE * DRIFT_TOLERANCE);
+    let known = TUNING.drift_doubt * TUNING.drift_doubt * line.estimate.drift_variance;
+    let certainty = 1.0 / (known + TUNING.drift_tolerance * TUNING.drift_tolerance);
     let half = seen.len / 2;
     for early in seen.lowest(0..half) {
         for late in seen.lowest(half..seen.len) {
@@ -131,7 +148,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
                 continue;
             }
             let offset = seen.above[early] - drift * seen.times[early];
-            let unlikely = (drift * drift * certainty).min(DRIFT_COST);
+            let unlikely = (drift * drift * certainty).min(TUNING.drift_cost);
             let candidate = Candidate {
                 offset,
                 drift: Some(drift),
@@ -162,7 +179,7 @@ pub(super) fn fitted(
     let seen = Seen::from(windows, line, noise);
     let (mut n, mut t, mut y, mut tt, mut ty) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for i in 0..seen.len {
-        if libm::fabs(seen.distance(i, candidate.offset, drift)) < ON {
+        if libm::fabs(seen.distance(i, candidate.offset, drift)) < TUNING.on {
             let (time, above) = (seen.times[i], seen.above[i]);
             n += 1.0;
             t += time;

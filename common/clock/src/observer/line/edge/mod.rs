@@ -16,31 +16,42 @@ mod windows;
 
 use super::bias::Bias;
 use super::filter::Estimate;
+use crate::tuning::tuning;
 use consensus::Candidate;
 use noise::Noise;
 use windows::{Point, Windows};
 
-/// Standard deviations off the line from which a point is not on it.
-const GATE: f64 = 4.0;
-/// The random walk of the drift, s/s per √s: a quartz at rest.
-const DRIFT_WALK: f64 = 1e-8;
-/// Possible lateness of the first message, s, and the drift that is expected.
-const FIRST_OFFSET: f64 = 1e-4;
-const FIRST_DRIFT: f64 = 3e-5;
-/// Points in a row above the edge, over `LATE_FOR`, s, that are a delay that grew …
-const LATE_POINTS: u8 = 16;
-const LATE_FOR: f64 = 7.5;
-/// … and fewer, if they are all so far above it, s.
-const FAR_POINTS: u8 = 3;
-const FAR_FOR: f64 = 0.9;
-const FAR: f64 = 1e-4;
-/// Points that make a line.
-const ENOUGH: usize = 8;
-/// Points on the edge whose mean shows the latest bias of the line; less than `UNBIASED` standard deviations of that
-/// mean is chance.
-const BIAS_MEMORY: f64 = 3.0;
-const UNBIASED: f64 = 2.0;
-const LASTING_UNBIASED: f64 = 3.0;
+tuning! {
+    /// Tuned constants of the edge.
+    EdgeTuning {
+        /// Standard deviations off the line from which a point is not on it.
+        gate: f64 = 4.0,
+        /// The random walk of the drift, s/s per √s: a quartz at rest.
+        drift_walk: f64 = 1e-8,
+        /// Possible lateness of the first message, s: a thread that slept.
+        first_offset: f64 = 1e-4,
+        /// Drift that is expected at first, s/s: quartzes are sold with 20 to 50 ppm.
+        first_drift: f64 = 3e-5,
+        /// Points in a row above the edge that are a delay that grew: half of those kept …
+        late_points: u8 = 16,
+        /// … over this time, s, that of sixteen full windows: the first ones are shorter …
+        late_for: f64 = 7.5,
+        /// … and fewer, if they are all `far` above it, …
+        far_points: u8 = 3,
+        /// … over this time, s, that of two intervals of full windows.
+        far_for: f64 = 0.9,
+        /// Height above the edge that correlated delays seldom have, s.
+        far: f64 = 1e-4,
+        /// Points that make a line.
+        enough: usize = 8,
+        /// Points on the edge whose mean shows the latest bias of the line.
+        bias_memory: f64 = 3.0,
+        /// Standard deviations of that mean below which it is chance …
+        unbiased: f64 = 2.0,
+        /// … and below which it is not remembered.
+        lasting_unbiased: f64 = 3.0,
+    }
+}
 
 /// Follows the lower edge of the phases.
 #[derive(Clone, Debug)]
@@ -98,13 +109,15 @@ impl Edge {
             opened: f64::NEG_INFINITY,
             shifted: None,
             jumped: 0.0,
-            bias: Bias::over(BIAS_MEMORY),
+            bias: Bias::over(TUNING.bias_memory),
         }
     }
 
     /// The line, once enough points support one.
     pub(in crate::observer) fn line(&self) -> Option<&Line> {
-        self.line.as_ref().filter(|_| self.windows.len() >= ENOUGH)
+        self.line
+            .as_ref()
+            .filter(|_| self.windows.len() >= TUNING.enough)
     }
 
     /// Scatter of a point, s.
@@ -115,17 +128,17 @@ impl Edge {
     /// Square of the line's bias, as far as the last points on the edge show it, s²: where the sender's clock is
     /// steered all the time, points lie on its course and not on a straight line.
     pub(in crate::observer) fn bias_variance(&self) -> f64 {
-        self.bias.variance_beyond(UNBIASED)
+        self.bias.variance_beyond(TUNING.unbiased)
     }
 
     /// Square of the bias beyond chance.
     pub(in crate::observer) fn lasting_bias_variance(&self) -> f64 {
-        self.bias.variance_beyond(LASTING_UNBIASED)
+        self.bias.variance_beyond(TUNING.lasting_unbiased)
     }
 
     /// The variance that the drift gains per second.
-    pub(in crate::observer) const fn drift_walk() -> f64 {
-        DRIFT_WALK * DRIFT_WALK
+    pub(in crate::observer) fn drift_walk() -> f64 {
+        TUNING.drift_walk * TUNING.drift_walk
     }
 
     /// Takes the jump of the line since the last call, s.
@@ -155,9 +168,9 @@ impl Edge {
             estimate: Estimate {
                 offset: phase,
                 drift: 0.0,
-                offset_variance: FIRST_OFFSET * FIRST_OFFSET,
+                offset_variance: TUNING.first_offset * TUNING.first_offset,
                 covariance: 0.0,
-                drift_variance: FIRST_DRIFT * FIRST_DRIFT,
+                drift_variance: TUNING.first_drift * TUNING.first_drift,
             },
         });
         let residual = phase - line.offset_at(time);
@@ -180,7 +193,7 @@ impl Edge {
         self.noise.measure(&self.windows, Self::drift_walk());
         let innovation = point.phase - line.offset_at(point.time);
         let variance = self.noise.variance();
-        let bound = GATE * libm::sqrt(line.estimate.offset_variance + variance);
+        let bound = TUNING.gate * libm::sqrt(line.estimate.offset_variance + variance);
         let on_the_edge = libm::fabs(innovation) < bound;
         self.windows.mark(on_the_edge);
         if on_the_edge {
@@ -193,7 +206,7 @@ impl Edge {
             self.follow_shift(line);
             return;
         }
-        if self.windows.len() >= ENOUGH
+        if self.windows.len() >= TUNING.enough
             && let Some(better) = consensus::better(&self.windows, line, &self.noise)
         {
             self.jump(line, &better);
@@ -216,10 +229,12 @@ impl Edge {
         }
         self.late = self.late.saturating_add(1);
         let so_long = time - self.late_since;
-        let for_good = self.late >= LATE_POINTS && so_long >= LATE_FOR;
-        let far_points = self.late - u8::from(self.first_late <= FAR);
-        let far = FAR..self.skip;
-        let far = far_points >= FAR_POINTS && so_long >= FAR_FOR && far.contains(&self.least_late);
+        let for_good = self.late >= TUNING.late_points && so_long >= TUNING.late_for;
+        let far_points = self.late - u8::from(self.first_late <= TUNING.far);
+        let far = TUNING.far..self.skip;
+        let far = far_points >= TUNING.far_points
+            && so_long >= TUNING.far_for
+            && far.contains(&self.least_late);
         for_good || far
     }
 
@@ -241,6 +256,9 @@ impl Edge {
         self.bias.forget();
     }
 }
+
+#[cfg(feature = "perturb")]
+pub(super) use {consensus::TUNED as CONSENSUS, noise::TUNED as NOISE, windows::TUNED as WINDOWS};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,21 @@
 //! Scatter of points on the edge.
 
 use super::windows::{KEPT, Windows};
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the scatter of points.
+    EdgeNoiseTuning {
+        /// Greatest deviation, as a multiple of the usual one.
+        outlier: f64 = 9.0,
+        /// Excess of the scatter of points far apart that is no chance.
+        chance: f64 = 2.0,
+        /// Least scatter of even the sharpest edge, s²: 40 ns, a clock is read within that.
+        least: f64 = 1.6e-15,
+        /// Relative excess of the assumed scatter, to be divided by the number of second differences.
+        few: f64 = 8.0,
+    }
+}
 
 /// Windows between the points that are compared.
 const LAGS: [usize; 3] = [1, 3, 7];
@@ -8,14 +23,6 @@ const LAGS: [usize; 3] = [1, 3, 7];
 const PART: f64 = 0.4;
 /// Quantile `PART` of the squares of a normal variable.
 const SQUARE_AT_PART: f64 = 0.275;
-/// Greatest deviation, as a multiple of the usual one.
-const OUTLIER: f64 = 9.0;
-/// Excess of the scatter of points far apart that is no chance.
-const CHANCE: f64 = 2.0;
-/// Least scatter of even the sharpest edge, s².
-const LEAST: f64 = 1.6e-15;
-/// Relative excess of the assumed scatter, to be divided by the number of second differences.
-const FEW: f64 = 8.0;
 
 /// The scatter of the points, s².
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +64,7 @@ impl Noise {
         }
         let place = ((n as f64 * PART) as usize).min(n - 1);
         let square = *squares[..n].select_nth_unstable_by(place, f64::total_cmp).1;
-        let near = (square / SQUARE_AT_PART).max(LEAST) * (1.0 + FEW / n as f64);
+        let near = (square / SQUARE_AT_PART).max(TUNING.least) * (1.0 + TUNING.few / n as f64);
         let mut factor = 1.0_f64;
         for lag in &LAGS[1..] {
             let (mut sum, mut count) = (0.0, 0.0);
@@ -65,12 +72,12 @@ impl Noise {
                 if windows.are_on_the_edge(end, *lag)
                     && let Some(square) = windows.second_difference(end, *lag, drift_walk)
                 {
-                    sum += square.min(OUTLIER * OUTLIER * near);
+                    sum += square.min(TUNING.outlier * TUNING.outlier * near);
                     count += 1.0;
                 }
             }
-            let far = (sum + FEW * near) / (count + FEW);
-            if far > CHANCE * near {
+            let far = (sum + TUNING.few * near) / (count + TUNING.few);
+            if far > TUNING.chance * near {
                 factor = factor.max(0.5 * far / near * *lag as f64);
             }
         }

@@ -1,18 +1,30 @@
 //! The lowest phases of the last windows.
 
 use super::Line;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the windows.
+    EdgeWindowTuning {
+        /// Length of a full window, s: in 4 s with 8 points the edge of busy machines is known to 0.1 to 0.5 µs.
+        longest: f64 = 0.512,
+        /// Least number of messages of a window.
+        fewest: u32 = 16,
+        /// Factor by which the first windows are shorter, so that there is a line soon.
+        shorter: u32 = 8,
+        /// Messages of which one may be too early: the fourth lowest of 512 is the point (with the lowest of 4096 the recording with
+        /// SCHED_FIFO scatters by 2.5 µs, with the 17th lowest by 0.1).
+        messages_per_rank: u32 = 128,
+        /// Scatter, s², from which windows are twice as long, and at each eight times of it again: the drift that wanders over all points
+        /// grows with the third power of the time, as `drift_walk·T³/12`.
+        doubled_from: f64 = 1e-12,
+    }
+}
 
 /// Windows kept.
 pub(super) const KEPT: usize = 32;
-/// Length of a full window, s, and its least number of messages.
-const LONGEST: f64 = 0.512;
-const FEWEST: u32 = 16;
-/// Factor by which the first windows are shorter, so that there is a line soon.
-const SHORTER: u32 = 8;
 /// The lowest of a window are kept: now and then a single message is earlier than it should.
 const LOWEST: usize = 4;
-/// Messages of which one may be too early.
-const MESSAGES_PER_RANK: u32 = 128;
 
 /// A phase and when its message was due, s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,7 +69,7 @@ impl Window {
     }
 
     fn point(&self) -> Point {
-        let rank = (self.messages / MESSAGES_PER_RANK).saturating_sub(1) as usize;
+        let rank = (self.messages / TUNING.messages_per_rank).saturating_sub(1) as usize;
         self.lowest[rank.min(usize::from(self.filled.max(1)) - 1)]
     }
 }
@@ -77,12 +89,12 @@ pub(super) struct Windows {
 
 impl Windows {
     pub(super) fn new(seconds_per_count: f64) -> Self {
-        let full = (LONGEST / seconds_per_count) as u32;
-        let full = full.max(FEWEST);
+        let full = (TUNING.longest / seconds_per_count) as u32;
+        let full = full.max(TUNING.fewest);
         Self {
             kept: [Window::EMPTY; KEPT],
             len: 0,
-            length: (full / SHORTER).max(FEWEST),
+            length: (full / TUNING.shorter).max(TUNING.fewest),
             full,
             open: Window::EMPTY,
             residuals: [f64::INFINITY; LOWEST],
@@ -209,9 +221,9 @@ impl Windows {
 /// does not matter.
 fn times(noise: f64) -> u32 {
     match noise {
-        noise if noise < 1e-12 => 1,
-        noise if noise < 8e-12 => 2,
-        noise if noise < 64e-12 => 4,
+        noise if noise < TUNING.doubled_from => 1,
+        noise if noise < 8.0 * TUNING.doubled_from => 2,
+        noise if noise < 64.0 * TUNING.doubled_from => 4,
         _ => 8,
     }
 }

@@ -113,7 +113,10 @@ fn long_independence_is_believed_again() {
         correlation.take(jitter(&mut random));
         messages += 1;
     }
-    assert!((INDEPENDENT_FOR..600_000).contains(&messages), "{messages}");
+    assert!(
+        (TUNING.independent_for..600_000).contains(&messages),
+        "{messages}"
+    );
 
     // Where they really were correlated, the means of that time have to be forgotten first.
     let mut delay = Correlated::half_normal(15e-6, 0.3);
@@ -126,5 +129,8 @@ fn long_independence_is_believed_again() {
         correlation.take(jitter(&mut random));
         messages += 1;
     }
-    assert!((INDEPENDENT_FOR..600_000).contains(&messages), "{messages}");
+    assert!(
+        (TUNING.independent_for..600_000).contains(&messages),
+        "{messages}"
+    );
 }
