@@ -115,6 +115,9 @@ mod perturbed {
                 // By one at least: 1.3 times 1 is 1 otherwise.
                 fn times(self, factor: f64) -> Self {
                     let times = (self as f64 * factor).round();
+                    if factor == 1.0 {
+                        return self;
+                    }
                     let other = if factor < 1.0 { self.saturating_sub(1) } else { self + 1 };
                     if times as Self == self { other } else { times as Self }
                 }
