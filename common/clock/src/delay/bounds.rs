@@ -22,15 +22,19 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the bounds.
     BoundsTuning {
-        /// Rate change of a clock that may not be noticed yet, s/s: a quartz in a draught.
+        /// Rate change of a clock that may not be noticed yet, s/s.
+        // A quartz in a draught.
         unknown_rate: f64 = 1e-6,
-        /// Change of a drift that may not be noticed yet, s/s (random schedules: a line that was 200 ppm wrong with a reported 5).
+        /// Change of a drift that may not be noticed yet, s/s.
+        // Random schedules: a line that was 200 ppm wrong with a reported 5.
         unnoticed_rate: f64 = 200e-6,
         /// Largest possible drift, s/s, of a line that has not measured it yet.
         largest_rate: f64 = 2e-3,
-        /// A line whose rate is no surer than this has not measured it: it knows no more than what quartzes are usually like.
+        /// A line whose rate is no surer than this has not measured it.
+        // It knows no more than what quartzes are usually like.
         unmeasured: f64 = 16e-6,
-        /// Time, s, after which exchanges have tested the rate of a line: most of the ten seconds that are kept.
+        /// Time, s, after which exchanges have tested the rate of a line.
+        // Most of the ten seconds that are kept.
         tested: f64 = 8.0,
     }
 }
@@ -38,6 +42,7 @@ tuning! {
 /// Returns the correction of a delay, s, with which no recent exchange denies it, even if the rate of the line should be
 /// quite wrong.
 pub(super) fn pull(delay: f64, recent: &Recent<'_>) -> f64 {
+    // A rate that may be 200 ppm wrong. At that of the line a change of its drift would move the delay before it is noticed.
     let Some(Agreeing { least, most, .. }) = Agreeing::of(recent, TUNING.unnoticed_rate, 0.0)
     else {
         return 0.0;
@@ -68,6 +73,7 @@ impl Bounds {
         let level = Agreeing::of(recent, 0.0, 0.0)?;
         let trend = Trend::of(recent);
         let trend = match level.contradicted {
+            // Some rate makes them agree, however jittery the exchanges are that no trend is certain of.
             true => trend.or_else(|| Trend::left_open(recent)),
             false => trend,
         };
@@ -84,6 +90,7 @@ impl Bounds {
         let agree = || Agreeing::of(recent, trend.sigma, trend.gain);
         let is_proven = recent.line.synced
             && trend.may_prove()
+            // A slope alone may be a path whose ways change differently. No path brings a response before its request.
             && level.contradicted
             && agree().is_some_and(|all| !all.contradicted);
         let doubted = Agreeing::of(recent, trend.most(), 0.0)?;
@@ -149,6 +156,7 @@ impl Agreeing {
             let most = exchange.there + gain * requested + rate * requested;
             [least, most].map(|ahead| Limit { ahead, stamps })
         };
+        // From the newest on: one that contradicts it is of a time before some event.
         let mut newest_first = recent.exchanges.iter().map(limits);
         let [least, most] = newest_first.next()?;
         let mut agreeing = Self {

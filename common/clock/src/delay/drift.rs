@@ -20,9 +20,11 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the attribution of a drift.
     DriftCauseTuning {
-        /// Requests go out at the fast or at the slow interval: means of stretches of at least this length, s, weigh alike.
+        /// Least length of a stretch, s.
+        // Requests go out at the fast or at the slow interval. Means of stretches of this length weigh alike.
         stretch: f64 = 0.06,
-        /// Least number of stretches that is conclusive: the line through them has three degrees of freedom.
+        /// Least number of stretches that is conclusive.
+        // The line through them has three degrees of freedom.
         enough: usize = 5,
         /// Least size of the groups whose quickest counts, for a jitter too wide for means.
         each: usize = 6,
@@ -56,13 +58,17 @@ pub(super) fn whose<'a>(
     let ways = exchanges.filter_map(|exchange| {
         let stamps = &exchange.stamps;
         let after = (stamps.requested - suspected.since).as_secs_f64();
+        // The way there alone: responses travel as messages do, so that against their line the way back is always level.
         let way = line.offset_at(stamps.received, stamps.requested).0;
+        // Exchanges of before the change are of the line that was, whose rate may have been wrong.
         (after >= 0.0).then_some((after, way))
     });
     let is_certain =
         |growth: &StraightLine| growth.slope_sigma() < TUNING.certain * suspected.change.abs();
     let growth = growth(ways.clone())
         .filter(is_certain)
+        // Only where means say nothing: the quickest of few parts know less of a slope (a path of ±200 µs in 3 s: 1548 µs for
+        // 685).
         .or_else(|| growth_of_quickest(ways).filter(is_certain))?;
     Some(
         match libm::fabs(growth.slope / suspected.change) < TUNING.nothing {
@@ -85,6 +91,7 @@ impl Stretch {
         if self.count > 0.0 && way > self.way + TUNING.held_up {
             return;
         }
+        // All before it in this stretch was held up.
         if self.count > 0.0 && way < self.way - TUNING.held_up {
             self.count = 0.0;
         }
@@ -98,6 +105,7 @@ impl Stretch {
 /// few.
 fn growth(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
     let span = ways.clone().map(|(time, _)| time).fold(0.0, f64::max);
+    // Longer where the exchanges of ten seconds would not fit.
     let length = TUNING.stretch.max(span / (STRETCHES as f64 - 1.0));
     let mut stretches = [Stretch::default(); STRETCHES];
     for (time, way) in ways {

@@ -8,10 +8,12 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the estimate.
     EstimateTuning {
-        /// Greatest number of estimates that the mean is taken over: a hundred seconds' worth.
+        /// Greatest number of estimates that the mean is taken over.
+        // A hundred seconds' worth.
         memory: u32 = 1_000,
-        /// Number of standard deviations that is out of the ordinary. Where delays are correlated that happens by chance, and
-        /// every exchange sees most of the window before, so it is followed once it has lasted for `lasting` exchanges …
+        /// Number of standard deviations that is out of the ordinary …
+        // Where delays are correlated that happens by chance, and every exchange sees most of the window before, so it is followed once it has lasted
+        // for `lasting` exchanges.
         out_of_the_ordinary: f64 = 5.0,
         /// … half of a window …
         lasting: u32 = 64,
@@ -45,6 +47,7 @@ pub(super) struct Estimate {
 impl Estimate {
     /// Evaluates the ways of a window; `measured` if there are enough of them.
     pub(super) fn of(there: &Early, back: &Early, newest: Instant<Local>, measured: bool) -> Self {
+        // Rounding of stamps may make a loop within one machine shorter than nothing.
         let half_round_trip = 0.5 * (there.least + back.least).max(0.0);
         let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
         Self {
@@ -129,6 +132,7 @@ impl Estimate {
     /// Takes back this part of a jump, which was not the path's, s.
     pub(super) fn take_back(&mut self, jump: f64) {
         self.delay -= jump;
+        // It grew by the jump when that was taken for the path's.
         self.uncertainty = (self.uncertainty - libm::fabs(jump)).max(0.0);
     }
 

@@ -49,11 +49,14 @@ use window::{Exchange, Stamps, Window};
 tuning! {
     /// Tuned constants of the exchange.
     ExchangeTuning {
-        /// Interval of requests as long as little is known: eight exchanges, which attribute a step, take 0.16 s …
+        /// Interval of requests as long as little is known …
+        // Eight exchanges, which attribute a step, take 0.16 s.
         fast_interval: Span = Span::from_millis(20),
-        /// … and later, or without responses: ten a second for the drift of ten seconds.
+        /// … and later, or without responses.
+        // Ten a second for the drift of ten seconds.
         slow_interval: Span = Span::from_millis(100),
-        /// Exchanges after an event until which the interval is short: one in 32 of them is early …
+        /// Exchanges after an event until which the interval is short …
+        // One in 32 of them is early.
         fast_exchanges: usize = 48,
         /// … and the greatest number of requests for that, where responses are lost.
         fast_requests: u32 = 128,
@@ -61,11 +64,13 @@ tuning! {
         enough: usize = 16,
         /// Time without an exchange after which the measurement is stale.
         stale_after: Span = Span::from_secs(3),
-        /// Longest way, and greatest lead of a sender: an exchange beyond it is wrong.
+        /// Longest way, and greatest lead of a sender.
+        // An exchange beyond it is wrong.
         longest: Span = Span::from_secs(1),
         /// Error of the line's rate while it locks, s/s …
         rate_tolerance: f64 = 1e-3,
-        /// … and error by rounding, s: four stamps of whole nanoseconds.
+        /// … and error by rounding, s.
+        // Four stamps of whole nanoseconds.
         rounding: f64 = 10e-9,
         /// Age from which an exchange says nothing of the present path.
         longest_age: Span = Span::from_secs(10),
@@ -233,6 +238,7 @@ impl DelayExchange {
                 estimate.forget_spanning(jump.0, usual.delay() + self.asymmetry);
             }
             estimate.follow_jump(jump.0);
+            // In one cycle the line may jump and be replaced by a better one.
             estimate.delay += corrected.0;
             return Some(jump + corrected);
         }
@@ -274,6 +280,7 @@ impl DelayExchange {
             };
         let number = self.next;
         self.next = self.next.wrapping_add(1);
+        // A bit for each of the last 64 requests: at 50 a second a response may take 1.3 s, longer than `longest`.
         self.open = self.open << 1 | 1;
         Some(number)
     }
@@ -289,6 +296,7 @@ impl DelayExchange {
         line: &FarLine,
     ) -> Result<(), Refusal> {
         let checked = self.check(response, arrived, line);
+        // Kept across events, too: whatever the line is, a response arrives after its request.
         if let Ok(exchange) = checked {
             self.history.push(exchange);
         }
@@ -318,6 +326,7 @@ impl DelayExchange {
         let is_new = suspected.is_some() && !self.is_asked;
         self.is_asked = suspected.is_some() && told.is_none();
         if is_new && self.is_asked {
+            // At once, as the slope of the ways is known the sooner.
             self.next_request = Instant::from_nanos(i64::MIN);
         }
         told.map(|whose| whose == Whose::Sender)
@@ -408,10 +417,12 @@ impl DelayExchange {
             return Err(Refusal::OtherEpoch);
         }
         let back = self.next.wrapping_sub(1).wrapping_sub(response.number);
+        // A shift by 64 would overflow, and older requests are closed anyway.
         let request = if back < 64 { 1 << back } else { 0 };
         if self.open & request == 0 {
             return Err(Refusal::NotAsked);
         }
+        // A second response to one request is refused, whoever sent it.
         self.open &= !request;
         let passed = arrived - response.requested;
         if !(Span::ZERO..=TUNING.longest).contains(&passed)
@@ -427,9 +438,11 @@ impl DelayExchange {
         };
         let exchange = Exchange::measured(stamps, line);
         let longest = Seconds::from(TUNING.longest).0;
+        // Stamps of a clock that leapt, or of somebody who makes them up.
         if libm::fabs(exchange.there) > longest || libm::fabs(exchange.back) > longest {
             return Err(Refusal::Implausible);
         }
+        // The sender's lead cancels in the sum, so whatever is below zero is an error of the line's rate, or a lie.
         let round_trip = exchange.there + exchange.back;
         if round_trip < -(TUNING.rate_tolerance * passed.as_secs_f64() + TUNING.rounding) {
             return Err(Refusal::NegativeRoundTrip);
@@ -453,6 +466,7 @@ impl DelayExchange {
     /// Makes a step of the line for exchanges to attribute, if enough came before it.
     fn step_of(&self, jump: Seconds, before: Option<(Ways, Ways)>) -> Option<Step> {
         match &self.step {
+            // Exchanges of between two steps fit neither line of before nor of after.
             Some(step) => Some(step.again(jump.0)),
             None => before.map(|(usual, newest)| Step::new(jump.0, usual, newest)),
         }

@@ -46,6 +46,7 @@ impl Trend {
         let whole = Self::through(quick.points(), quick.span)?;
         let newer = Self::through(quick.points().take(quick.len / 2), quick.span)?;
         let doubt = TUNING.significant * together(whole.sigma, newer.sigma);
+        // A clock that was steered within the window has no single rate to restart the line with.
         let is_like = (whole.gain - newer.gain).abs() <= doubt + TUNING.alike * whole.gain.abs();
         let is_told = whole.gain.abs() > TUNING.significant * whole.sigma;
         (is_told && is_like).then_some(whole)
@@ -126,6 +127,7 @@ fn quick(recent: &Recent<'_>) -> Option<Quick> {
         *place = under_way(exchange);
     }
     let took = &mut took[..exchanges.len()];
+    // The quicker half: the error of a middle is at most half of what an exchange took longer than the least.
     let (_, median, _) = took.select_nth_unstable(exchanges.len() / 2);
     let mut quick = Quick {
         points: [(0.0, 0.0); KEPT],
@@ -137,6 +139,7 @@ fn quick(recent: &Recent<'_>) -> Option<Quick> {
         .filter(|exchange| under_way(exchange) <= *median)
     {
         let time = (exchange.stamps.requested - now).as_secs_f64();
+        // Middle of an exchange: whatever both ways have alike cancels.
         quick.points[quick.len] = (time, 0.5 * (exchange.there - exchange.back));
         quick.len += 1;
     }

@@ -9,7 +9,8 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the window.
     ExchangeWindowTuning {
-        /// Number of ways of which one is early (with a tenth of them, on recordings of complete nodes, far time is 7.3 µs rms off).
+        /// Number of ways of which one is early.
+        // With a tenth of them, on recordings of complete nodes, far time is 7.3 µs rms off.
         ways_per_early: usize = 32,
     }
 }
@@ -129,6 +130,7 @@ impl Window {
 
     /// Measures every exchange again.
     pub(super) fn measure_again(&mut self, line: &FarLine) {
+        // Places that are not in use, too: that is cheaper than to skip them, and does no harm.
         for exchange in &mut self.kept {
             *exchange = Exchange::measured(exchange.stamps, line);
         }
@@ -150,6 +152,7 @@ impl Window {
         }
         self.kept[(self.oldest + self.len) % KEPT] = exchange;
         self.len += 1;
+        // The newest is never too old beside itself, so one stays.
         while exchange.at - self.kept[self.oldest].at > EXCHANGE.longest_age {
             self.drop_oldest();
         }
@@ -215,6 +218,7 @@ impl Window {
         let least = ways.iter().copied().reduce(f64::min)?;
         let rank = (self.len / TUNING.ways_per_early).max(1);
         let next = (2 * rank).min(self.len) - 1;
+        // The later rank first: the earlier one is then among the values before it.
         let later = *ways.select_nth_unstable_by(next, f64::total_cmp).1;
         let early = *ways[..=next]
             .select_nth_unstable_by(rank - 1, f64::total_cmp)
@@ -222,6 +226,7 @@ impl Window {
         Some(Early {
             least,
             early,
+            // The gap between the ranks r and 2·r is a sum of r spacings, and that of the early one scatters by its root.
             deviation: (later - early) / libm::sqrt(rank as f64),
         })
     }

@@ -16,11 +16,13 @@ tuning! {
         longest_doubt: Span = Span::from_secs(3),
         /// Time within which a change must be seen again, or that of `seen_again_within_windows`, if longer.
         seen_again_within: Span = Span::from_millis(500),
-        /// Windows of its scale within which it must be seen again: one may be missed.
+        /// Windows of its scale within which it must be seen again.
+        // One may be missed.
         seen_again_within_windows: f64 = 2.5,
         /// Time for which a change that is the path's is not suspected again.
         leave_drift_for: Span = Span::from_secs(1),
-        /// Such a doubt as a standard deviation: the uncertainty covers three.
+        /// Factor that makes a standard deviation of a doubt.
+        // The uncertainty covers three of them.
         doubted: f64 = 0.4,
         /// Seconds of the change by which the line may be off until it is settled.
         unsettled: f64 = 0.3,
@@ -28,7 +30,8 @@ tuning! {
         settling: Span = Span::from_secs(2),
         /// Seconds of a wrong rate by which the line may be off.
         wrong_for: f64 = 1.0,
-        /// Part of the window of before below which a change is seen on a finer scale: those are half as long.
+        /// Part of the window of before below which a change is seen on a finer scale.
+        // Those are half as long.
         finer: f64 = 0.75,
         /// Part of the change of before from which it is that one …
         like_least: f64 = 0.5,
@@ -152,6 +155,7 @@ impl PhaseObserver {
         let suspected = change.suspect.as_ref().map(|suspect| &suspect.drift);
         let doubted = match suspected.or(change.left_at(now)) {
             Some(drift) => {
+                // The possible error grows with the time since the change began.
                 let since = now - drift.since;
                 libm::fabs(drift.change) * since.as_secs_f64().max(0.0)
             }
@@ -175,8 +179,10 @@ impl PhaseObserver {
         // First, as after a silence exchanges may not attribute it any more.
         if arrived - suspect.seen > suspect.seen_again_within() {
             self.drift_change.suspect = None;
+        // Without exchanges far time follows the messages in any case.
         } else if !self.exchanges_tell {
             self.attribute_drift(true);
+        // Doubt has an end: a path that goes on growing is suspected again a second later.
         } else if arrived - suspect.noticed > TUNING.longest_doubt {
             self.attribute_drift(false);
         }
@@ -212,6 +218,7 @@ impl PhaseObserver {
         Some(Suspect {
             drift,
             step,
+            // Kept from the first notice, or a change that is seen again and again would be in doubt for ever.
             noticed: before.map_or(seen, |before| before.noticed),
             seen,
         })
@@ -234,7 +241,9 @@ impl PhaseObserver {
             return;
         };
         let before = followed.estimate.drift;
+        // Rates add, not drifts of phases: the rate of the far clock is 1/(1 + drift).
         let drift = 1.0 / (1.0 / (1.0 + before) + gain) - 1.0;
+        // In this form a gain that is not a number is refused, too.
         if !(drift.abs() <= LARGEST_DRIFT && sigma.is_finite()) {
             return;
         }
@@ -242,12 +251,14 @@ impl PhaseObserver {
         let estimate = Estimate {
             drift,
             offset_variance: off * off,
+            // The offset is measured by messages and the drift by exchanges, whose errors are independent.
             covariance: 0.0,
             drift_variance: sigma * sigma,
             ..followed.estimate
         };
         self.drift_change.suspect = None;
         self.begin_line_anew(followed.at, &estimate, drift - before);
+        // Jumps of before stay with the path: exchanges proved the rate, and nothing of those.
         self.drift_change.attributed.forget();
     }
 

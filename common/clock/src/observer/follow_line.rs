@@ -12,8 +12,8 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the choice of a sure line.
     FollowLineTuning {
-        /// The accuracy that is sure enough is a part of the jitter: where the edge is followed, the scatter of points is
-        /// worth a jitter of this multiple.
+        /// Multiple of the scatter of points that counts as the jitter where the edge is followed.
+        // The accuracy that is sure enough is a part of the jitter, and the edge is much sharper than that of single messages.
         edge_as_jitter: f64 = 24.0,
         /// Time, s, until which, where delays are correlated, only an accuracy that is fine anywhere is sure enough.
         correlation_known_after: f64 = 4.0,
@@ -21,7 +21,8 @@ tuning! {
         longest_if_correlated: f64 = 8.0,
         /// The line is known where its variance is below this part of the one of a block.
         known: f64 = 0.5,
-        /// Far time that is no further from the line than this is where it should be, s: what is left is slewed within 10 ms.
+        /// Far time that is no further from the line than this is where it should be, s.
+        // What is left is slewed within 10 ms.
         at_the_line: f64 = 1e-6,
     }
 }
@@ -49,8 +50,10 @@ impl PhaseObserver {
         let count = count.wrapping_sub(stream.first_count) as i64;
         let gap = arrived - stream.newest_used;
         stream.newest_used = stream.newest_used.max(arrived);
+        // Without a stamp the sender's lateness is part of the jitter.
         let sent = arrived - send_stamp.unwrap_or(Span::ZERO);
         let phase = sent - stream.first_arrival - self.data_cycle_time * count;
+        // In whole nanoseconds up to here: a float of the time since the start loses them within months.
         let phase = phase.as_secs_f64();
         let value = phase - stream.expected(count, self.seconds_per_count);
         if stream.batches.are_picked_from() && stream.line.is_some() {
@@ -61,6 +64,7 @@ impl PhaseObserver {
             stream.echo.take(count, phase + stamp, stamp);
         }
         let time = count as f64 * self.seconds_per_count;
+        // The edge first, as the line of all messages may shift both by what this message completes.
         self.take_edge(time, phase, arrived);
         self.suspect_drift_step(time, phase, arrived);
         self.take_residual(Residual { count, value }, gap, arrived);
@@ -82,9 +86,11 @@ impl PhaseObserver {
             stream.choice.shift_edge(shift);
         }
         if stream.choice.is_edge() {
+            // A better line of the same path: exchanges are corrected with it, and the delay moves with it.
             self.corrected.0 += jump;
             if let Some(shift) = shift {
                 stream.calibration.shift(shift);
+                // A longer path, until exchanges say otherwise: the delay takes it up.
                 self.jumped.0 += shift;
                 self.drift_change.attributed.note(time, shift);
                 self.events.shift(arrived);
@@ -98,6 +104,7 @@ impl PhaseObserver {
             return;
         };
         stream.resolution.take(residual.count, arrived);
+        // Residuals of stamps on a grid are alike by the grid and say nothing of queues and of correlation.
         let coarse = self.jitter.cell() > 0.0 || stream.resolution.polled() > 0.0;
         let is_queue = gap * 2 < self.data_cycle_time;
         let held_up = !coarse && stream.is_held_up(residual.value, gap, is_queue);
@@ -108,6 +115,7 @@ impl PhaseObserver {
             stream.block[stream.filled] = residual;
             stream.filled += 1;
         }
+        // Messages behind a queue are late by the one in front, so a run of them is no longer delay.
         let queued = held_up && is_queue;
         let shifted = stream.line.as_ref().is_some_and(|line| {
             !queued
@@ -162,14 +170,17 @@ impl PhaseObserver {
             stream.line = Some(Line::first(middle, &values, &mut self.jitter, drift));
             return;
         };
+        // Held until the cause is clear: otherwise a step of the delay becomes a drift (+30 µs at 5/20: 22 ppm).
         if self.detector.is_suspected() {
             return;
         }
+        // Stragglers may put the middle of a block before the line.
         let dt = (middle - line.at).max(0) as f64 * self.seconds_per_count;
         let estimate = *line.bank.combined();
         let walk = line.bank.drift_walk();
         let (expected, prior) = line.bank.agile(dt);
         let line_offset = estimate.offset + estimate.drift * dt;
+        // The location stays where it was before the widths were learnt better, or far time would walk with them.
         let reference = expected - line_offset + self.jitter.moved();
         let mut residuals = [0.0; BLOCK];
         for (residual, value) in residuals.iter_mut().zip(values) {
@@ -178,6 +189,7 @@ impl PhaseObserver {
         let location = self.jitter.locate(&residuals, prior);
         let variance = location.variance;
         let measured = expected + location.measured;
+        // Residuals about a line that is not known would teach its error as jitter.
         let known = estimate.offset_variance_after(dt, walk) < TUNING.known * variance;
         // Where the line is not known, nothing would show that the widths fit again.
         if !known || !self.jitter.is_unfit() {
@@ -207,10 +219,12 @@ impl PhaseObserver {
         let polled = stream.resolution.polled();
         if polled > 0.0 {
             let ahead = middle.saturating_sub(line.at).max(0) as f64 * self.seconds_per_count;
+            // Beside a grid no filter is unsure by more than a cell.
             variance = within_cell(all, ahead, line.bank.drift_walk(), polled);
         } else if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
             if self.jitter.cell() == 0.0 {
+                // Means that are worth a fortieth: on a grid that is the grid.
                 stream.choice.suspect(line.bank.correlated().factor());
             }
             self.corrected.0 += stream.choice.judge(time, age, all, edge, width);
@@ -221,6 +235,7 @@ impl PhaseObserver {
         let longest = self.parameters.longest_locking_s;
         let (jitter, longest) = match stream.choice.is_correlated() {
             false if !stream.choice.may_be_correlated() => (width, longest),
+            // A sign of correlation and no proof: the jitter may be mostly delays that last.
             false => (0.0, longest),
             // It is not known as yet how long a delay may last.
             true if age < TUNING.correlation_known_after => (0.0, longest),
@@ -264,6 +279,7 @@ impl PhaseObserver {
         if ahead > 0.0 {
             estimate.predict(ahead, drift_walk);
         } else {
+            // Backwards a variance would shrink below what is known. The estimate is a little newer than the block.
             estimate.offset += estimate.drift * ahead;
         }
         let time = middle as f64 * self.seconds_per_count;
@@ -278,6 +294,7 @@ impl PhaseObserver {
     fn may_end_locking(&self, now: Instant<Local>) -> bool {
         let messages = i64::from(self.parameters.synced_messages);
         let is_there = |shown: &Shown| shown.remaining.0.abs() < TUNING.at_the_line;
+        // Half of the time that the messages take at their pace: a backlog comes within milliseconds.
         now - self.progress.since >= self.data_cycle_time * messages / 2
             && self.shown.as_ref().is_none_or(is_there)
     }

@@ -30,6 +30,7 @@ impl PhaseObserver {
         let Some(shift) = self.shift_line(arrived, newest) else {
             return;
         };
+        // Before it is a jump of the path: with polled arrivals every tooth would be one.
         if self.is_tooth(newest, shift) {
             return;
         }
@@ -67,6 +68,7 @@ impl PhaseObserver {
         let (shift, variance) = if polled > 0.0 {
             // Anywhere in a cell.
             let middle = median(*self.detector.recent());
+            // Variance of a uniform distribution over the cell.
             (middle - 0.5 * polled, polled * polled / 12.0)
         } else {
             let located = self.jitter.locate(self.detector.recent(), 1e20).most_likely;
@@ -107,12 +109,14 @@ impl PhaseObserver {
         let size = libm::fabs(shift);
         let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
         if size < TUNING.small_shift && self.jitter.cell() == 0.0 {
+            // Stamps on a grid jump by cells, which is no level of the path.
             stream.choice.suspect_small_shift(time, shift);
         }
         if !stream.choice.is_edge() {
             stream.calibration.shift(shift);
         }
         if skip {
+            // Points of both sides of a long jump are on no line.
             stream.drift_steps.forget_points();
             // Whole cycles of the sender's clock are exact; the edge finds the rest.
             let drift = stream.edge.line().map_or(0.0, |edge| edge.estimate.drift);
@@ -151,8 +155,10 @@ impl PhaseObserver {
             self.events.shift(arrived);
         }
         let jumped = match (stream.choice.is_edge(), cycles) {
+            // Whole cycles of a sender that stood still are in the map, and the path got no longer by them.
             (false, _) => shift - by_cycles,
             (true, 0) => shift,
+            // The edge was moved by exactly those cycles, and finds the rest itself.
             (true, _) => 0.0,
         };
         self.jumped.0 += jumped;

@@ -162,6 +162,7 @@ impl PhaseObserver {
         send_stamp: Option<Span>,
     ) {
         match self.news(epoch, count) {
+            // Before everything else: a duplicate with another arrival would be a second opinion of one message.
             News::Old => return,
             News::Restarted => self.begin(epoch, count, arrived),
             News::New => {}
@@ -170,6 +171,7 @@ impl PhaseObserver {
             return;
         };
         self.is_stamped = send_stamp.is_some();
+        // Against the newest arrival and not the last one, as transports may pass messages in another order.
         let gap = arrived - stream.newest_arrival;
         stream.newest_arrival = stream.newest_arrival.max(arrived);
         self.progress.heard(arrived, &mut self.events);
@@ -235,6 +237,7 @@ impl PhaseObserver {
     fn begin(&mut self, epoch: u64, count: u64, arrived: Instant<Local>) {
         let mut counts = Counts::starting_at(count);
         let _ = counts.take(count);
+        // Stragglers of the run before must not begin it again.
         let previous_epoch = match &self.stream {
             Some(stream) if stream.epoch != epoch => Some(stream.epoch),
             Some(stream) => stream.previous_epoch,
@@ -282,11 +285,13 @@ impl PhaseObserver {
         let cycle = self.data_cycle_time;
         let Some(shown) = &self.shown else {
             let count = i64::try_from(count).unwrap_or(0);
+            // A count that a stranger made up must not overflow the far time.
             let fits = count < i64::MAX / 4 / cycle.as_nanos();
             return Instant::EPOCH + cycle * if fits { count } else { 0 };
         };
         let passed = (arrived - shown.at).as_nanos() as f64 / (1.0 + self.drift());
         let far = shown.far.plus(passed - self.delay.shown()).instant;
+        // Whole cycles, as the first message of a run was due at the beginning of one.
         let cycles = (far.since_epoch() + cycle / 2).div_floor(cycle);
         Instant::EPOCH + cycle * cycles
     }

@@ -9,8 +9,8 @@ tuning! {
     PathDelayTuning {
         /// Time constant of the approach, s.
         pull_time: f64 = 0.5,
-        /// Greatest rate at which a new delay is taken over, s/s: at 500 mm/s the slave then moves by 0.5 mm/s faster or
-        /// slower.
+        /// Greatest rate at which a new delay is taken over, s/s.
+        // At 500 mm/s the slave then moves by 0.5 mm/s faster or slower.
         slew_limit: f64 = 1e-3,
     }
 }
@@ -59,6 +59,7 @@ impl PathDelay {
         let passed = passed_ns.max(0.0);
         let seconds = passed * 1e-9;
         let bound = passed * TUNING.slew_limit;
+        // Implicit low-pass, as of the shown time: no cycle is too long for it.
         let gain = (self.missing() * (seconds / (seconds + TUNING.pull_time))).clamp(-bound, bound);
         self.shown += gain;
         gain

@@ -7,9 +7,11 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the progress of locking.
     ProgressTuning {
-        /// Growth of the standard deviation beyond the good one, as a factor, at which synchronised is left: less would leave it by chance.
+        /// Growth of the standard deviation beyond the good one, as a factor, at which synchronised is left.
+        // Less would leave it by chance.
         unsure: f64 = 2.0,
-        /// Factor on the messages that are enough from which an accuracy beside the jitter counts: wide jitter may hide a drift.
+        /// Factor on the messages that are enough from which an accuracy beside the jitter counts.
+        // Wide jitter may hide a drift.
         plenty_times: u32 = 4,
     }
 }
@@ -66,6 +68,7 @@ impl Progress {
     ) {
         match self.granted {
             Some(granted) => {
+                // Hysteresis by a factor of two, or a deviation at the bound would make the state flicker.
                 let bound = if self.unsure {
                     granted
                 } else {
@@ -102,6 +105,7 @@ impl Progress {
         };
         let wanted = part.max(parameters.synced_sigma_us * 1e-6);
         let too_long = (now - self.since).as_secs_f64() > longest_locking;
+        // Whatever was granted is the bound from now on: after a long wait that is what there was.
         (sigma < wanted || too_long).then_some(wanted.max(sigma))
     }
 

@@ -15,9 +15,11 @@ tuning! {
     UnseenTuning {
         /// Widths of the jitter by which the delay may be longer than usual at first …
         widths: f64 = 3.0,
-        /// … and at least this, s: a core that wakes up from sleep.
+        /// … and at least this, s.
+        // A core that wakes up from sleep.
         least: f64 = 1e-5,
-        /// It is forgotten with this time constant, s: for some seconds messages with less delay may still come.
+        /// It is forgotten with this time constant, s.
+        // For some seconds messages with less delay may still come.
         memory: f64 = 2.5,
     }
 }
@@ -41,6 +43,7 @@ impl PhaseObserver {
             return ObserverState::Startup;
         };
         let silence = now - stream.newest_arrival;
+        // Remembered, so that the message that ends the silence begins a new lock.
         if silence > self.lost_after {
             self.progress.lost = true;
         }
@@ -68,6 +71,7 @@ impl PhaseObserver {
     fn show(&mut self, now: Instant<Local>, state: ObserverState, followed: Option<&Followed>) {
         let line = followed.and_then(|line| self.heading(&line.estimate, line.at));
         let Some(shown) = &mut self.shown else {
+            // The first far time begins where it should be: there is nothing to be smooth to.
             self.delay.jump();
             let delay = self.delay.shown();
             self.shown = line.map(|line| Shown::new(now, line.at(now).plus(delay)));
@@ -122,6 +126,7 @@ impl PhaseObserver {
             let walk = followed.drift_walk;
             let estimate = followed.estimate;
             let drift_variance = estimate.drift_variance + dt * walk;
+            // Reported as the rate of the far clock, while the estimate has the growth of phases.
             output.drift_ppm = (1.0 / (1.0 + within_largest(estimate.drift)) - 1.0) * 1e6;
             let mut variance = estimate.offset_variance_after(dt, walk);
             let polled = stream.resolution.polled();
@@ -151,6 +156,7 @@ impl PhaseObserver {
     /// Uncertainty that is not seen at first: whether messages will be earlier, once the delay is another, s.
     fn unseen(&self, now: Instant<Local>) -> f64 {
         let age = (now - self.progress.since).as_secs_f64().max(0.0);
+        // Saves the exponential in nearly all cycles of a run.
         if age > FORGOTTEN_AFTER * TUNING.memory {
             return 0.0;
         }

@@ -15,12 +15,14 @@ tuning! {
         unsure: f64 = 5.0,
         /// A stamp may be a cell before the arrival, and so may that of the one before.
         cells: f64 = 2.0,
-        /// Normal widths below the line of a message that is early: 3 in 100 000 are.
+        /// Normal widths below the line of a message that is early.
+        // 3 in 100 000 are.
         early: f64 = 4.0,
-        /// Normal widths above the line, beside one exponential width, of a message that is late: a quarter are, at a ratio
-        /// of 0.25.
+        /// Normal widths above the line, beside one exponential width, of a message that is late.
+        // A quarter are, at a ratio of 0.25.
         late: f64 = 2.0,
-        /// Part of the exponential width, beside `late` normal ones, that a run of messages is above: half of all are.
+        /// Part of the exponential width, beside `late` normal ones, that a run of messages is above.
+        // Half of all are.
         above: f64 = 0.25,
     }
 }
@@ -87,6 +89,7 @@ impl Stream {
     pub(super) fn expected(&self, count: i64, seconds_per_count: f64) -> f64 {
         self.line.as_ref().map_or(0.0, |line| {
             let estimate = line.bank.combined();
+            // Saturating, as a stranger may send any count.
             let ahead = count.saturating_sub(line.at) as f64 * seconds_per_count;
             estimate.offset + estimate.drift * ahead
         })
@@ -96,6 +99,7 @@ impl Stream {
     /// link that keeps the order its arrival then depends on the one before. Messages that come far faster than they
     /// are sent, as out of a mailbox, are a queue however many they are.
     pub(super) fn is_held_up(&mut self, residual: f64, gap: Span, is_queue: bool) -> bool {
+        // The message before left the link that much earlier, as seen from when this one was due.
         let busy_until = residual - gap.as_secs_f64();
         let held_up = (self.line.as_ref()).is_some_and(|line| busy_until > line.bounds.level);
         if held_up && is_queue {
@@ -126,6 +130,7 @@ impl Stream {
         let (mut whole, mut parts) = (0, 0);
         for residual in &self.block[..self.filled] {
             let ahead = residual.count.saturating_sub(first);
+            // Divided before they are added, as counts may be as large as they can be.
             whole += ahead / length;
             parts += ahead % length;
         }
@@ -142,6 +147,7 @@ impl Line {
         drift: f64,
     ) -> Self {
         jitter.guess(phases);
+        // A prior of 1e20 s² is none, without a branch for it.
         let offset = jitter.locate(phases, 1e20).most_likely;
         let variance = jitter.variance() / FIRST_BLOCK as f64;
         let bank = Bank::new(offset, variance, drift * drift);

@@ -12,9 +12,11 @@ tuning! {
     TimingLineTuning {
         /// Measurements that are enough for the line to be believed.
         enough: u32 = 8,
-        /// Possible error of the rate that the line begins with, s/s: it is the rate of a line that is synchronised.
+        /// Possible error of the rate that the line begins with, s/s.
+        // It is the rate of a line that is synchronised.
         expected_drift: f64 = 10e-6,
-        /// Standard deviations that, beside half of the round trip, are more than any way can explain: a clock leapt.
+        /// Standard deviations that, beside half of the round trip, are more than any way can explain.
+        // A clock leapt.
         beyond_chance: f64 = 8.0,
         /// After this many such measurements in a row the line begins again.
         contradictions: u8 = 4,
@@ -163,6 +165,7 @@ impl TimingLine {
     fn measure(&mut self) {
         let middle = self.group.iter().map(|ways| ways.left).sum::<f64>() / GROUP as f64;
         let drift = self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift);
+        // Brought to one time: at 100 ppm leads within a group of 0.16 s differ by 16 µs.
         let level = |ahead: f64, at: f64| ahead - drift * (at - middle);
         let ways = self.group.iter();
         let there = ways.clone().map(|ways| level(ways.there, ways.left));
@@ -171,6 +174,7 @@ impl TimingLine {
             there.fold(f64::INFINITY, f64::min),
             back.fold(f64::NEG_INFINITY, f64::max),
         );
+        // Of the shortest ways there and back, which need not be of one exchange.
         let round_trip = there - back;
         if !(round_trip > -TUNING.stamp_error && middle > self.at) {
             // A clock leapt within the group, or the rate is wrong by far.
@@ -196,6 +200,7 @@ impl TimingLine {
         let held_up = 0.25 * longer * longer;
         let variance = self.noise.variance() + held_up;
         let chance = TUNING.beyond_chance * libm::sqrt(known + variance);
+        // Ways of any inequality move the middle by half of the round trip at most.
         let bound = chance + 0.5 * round_trip.max(self.round_trip.shortest());
         if self.measurements >= TUNING.enough && libm::fabs(measured - expected) > bound {
             self.contradictions += 1;

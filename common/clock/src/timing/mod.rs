@@ -23,9 +23,11 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the timing channel.
     TimingTuning {
-        /// Time without an exchange after which the channel is not in use any more: twenty of its exchanges at the least.
+        /// Time without an exchange after which the channel is not in use any more.
+        // Twenty of its exchanges at the least.
         stale_after: Span = Span::from_secs(2),
-        /// Longest exchange: one beyond it is wrong.
+        /// Longest exchange.
+        // One beyond it is wrong.
         longest: Span = Span::from_secs(1),
     }
 }
@@ -188,6 +190,7 @@ impl TimingChannel {
             return self.exchanges();
         };
         let of = (far.epoch, far.relocks, far.rebases);
+        // Another run, lock or map of counts: leads over the line of before are of no use.
         if self.of.replace(of) != Some(of) {
             self.forget();
         }
@@ -259,6 +262,7 @@ impl TimingChannel {
         let sigma = line.sigma(now);
         let uncertainty = line.uncertainty(now);
         let apart = ahead - known.delay.0;
+        // Both say how wrong they may be. Beyond the sum one of them is, and the transport's exchanges travel as the axes do.
         if libm::fabs(apart) > known.uncertainty.0 + uncertainty {
             self.state = TimingState::Contradicted;
             return self.exchanges();
@@ -291,6 +295,7 @@ impl TimingChannel {
             }
         }
         if !is_fresh {
+            // An old line would predict the clock of seconds ago.
             self.line = None;
         }
         self.state = match self.state {

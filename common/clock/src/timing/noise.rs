@@ -5,11 +5,14 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the worth of a measurement.
     TimingNoiseTuning {
-        /// Greatest number of measurements that the mean is over: ten seconds' worth at fifty exchanges a second …
+        /// Greatest number of measurements that the mean is over …
+        // Ten seconds' worth at fifty exchanges a second.
         memory: f64 = 60.0,
-        /// … and the multiple of the mean that a single one counts as at most: three standard deviations, squared.
+        /// … and the multiple of the mean that a single one counts as at most.
+        // Three standard deviations, squared.
         outlier: f64 = 9.0,
-        /// Least scatter of a measurement, s², 5 ns: stamps have whole nanoseconds, and clocks are read one after the other.
+        /// Least scatter of a measurement, s², 5 ns.
+        // Stamps have whole nanoseconds, and clocks are read one after the other.
         least: f64 = 25e-18,
     }
 }
@@ -54,12 +57,14 @@ impl Noise {
         if self.seen >= 2 {
             let part = (at - from) / (time - from);
             let off = between - before - part * (measured - before);
+            // Variance of the miss of three equal values, in variances of one.
             let weight = 1.0 + part * part + (1.0 - part) * (1.0 - part);
             let known =
                 self.more[1] + part * part * more + (1.0 - part) * (1.0 - part) * self.more[0];
             let sample =
                 ((off * off - known).max(0.0) / weight).min(TUNING.outlier * self.variance);
             self.count = (self.count + 1.0).min(TUNING.memory);
+            // The first guess counts as two measurements, or one lucky miss would make the line too sure.
             self.variance += (sample - self.variance) / (self.count + 2.0);
             self.variance = self.variance.max(TUNING.least);
         }

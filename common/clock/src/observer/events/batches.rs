@@ -15,9 +15,11 @@ tuning! {
         fewest: u16 = 5,
         /// Part of the groups of messages from which they come in batches …
         batched: f64 = 0.8,
-        /// … and part from which they no longer do: a machine that stood still, or a queue, is a batch among many messages that come alone.
+        /// … and part from which they no longer do.
+        // A machine that stood still, or a queue, is a batch among many messages that come alone.
         not_batched: f64 = 0.4,
-        /// Groups of messages that the part is taken over: a dozen batches in a row are enough.
+        /// Groups of messages that the part is taken over.
+        // A dozen batches in a row are enough.
         memory: f64 = 8.0,
     }
 }
@@ -72,8 +74,10 @@ impl Batches {
             self.length = 1;
             self.is_out_of_order = false;
         }
+        // An access point is a queue. Messages that overtake each other came by ways of their own.
         self.is_out_of_order |= arrival.count < self.largest;
         self.largest = self.largest.max(arrival.count);
+        // Hysteresis, as every change makes the lines be found again.
         let bound = if self.batched {
             TUNING.not_batched
         } else {
@@ -90,6 +94,7 @@ impl Batches {
         }
         let before = self.newest.replace(arrival);
         match before {
+            // The last of a batch shows only by the first message of the next.
             Some(before) if !together => Picked::Message(before),
             _ => Picked::Nothing,
         }

@@ -5,7 +5,8 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the counts.
     CountsTuning {
-        /// Old counts in a row that are no stragglers any more: twice as many as are remembered.
+        /// Old counts in a row that are no stragglers any more.
+        // Twice as many as are remembered.
         restart_after: u32 = 128,
     }
 }
@@ -38,8 +39,10 @@ impl Counts {
     }
 
     pub(in crate::observer) fn take(&mut self, count: u64) -> News {
+        // Wrapping, as counts are what a stranger sends: any difference is a signed one of 64 bits.
         let ahead = count.wrapping_sub(self.newest) as i64;
         if ahead > 0 {
+            // A shift by 64 or more would overflow, and nothing of before is remembered then anyway.
             self.seen = if ahead < 64 { self.seen << ahead } else { 0 };
             self.newest = count;
         }
@@ -50,6 +53,7 @@ impl Counts {
             return News::New;
         }
         self.refused = self.refused.saturating_add(1);
+        // Duplicates of what is remembered are no restart, however many there are.
         if back >= 64 && self.refused >= TUNING.restart_after {
             News::Restarted
         } else {

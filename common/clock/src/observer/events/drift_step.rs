@@ -18,8 +18,8 @@ tuning! {
         finest: f64 = 0.05,
         /// … and its least number of counts.
         fewest_counts: f64 = 16.0,
-        /// A slope is another drift if it is this many times farther off than usual (with six, and points four times nearer, a telegraph
-        /// of 13 µs is 3.84 µs rms instead of 2.61) …
+        /// A slope is another drift if it is this many times farther off than usual …
+        // With six, and points four times nearer, a telegraph of 13 µs is 3.84 µs rms instead of 2.61.
         out_of_the_ordinary: f64 = 8.0,
         /// … and than its own standard deviation …
         significant: f64 = 10.0,
@@ -36,15 +36,18 @@ tuning! {
         memory: f64 = 128.0,
         /// … the greatest multiple of it that one counts as …
         clipped: f64 = 2.5,
-        /// … and the number after which it is known: three times the points of a slope.
+        /// … and the number after which it is known.
+        // Three times the points of a slope.
         known_after: u32 = 24,
-        /// Least difference that is a slope, in cells: arrivals that are stamped to cells may be off by one.
+        /// Least difference that is a slope, in cells.
+        // Arrivals that are stamped to cells may be off by one.
         cells: f64 = 3.0,
         /// Possible error of a point, as a part of the change in the first window.
         doubt: f64 = 0.5,
         /// Low phases that the mean of their height above the line is over.
         level_memory: u32 = 32,
-        /// Smaller changes are left to the filters, s/s: a step of 5 ppm settles within some 2 s at 5/20.
+        /// Smaller changes are left to the filters, s/s.
+        // A step of 5 ppm settles within some 2 s at 5/20.
         smallest: f64 = 8e-6,
     }
 }
@@ -132,6 +135,7 @@ impl DriftSteps {
         let mut found = None;
         if time >= self.open.since + self.window {
             let closed = self.open.second;
+            // A window without messages: points on both sides of it are not evenly spaced, and the slope would hang on few of them.
             let gap = time >= self.open.since + 2.0 * self.window;
             self.open = Open::at(time);
             match closed {
@@ -161,12 +165,15 @@ impl DriftSteps {
         let mut found = None;
         let mut finer = None;
         for scale in &mut self.scales {
+            // The finest scale that finds it wins, as its points are the youngest.
             found = found.or(scale.take(point, drift, finer, cell));
+            // Coarser scales need minutes to know their own, and differ less than finer ones do.
             finer = scale.usual().or(finer);
             let Some(first) = scale.first.take() else {
                 scale.first = Some(point);
                 break;
             };
+            // The lower of two, as on the edge: messages are late now and then, and seldom early.
             if first.above < point.above {
                 point = first;
             }
@@ -239,6 +246,7 @@ impl Scale {
         if self.len == POINTS {
             self.left = self.left.saturating_add(1);
             let part = 1.0 / f64::from(self.left.min(TUNING.level_memory));
+            // Only points that left: those still in it may be on another line already.
             self.above += (self.points[0].above - self.above) * part;
             self.points.copy_within(1.., 0);
             self.len -= 1;
@@ -251,12 +259,14 @@ impl Scale {
         let points = self.points.iter();
         let line = StraightLine::through(points.map(|point| (point.time, point.phase)));
         let off = line.slope - drift;
+        // Each bound alone passes something that is no drift: chance, a grid of stamps, and what the filters follow anyway.
         let least = (TUNING.significant * line.slope_sigma())
             .max(TUNING.cells * cell / (point.time - self.points[0].time))
             .max(TUNING.smallest);
         let stands_out =
             off.abs() > least && self.scatter_of_jump(drift) > TUNING.better * line.scatter;
         self.count_steady(off, stands_out);
+        // As many slopes again share no point with the first: the drift lasted.
         let is_steady = self.steady > POINTS;
         let times_usual = if is_steady {
             TUNING.beyond_usual
@@ -284,6 +294,7 @@ impl Scale {
             return;
         }
         if self.steady <= POINTS {
+            // They stood out for a while and then did not: they were chance after all, and belong to what is usual.
             for _ in 0..self.steady {
                 self.learn(self.stood_out);
             }
@@ -307,6 +318,7 @@ impl Scale {
             };
             points.iter().map(square).sum::<f64>()
         };
+        // At every place where the delay may have jumped.
         let splits = (1..POINTS).map(|at| self.points.split_at(at));
         let sums = splits.map(|(before, after)| scatter(before) + scatter(after));
         sums.fold(f64::INFINITY, f64::min)
@@ -315,6 +327,7 @@ impl Scale {
     fn learn(&mut self, off: f64) {
         self.known = self.known.saturating_add(1);
         let square = off * off;
+        // Clipped, or one drift that was not found would hide all that come after it.
         let square = match self.known > TUNING.known_after {
             true => square.min(TUNING.clipped * TUNING.clipped * self.usual),
             false => square,
@@ -327,6 +340,7 @@ impl Scale {
     fn step(&self, line: &StraightLine, off: f64) -> DriftStep {
         let last = self.points[POINTS - 1].time;
         let window = (last - self.points[0].time) / (POINTS as f64 - 1.0);
+        // The change began somewhere in the first window, so its point may be off by a part of it.
         let doubt = TUNING.doubt * off * window;
         let scatter = line.variance() + doubt * doubt;
         let ahead = last - line.time;
@@ -334,6 +348,7 @@ impl Scale {
         DriftStep {
             at: last,
             estimate: Estimate {
+                // Points are the low phases, which usually lie above the line that is followed.
                 offset: line.value + line.slope * ahead - self.above,
                 drift: line.slope,
                 offset_variance: scatter / POINTS as f64 + drift_variance * ahead * ahead,

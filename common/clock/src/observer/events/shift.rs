@@ -7,8 +7,8 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the detection of a shift.
     ShiftTuning {
-        /// A run is displaced where its least lateness is above this part of its mean: `n` exponential ones without a smaller one have a
-        /// chance of exp(−0.4·n), 1e-7 for the 40 of a late run.
+        /// A run is displaced where its least lateness is above this part of its mean.
+        // `n` exponential ones without a smaller one have a chance of exp(−0.4·n), 1e-7 for the 40 of a late run.
         late_part: f64 = 0.4,
         /// Likewise for the run above the line, which is twice as long.
         above_part: f64 = 0.3,
@@ -16,13 +16,15 @@ tuning! {
         first_ignored: u16 = 8,
         /// Messages in a row from which a suspected shift holds the estimate back …
         suspected: u16 = 8,
-        /// … and of those above the line (after a step of +30 µs at 5/20 without this: 17 µs rms and 22 ppm, with it 0.2 µs).
+        /// … and of those above the line.
+        // After a step of +30 µs at 5/20 without this: 17 µs rms and 22 ppm, with it 0.2 µs.
         suspected_above: u16 = 16,
         /// Messages after which a suspicion is dropped.
         longest_suspicion: u16 = 512,
         /// A shift this near to whole cycles, in cycles, is one.
         whole: f64 = 0.0625,
-        /// Excess of ways from which exchanges are not believed, s: half of the longest one that they accept.
+        /// Excess of ways from which exchanges are not believed, s.
+        // Half of the longest one that they accept.
         longest_measured: f64 = 0.5,
         /// Cycles of a shift beyond delays that are no chance.
         fewest_cycles: f64 = 10.0,
@@ -124,6 +126,7 @@ impl ShiftDetector {
         pace: Span,
         messages: u16,
     ) -> bool {
+        // Correlated delays make runs that are longer by chance alone.
         let messages = (f64::from(messages) * bounds.patience) as u16;
         self.recent[self.next] = residual;
         self.next = (self.next + 1) % RECENT;
@@ -133,6 +136,7 @@ impl ShiftDetector {
             0
         };
         if residual < bounds.early {
+            // Two up and one down: a third of the messages being early is enough, in whatever order.
             self.early = self.early.saturating_add(2);
             self.late_run = Run::NONE;
             return self.early >= messages / 3 * 2;
@@ -152,6 +156,7 @@ impl ShiftDetector {
         } else {
             self.late_run.take(residual);
         }
+        // A backlog is late too, but comes at once: as many messages take half of their time at least.
         self.is_certain(messages) && arrived - self.since >= pace * i64::from(messages / 2)
     }
 
@@ -184,6 +189,7 @@ impl ShiftDetector {
 
     fn is_suspicious(&self) -> bool {
         let suspicious = |run: &Run, messages: u16, part: f64| {
+            // After twice those ignored the least of a run says something: jitter that became wider has early messages, too.
             let wider =
                 run.messages > 2 * TUNING.first_ignored && !run.is_displaced(self.level, part);
             run.messages >= messages && !wider
@@ -225,6 +231,7 @@ pub(in crate::observer) fn skipped_cycles(
     let whole = ms >= parameters.smallest_skip_ms && libm::fabs(rest) < TUNING.whole * cycle;
     let beyond_delays =
         ms >= parameters.largest_slewed_shift_ms && libm::fabs(cycles) > TUNING.fewest_cycles;
+    // Send stamps rule out a late sender but not a stopped clock, and exchanges will say which it was.
     let is_skip = match evidence {
         Evidence::Nothing => whole || beyond_delays,
         Evidence::SendStamps => beyond_delays,

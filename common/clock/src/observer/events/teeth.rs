@@ -20,11 +20,12 @@ tuning! {
         regular_within: f64 = 0.5,
         /// A jump below this part of the one before is the rest of it.
         rest: f64 = 0.25,
-        /// Greatest climb of phases between teeth, as a part of one: a path that swings climbs by as much as it jumps.
+        /// Greatest climb of phases between teeth, as a part of one.
+        // A path that swings climbs by as much as it jumps.
         level: f64 = 0.1,
-        /// Phases are level between teeth only if a cycle is a whole number of cells: this number at most, each `coarser` times as wide as
-        /// the jitter. On a finer grid cells are a jitter like any other (all is well up to a tenth of a cycle), and a path that grows steadily is
-        /// followed in steps as small and regular.
+        /// Greatest number of cells of a cycle, each `coarser` times as wide as the jitter, between which phases are level.
+        // On a finer grid cells are a jitter like any other, and all is well up to a tenth of a cycle.
+        // A path that grows steadily is followed in steps that are as small and regular.
         most_cells: i64 = 5,
         /// See `most_cells`.
         coarser: f64 = 4.0,
@@ -38,7 +39,8 @@ tuning! {
         prior: f64 = 4.0,
         /// … and one counts as this multiple of the usual square at most.
         outlier: f64 = 9.0,
-        /// Least variance of a corner, s²: not even a grid without any jitter has sharper ones.
+        /// Least variance of a corner, s².
+        // Not even a grid without any jitter has sharper ones.
         least: f64 = 1e-14,
         /// Standard deviations outside of a cell from which a jump is no tooth.
         beyond: f64 = 5.0,
@@ -82,6 +84,7 @@ pub(in crate::observer) struct ShownDrift {
 
 /// The cell whose tooth a jump of the phase would be, s; none where it cannot be one.
 pub(in crate::observer) fn cell_of(jump: f64, cycle: f64, jitter: f64) -> Option<f64> {
+    // Pollers run at the cycle time or at a whole fraction of it. Other jumps are of the path.
     let cells = rounded(cycle / jump.abs()).max(1);
     let cell = cycle / cells as f64;
     let is_cell =
@@ -92,6 +95,7 @@ pub(in crate::observer) fn cell_of(jump: f64, cycle: f64, jitter: f64) -> Option
 /// The variance of an estimate after `dt` seconds; it knows at least in which cell it is.
 pub(in crate::observer) fn within_cell(estimate: &Estimate, dt: f64, walk: f64, cell: f64) -> f64 {
     let variance = estimate.offset_variance_after(dt, walk);
+    // Variance of a uniform distribution over the cell: 1/12 of its square.
     variance.min(cell * cell / 12.0)
 }
 
@@ -118,6 +122,7 @@ pub(in crate::observer) fn lowest_level<const N: usize>(values: &[f64; N], cell:
 impl Teeth {
     /// Notes a jump of the phase. The rest of a tooth is no tooth.
     pub(in crate::observer) fn take(&mut self, jump: Jump) {
+        // The line is moved by the first messages of a tooth, and some later ones correct it.
         if self.known > 0 && jump.size.abs() < TUNING.rest * self.jumps[ALIKE - 1].size.abs() {
             return;
         }
@@ -142,6 +147,7 @@ impl Teeth {
         let is_alike = |jump: &Jump| (jump.size / last.size - 1.0).abs() < TUNING.alike_within;
         let intervals = [middle.time - first.time, last.time - middle.time];
         let is_regular = (intervals[0] / intervals[1] - 1.0).abs() < TUNING.regular_within;
+        // Levels of before and after, without the jumps between them.
         let climbed = last.level - first.level - middle.size - last.size;
         let is_level = climbed.abs() < TUNING.level * last.size.abs();
         self.known == ALIKE && [first, middle].iter().all(is_alike) && is_regular && is_level
@@ -172,6 +178,7 @@ impl Teeth {
         let jump = level - self.level;
         self.level = level;
         if is_cell(jump) {
+            // The line goes through the lower corner: upwards that is the end of the level before.
             Some(level - jump.max(0.0))
         } else {
             is_cell(spread).then_some(level)
@@ -181,6 +188,7 @@ impl Teeth {
     /// Learns the variance of corners from one that was off by `off`, where the line has the variance `known`.
     pub(in crate::observer) fn learn(&mut self, off: f64, known: f64) {
         self.corners = (self.corners + 1.0).min(TUNING.memory);
+        // Scatter about the line less what the line itself is unsure by. By chance that is negative.
         let sample = (off * off - known).clamp(0.0, TUNING.outlier * self.corner);
         self.corner += (sample - self.corner) / self.corners;
         self.corner = self.corner.max(TUNING.least);
@@ -191,6 +199,7 @@ impl Teeth {
         let [_, before, last] = self.jumps;
         let one = last.size / (last.time - before.time);
         let (part, sigma) = match self.return_regularly() {
+            // One tooth may have begun anywhere in its cell: half of the drift that it would show, and as much either way.
             true => (1.0, TUNING.of_several),
             false => (0.5, TUNING.of_one),
         };

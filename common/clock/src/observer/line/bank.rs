@@ -10,44 +10,52 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the bank.
     BankTuning {
-        /// Random walks of the drift that are considered, ppm/√s, each three times the one before: where a walk is wrong by the
-        /// factor s, the ripple of a filter grows by √((3·√s + 1/√s³)/4), 5 to 7 % at √3.
+        /// Random walks of the drift that are considered, ppm/√s, each three times the one before.
+        // Where a walk is wrong by the factor s, the ripple of a filter grows by √((3·√s + 1/√s³)/4), 5 to 7 % at √3.
         random_walks_ppm: [f64; FILTERS] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0],
-        /// Drift that each filter expects at first, as a part of the largest usual one. Quartzes are mostly far better than
-        /// their worst: together these are a prior with a sharp top and long tails, and the first tenths of a second show
-        /// which filter was right.
+        /// Drift that each filter expects at first, as a part of the largest usual one.
+        // Quartzes are mostly far better than their worst: together these are a prior with a sharp top and long tails, and the first tenths of a
+        // second show which filter was right.
         expected_drifts: [f64; FILTERS] = [0.03, 0.1, 0.3, 1.0, 2.0, 5.0],
-        /// Losses are forgotten with this time constant, s: some minutes, in which the temperature of a machine changes.
+        /// Losses are forgotten with this time constant, s.
+        // Some minutes, in which the temperature of a machine changes.
         loss_memory: f64 = 300.0,
-        /// Blocks that the measurement variance is a mean over: it is then known to 3 %, 1/√1050.
+        /// Blocks that the measurement variance is a mean over.
+        // It is then known to 3 %, 1/√1050.
         variance_memory: f64 = 1_000.0,
         /// Blocks whose weight the promised variance has at first.
         first_variance_weight: f64 = 50.0,
         /// Least measurement variance that is believed, as a multiple of the promised one …
         least_variance: f64 = 0.3,
-        /// … and the greatest: scatter beyond it is of the line, not of the messages.
+        /// … and the greatest.
+        // Scatter beyond it is of the line, not of the messages.
         greatest_variance: f64 = 10.0,
         /// Standard deviations off a faster filter at which, after `contradicting_blocks`, a slow one is wrong.
         contradiction: f64 = 4.0,
-        /// Blocks in a row for that, 32 messages: a single block may be late as a whole.
+        /// Blocks in a row for that, 32 messages.
+        // A single block may be late as a whole.
         contradicting_blocks: u8 = 4,
-        /// Measurements that the bias is a mean over: 0.2 s at 1 ms.
+        /// Measurements that the bias is a mean over.
+        // 0.2 s at 1 ms.
         bias_memory: f64 = 24.0,
         /// Standard deviations of the bias below which it is chance.
         unbiased: f64 = 2.0,
-        /// Memory of the lasting bias: a mean over a second, at 1 ms, as the short one is beyond two standard deviations by
-        /// chance every second.
+        /// Memory of the lasting bias.
+        // A mean over a second, at 1 ms, as the short one is beyond two standard deviations by chance every second.
         lasting_bias_memory: f64 = 96.0,
         /// Standard deviations of the lasting bias below which it is chance.
         lasting_unbiased: f64 = 3.0,
-        /// The faster filter itself still lags behind, in the drift more than in the offset: its variances are multiplied by
-        /// this …
+        /// Factor on the variance of the drift where a slow filter takes over the estimate of a faster one …
+        // The faster filter itself still lags behind, in the drift more than in the offset.
         drift_doubt: f64 = 8.0,
-        /// … and its covariance by this: below √8, so that the matrix stays positive.
+        /// … and its covariance by this.
+        // Below √8, so that the matrix stays positive.
         both_doubt: f64 = 2.0,
-        /// Losses from before an event are kept this long, s: longer than it takes to notice one.
+        /// Losses from before an event are kept this long, s.
+        // Longer than it takes to notice one.
         snapshot_interval: f64 = 3.0,
-        /// Excess of the loss from which a filter has no weight: exp(−8) is 0.03 %.
+        /// Excess of the loss from which a filter has no weight.
+        // A weight of exp(−8) is 0.03 %.
         negligible: f64 = 8.0,
     }
 }
@@ -95,6 +103,7 @@ impl Bank {
             ..estimate
         });
         Self {
+            // Each filter has its own prior of the drift, and the losses of the first blocks choose among them.
             filters,
             losses: PRIOR_LOSSES,
             logarithms: [NearLogarithm::ONE; FILTERS],
@@ -120,6 +129,7 @@ impl Bank {
     /// Offset that the most agile filter expects after `dt` seconds, and its variance.
     pub(in crate::observer) fn agile(&self, dt: f64) -> (f64, f64) {
         let mut estimate = self.filters[AGILE];
+        // The location of a block is found beside this: a slow filter that is wrong would lead to the tail of its likelihood.
         estimate.predict(dt, walks()[AGILE]);
         (estimate.offset, estimate.offset_variance)
     }
@@ -141,6 +151,7 @@ impl Bank {
 
     /// Shifts all filters by a jump of the offset; they keep what they know of the drift.
     pub(in crate::observer) fn shift(&mut self, by: f64, variance: f64) {
+        // A jump of the path says nothing of the clock, so drifts and their covariances stay.
         for filter in self.filters.iter_mut().chain([&mut self.combined]) {
             filter.offset += by;
             filter.offset_variance += variance;
@@ -153,6 +164,7 @@ impl Bank {
 
     /// Restarts all filters from `estimate` after the drift changed at once.
     pub(in crate::observer) fn begin_anew(&mut self, estimate: &Estimate) {
+        // The drift is another one, so whatever a single filter had learnt is of the past.
         self.filters = [*estimate; FILTERS];
         self.combined = *estimate;
         self.correlated.jumped();
@@ -171,8 +183,10 @@ impl Bank {
     /// Takes the measurement of one block, `dt` seconds after the previous one. `expected` is the
     /// variance that the jitter model promises for it.
     pub(crate) fn observe(&mut self, dt: f64, measured: f64, expected: f64) {
+        // Before the filters are corrected: the bias is that of their prediction.
         self.notice_bias(dt, measured, expected);
         self.predict(dt);
+        // Clamped, as after a silence of many minutes the factor would be negative.
         let forget = 1.0 - (dt / TUNING.loss_memory).min(1.0);
         self.notice_correlation(dt, measured, expected);
         let factor = self.correlated.factor();
@@ -184,6 +198,7 @@ impl Bank {
             let innovation = filter.correct(measured, variance);
             fastest = innovation.value * innovation.value;
             let spread = self.logarithms[i].of(innovation.variance / variance);
+            // Twice the negative log-likelihood of the innovation, without the part that all filters share.
             let loss = fastest / innovation.variance + spread;
             self.losses[i] =
                 forget * self.losses[i] + (1.0 - forget) * PRIOR_LOSSES[i] + 0.5 * loss;
@@ -226,6 +241,7 @@ impl Bank {
     fn notice_correlation(&mut self, dt: f64, measured: f64, expected: f64) {
         let before = self.correlated.factor();
         self.correlated.take(dt, measured, expected);
+        // Only growth counts: as the factor falls, later measurements make the variances small again.
         let grown = self.correlated.factor() / before;
         if grown > 1.0 {
             for filter in &mut self.filters {
@@ -234,6 +250,7 @@ impl Bank {
                 filter.drift_variance *= grown;
             }
             for (loss, prior) in self.losses.iter_mut().zip(PRIOR_LOSSES) {
+                // Losses are sums of squares over variances, which were too small by this factor.
                 *loss = prior + (*loss - prior) / grown;
             }
         }
@@ -250,6 +267,7 @@ impl Bank {
     fn reseed_contradicted(&mut self) {
         for slow in 0..FASTEST {
             let contradicting = (slow + 1..FILTERS).rev().find(|fast| {
+                // The fastest filter first: it follows whatever happens, so a filter that is off it is wrong.
                 let difference = self.filters[*fast].offset - self.filters[slow].offset;
                 let bound = self.filters[*fast].offset_variance;
                 difference * difference > TUNING.contradiction * TUNING.contradiction * bound
@@ -291,6 +309,7 @@ impl Bank {
     /// The mean of all filters, weighted by their likelihood.
     fn combine(&mut self) {
         let mut best = 0;
+        // The least loss is taken away before the exponential, or all weights could underflow.
         for i in 1..FILTERS {
             if self.losses[i] < self.losses[best] {
                 best = i;
@@ -312,11 +331,13 @@ impl Bank {
                 continue;
             }
             let weight = libm::exp(-loss);
+            // Relative to the best filter, as the offsets alike would cancel the digits of their differences.
             let offset = filter.offset - reference.offset;
             let drift = filter.drift - reference.drift;
             total += weight;
             sum.offset += weight * offset;
             sum.drift += weight * drift;
+            // Variance of a mixture: that of each part, and the spread between their means.
             sum.offset_variance += weight * (filter.offset_variance + offset * offset);
             sum.covariance += weight * (filter.covariance + offset * drift);
             sum.drift_variance += weight * (filter.drift_variance + drift * drift);
@@ -345,6 +366,7 @@ const PRIOR_LOSSES: [f64; FILTERS] = {
     let mut losses = [0.0; FILTERS];
     let mut i = 0;
     while i < FILTERS {
+        // A normal prior over the index of the walk, with a standard deviation of one step.
         let distance = i as f64 - USUAL as f64;
         losses[i] = 0.5 * distance * distance;
         i += 1;

@@ -22,18 +22,22 @@ impl Bias {
 
     /// Takes an innovation with the variance it should have. Its `weight` is at most 1.
     pub(super) fn take(&mut self, innovation: f64, variance: f64, weight: f64) {
+        // A mean that forgets, as the bias of a minute ago says nothing of the drift now.
         let part = weight.min(1.0) / self.memory;
         self.mean += part * (innovation - self.mean);
+        // The variance of such a mean of independent values is part/(2 − part) of one of them, some part/2.
         self.by_chance += part * (0.5 * part * variance - self.by_chance);
     }
 
     /// Forgets the bias after the line moved to where the measurements are.
     pub(super) const fn forget(&mut self) {
+        // The variance by chance stays: it depends on the noise, which is what it was.
         self.mean = 0.0;
     }
 
     /// Square of the bias, as far as `sigmas` standard deviations do not explain it, s².
     pub(super) fn variance_beyond(&self, sigmas: f64) -> f64 {
+        // Below zero there is no bias at all that chance does not explain.
         (self.mean * self.mean - sigmas * sigmas * self.by_chance).max(0.0)
     }
 }

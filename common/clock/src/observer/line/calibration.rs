@@ -14,28 +14,31 @@ tuning! {
     CalibrationTuning {
         /// Interval of looks at the line, s.
         look_interval: f64 = 0.25,
-        /// A miss is to be within this number of standard deviations the next time: it is the largest of a few, and the next one may
-        /// be larger (observer_table, 12 seeds from 8 000 000, share within 3σ with 3 here: sine 99.80, arrivals on 50 µs 99.46, walk of
-        /// 1 ppm 99.58 %; with 2.5: 99.91, 99.68, 99.65 %).
+        /// A miss is to be within this number of standard deviations the next time.
+        // It is the largest of a few, and the next one may be larger (observer_table, 12 seeds from 8 000 000, share within 3σ with 3 here: sine
+        // 99.80, arrivals on 50 µs 99.46, walk of 1 ppm 99.58 %; with 2.5: 99.91, 99.68, 99.65 %).
         miss_sigmas: f64 = 2.5,
-        /// A miss is forgotten with this time constant, s: disturbances that return every twenty seconds are not forgotten in
-        /// between (13 seeds, a servo that sets back every ten seconds: 98.8 (96.6) % with 30 s, 99.0 (97.1) % with 60 and an edge that
-        /// is held at what it said; AR(1) 40 µs/5 s, stamped, the worst seed: 93.4 and 99.9 %).
+        /// A miss is forgotten with this time constant, s.
+        // Disturbances that return every twenty seconds are not forgotten in between (13 seeds, a servo that sets back every ten seconds: 98.8 (96.6)
+        // % with 30 s, 99.0 (97.1) % with 60 and an edge that is held at what it said; AR(1) 40 µs/5 s, stamped, the worst seed: 93.4 and 99.9 %).
         memory: f64 = 60.0,
-        /// … and for longer where more predictions are missed than this part: by the factor that the part missed exceeds it by,
-        /// but no longer than `longest_times`.
+        /// … and for longer where more predictions are missed than this part.
+        // The factor is the part missed over this one, and `longest_times` at most.
         missed_part: f64 = 0.01,
-        /// Greatest factor on `memory`: four minutes.
+        /// Greatest factor on `memory`.
+        // Four minutes.
         longest_times: f64 = 4.0,
-        /// The edge is no surer than this multiple of its latest uncertainty, once it is known for `known_after`: whether a calm
-        /// spell is one of the path or the end of its troubles shows only afterwards (not held, 1 and 1.2, 13 seeds: the servo 98.3
-        /// (94.8), 99.0 (97.1) and 99.8 (98.6) %; AR(1) 40 µs/5 s, stamped, the worst seed 87.4, 99.9 and 100 %).
+        /// The edge is no surer than this multiple of its latest uncertainty, once it is known for `known_after`.
+        // Whether a calm spell is one of the path or the end of its troubles shows only afterwards (not held, 1 and 1.2, 13 seeds: the servo 98.3
+        // (94.8), 99.0 (97.1) and 99.8 (98.6) %; AR(1) 40 µs/5 s, stamped, the worst seed 87.4, 99.9 and 100 %).
         held: f64 = 1.2,
-        /// Age of a line, s, from which its edge is known: as long as the choice takes to know both lines.
+        /// Age of a line, s, from which its edge is known.
+        // As long as the choice takes to know both lines.
         known_after: f64 = 12.0,
         /// At first a miss is forgotten within this part of the time since the line began, which was still being found.
         early_part: f64 = 0.25,
-        /// Comparisons that the share is over: with three horizons four times a second, 80 s of them.
+        /// Comparisons that the share is over.
+        // With three horizons four times a second, 80 s of them.
         share_looks: f64 = 960.0,
     }
 }
@@ -108,6 +111,7 @@ impl Calibration {
 
     /// Time constant of a miss, s, for a line of this age, s.
     fn remembered(&self, age: f64) -> f64 {
+        // A clock that misses its predictions again and again is disturbed at longer intervals than `memory` covers.
         let missed = self.share().map_or(0.0, |share| 1.0 - share);
         let times = (missed / TUNING.missed_part).clamp(1.0, TUNING.longest_times);
         (TUNING.early_part * age).clamp(TUNING.look_interval, times * TUNING.memory)
@@ -138,8 +142,10 @@ impl Calibration {
             return;
         }
         let age = time - *self.began.get_or_insert(time);
+        // The first look has no one before it, and the time since is infinite.
         let passed = (time - self.latest).min(TUNING.memory);
         self.latest = time;
+        // Before the comparisons, whose misses are of now and count in full.
         self.least *= libm::exp(-passed / self.remembered(age));
         for horizon in HORIZONS {
             let before = self.looks[(self.next + KEPT - horizon) % KEPT];
@@ -147,6 +153,7 @@ impl Calibration {
                 self.compare(time, estimate, walk, &before);
             }
         }
+        // Raised, as it was reported: predictions are to be within what was said, not within the filter's own.
         let sigma = self.of(sigma);
         self.looks[self.next] = Some(Look {
             time,
@@ -160,6 +167,7 @@ impl Calibration {
         let passed = time - before.time;
         let then = &before.estimate;
         let miss = libm::fabs(now.offset - then.offset - then.drift * passed);
+        // A ratio, so that the raised deviation grows as the filter's does.
         let grown = then.offset_variance_after(passed, walk) / then.offset_variance;
         let predicted = before.sigma * libm::sqrt(grown);
         self.compared = (self.compared + 1.0).min(TUNING.share_looks);

@@ -13,32 +13,37 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the choice of a line.
     ChoiceTuning {
-        /// Least uncertainty of a line, as a part of its usual miss, which two thirds of its misses do not exceed. A miss is the
-        /// difference of two errors, 4 s apart: √2 times one of them, where they are independent.
+        /// Least uncertainty of a line, as a part of its usual miss, which two thirds of its misses do not exceed.
+        // A miss is the difference of two errors, 4 s apart: √2 times one of them, where they are independent.
         missed: f64 = 0.45,
-        /// Points on the edge are never quite independent: factor on its standard deviation.
+        /// Factor on the standard deviation of the edge.
+        // Points on the edge are never quite independent.
         edge_doubt: f64 = 2.0,
-        /// Least uncertainty of an edge that jumped, as a part of the jump: one of both lines was wrong (telegraph 98.4 → 98.7 % within
-        /// 3σ) …
+        /// Least uncertainty of an edge that jumped, as a part of the jump …
+        // One of both lines was wrong (telegraph 98.4 → 98.7 % within 3σ).
         jumped: f64 = 0.45,
-        /// … which decays by this factor from look to look: to 1/e in 10 s …
+        /// … which decays by this factor from look to look …
+        // To 1/e in 10 s.
         jump_kept: f64 = 0.95,
-        /// … and in 2 s as long as the line is still being found: with 10 s the reported uncertainty of recordings was 1.5 times as large.
+        /// … and in 2 s as long as the line is still being found.
+        // With 10 s the reported uncertainty of recordings was 1.5 times as large.
         early_jump_kept: f64 = 0.8,
         /// Factor by which the other line must be surer, at `looks` in a row.
         surer: f64 = 1.5,
         /// Looks in a row, 4 s, after which the edge is followed.
         looks: u8 = 8,
-        /// Looks in a row, 12 s, after which the edge is left: in a calm spell the other line seems surer.
+        /// Looks in a row, 12 s, after which the edge is left.
+        // In a calm spell the other line seems surer.
         looks_from_edge: u8 = 24,
         /// Loss of worth of means against independent messages that is a sign of correlation, too.
         worth_little: f64 = 40.0,
         /// Scatter of means that is no proof of correlation, but a sign.
         somewhat: f64 = 2.0,
-        /// Scatter of means at which correlation is as good as certain, for the uncertainty: one run in a hundred of independent delays
-        /// reaches it.
+        /// Scatter of means at which correlation is as good as certain, for the uncertainty.
+        // One run in a hundred of independent delays reaches it.
         probable: f64 = 4.0,
-        /// Number of small jumps of the delay within about `shifts_forgotten_after` that is a sign of correlation: the third of them.
+        /// Number of small jumps of the delay within about `shifts_forgotten_after` that is a sign of correlation.
+        // Only the third jump in a row passes.
         many_shifts: f64 = 2.2,
         /// Time after which a small jump counts as one that nothing followed, s.
         shifts_forgotten_after: f64 = 30.0,
@@ -46,8 +51,9 @@ tuning! {
         found: f64 = 4.0,
         /// Uncertainty of an edge that is good enough not to be left, s.
         good_enough: f64 = 0.3e-6,
-        /// From this time on, s, the lines are known well enough to go on where the other one was (drift_table, levels of the path
-        /// from 15 s on: with 20 s far time was 9 µs off for good; observer_table, busy with correlated delays: 6.3 and 5.2 µs).
+        /// From this time on, s, the lines are known well enough to go on where the other one was.
+        // In drift_table, levels of the path from 15 s on: with 20 s far time was 9 µs off for good; observer_table, busy with correlated delays: 6.3
+        // and 5.2 µs.
         known_after: f64 = 12.0,
         /// A jump of the delay leads back to the level of before if it misses that by less than this part of itself.
         same_level: f64 = 0.3,
@@ -99,6 +105,7 @@ impl Choice {
     /// Begins again with both lines. Known correlation of delays is kept.
     pub(in crate::observer) fn begin_anew(&mut self) {
         *self = Self {
+            // The path is what it was, so whether its delays are correlated need not be learnt again.
             correlation: self.correlation.clone(),
             small_shifts: self.small_shifts,
             last_small_shift: self.last_small_shift,
@@ -207,6 +214,7 @@ impl Choice {
         } else {
             0.0
         };
+        // The greatest of the three, as a jump of the edge is a miss, too, and would count twice.
         together(sigma, missed.max(jumped).max(self.cells_unseen))
     }
 
@@ -221,6 +229,7 @@ impl Choice {
         width: f64,
     ) -> f64 {
         let edge_offset = edge.offset_at(time);
+        // Both lines are looked at whichever is followed, or the other one could never be chosen.
         let looked = self.all.look(time, all.offset, all.drift);
         if self.edge.look(time, edge_offset, edge.estimate.drift) {
             self.edge_jump *= if age > TUNING.known_after {
@@ -234,7 +243,9 @@ impl Choice {
             self.contrary = 0;
             return 0.0;
         }
+        // Only at looks: blocks come a hundred times a second, and judge one and the same state of the lines.
         self.contrary += u8::from(looked);
+        // Without correlation the line of all messages is at the bound, and waiting gains nothing.
         let hesitates = self.correlation.is_correlated() && self.edge.usual_miss().is_some();
         let looks = if self.by_edge {
             TUNING.looks_from_edge
@@ -246,6 +257,7 @@ impl Choice {
         }
         self.contrary = 0;
         self.by_edge = by_edge;
+        // Height of the line to follow above the one that was followed.
         let raw = if by_edge {
             edge_offset - all.offset
         } else {
@@ -267,6 +279,7 @@ impl Choice {
         if !self.correlation.is_correlated() {
             return false;
         }
+        // To leave the edge the worst misses count, to enter it the latest: correlated delays return after a calm spell.
         let all_miss = if self.by_edge {
             self.all.lasting_miss()
         } else {
@@ -282,6 +295,7 @@ impl Choice {
             // In a calm spell the other line may seem surer, until the next storm.
             edge < TUNING.surer * all.max(TUNING.good_enough)
         } else {
+            // Both directions need this factor, or lines that are equally good would be changed at every look.
             TUNING.surer * edge < all
         }
     }

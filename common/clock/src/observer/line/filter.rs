@@ -5,7 +5,8 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of a filter.
     FilterTuning {
-        /// Standard deviations at which innovations are clamped: a normal one is beyond once in two million.
+        /// Standard deviations at which innovations are clamped.
+        // A normal one is beyond once in two million.
         clamp: f64 = 5.0,
     }
 }
@@ -32,6 +33,7 @@ impl Estimate {
     /// `drift_walk` per second.
     pub(in crate::observer) fn predict(&mut self, dt: f64, drift_walk: f64) {
         self.offset += self.drift * dt;
+        // White noise on the drift integrates to q·dt³/3, q·dt²/2 and q·dt in the three variances.
         self.offset_variance += dt
             * (2.0 * self.covariance + dt * (self.drift_variance + drift_walk * dt * (1.0 / 3.0)));
         self.covariance += dt * (self.drift_variance + 0.5 * drift_walk * dt);
@@ -42,6 +44,7 @@ impl Estimate {
     pub(in crate::observer) fn correct(&mut self, measured: f64, variance: f64) -> Innovation {
         let total = self.offset_variance + variance;
         let bound = TUNING.clamp * libm::sqrt(total);
+        // Clamped, so that a single spike moves the line by a few standard deviations and not by its height.
         let value = (measured - self.offset).clamp(-bound, bound);
         let inverse = 1.0 / total;
         let gain = self.offset_variance * inverse;
@@ -52,6 +55,7 @@ impl Estimate {
         // In this form both stay positive whatever the rounding.
         self.offset_variance = gain * variance;
         self.covariance = drift_gain * variance;
+        // Keeps the determinant positive by more than the rounding of the three terms.
         let floor = 1.000_001 * self.covariance * self.covariance / self.offset_variance;
         self.drift_variance = self.drift_variance.max(floor);
         Innovation {

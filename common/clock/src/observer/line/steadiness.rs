@@ -8,12 +8,13 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the comparison of a line with its own prediction.
     SteadinessTuning {
-        /// Interval of looks at a line, s: that of points on the edge.
+        /// Interval of looks at a line, s.
+        // That of points on the edge.
         look_interval: f64 = 0.5,
         /// Misses from which there is a usual one.
         enough: usize = 5,
-        /// Time for which a miss is remembered, s: a calm spell proves nothing (with 60 s two seeds of 60 of AR(1) 40 µs/5 s leave the
-        /// edge too early).
+        /// Time for which a miss is remembered, s.
+        // A calm spell proves nothing (with 60 s two seeds of 60 of AR(1) 40 µs/5 s leave the edge too early).
         memory: f64 = 200.0,
     }
 }
@@ -86,14 +87,17 @@ impl Steadiness {
             drift,
         };
         self.next = (self.next + 1) % AHEAD;
+        // The ring holds blanks until it was filled once.
         if self.seen < AHEAD {
             self.seen += 1;
             return true;
         }
+        // Against the drift of then: a line that bent meanwhile followed something else than the clock.
         let miss = offset - before.offset - before.drift * (time - before.time);
         self.misses[self.count % KEPT] = libm::fabs(miss);
         self.count += 1;
         self.usual = self.measured();
+        // Falls slowly and rises at once, so that a calm spell does not make up for a storm.
         self.lasting *= 1.0 - TUNING.look_interval / TUNING.memory;
         self.lasting = self.lasting.max(self.usual.unwrap_or(0.0));
         true
@@ -102,6 +106,7 @@ impl Steadiness {
     fn measured(&self) -> Option<f64> {
         let n = self.count.min(KEPT);
         let mut misses = self.misses;
+        // A quantile and not a mean, as a single jump of the delay is a miss of its full height.
         let place = 2 * n / 3;
         (n >= TUNING.enough).then(|| *misses[..n].select_nth_unstable_by(place, f64::total_cmp).1)
     }

@@ -15,16 +15,18 @@ tuning! {
         memory: f64 = 16.0,
         /// Before there are any the messages are taken to be independent, with the weight of this number of misses.
         prior: f64 = 4.0,
-        /// A single miss counts at most as this many times the usual one, plus `outlier_by`: a step of the drift or of the
-        /// delay is no correlation.
+        /// A single miss counts at most as this many times the usual one, plus `outlier_by`.
+        // A step of the drift or of the delay is no correlation.
         outlier: f64 = 4.0,
         /// See `outlier`.
         outlier_by: f64 = 8.0,
-        /// Multiple that independent messages reach by chance (300 seeds of a unit test stay below).
+        /// Multiple that independent messages reach by chance.
+        // 300 seeds of a unit test stay below.
         chance: f64 = 6.0,
         /// Calm is believed with this time constant, s.
         forgotten_after: f64 = 30.0,
-        /// Greatest factor on the length of runs: 200 messages that are too late in a row.
+        /// Greatest factor on the length of runs.
+        // 200 messages that are too late in a row.
         greatest_patience: f64 = 4.0,
     }
 }
@@ -95,13 +97,16 @@ impl CorrelatedDelay {
             value,
             variance,
         };
+        // The worst of the scales: flicker is as large on all of them, a short correlation only on the first.
         let mut largest = TUNING.chance;
         for (scale, length) in self.scales.iter_mut().zip(SCALES) {
             scale.take(&measurement, length);
             largest = largest.max(scale.miss);
         }
+        // Continuous at the bound: 1 up to what chance explains, and the multiple itself far beyond.
         let seen = libm::sqrt(1.0 + largest * largest - TUNING.chance * TUNING.chance);
         let forgotten = self.factor - (self.factor - seen) * (dt / TUNING.forgotten_after).min(1.0);
+        // Rises at once and falls slowly: the filters must not be sure while it is still being noticed.
         self.factor = seen.max(forgotten);
     }
 
@@ -142,6 +147,7 @@ impl Scale {
 
     fn note(&mut self, last: &Mean) {
         let [first, middle] = &self.means;
+        // Messages are lost, so the middle one need not be half-way.
         let part = (middle.time - first.time) / (last.time - first.time);
         let miss = middle.value - first.value - part * (last.value - first.value);
         let variance = middle.variance

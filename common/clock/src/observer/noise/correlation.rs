@@ -12,7 +12,8 @@ tuning! {
     CorrelationTuning {
         /// Squares that the usual ones of means are over.
         memory: f64 = 24.0,
-        /// Squares that the usual one of single messages is over: those of the longest mean.
+        /// Squares that the usual one of single messages is over.
+        // Those of the longest mean.
         single_memory: f64 = 2_048.0,
         /// Before there are any, messages are taken to be independent, with the weight of this number.
         prior: f64 = 6.0,
@@ -25,14 +26,16 @@ tuning! {
         middle_step: f64 = 0.0005,
         /// Mean of the scores that is nearly all on one side.
         one_sided: f64 = 0.8,
-        /// Least spread that matters, s: below it the rest of finding the line and of rounding is correlated.
+        /// Least spread that matters, s.
+        // Below it the rest of finding the line and of rounding is correlated.
         least_spread: f64 = 1e-7,
-        /// Scatter, as a multiple of the one of independent messages, that is no chance any more: with 4 one run in a hundred of
-        /// independent delays passes …
+        /// Scatter, as a multiple of the one of independent messages, that is no chance any more …
+        // With 4 one run in a hundred of independent delays passes.
         correlated: f64 = 6.0,
         /// … and the scatter that may be chance; after `independent_for` messages with it they are independent again.
         independent: f64 = 2.0,
-        /// A minute at 1 ms: calm spells of a busy machine are shorter.
+        /// Messages with such a scatter after which delays are independent again.
+        // A minute at 1 ms. Calm spells of a busy machine are shorter.
         independent_for: u32 = 60_000,
     }
 }
@@ -111,12 +114,14 @@ impl Correlation {
     pub(in crate::observer) fn take(&mut self, residual: f64) {
         let deviation = residual - self.middle;
         let size = libm::fabs(deviation);
+        // A plain mean at first: with the usual step the spread would take a hundred messages.
         let early = 1.0 / (f64::from(self.messages) + 1.0);
         let step = TUNING.step.max(early);
         if self.spread == 0.0 {
             self.spread = size;
         }
         let score = if self.spread > TUNING.least_spread {
+            // Scores and not residuals: 1/√n holds for any distribution whose values are bounded alike.
             (deviation / self.spread).clamp(-1.0, 1.0)
         } else {
             0.0
@@ -127,11 +132,14 @@ impl Correlation {
         } else {
             TUNING.middle_step.max(early)
         };
+        // Steps by the sign and size of the score, as a median does: spikes of milliseconds count for one.
         self.middle += middle_step * score * self.spread;
         self.spread += step * (size.min(4.0 * self.spread) - self.spread);
+        // A second difference, as the residual of a line that is still wrong has a slope.
         let second = score - 2.0 * self.last[1] + self.last[0];
         self.last = [self.last[1], score];
         self.messages = self.messages.saturating_add(1);
+        // Before, its two predecessors are blanks.
         if self.messages > 2 {
             let part = 1.0 / (f64::from(self.messages) + 30.0).min(TUNING.single_memory);
             self.single += part * (second * second - self.single);
@@ -144,6 +152,7 @@ impl Correlation {
         let mut part = score;
         let mut is_known = false;
         for scale in &mut self.scales {
+            // A longer mean is made of shorter ones, so a message costs one addition on most of the scales.
             let Some(sum) = scale.take(part, self.single) else {
                 break;
             };
@@ -164,6 +173,7 @@ impl Correlation {
         };
         if self.ratio > TUNING.correlated {
             self.correlated = true;
+        // Hysteresis in level and in time: correlated delays are calm for half a minute now and then.
         } else if self.independent_for > TUNING.independent_for {
             self.correlated = false;
         }
@@ -204,6 +214,7 @@ impl Scale {
         self.summed = 0;
         if self.known == 2 && single > 0.0 {
             let second = mean - 2.0 * self.means[1] + self.means[0];
+            // A mean of n independent scores scatters by 1/√n: the ratio is 1 then, whatever the jitter is.
             let sample = (second * second * n / single).min(TUNING.outlier);
             self.count = (self.count + 1.0).min(TUNING.memory);
             self.ratio += (sample - self.ratio) / self.count;

@@ -19,9 +19,11 @@ tuning! {
         enough: f64 = 128.0,
         /// Standard deviations below one half at which a slope is none, and above it at which it is one.
         certain: f64 = 4.0,
-        /// A difference of more than this multiple of the usual is a spike or a tooth and no echo: teeth alone, now and then, echo on the mean.
+        /// A difference of more than this multiple of the usual is a spike or a tooth and no echo.
+        // Teeth alone, now and then, echo on the mean.
         outlier: f64 = 5.0,
-        /// Least square of stamps, s²: senders that wake up within 0.1 µs show nothing.
+        /// Least square of stamps, s².
+        // Senders that wake up within 0.1 µs show nothing.
         least_square: f64 = 1e-14,
     }
 }
@@ -52,12 +54,14 @@ impl Echo {
             .phases
             .max(by_stamp * by_stamp)
             .max(TUNING.least_square);
+        // Differences of neighbours alone: over a gap the clock's drift is in the phases, and not in the stamps.
         if count.wrapping_sub(before) != 1
             || self.count > 16.0 && square > TUNING.outlier * TUNING.outlier * usual
         {
             return;
         }
         self.count = (self.count + 1.0).min(TUNING.memory);
+        // A plain mean up to the memory, then one that forgets.
         let part = 1.0 / self.count;
         self.stamps += part * (by_stamp * by_stamp - self.stamps);
         self.phases += part * (square - self.phases);
@@ -70,7 +74,9 @@ impl Echo {
             return;
         }
         let slope = self.both / self.stamps;
+        // Standard deviation of a slope without echo: every other cause of the phases is noise here.
         let sigma = libm::sqrt(self.phases / (self.stamps * self.count));
+        // Half-way between echo and none, each four standard deviations away. In between nothing is said.
         if slope + TUNING.certain * sigma < 0.5 {
             self.missing = Some(true);
         } else if slope - TUNING.certain * sigma > 0.5 {

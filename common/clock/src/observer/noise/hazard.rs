@@ -1,7 +1,9 @@
 //! The inverse Mills ratio `φ(z)/Φ(z)` of the normal distribution, by table.
 
+// Below −8 the series of the next function is exact to 0.05 %, and above 6 the hazard is below 1e-8.
 const FIRST: f64 = -8.0;
 const LAST: f64 = 6.0;
+// Linear between sixteenths: the error is h″/8·(1/16)², below 5e-4 where the hazard bends most.
 const PER_UNIT: f64 = 16.0;
 const POINTS: usize = 226;
 
@@ -15,6 +17,7 @@ impl Hazard {
     pub(super) fn new() -> Self {
         let mut points = [0.0; POINTS];
         for (i, point) in points.iter_mut().enumerate() {
+            // Single precision halves the table, which every message reads at two places, and is finer than the interpolation.
             *point = exact(FIRST + i as f64 / PER_UNIT) as f32;
         }
         Self { points }
@@ -26,6 +29,7 @@ impl Hazard {
         }
         if z < FIRST {
             let inverse = -1.0 / z;
+            // First terms of the asymptotic series φ(z)/Φ(z) = −z − 1/z + …, which Φ itself cannot give: it underflows.
             return inverse - z;
         }
         let position = (z - FIRST) * PER_UNIT;

@@ -19,6 +19,7 @@ pub(super) struct Information {
     pub(super) both: f64,
 }
 
+// Thirty ratios from 0.004 to 3.2, each 1.26 times the one before: blended linearly, the information is right to 3 %.
 const POINTS: usize = 30;
 const LEAST_RATIO: f64 = 0.004;
 /// Natural logarithm of the least ratio.
@@ -43,6 +44,7 @@ impl InformationTable {
     /// Information at a ratio that has this logarithm.
     pub(super) fn at(&self, logarithm: f64) -> Information {
         let position = (logarithm - LOG_OF_LEAST) * (1.0 / STEP);
+        // Not up to the last point itself, as the next one is read, too.
         let position = position.clamp(0.0, (POINTS - 2) as f64 + 0.999);
         let i = position as usize;
         let part = position - i as f64;
@@ -90,6 +92,7 @@ const TAIL: f64 = 6.0;
 fn integrated(hazard: &Hazard, ratio: f64) -> Information {
     const WIDTH: f64 = 0.0625;
     let mut sum = Information::default();
+    // Midpoint rule from z = −8 to 6 in sixteenths, weighted with the density of the jitter itself.
     for i in 0..224 {
         let z = TAIL - (f64::from(i) + 0.5) * WIDTH;
         let below = 0.5 * libm::erfc(-z * core::f64::consts::FRAC_1_SQRT_2);
@@ -103,6 +106,7 @@ fn integrated(hazard: &Hazard, ratio: f64) -> Information {
         sum.exponential += weight * scores.exponential * scores.exponential;
         sum.both += weight * scores.normal * scores.exponential;
     }
+    // Beyond, the hazard is 0 and the integrals of an exponential are known in closed form.
     let begin = ratio * TAIL;
     let weight = libm::exp(-0.5 * ratio * ratio - begin);
     sum.exponential_pull -= weight * ratio;

@@ -17,26 +17,30 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the model of the jitter.
     JitterTuning {
-        /// Least width of either part, s: a clock is read within that.
+        /// Least width of either part, s.
+        // A clock is read within that.
         least_width: f64 = 50e-9,
         /// Greatest width of either part, s.
         greatest_width: f64 = 0.1,
         /// Least normal width, as a part of the exponential one …
         least_ratio: f64 = 0.02,
-        /// … and beside a loaded network, where the sender's jitter may be less: the table of information begins at 0.004.
+        /// … and beside a loaded network, where the sender's jitter may be less.
+        // The table of information begins at 0.004.
         least_ratio_under_load: f64 = 0.005,
-        /// Greatest normal width, as a multiple of the exponential one: the table of information ends at 3.2.
+        /// Greatest normal width, as a multiple of the exponential one.
+        // The table of information ends at 3.2.
         greatest_ratio: f64 = 3.0,
         /// Messages that the widths are averages over.
         memory: f64 = 131_072.0,
-        /// Messages that make known widths: to 1/√4096, 1.6 %.
+        /// Messages that make known widths.
+        // They are then known to 1/√4096, 1.6 %.
         settled: f64 = 4_096.0,
         /// Messages that the pull is an average over.
         pull_memory: f64 = 8_192.0,
         /// Residuals later than this many exponential widths are spikes and say nothing of the width.
         spike: f64 = 8.0,
-        /// The location stays where it was at most by this many normal widths: a first guess that was far
-        /// off is given up.
+        /// The location stays where it was at most by this many normal widths.
+        // A first guess that was far off is given up.
         greatest_move: f64 = 2.0,
         /// Least information of a cell about the location, as a part of the mean.
         least_information: f64 = 0.01,
@@ -44,19 +48,23 @@ tuning! {
         least_information_of_widths: f64 = 0.002,
         /// First guess of the ratio of the widths, and the least normal width in cells as a part of the other.
         first_ratio: f64 = 0.25,
-        /// Least exponential width, as a part of a cell: 1/√12 of it.
+        /// Least exponential width, as a part of a cell.
+        // 1/√12 of it.
         first_cell_part: f64 = 0.3,
-        /// The doubt of the widths is 1 + `doubt_messages`/(n + `doubt_offset`) after n messages: 5 at first, 1.1 after 5000.
+        /// The doubt of the widths is 1 + `doubt_messages`/(n + `doubt_offset`) after n messages.
+        // 5 at first, 1.1 after 5000.
         doubt_messages: f64 = 512.0,
         /// See `doubt_messages`; messages that the averages of the pull begin with, too.
         doubt_offset: f64 = 128.0,
-        /// Gain of a learning step over that of a plain mean (with 3 the lock at a ratio of 0.05 takes 1.1 s instead of 0.7, p90).
+        /// Gain of a learning step over that of a plain mean.
+        // With 3 the lock at a ratio of 0.05 takes 1.1 s instead of 0.7, p90.
         gain: f64 = 2.0,
         /// Messages that the gain begins with.
         gain_offset: f64 = 64.0,
         /// Greatest relative change of a width by one block.
         largest_step: f64 = 0.2,
-        /// Information about a width that there is at least, per message: near a pure exponential the normal width has none.
+        /// Information about a width that there is at least, per message.
+        // Near a pure exponential the normal width has none.
         information_floor: f64 = 0.02,
         /// Newton steps end below this part of the normal width.
         tolerance: f64 = 0.02,
@@ -141,6 +149,7 @@ impl Jitter {
         let kept = &sorted[..residuals.len() - 2];
         let mean = kept.iter().sum::<f64>() / kept.len() as f64;
         let width = (mean - sorted[0]) / GUESS;
+        // The widths are a guess again, and the next messages may change them by much.
         self.messages = 0.0;
         self.moved = 0.0;
         self.misfit = Misfit::default();
@@ -225,13 +234,17 @@ impl Jitter {
         // At this point the earliest message alone outweighs all others.
         let latest = least + self.cell + (n + 1.0) * self.normal * self.ratio;
         let certainty = 1.0 / prior_variance;
+        // Newton steps on the log-posterior, which is concave: no step leads away for good.
         let mut location = 0.0_f64;
         let (mut score, mut curvature) = (0.0, 0.0);
         for _ in 0..STEPS {
             (score, curvature) = self.score(residuals, location);
+            // Prior and likelihood: their slopes and curvatures add.
             let step = (score - location * certainty) / (curvature + certainty);
+            // Far on the late side the curvature vanishes, and a step would lead to infinity.
             let next = (location + step).min(latest.max(0.0));
             let done = (next - location).abs() < TUNING.tolerance * self.normal;
+            // Score at the new location to first order, which saves a pass over the residuals.
             score -= curvature * (next - location);
             location = next;
             if done {
@@ -247,6 +260,7 @@ impl Jitter {
         };
         Location {
             most_likely: location,
+            // The estimate that residuals alone would give, as the filter weighs it against its own prior again.
             measured: location + score * variance,
             variance,
         }
@@ -260,9 +274,11 @@ impl Jitter {
         let inverse = 1.0 / self.normal;
         let (mut scores, mut curvatures) = (0.0, 0.0);
         for residual in residuals {
+            // Normal plus exponential: log f = −e/τ + log Φ(e/σ − σ/τ) but for constants, so its slope is the hazard φ/Φ less σ/τ.
             let z = (residual - location) * inverse - self.ratio;
             let h = self.hazard.at(z);
             scores += self.ratio - h;
+            // Derivative of the hazard: −h·(z + h), which is between −1 and 0.
             curvatures += h * (z + h);
         }
         (scores * inverse, curvatures * inverse * inverse)
@@ -299,6 +315,7 @@ impl Jitter {
             curvature += widths.cell(residual - location, self.cell).curvature;
         }
         let n = residuals.len() as f64;
+        // Movement of the location by the widths is known for the exact likelihood alone.
         self.pinned = false;
         self.messages = (self.messages + n).min(TUNING.memory);
         let part = 1.0 / (self.messages + TUNING.doubt_offset).min(TUNING.pull_memory);
@@ -338,6 +355,7 @@ impl Jitter {
             let z = (residual - location) * inverse - self.ratio;
             let h = self.hazard.at(z);
             let scores = Scores::new(self.ratio, z, h);
+            // A message that is far early or late says that it is a spike, not that the sender jitters more.
             normal += scores.normal.clamp(-TUNING.spike, TUNING.spike);
             exponential += scores.exponential.min(TUNING.spike);
             change += scores.exponential.min(MISFIT.late);
@@ -357,6 +375,7 @@ impl Jitter {
             i.both,
             i.exponential + TUNING.information_floor,
         );
+        // Near the ends of the table both scores are nearly one, and the matrix nearly singular.
         let determinant = (a * c - b * b).max(0.1 * a * c);
         let gain = TUNING.gain / ((self.messages + TUNING.gain_offset) * determinant);
         let step = |x: f64| x.clamp(-TUNING.largest_step, TUNING.largest_step);
@@ -369,6 +388,7 @@ impl Jitter {
             before.0 * grown(normal_step),
             before.1 * grown(exponential_step),
         );
+        // After the widths are set, as those change in any case.
         if !self.pinned {
             return;
         }
@@ -395,6 +415,7 @@ impl Jitter {
             .take(score, clipped, messages, known, correlated);
         // A location that was right before fits a changed network too.
         self.pinned &= self.messages < TUNING.settled || memory.is_none();
+        // Fewer messages make larger steps: the widths are learnt again within as many as have shown the change.
         self.messages = (self.messages + messages).min(memory.unwrap_or(TUNING.memory));
     }
 

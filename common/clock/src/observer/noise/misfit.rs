@@ -6,12 +6,14 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the fit of the exponential width. A mean score is 0 where the width is right.
     MisfitTuning {
-        /// Messages that show whether the width still fits: the mean of independent scores scatters by 0.07.
+        /// Messages that show whether the width still fits.
+        // The mean of independent scores scatters by 0.07.
         memory: f64 = 96.0,
         /// A mean score below it says that the jitter became narrower, and only `memory_after_change` of the messages before still
         /// count …
         least: f64 = -0.35,
-        /// … and one above it, that it became wider: scores are skewed to this side.
+        /// … and one above it, that it became wider.
+        // Scores are skewed to this side.
         greatest: f64 = 0.6,
         /// Already outside of this, measurements wait until the widths fit again …
         doubtful_least: f64 = -0.25,
@@ -19,10 +21,11 @@ tuning! {
         doubtful_greatest: f64 = 0.35,
         /// … but no longer than for this number of messages.
         longest_wait: f64 = 512.0,
-        /// Exponential widths at which the lateness of messages is clipped: a burst of spikes is no change (at 8 widths bursts on busy PCs
-        /// trigger it, and the ripple is 496 ns instead of 318).
+        /// Exponential widths at which the lateness of messages is clipped.
+        // A burst of spikes is no change (at 8 widths bursts on busy PCs trigger it, and the ripple is 496 ns instead of 318).
         late: f64 = 2.0,
-        /// Messages that count after a change: as many as have shown it.
+        /// Messages that count after a change.
+        // As many as have shown it.
         memory_after_change: f64 = 64.0,
         /// Messages that show small changes, with a scatter of 0.011 …
         slow_memory: f64 = 4_096.0,
@@ -58,13 +61,17 @@ impl Misfit {
         known: bool,
         correlated: &CorrelatedDelay,
     ) -> Option<f64> {
+        // Sums over a block of n: the mean moves as by n messages one after the other.
         self.quick += (clipped - n * self.quick) / TUNING.memory;
         self.slow += (score - n * self.slow) / TUNING.slow_memory;
         self.usual += (clipped - n * self.usual) / TUNING.slow_memory;
         let tolerance = correlated.patience();
+        // Less the usual score: jitter that is not exponential has a mean that is not 0.
         let quick = (self.quick - self.usual) / tolerance;
+        // At first no width fits, and waiting would only delay the lock.
         let waits = known && !(TUNING.doubtful_least..TUNING.doubtful_greatest).contains(&quick);
         self.waited = if waits { self.waited + n } else { 0.0 };
+        // The quick test first: after a large change both fail, and the shorter memory is the right one.
         if !(TUNING.least..TUNING.greatest).contains(&quick) {
             Some(TUNING.memory_after_change * correlated.factor())
         } else if !(TUNING.slow_least..TUNING.slow_greatest).contains(&(self.slow / tolerance)) {

@@ -23,6 +23,7 @@ impl Pull {
 
     /// Takes the sums over `n` messages.
     pub(super) fn approach(&mut self, sums: &Self, table: &Information, n: f64, part: f64) {
+        // Kept beside the table: what is measured converges to the difference, and the table follows the widths at once.
         self.curvature += part * (sums.curvature - n * (table.curvature + self.curvature));
         self.normal += part * (sums.normal - n * (table.normal_pull + self.normal));
         self.exponential +=
@@ -31,6 +32,7 @@ impl Pull {
 
     /// Movement of the location in normal widths when the widths grow by these parts.
     pub(super) fn shift(&self, table: &Information, normal: f64, exponential: f64) -> f64 {
+        // The measured part may be more negative than the table is positive, after few messages.
         let curvature = (table.curvature + self.curvature).max(0.1 * table.curvature);
         let pull = (table.normal_pull + self.normal) * normal
             + (table.exponential_pull + self.exponential) * exponential;

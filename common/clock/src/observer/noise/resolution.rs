@@ -10,10 +10,11 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the resolution.
     ResolutionTuning {
-        /// A finer resolution does not matter, ns: 1/√12 of it is 1.4 µs, beside jitter of some 5 µs at least.
+        /// A finer resolution does not matter, ns.
+        // 1/√12 of it is 1.4 µs, beside jitter of some 5 µs at least.
         coarse: u64 = 5_000,
-        /// From this number of tenths of a cycle on, a common divisor of all differences may be the sender's pace instead of a
-        /// resolution: arrivals without any jitter come exactly a cycle after each other.
+        /// From this number of tenths of a cycle on, a common divisor of all differences may be the sender's pace instead of a resolution.
+        // Arrivals without any jitter come exactly a cycle after each other.
         pace_in_tenths: u64 = 9,
     }
 }
@@ -49,8 +50,10 @@ impl Resolution {
         // Once it is fine it stays so.
         if self.divisor == 0 || self.divisor >= TUNING.coarse {
             let passed = (arrived - first).as_nanos();
+            // The greatest common divisor of all times since the first arrival: one fine arrival ends it for good.
             self.divisor = divisor(self.divisor, passed.unsigned_abs());
             let paced = (self.divisor as i64).wrapping_mul(count.wrapping_sub(first_count));
+            // An arrival that is one divisor off its count left a cycle out, or came twice in one: polling, and no pace.
             let beside = passed.wrapping_sub(paced).unsigned_abs();
             self.is_no_pace |= self.divisor >= self.pace && beside == self.divisor;
         }
@@ -128,6 +131,7 @@ impl Widths {
     /// Scores of a cell of this width that begins `residual` after the location.
     pub(in crate::observer) fn cell(&self, residual: f64, width: f64) -> CellScores {
         let end = residual + width;
+        // Both values of the distribution underflow there. A normal tail has this slope and curvature.
         if end < EARLY * self.normal {
             let certainty = 1.0 / (self.normal * self.normal);
             return CellScores {
@@ -152,6 +156,7 @@ impl Widths {
         let bend = (slope(end, to) - slope(residual, from)) / within;
         CellScores {
             location,
+            // Rounding of two large numbers may leave a little less than nothing.
             curvature: (location * location - bend).max(0.0),
         }
     }
@@ -166,6 +171,7 @@ impl Widths {
             let within = widths.at(residual + width).1 - widths.at(residual).1;
             libm::log(within.max(1e-200))
         };
+        // Numerical, as the derivatives in the widths have a dozen terms. A relative step of 1e-3 leaves six digits.
         let slope = |more: f64, less: f64| (more - less) / (2.0 * STEP);
         (
             slope(likelihood(1.0 + STEP, 1.0), likelihood(1.0 - STEP, 1.0)),

@@ -10,9 +10,11 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the search for a line.
     ConsensusTuning {
-        /// Greatest cost of a point above the line, in variances: delays it may last.
+        /// Greatest cost of a point above the line, in variances.
+        // Delays may last, so a point above says little.
         above: f64 = 9.0,
-        /// Greatest cost of a point below it, as nothing comes early: three of them outweigh all the others, 32 times 9.
+        /// Greatest cost of a point below it, as nothing comes early.
+        // Three of them outweigh all the others, 32 times 9.
         below: f64 = 100.0,
         /// Factor on the scatter for comparisons.
         wider: f64 = 1.5,
@@ -22,7 +24,8 @@ tuning! {
         unsupported_part: f64 = 0.25,
         /// Greatest cost of a drift that is not the one known.
         drift_cost: f64 = 40.0,
-        /// Points on the edge are not independent: factor on the drift's standard deviation (AR(1) with stamps: 10.2 → 5.9 µs rms).
+        /// Factor on the standard deviation of the drift.
+        // Points on the edge are not independent (AR(1) delays with stamps: 10.2 → 5.9 µs rms).
         drift_doubt: f64 = 3.0,
         /// Distance, in widths, within which points are on the line.
         on: f64 = 3.0,
@@ -57,6 +60,7 @@ impl Seen {
             times: [0.0; KEPT],
             above: [0.0; KEPT],
             len: windows.len(),
+            // The scatter of near points: with that over seven windows the edge of slow, wide correlated delays becomes a mean.
             inverse_width: 1.0 / (TUNING.wider * libm::sqrt(noise.near())),
         };
         for (n, point) in windows.points().enumerate() {
@@ -75,6 +79,7 @@ impl Seen {
             .map(|n| {
                 let distance = self.distance(n, offset, drift);
                 let square = distance * distance;
+                // Truncated squares: points that are far off a line do not draw it towards them, and cost no more than others.
                 square.min(if distance > 0.0 {
                     TUNING.above
                 } else {
@@ -118,6 +123,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
     } else {
         TUNING.unsupported_part * TUNING.margin
     };
+    // In these coordinates the present line is level at 0.
     let mut least = seen.cost(0.0, 0.0) - margin;
     if least < 0.0 {
         return None;
@@ -129,6 +135,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
             best = Some(candidate);
         }
     };
+    // First lines that are only higher or lower: the drift is known, and a level of the path left.
     for n in seen.len - EDGE.enough..seen.len {
         let offset = seen.above[n];
         let candidate = Candidate {
@@ -140,6 +147,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
     let known = TUNING.drift_doubt * TUNING.drift_doubt * line.estimate.drift_variance;
     let certainty = 1.0 / (known + TUNING.drift_tolerance * TUNING.drift_tolerance);
     let half = seen.len / 2;
+    // Then lines through two low points, nine of them: the drift itself may be wrong from the start.
     for early in seen.lowest(0..half) {
         for late in seen.lowest(half..seen.len) {
             let passed = seen.times[late] - seen.times[early];
@@ -148,6 +156,7 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
                 continue;
             }
             let offset = seen.above[early] - drift * seen.times[early];
+            // Bounded, or a drift that was known wrongly could never be given up.
             let unlikely = (drift * drift * certainty).min(TUNING.drift_cost);
             let candidate = Candidate {
                 offset,
@@ -188,6 +197,7 @@ pub(super) fn fitted(
             ty += time * above;
         }
     }
+    // Least squares over the points that are on the line, about the time of the present one.
     let determinant = n * tt - t * t;
     if n < TRIED as f64 || determinant <= 0.0 {
         return moved;
@@ -196,6 +206,7 @@ pub(super) fn fitted(
     Estimate {
         offset: line.estimate.offset + (y - drift * t) / n,
         drift: line.estimate.drift + drift,
+        // Covariance of the fit: the inverse of the normal equations, times the variance of a point.
         offset_variance: variance * tt / determinant,
         covariance: -variance * t / determinant,
         drift_variance: variance * n / determinant,

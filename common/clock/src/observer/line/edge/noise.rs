@@ -10,7 +10,8 @@ tuning! {
         outlier: f64 = 9.0,
         /// Excess of the scatter of points far apart that is no chance.
         chance: f64 = 2.0,
-        /// Least scatter of even the sharpest edge, s²: 40 ns, a clock is read within that.
+        /// Least scatter of even the sharpest edge, s².
+        // 40 ns, a clock is read within that.
         least: f64 = 1.6e-15,
         /// Relative excess of the assumed scatter, to be divided by the number of second differences.
         few: f64 = 8.0,
@@ -53,19 +54,23 @@ impl Noise {
     pub(super) fn measure(&mut self, windows: &Windows, drift_walk: f64) {
         let mut squares = [0.0; KEPT];
         let mut n = 0;
+        // Second differences: neither an offset nor a drift of the line is in them.
         for end in 2..windows.len() {
             if let Some(square) = windows.second_difference(end, 1, drift_walk) {
                 squares[n] = square;
                 n += 1;
             }
         }
+        // Fewer say nothing of a quantile.
         if n < 3 {
             return;
         }
         let place = ((n as f64 * PART) as usize).min(n - 1);
+        // A quantile, as a mean is misled where a third of the points are late, even if it is clipped.
         let square = *squares[..n].select_nth_unstable_by(place, f64::total_cmp).1;
         let near = (square / SQUARE_AT_PART).max(TUNING.least) * (1.0 + TUNING.few / n as f64);
         let mut factor = 1.0_f64;
+        // Points that are independent scatter over three and seven windows as over one.
         for lag in &LAGS[1..] {
             let (mut sum, mut count) = (0.0, 0.0);
             for end in 2 * lag..windows.len() {
@@ -76,8 +81,10 @@ impl Noise {
                     count += 1.0;
                 }
             }
+            // With some differences as usual as the near ones: a single one over seven windows is chance.
             let far = (sum + TUNING.few * near) / (count + TUNING.few);
             if far > TUNING.chance * near {
+                // Points that are correlated over `lag` windows count as one, so that each has some `lag` times its variance.
                 factor = factor.max(0.5 * far / near * *lag as f64);
             }
         }

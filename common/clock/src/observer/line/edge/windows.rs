@@ -6,17 +6,19 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the windows.
     EdgeWindowTuning {
-        /// Length of a full window, s: in 4 s with 8 points the edge of busy machines is known to 0.1 to 0.5 µs.
+        /// Length of a full window, s.
+        // In 4 s with 8 points the edge of busy machines is known to 0.1 to 0.5 µs.
         longest: f64 = 0.512,
         /// Least number of messages of a window.
         fewest: u32 = 16,
         /// Factor by which the first windows are shorter, so that there is a line soon.
         shorter: u32 = 8,
-        /// Messages of which one may be too early: the fourth lowest of 512 is the point (with the lowest of 4096 the recording with
-        /// SCHED_FIFO scatters by 2.5 µs, with the 17th lowest by 0.1).
+        /// Messages of which one may be too early.
+        // The fourth lowest of 512 is the point (with the lowest of 4096 the recording with SCHED_FIFO scatters by 2.5 µs, with the 17th lowest by
+        // 0.1).
         messages_per_rank: u32 = 128,
-        /// Scatter, s², from which windows are twice as long, and at each eight times of it again: the drift that wanders over all points
-        /// grows with the third power of the time, as `drift_walk·T³/12`.
+        /// Scatter, s², from which windows are twice as long, and at each eight times of it again.
+        // The drift that wanders over all points grows with the third power of the time.
         doubled_from: f64 = 1e-12,
     }
 }
@@ -55,6 +57,7 @@ impl Window {
 
     fn take(&mut self, point: Point, above: impl Fn(&Point) -> bool) {
         let filled = usize::from(self.filled);
+        // Kept in order, as the rank that counts depends on the number of messages.
         let place = self.lowest[..filled]
             .iter()
             .position(above)
@@ -69,6 +72,7 @@ impl Window {
     }
 
     fn point(&self) -> Point {
+        // The first windows have few messages, and their lowest counts.
         let rank = (self.messages / TUNING.messages_per_rank).saturating_sub(1) as usize;
         self.lowest[rank.min(usize::from(self.filled.max(1)) - 1)]
     }
@@ -109,6 +113,7 @@ impl Windows {
     /// Takes a message; returns whether the window is full.
     pub(super) fn take(&mut self, time: f64, phase: f64, residual: f64) -> bool {
         self.messages += 1;
+        // Most messages are above all four and are done with here.
         if residual < self.residuals[LOWEST - 1] {
             let place = self.residuals.iter().position(|kept| residual < *kept);
             let place = place.unwrap_or(LOWEST - 1);
@@ -125,10 +130,12 @@ impl Windows {
     pub(super) fn close(&mut self, line: &Line, noise: f64) -> Point {
         let target = self.full * times(noise);
         if self.len == KEPT {
+            // Merged in pairs, so that no point is lost while windows grow to their full length.
             if self.length * 2 <= target {
                 self.merge_pairs(line);
                 self.length *= 2;
             } else {
+                // Once the scatter is smaller again, new windows are short, and the long ones leave with time.
                 self.length = self.length.min(target);
                 self.kept.copy_within(1.., 0);
                 self.len -= 1;
@@ -175,6 +182,7 @@ impl Windows {
         }
         let part = (middle.time - first.time) / whole;
         let miss = middle.phase - first.phase - part * (last.phase - first.phase);
+        // Taken off for the random walk of the drift, which grows with the third power of the time. Otherwise it would pass for noise.
         let by_drift = drift_walk * whole * whole * whole / 12.0;
         let weight = 1.0 + part * part + (1.0 - part) * (1.0 - part);
         Some(((miss * miss - by_drift) / weight).max(0.0))
@@ -197,6 +205,7 @@ impl Windows {
             for point in lowest.iter_mut().filter(|point| point.time <= time) {
                 point.phase += by;
             }
+            // Points of before and after the shift are in one window where windows were merged.
             lowest.sort_unstable_by(|a, b| residual(a).total_cmp(&residual(b)));
         }
     }
@@ -210,6 +219,7 @@ impl Windows {
                 merged.take(*point, |kept| residual(point) < residual(kept));
             }
             merged.messages += other.messages;
+            // The lowest of both is the point, and it is the one on the edge if either was.
             merged.on_the_edge |= other.on_the_edge;
             self.kept[pair] = merged;
         }
