@@ -42,6 +42,8 @@ pub(crate) struct FarCase {
     pub(crate) loss: f64,
     /// Noise of the stamps of a timing channel, s, and the time at which it ends.
     pub(crate) timing: Option<(f64, f64)>,
+    /// Interval at which the receiver polls for messages, s.
+    pub(crate) polled: Option<f64>,
     /// Asymmetry that is stated, s, and how far it may be wrong.
     pub(crate) stated: Option<(f64, f64)>,
 }
@@ -60,6 +62,7 @@ impl FarCase {
         mute: (0.0, 0.0),
         loss: 0.01,
         timing: None,
+        polled: None,
         stated: None,
     };
 
@@ -147,12 +150,22 @@ impl<'a> Run<'a> {
         for (count, due) in (0..).zip(due) {
             let normal: f64 = StandardNormal.sample(&mut self.random);
             let late = self.case.sender * normal;
-            newest = f64::max(newest, due + late + self.way((self.case.back)(due)));
+            let arrived = due + late + self.way((self.case.back)(due));
+            newest = f64::max(newest, self.seen(arrived));
             let (from, to) = self.case.silent;
             if !self.is_lost() && !(from..to).contains(&due) {
                 self.messages.push_back((newest, count, late));
             }
         }
+    }
+
+    /// Time at which a message that arrived is seen: by the next poll, which wakes up a little late.
+    fn seen(&mut self, arrived: f64) -> f64 {
+        let Some(every) = self.case.polled else {
+            return arrived;
+        };
+        let late: f64 = Exp1.sample(&mut self.random);
+        (arrived / every).ceil() * every + 2e-6 * late
     }
 
     fn is_lost(&mut self) -> bool {

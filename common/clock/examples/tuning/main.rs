@@ -1,6 +1,6 @@
 //! Multiplies each tuned constant of the clock by 0.7 and by 1.3, and prints what that changes in short runs of one seed each.
 //!
-//! `cargo run --release -p coaxle-clock --features perturb --example tuning -- [BLOCK[.CONSTANT]...]`
+//! `cargo run --release -p coaxle-clock --features perturb --example tuning -- [--long] [BLOCK[.CONSTANT]...]`
 #![allow(
     missing_docs,
     dead_code,
@@ -33,7 +33,12 @@ use std::process::ExitCode;
 use table::Constant;
 
 fn main() -> ExitCode {
-    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let mut wanted: Vec<String> = std::env::args().skip(1).collect();
+    let is_long = wanted.first().is_some_and(|word| word == "--long");
+    if is_long {
+        wanted.remove(0);
+    }
+    let cases = if is_long { cases::long() } else { cases::all() };
     let constants: Vec<Constant> = Constant::all()
         .filter(|constant| wanted.is_empty() || wanted.iter().any(|word| constant.is(word)))
         .collect();
@@ -41,7 +46,7 @@ fn main() -> ExitCode {
         eprintln!("none of the constants is {}", wanted.join(" or "));
         return ExitCode::from(2);
     }
-    table::print(&constants);
+    table::print(&constants, &cases);
     ExitCode::SUCCESS
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use coaxle_clock::tuning::Block;
 
-use crate::cases::{self, Named};
+use crate::cases::Named;
 use crate::outcome::Outcome;
 
 /// Factors on a constant.
@@ -36,9 +36,8 @@ impl Constant {
     }
 }
 
-/// Prints the table of some constants.
-pub(crate) fn print(constants: &[Constant]) {
-    let cases = cases::all();
+/// Prints the table of some constants over some cases.
+pub(crate) fn print(constants: &[Constant], cases: &[Named]) {
     let base: Vec<Outcome> = cases.iter().map(Named::outcome).collect();
     println!(
         "| constant | value | runs of {} that change | × 0.7 | × 1.3 |",
@@ -54,7 +53,7 @@ pub(crate) fn print(constants: &[Constant]) {
             let Some(constant) = constants.get(n) else {
                 break;
             };
-            let row = row(constant, &cases, &base);
+            let row = row(constant, cases, &base);
             rows.lock().unwrap()[n] = row;
         }
     };
