@@ -47,7 +47,7 @@ pub use observer::PhaseObserver;
 
 /// Iterates over the tuned constants of all blocks.
 #[cfg(feature = "perturb")]
-pub fn tuned_blocks() -> impl Iterator<Item = &'static tuning::Block> {
+pub fn tuned_blocks() -> impl Iterator<Item = &'static tuning::TunedBlock> {
     let others = [
         delay::ALL_TUNED,
         timing::ALL_TUNED,

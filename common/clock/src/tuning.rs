@@ -28,7 +28,7 @@ macro_rules! tuning {
         pub(crate) static TUNING: $crate::tuning::Tuned<$name> = $crate::tuning::Tuned(&PERTURBED);
 
         #[cfg(feature = "perturb")]
-        pub(crate) const TUNED: $crate::tuning::Block = $crate::tuning::Block {
+        pub(crate) const TUNED: $crate::tuning::TunedBlock = $crate::tuning::TunedBlock {
             name: stringify!($name),
             constants: &[$(stringify!($field)),*],
             perturb: |constant, factor| {
@@ -50,7 +50,7 @@ macro_rules! tuning {
 pub(crate) use tuning;
 
 #[cfg(feature = "perturb")]
-pub use perturbed::Block;
+pub use perturbed::TunedBlock;
 #[cfg(feature = "perturb")]
 pub(crate) use perturbed::{Tunable, Tuned};
 
@@ -64,7 +64,7 @@ mod perturbed {
 
     /// The tuned constants of one block.
     #[derive(Clone, Copy, Debug)]
-    pub struct Block {
+    pub struct TunedBlock {
         /// Name of their struct.
         pub name: &'static str,
         /// Names of the constants.

@@ -3,18 +3,18 @@
 use crate::far::FarCase;
 use crate::gate;
 use crate::link::{Correlated, HoldUps, PowerSaving};
-use crate::outcome::Outcome;
+use crate::outcome::RunOutcome;
 use crate::peers::Observer;
 use crate::scores::{Scope, score};
 use crate::world::{Case, Run};
 
 /// A case under its name.
-pub(crate) struct Named {
+pub(crate) struct NamedCase {
     pub(crate) name: &'static str,
-    kind: Kind,
+    kind: CaseKind,
 }
 
-enum Kind {
+enum CaseKind {
     /// Messages alone, and the observer.
     Arrivals(Box<Case>, Run),
     /// A far clock with exchanges.
@@ -23,28 +23,28 @@ enum Kind {
     Gate,
 }
 
-impl Named {
+impl NamedCase {
     /// True if the constants of a block can have a part in it: those of exchanges have none where there are only messages.
     pub(crate) fn is_of(&self, block: &str) -> bool {
         match self.kind {
-            Kind::Arrivals(..) => block != GATE && !OF_EXCHANGES.contains(&block),
-            Kind::Far(_) => block != GATE,
-            Kind::Gate => block == GATE,
+            CaseKind::Arrivals(..) => block != GATE && !OF_EXCHANGES.contains(&block),
+            CaseKind::Far(_) => block != GATE,
+            CaseKind::Gate => block == GATE,
         }
     }
 
     /// Runs the case once, with the constants as this thread has them.
-    pub(crate) fn outcome(&self) -> Outcome {
+    pub(crate) fn outcome(&self) -> RunOutcome {
         match &self.kind {
-            Kind::Arrivals(case, run) => arrivals(case, run),
-            Kind::Far(case) => case.outcome(),
-            Kind::Gate => gate::outcome(),
+            CaseKind::Arrivals(case, run) => arrivals(case, run),
+            CaseKind::Far(case) => case.outcome(),
+            CaseKind::Gate => gate::outcome(),
         }
     }
 }
 
-fn arrivals(case: &Case, run: &Run) -> Outcome {
-    let mut outcome = Outcome::default();
+fn arrivals(case: &Case, run: &Run) -> RunOutcome {
+    let mut outcome = RunOutcome::default();
     let score = score(&mut Observer::new(case.cycle), run, &Scope::of_case(case));
     let claims = score.claims.unwrap();
     // The last number is the least change of interest: a twentieth of a µs beside nothing is no change by half.
@@ -84,27 +84,27 @@ const STAMPED: Case = Case::new(5.0, 20.0, true);
 const PLAIN: Case = Case::new(5.0, 20.0, false);
 const ROUGH: Case = Case::new(20.0, 100.0, false);
 
-fn case(name: &'static str, seconds: f64, case: Case) -> Named {
+fn case(name: &'static str, seconds: f64, case: Case) -> NamedCase {
     let case = Case { seconds, ..case };
     let run = Run::new(&case, SEED);
-    Named {
+    NamedCase {
         name,
-        kind: Kind::Arrivals(Box::new(case), run),
+        kind: CaseKind::Arrivals(Box::new(case), run),
     }
 }
 
-fn far(name: &'static str, case: FarCase) -> Named {
-    Named {
+fn far(name: &'static str, case: FarCase) -> NamedCase {
+    NamedCase {
         name,
-        kind: Kind::Far(Box::new(case)),
+        kind: CaseKind::Far(Box::new(case)),
     }
 }
 
 /// All cases.
-pub(crate) fn all() -> Vec<Named> {
-    let gate = Named {
+pub(crate) fn all() -> Vec<NamedCase> {
+    let gate = NamedCase {
         name: "age gate",
-        kind: Kind::Gate,
+        kind: CaseKind::Gate,
     };
     let all = independent().into_iter().chain(correlated());
     let all = all.chain(events()).chain(grids());
@@ -112,7 +112,7 @@ pub(crate) fn all() -> Vec<Named> {
 }
 
 /// Long cases, for what is remembered for minutes, and cases that few constants have a part in.
-pub(crate) fn long() -> Vec<Named> {
+pub(crate) fn long() -> Vec<NamedCase> {
     let half_normal = |width: f64, time: f64, case: Case| Case {
         correlated: Some(Correlated::HalfNormal { width, time }),
         ..case
@@ -159,7 +159,7 @@ pub(crate) fn long() -> Vec<Named> {
     ]
 }
 
-fn independent() -> Vec<Named> {
+fn independent() -> Vec<NamedCase> {
     let walk = Case {
         walk: 1e-6,
         ..PLAIN
@@ -191,7 +191,7 @@ fn independent() -> Vec<Named> {
     ]
 }
 
-fn correlated() -> Vec<Named> {
+fn correlated() -> Vec<NamedCase> {
     let with = |correlated: Correlated, case: Case| Case {
         correlated: Some(correlated),
         ..case
@@ -232,7 +232,7 @@ fn correlated() -> Vec<Named> {
     ]
 }
 
-fn events() -> Vec<Named> {
+fn events() -> Vec<NamedCase> {
     let delay = |by: f64, case: Case| Case {
         delay_step: Some((15.0, by)),
         ..case
@@ -268,7 +268,7 @@ fn events() -> Vec<Named> {
     ]
 }
 
-fn grids() -> Vec<Named> {
+fn grids() -> Vec<NamedCase> {
     let grid = |arrival_grid: f64, case: Case| Case {
         arrival_grid: Some(arrival_grid),
         ..case
@@ -290,7 +290,7 @@ fn grids() -> Vec<Named> {
     ]
 }
 
-fn far_clocks() -> Vec<Named> {
+fn far_clocks() -> Vec<NamedCase> {
     const QUIET: FarCase = FarCase::QUIET;
     fn step(time: f64, size: f64) -> f64 {
         if time < 10.0 { 0.0 } else { size }

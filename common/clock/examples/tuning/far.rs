@@ -10,7 +10,7 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-use crate::outcome::Outcome;
+use crate::outcome::RunOutcome;
 
 /// Cycle time of both sides, s, and the least delay of each way, s.
 const CYCLE: f64 = 1e-3;
@@ -67,10 +67,10 @@ impl FarCase {
     };
 
     /// Runs the case once.
-    pub(crate) fn outcome(&self) -> Outcome {
-        let mut run = Run::new(self);
-        let mut outcome = Outcome::default();
-        let mut sums = Sums::default();
+    pub(crate) fn outcome(&self) -> RunOutcome {
+        let mut run = FarRun::new(self);
+        let mut outcome = RunOutcome::default();
+        let mut sums = FarSums::default();
         for cycle in 1..(self.seconds / CYCLE) as u64 {
             run.cycle(CYCLE * cycle as f64, &mut outcome, &mut sums);
         }
@@ -88,9 +88,9 @@ impl FarCase {
     }
 }
 
-/// Sums over the cycles in which far time is known.
+/// FarSums over the cycles in which far time is known.
 #[derive(Default)]
-struct Sums {
+struct FarSums {
     count: f64,
     squares: f64,
     largest: f64,
@@ -98,7 +98,7 @@ struct Sums {
     beyond: f64,
 }
 
-struct Run<'a> {
+struct FarRun<'a> {
     case: &'a FarCase,
     random: Xoshiro256PlusPlus,
     clock: FarClock,
@@ -111,7 +111,7 @@ struct Run<'a> {
     number: u32,
 }
 
-impl<'a> Run<'a> {
+impl<'a> FarRun<'a> {
     fn new(case: &'a FarCase) -> Self {
         let mut due = vec![0.3 * CYCLE];
         let mut stops = case.stops.iter().peekable();
@@ -187,7 +187,7 @@ impl<'a> Run<'a> {
         CYCLE * ((next - 1) as f64 + passed / (to - from).min(CYCLE))
     }
 
-    fn cycle(&mut self, now: f64, outcome: &mut Outcome, sums: &mut Sums) {
+    fn cycle(&mut self, now: f64, outcome: &mut RunOutcome, sums: &mut FarSums) {
         while let Some((arrival, count, late)) = take_due(&mut self.messages, now, |m| m.0) {
             let stamp = (self.case.stamps).then(|| Span::from_secs_f64(late));
             self.clock.message(9, count, at(arrival), stamp);

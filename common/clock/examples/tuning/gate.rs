@@ -2,12 +2,12 @@
 
 use coaxle_clock::{Age, AgeGate, CycleTime, Instant, Span};
 
-use crate::outcome::Outcome;
+use crate::outcome::RunOutcome;
 
 /// Ages of the messages of a receiver that stood still for two seconds, then empties its mailbox in pieces, beside a sender that
 /// is 1.5 % slow and sleeps for three seconds.
-pub(crate) fn outcome() -> Outcome {
-    let mut outcome = Outcome::default();
+pub(crate) fn outcome() -> RunOutcome {
+    let mut outcome = RunOutcome::default();
     let cycle = CycleTime::new(Span::from_millis(1)).unwrap();
     let mut gate = AgeGate::new(cycle, Span::from_millis(7));
     let (mut next, mut fresh) = (0_u64, 0_u32);

@@ -30,7 +30,7 @@ mod world;
 
 use std::process::ExitCode;
 
-use table::Constant;
+use table::TunedConstant;
 
 fn main() -> ExitCode {
     let mut wanted: Vec<String> = std::env::args().skip(1).collect();
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         wanted.remove(0);
     }
     let cases = if is_long { cases::long() } else { cases::all() };
-    let constants: Vec<Constant> = Constant::all()
+    let constants: Vec<TunedConstant> = TunedConstant::all()
         .filter(|constant| wanted.is_empty() || wanted.iter().any(|word| constant.is(word)))
         .collect();
     if constants.is_empty() {
@@ -59,7 +59,7 @@ mod tests {
         let cases = cases::all();
         let case = cases.iter().find(|case| case.name == "5/20").unwrap();
         let before = case.outcome();
-        let clamp = Constant::all().find(|constant| constant.is("FilterTuning.clamp"));
+        let clamp = TunedConstant::all().find(|constant| constant.is("FilterTuning.clamp"));
         let clamp = clamp.unwrap();
         // A clamp at 1.5 standard deviations is met by every seventh message.
         let _ = (clamp.block.perturb)(clamp.name, 0.3);
@@ -70,7 +70,9 @@ mod tests {
 
     #[test]
     fn no_constant_is_named_twice() {
-        let mut names: Vec<String> = Constant::all().map(|constant| constant.path()).collect();
+        let mut names: Vec<String> = TunedConstant::all()
+            .map(|constant| constant.path())
+            .collect();
         names.sort();
         let count = names.len();
         names.dedup();

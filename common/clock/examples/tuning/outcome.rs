@@ -2,22 +2,22 @@
 
 /// Outcome of one run.
 #[derive(Clone, Default, PartialEq)]
-pub(crate) struct Outcome {
+pub(crate) struct RunOutcome {
     /// Digest of all outputs: another one is another run.
     pub(crate) digest: u64,
-    pub(crate) figures: Vec<Figure>,
+    pub(crate) figures: Vec<RunFigure>,
 }
 
 /// A figure of a run.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) struct Figure {
+pub(crate) struct RunFigure {
     pub(crate) name: &'static str,
     pub(crate) value: f64,
     /// A change by less than this is of no interest.
     pub(crate) least: f64,
 }
 
-impl Outcome {
+impl RunOutcome {
     /// Takes a value into the digest.
     pub(crate) fn digest(&mut self, value: f64) {
         // FNV-1a, a word at a time.
@@ -26,11 +26,11 @@ impl Outcome {
 
     pub(crate) fn add(&mut self, name: &'static str, value: f64, least: f64) {
         self.digest(value);
-        self.figures.push(Figure { name, value, least });
+        self.figures.push(RunFigure { name, value, least });
     }
 
     /// The figure that differs most from that of another run, relative to it, and by how much.
-    pub(crate) fn largest_change(&self, base: &Self) -> Option<(Figure, Figure, f64)> {
+    pub(crate) fn largest_change(&self, base: &Self) -> Option<(RunFigure, RunFigure, f64)> {
         let pairs = self.figures.iter().zip(&base.figures);
         let changes = pairs.map(|(new, old)| {
             let by = match (new.value.is_finite(), old.value.is_finite()) {

@@ -3,10 +3,10 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use coaxle_clock::tuning::Block;
+use coaxle_clock::tuning::TunedBlock;
 
-use crate::cases::Named;
-use crate::outcome::Outcome;
+use crate::cases::NamedCase;
+use crate::outcome::RunOutcome;
 
 /// Factors on a constant.
 const FACTORS: [f64; 2] = [0.7, 1.3];
@@ -14,12 +14,12 @@ const FACTORS: [f64; 2] = [0.7, 1.3];
 const NAMED: f64 = 0.01;
 
 /// A tuned constant.
-pub(crate) struct Constant {
-    pub(crate) block: &'static Block,
+pub(crate) struct TunedConstant {
+    pub(crate) block: &'static TunedBlock,
     pub(crate) name: &'static str,
 }
 
-impl Constant {
+impl TunedConstant {
     /// Iterates over all of them.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         coaxle_clock::tuned_blocks()
@@ -37,8 +37,8 @@ impl Constant {
 }
 
 /// Prints the table of some constants over some cases.
-pub(crate) fn print(constants: &[Constant], cases: &[Named]) {
-    let base: Vec<Outcome> = cases.iter().map(Named::outcome).collect();
+pub(crate) fn print(constants: &[TunedConstant], cases: &[NamedCase]) {
+    let base: Vec<RunOutcome> = cases.iter().map(NamedCase::outcome).collect();
     println!(
         "| constant | value | runs of {} that change | × 0.7 | × 1.3 |",
         cases.len()
@@ -68,7 +68,7 @@ pub(crate) fn print(constants: &[Constant], cases: &[Named]) {
     }
 }
 
-fn row(constant: &Constant, cases: &[Named], base: &[Outcome]) -> String {
+fn row(constant: &TunedConstant, cases: &[NamedCase], base: &[RunOutcome]) -> String {
     // By 1, to read it.
     let value = (constant.block.perturb)(constant.name, 1.0);
     let changes = FACTORS.map(|factor| {
@@ -92,7 +92,7 @@ fn row(constant: &Constant, cases: &[Named], base: &[Outcome]) -> String {
 }
 
 /// Number of runs that change, and the figure that changes most.
-fn changes(cases: &[Named], base: &[Outcome], outcomes: &[Outcome]) -> (usize, String) {
+fn changes(cases: &[NamedCase], base: &[RunOutcome], outcomes: &[RunOutcome]) -> (usize, String) {
     let all = cases.iter().zip(base).zip(outcomes);
     let changed = all
         .clone()

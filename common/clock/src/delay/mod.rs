@@ -422,7 +422,7 @@ impl DelayExchange {
         if self.open & request == 0 {
             return Err(Refusal::NotAsked);
         }
-        // A second response to one request is refused, whoever sent it.
+        // A second response to one request is refused, from any sender.
         self.open &= !request;
         let passed = arrived - response.requested;
         if !(Span::ZERO..=TUNING.longest).contains(&passed)
@@ -535,7 +535,7 @@ impl DelayExchange {
 }
 
 #[cfg(feature = "perturb")]
-pub(crate) const ALL_TUNED: &[crate::tuning::Block] = &[
+pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] = &[
     TUNED,
     bounds::TUNED,
     drift::TUNED,

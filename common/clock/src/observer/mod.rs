@@ -44,7 +44,7 @@ pub(crate) use line::Bank;
 pub use output::FarTime;
 pub use parameters::ObserverParameters;
 #[cfg(feature = "perturb")]
-pub(crate) const TUNED: &[&[crate::tuning::Block]] = &[
+pub(crate) const TUNED: &[&[crate::tuning::TunedBlock]] = &[
     line::TUNED,
     noise::TUNED,
     events::TUNED,

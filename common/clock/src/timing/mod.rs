@@ -307,4 +307,4 @@ impl TimingChannel {
 }
 
 #[cfg(feature = "perturb")]
-pub(crate) const ALL_TUNED: &[crate::tuning::Block] = &[TUNED, line::TUNED, noise::TUNED];
+pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] = &[TUNED, line::TUNED, noise::TUNED];

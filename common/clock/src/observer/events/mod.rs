@@ -18,7 +18,7 @@ pub(super) use shift::{Bounds, Evidence, ShiftDetector, skipped_cycles};
 pub(super) use teeth::{Jump, ShownDrift, Teeth, bounds, cell_of, lowest_level, within_cell};
 
 #[cfg(feature = "perturb")]
-pub(super) const TUNED: &[crate::tuning::Block] = &[
+pub(super) const TUNED: &[crate::tuning::TunedBlock] = &[
     batches::TUNED,
     counts::TUNED,
     drift_step::TUNED,

@@ -19,7 +19,7 @@ pub(super) use edge::Edge;
 pub(crate) use filter::Estimate;
 
 #[cfg(feature = "perturb")]
-pub(super) const TUNED: &[crate::tuning::Block] = &[
+pub(super) const TUNED: &[crate::tuning::TunedBlock] = &[
     bank::TUNED,
     calibration::TUNED,
     choice::TUNED,

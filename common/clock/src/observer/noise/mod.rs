@@ -23,7 +23,7 @@ pub(super) use resolution::Resolution;
 pub(super) use waits::Waits;
 
 #[cfg(feature = "perturb")]
-pub(super) const TUNED: &[crate::tuning::Block] = &[
+pub(super) const TUNED: &[crate::tuning::TunedBlock] = &[
     correlated_delay::TUNED,
     correlation::TUNED,
     echo::TUNED,
