@@ -96,6 +96,7 @@ fn follow(
             let stamp = m.send_stamp.map(Span::from_nanos);
             clock.message(m.epoch, m.count, Instant::from_nanos(m.at), stamp);
         }
+        // Responses of cycles without a message go into the next one that has some.
         while let Some(r) = next_if(&mut responses, |response| response.cycle_start <= start) {
             clock.response(Instant::from_nanos(r.at), &r.response);
         }
@@ -104,6 +105,7 @@ fn follow(
         // The requests went out when the recording was made; here only their numbers count.
         let _ = clock.request(now);
         if start >= next_line {
+            // A line a second.
             next_line = start.saturating_add(1_000_000_000);
             print(match clock.far_time_at(now) {
                 Some(far) if output.is_sure => format!(

@@ -10,22 +10,27 @@
 
 use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Span};
+use crate::tuning::tuning;
 
-/// Rate at which the best arrival is forgotten, so that a slower sender does not grow old: its pace is judged
-/// elsewhere, and one far beyond what quartzes do must be received to be named. A backlog is older by three orders.
-const FORGETTING_PPM: i64 = 20_000;
-/// Silence forgets nothing beyond this, or a backlog would seem younger the longer it is.
-const LONGEST_FORGETTING: Span = Span::from_millis(100);
-
-/// Time at its regular pace after which a sender whose count fell behind for good (its machine slept) is believed
-/// again.
-const PATIENCE: Span = Span::from_secs(1);
-
-/// A backlog is over once this number of messages in a row came no less late than the least late one since it began. Pieces of
-/// a few messages that are read by bytes are uneven by one.
-const PACED: u8 = 4;
-/// Part of a cycle, as its divisor, beyond which a message counts as less late: below it is jitter.
-const FALLEN: i64 = 8;
+tuning! {
+    /// Tuned constants of the gate.
+    AgeGateTuning {
+        /// Rate at which the best arrival is forgotten, so that a slower sender does not grow old.
+        // Its pace is judged elsewhere, and one far beyond what quartzes do must be received to be named. A backlog is older by three orders.
+        forgetting_ppm: i64 = 20_000,
+        /// Silence forgets nothing beyond this, or a backlog would seem younger the longer it is.
+        longest_forgetting: Span = Span::from_millis(100),
+        /// Time at its regular pace after which a sender whose count fell behind for good (its machine slept) is believed
+        /// again.
+        regular_for: Span = Span::from_secs(1),
+        /// A backlog is over once this number of messages in a row came no less late than the least late one since it began.
+        // Pieces of a few messages that are read by bytes are uneven by one.
+        paced: u8 = 4,
+        /// Part of a cycle, as its divisor, beyond which a message counts as less late.
+        // Below it is jitter.
+        fallen: i64 = 8,
+    }
+}
 
 /// Judges the age of one sender's messages.
 #[derive(Clone, Copy, Debug)]
@@ -92,6 +97,7 @@ impl AgeGate {
         let best = self.best_at(arrived, of_count_zero);
         let lateness = of_count_zero - best;
         let is_backlog = self.is_backlog(arrived, of_count_zero, lateness > self.limit);
+        // Late by its count when it came, and older by every cycle that it waits.
         let age = lateness + (now - arrived);
         if age <= self.limit {
             self.late_since = None;
@@ -117,8 +123,8 @@ impl AgeGate {
         let best = match self.best {
             None => of_count_zero,
             Some(best) => {
-                let passed = (arrived - best.known_at).clamp(Span::ZERO, LONGEST_FORGETTING);
-                let forgotten = passed * FORGETTING_PPM / 1_000_000;
+                let passed = (arrived - best.known_at).clamp(Span::ZERO, TUNING.longest_forgetting);
+                let forgotten = passed * TUNING.forgetting_ppm / 1_000_000;
                 of_count_zero.min(best.of_count_zero + forgotten)
             }
         };
@@ -140,7 +146,7 @@ impl AgeGate {
         if self.backlog.is_none() && !(is_late && was_silent()) {
             return false;
         }
-        let fallen = self.cycle_time.span() / FALLEN;
+        let fallen = self.cycle_time.span() / TUNING.fallen;
         let backlog = match self.backlog {
             Some(Backlog { least, paced }) if of_count_zero > least - fallen => Backlog {
                 least: least.min(of_count_zero),
@@ -151,18 +157,19 @@ impl AgeGate {
                 paced: 0,
             },
         };
-        self.backlog = Some(backlog).filter(|backlog| backlog.paced < PACED);
+        self.backlog = Some(backlog).filter(|backlog| backlog.paced < TUNING.paced);
         self.backlog.is_some()
     }
 
     /// Reports late messages that keep the sender's pace for long enough. A backlog comes far faster.
     fn is_regular(&mut self, at: Instant<Local>, of_count_zero: Instant<Local>) -> bool {
         let late = *self.late_since.get_or_insert(Late { at, of_count_zero });
+        // Faster or slower than the sender's pace: part of a backlog, or another gap.
         if (of_count_zero - late.of_count_zero).abs() > self.limit {
             self.late_since = Some(Late { at, of_count_zero });
             return false;
         }
-        at - late.at >= PATIENCE
+        at - late.at >= TUNING.regular_for
     }
 }
 

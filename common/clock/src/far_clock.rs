@@ -232,8 +232,10 @@ impl FarClock {
             self.measure(now, used);
         }
         let measures = self.delay == DelaySource::Measured;
+        // Decided in each cycle, as exchanges may end at any time and steps are then for the messages to attribute.
         (self.observer).leave_steps_to_exchanges(measures && self.exchange.can_attribute(now));
         self.steer(now);
+        // After the delay is passed on, or far time would follow a new one a cycle late.
         let mut observer = self.observer.cycle(now);
         if let Steering::Channel { rate, .. } = self.steering {
             observer.drift_ppm = (rate - 1.0) * 1e6;
@@ -284,6 +286,7 @@ impl FarClock {
         let passed = (at - now).as_nanos() as f64;
         let rate = 1.0 + observer.drift_ppm * 1e-6;
         let observed =
+            // Added and not as squares: beyond the newest cycle both errors may point the same way.
             COVERED * (offset_sigma.0 + observer.drift_sigma_ppm * 1e-6 * (passed * 1e-9).abs());
         // What is measured of the delay covers the line it is measured against.
         let known = delay.uncertainty.map_or(0.0, |uncertainty| uncertainty.0);

@@ -19,7 +19,7 @@
 //! The crate is `no_std`, allocates nothing and reads no clock: every instant is an argument.
 #![no_std]
 
-#[cfg(test)]
+#[cfg(any(test, feature = "perturb"))]
 extern crate std;
 
 pub mod age_gate;
@@ -32,6 +32,10 @@ pub mod observer;
 mod straight_line;
 pub mod time_sync;
 pub mod timing;
+#[cfg(feature = "perturb")]
+pub mod tuning;
+#[cfg(not(feature = "perturb"))]
+mod tuning;
 mod two_way;
 
 pub use age_gate::{Age, AgeGate};
@@ -40,3 +44,14 @@ pub use delay::DelayExchange;
 pub use far_clock::FarClock;
 pub use instant::{Domain, Instant, Local, Remote, Seconds, Span};
 pub use observer::PhaseObserver;
+
+/// Iterates over the tuned constants of all blocks.
+#[cfg(feature = "perturb")]
+pub fn tuned_blocks() -> impl Iterator<Item = &'static tuning::TunedBlock> {
+    let others = [
+        delay::ALL_TUNED,
+        timing::ALL_TUNED,
+        &[age_gate::TUNED, two_way::TUNED],
+    ];
+    observer::TUNED.iter().copied().chain(others).flatten()
+}

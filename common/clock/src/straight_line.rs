@@ -18,6 +18,7 @@ impl StraightLine {
         let count = points.clone().count() as f64;
         let time = points.clone().map(|point| point.0).sum::<f64>() / count;
         let value = points.clone().map(|point| point.1).sum::<f64>() / count;
+        // About the means: sums of squares of times since the start would cancel in all their digits.
         let centred = points.map(|point| (point.0 - time, point.1 - value));
         let squares = centred.clone().map(|(t, _)| t * t).sum::<f64>();
         let slope = centred.clone().map(|(t, v)| t * v).sum::<f64>() / squares;
@@ -34,6 +35,7 @@ impl StraightLine {
 
     /// The variance of a value.
     pub(crate) fn variance(&self) -> f64 {
+        // Two degrees of freedom are in the line.
         self.scatter / (self.count - 2.0)
     }
 

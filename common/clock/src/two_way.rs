@@ -14,30 +14,40 @@ use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 use crate::timing::Steering;
 use crate::timing::line::{GROUP, TimingLine};
+use crate::tuning::tuning;
 
-/// Groups that the mean squares of misses are over, …
-const MEMORY: f64 = 8.0;
-/// … and are known after this number.
-const ENOUGH: f64 = 8.0;
-/// Greatest miss of messages, as a multiple of the usual one of exchanges: a change that is over is forgotten in ten seconds
-/// (drift_table, "delay +1 ms in 2 s": messages had long been right again, and were not followed for half a minute).
-const CLIPPED: f64 = 6.0;
+tuning! {
+    /// Tuned constants of the choice between messages and exchanges.
+    TwoWayTuning {
+        /// Groups that the mean squares of misses are over, …
+        memory: f64 = 8.0,
+        /// … and are known after this number.
+        enough: f64 = 8.0,
+        /// Greatest miss of messages, as a multiple of the usual one of exchanges.
+        // A change that is over is forgotten in ten seconds (drift_table, "delay +1 ms in 2 s": messages had long been right again, and were not
+        // followed for half a minute).
+        clipped: f64 = 6.0,
+        /// The exchanges are followed where messages miss them by more than this, as a multiple in squares …
+        worse: f64 = 2.5,
+        /// … and no longer where by less than this.
+        // Where only the exchanges' own scatter counts they are equal.
+        as_good: f64 = 1.25,
+        /// Least miss of messages that counts, s.
+        // On AR(1) delays of 15 µs they miss by 3, and exchanges lag behind a drift that changes at once.
+        least: f64 = 10e-6,
+        /// Least miss of messages where exchanges are followed.
+        // A path that wanders returns to its mean twice in each period.
+        still_least: f64 = 4e-6,
+        /// Time after an event within which exchanges are not followed.
+        // Nothing is compared across an event, which is attributed within this time.
+        steady_for: Span = Span::from_secs(10),
+        /// Time without an exchange after which the messages are followed again.
+        stale_after: Span = Span::from_secs(2),
+    }
+}
+
 /// Groups whose shortest round trip counts: ten seconds at ten exchanges a second. Longer ones say less.
 const ROUND_TRIPS: usize = 12;
-/// The exchanges are followed where messages miss them by more than this, as a multiple in squares; no longer where by less than
-/// the second. Where only the exchanges' own scatter counts they are equal.
-const WORSE: f64 = 2.5;
-const AS_GOOD: f64 = 1.25;
-/// Least miss of messages that counts, s: on AR(1) delays of 15 µs they miss by 3, and exchanges lag behind a drift that changes
-/// at once.
-const LEAST: f64 = 10e-6;
-/// Least miss of messages where exchanges are followed: a path that wanders returns to its mean twice in each period.
-const STILL_LEAST: f64 = 4e-6;
-/// After an event neither is followed by what it predicted before: nothing is compared across it, and exchanges are not followed
-/// within this time, in which the event is attributed.
-const STEADY_FOR: Span = Span::from_secs(10);
-/// Time without an exchange after which the messages are followed again.
-const STALE_AFTER: Span = Span::from_secs(2);
 
 /// The line through the exchanges, and how well both lines predict.
 #[derive(Clone, Debug, Default)]
@@ -123,6 +133,7 @@ impl TwoWay {
         self.filled += 1;
         let line =
             (self.line).get_or_insert_with(|| TimingLine::new(response, far.rate, ROUND_TRIPS));
+        // A clock leapt: the observer will notice it, too, and until then neither predicts anything.
         if line.take(arrived, response) {
             self.forget();
             self.events = Some(events);
@@ -138,20 +149,22 @@ impl TwoWay {
         let Some(missed) = self.line.as_mut().and_then(TimingLine::take_missed) else {
             return;
         };
+        // Ways against the messages' line and the delay: zero, but for scatter, if both are right.
         let by_messages = 0.5 * (self.there - self.back);
-        self.groups = (self.groups + 1.0).min(MEMORY);
+        self.groups = (self.groups + 1.0).min(TUNING.memory);
         let part = 1.0 / self.groups;
         self.by_exchanges += part * (missed * missed - self.by_exchanges);
-        let most = CLIPPED * self.by_exchanges.max(LEAST * LEAST);
+        let most = TUNING.clipped * self.by_exchanges.max(TUNING.least * TUNING.least);
         let square = (by_messages * by_messages).min(most);
         self.by_messages += part * (square - self.by_messages);
         let (times, least) = match self.in_use {
-            true => (AS_GOOD, STILL_LEAST),
-            false => (WORSE, LEAST),
+            true => (TUNING.as_good, TUNING.still_least),
+            false => (TUNING.worse, TUNING.least),
         };
+        // Squares on both sides, as the scatter of the exchanges themselves is in both.
         let is_better = self.by_messages > (times * self.by_exchanges).max(least * least);
-        let is_steady = (self.steady_since).is_some_and(|since| now - since >= STEADY_FOR);
-        self.in_use = is_better && is_steady && self.groups >= ENOUGH;
+        let is_steady = (self.steady_since).is_some_and(|since| now - since >= TUNING.steady_for);
+        self.in_use = is_better && is_steady && self.groups >= TUNING.enough;
     }
 
     /// Returns the steering of far time at `now`, beside the line of messages as it is; none where that is the better one.
@@ -166,9 +179,10 @@ impl TwoWay {
         if self.events != Some(Events::of(far, exchange)) {
             return None;
         }
-        let is_fresh = (self.newest).is_some_and(|newest| now - newest <= STALE_AFTER);
+        let is_fresh = (self.newest).is_some_and(|newest| now - newest <= TUNING.stale_after);
         let line = self.line.as_ref().filter(|line| line.is_acquired());
         let line = line.filter(|_| self.in_use && is_fresh && far.synced)?;
+        // Only the two lines are compared without an asymmetry. Far time has it.
         let (beside, unequal) = exchange.inequality(line.round_trip());
         let ahead = far.offset_at(line.far_time(now), now).0 + beside;
         let sigma = line.sigma(now);

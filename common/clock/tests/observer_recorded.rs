@@ -48,6 +48,7 @@ fn recorded_arrivals_are_followed() {
     for recording in recorded::load(&directory).unwrap() {
         let name = &recording.name;
         let largest = match name.as_str() {
+            // On busy machines the lowest delay itself varies by a µs.
             "udp-2-busy" | "udp-4-busy" => 1.5e-6,
             _ => 0.7e-6,
         };
@@ -59,6 +60,7 @@ fn recorded_arrivals_are_followed() {
             let [observer, servo] =
                 [&run.observer, &run.servos[0]].map(|score| rms([score].into_iter()));
             assert!(
+                // On the full recordings the servo is better on one of them, 0.20 for 0.23 µs, and the pieces here are short.
                 observer <= 1.5 * servo,
                 "{name}, {seed}: {observer} s, servo {servo} s"
             );
@@ -85,6 +87,7 @@ fn delays_that_are_alike_for_tenths_of_a_second() {
     let runs = bench::all(Subject::Generated(&case), FIRST_SEED, 10);
     for (seed, run) in runs.iter().enumerate() {
         let rms = rms([&run.observer].into_iter());
+        // The worst of thirty seeds has 1.4 µs.
         assert!(rms <= 2e-6, "{seed}: {rms} s");
     }
 }
@@ -105,6 +108,7 @@ fn a_small_step_of_the_delay_does_not_kick_the_drift() {
     };
     for run in bench::all(Subject::Generated(&case), FIRST_SEED, 10) {
         let worst = run.observer.claims.unwrap().worst_drift_ppm;
+        // 22 ppm without the hold of the estimate.
         assert!(worst < 2.0, "{worst} ppm");
     }
 }

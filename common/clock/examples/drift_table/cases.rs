@@ -1,8 +1,9 @@
 //! Links, and the changes on them from [`BEGINS`] on.
 
-use crate::world::{Course, Link};
+use super::world::{Course, Link};
 
 /// Beginning of the change, s, and time watched.
+// Long enough for the observer to be synchronised and the delay measured, and the usual differences of slopes known.
 pub(crate) const BEGINS: f64 = 15.0;
 pub(crate) const WATCHED: f64 = 30.0;
 
@@ -16,6 +17,8 @@ const fn link(sender_us: f64, network_us: f64) -> Link {
     }
 }
 
+// Quick and wide jitter, and the three things that decide how soon a change is attributed: stamps, exchanges,
+// correlation.
 pub(crate) const LINKS: [(&str, Link); 6] = [
     ("1/5", link(1.0, 5.0)),
     ("5/20", link(5.0, 20.0)),
@@ -93,6 +96,7 @@ pub(crate) const DRIFTS: [(&str, Course); 9] = [
 ];
 
 /// Changes not to be followed: of the path.
+// Slopes of 25 to 500 ppm: what a drift would look like for as long as they last.
 pub(crate) const DELAYS: [(&str, Course); 6] = [
     (
         "delay +200 µs in 0.5 s",

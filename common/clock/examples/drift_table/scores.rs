@@ -1,7 +1,7 @@
 //! Size and duration of the far time's error.
 
-use crate::cases::{BEGINS, WATCHED};
-use crate::world::{Course, Link, run};
+use super::cases::{BEGINS, WATCHED};
+use super::world::{Course, Link, run};
 
 /// Time before anything happens from which the usual error is taken, s.
 const BEFORE: f64 = 3.0;
@@ -29,6 +29,7 @@ pub(crate) fn score(link: &Link, course: &Course, seed: u64) -> Score {
     let mut score = Score::default();
     let (mut usual, mut count) = (0.0, 0.0);
     let width = link.correlated.map_or(0.0, |(width, _)| width);
+    // A link with wide jitter is never within a few µs for long, whatever happens on it.
     let near = SETTLED + SETTLED_PART * (link.network + width);
     run(link, course, seed, BEGINS + WATCHED, |cycle| {
         let since = cycle.time - BEGINS;
@@ -42,6 +43,7 @@ pub(crate) fn score(link: &Link, course: &Course, seed: u64) -> Score {
         let off = f64::abs(cycle.error - usual);
         score.worst = score.worst.max(off);
         if off > near {
+            // The last time that it was off, so that an error that returns counts.
             score.settled_after = since;
         }
         if since > WATCHED - END {
@@ -52,6 +54,7 @@ pub(crate) fn score(link: &Link, course: &Course, seed: u64) -> Score {
         }
         let output = &cycle.output;
         if let Some(uncertainty) = output.delay.uncertainty {
+            // What is still to be slewed is reported beside the uncertainty, not in it.
             let bound = uncertainty.0 + output.observer.slew_remaining.0.abs();
             score.beyond += u32::from(cycle.error.abs() > bound);
         }

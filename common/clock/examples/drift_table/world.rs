@@ -110,6 +110,7 @@ pub(crate) fn run(
         exchanges.retain(|(arrival, ..)| *arrival >= now - 1.0);
         let best = exchanges.iter().min_by(|a, b| a.1.total_cmp(&b.1));
         if let Some(far) = output.observer.far_time {
+            // Without exchanges far time lags by the least delay, which is known here.
             let lag = if link.exchanges { 0.0 } else { LATENCY };
             each(&Cycle {
                 time: now,
@@ -123,6 +124,7 @@ pub(crate) fn run(
 
 impl<'a> World<'a> {
     fn new(link: &'a Link, course: &'a Course, seed: u64, seconds: f64) -> Self {
+        // Off the receiver's cycles by a part that no event is in step with.
         let mut sends = vec![0.3 * CYCLE];
         while sends[sends.len() - 1] < seconds {
             let last = sends[sends.len() - 1];
@@ -155,9 +157,11 @@ impl<'a> World<'a> {
             let mut arrival = due + late + self.way(due);
             if let Some((width, time)) = self.link.correlated {
                 let kept = f64::exp(-CYCLE / time);
+                // Stationary: the innovation makes up for what the process forgets in a cycle.
                 alike = kept * alike + (1.0 - kept * kept).sqrt() * self.normal();
                 arrival += width * f64::abs(alike);
             }
+            // A message never overtakes the one before, as on a TCP connection.
             newest = f64::max(newest, arrival);
             Message {
                 arrival: newest,
@@ -181,6 +185,7 @@ impl<'a> World<'a> {
     /// The response to a request that leaves now, and when it arrives.
     fn response(&mut self, now: f64, number: u32) -> (f64, TimeResponse) {
         let received = now + self.way(now);
+        // A sender responds in its next cycle.
         let cycle = self.sends.partition_point(|send| *send <= received);
         let responded = self.sends[cycle.min(self.sends.len() - 1)] + RESPONDS_AFTER;
         let far = |time| Span::from_secs_f64(CYCLE * self.far_cycles(time));

@@ -43,6 +43,7 @@ pub(crate) fn parse(arguments: &[String]) -> Result<Arguments, String> {
     {
         return Ok(Arguments::Help);
     }
+    // No group is a number, so the two forms cannot be confused.
     let starts_with_number = arguments.first().is_some_and(|word| number(word).is_ok());
     if starts_with_number {
         parse_details(arguments)
@@ -85,6 +86,7 @@ fn parse_table(arguments: &[String]) -> Result<Table, String> {
             group => chosen.push(known(group, &cases::GROUPS)?),
         }
     }
+    // In the order of the table and each once, however they were given.
     let groups = cases::GROUPS.into_iter();
     table.groups = groups
         .filter(|group| chosen.is_empty() || chosen.contains(group))

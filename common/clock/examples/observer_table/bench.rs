@@ -13,6 +13,7 @@ use crate::world::{Case, Run};
 pub(crate) const BANDWIDTHS: [f64; 4] = [0.2, 0.1, 0.4, 0.8];
 
 /// Part of a recording for starting.
+// Enough for all followers to have found their line, also in the short pieces of the repository.
 const SKIPPED: f64 = 1.0 / 3.0;
 
 /// Source of arrivals.
@@ -72,6 +73,7 @@ pub(crate) fn all(subject: Subject<'_>, first: u64, seeds: u64) -> Vec<Scores> {
     let done = Mutex::new(Vec::new());
     let work = || {
         loop {
+            // Runs take different times, so each thread takes the next one and not a fixed share.
             let number = next.fetch_add(1, Ordering::Relaxed);
             if number >= seeds {
                 break;
@@ -88,6 +90,7 @@ pub(crate) fn all(subject: Subject<'_>, first: u64, seeds: u64) -> Vec<Scores> {
         }
     });
     let mut done = done.into_inner().unwrap();
+    // Threads end in any order, and sums of floats depend on it.
     done.sort_by_key(|(number, _)| *number);
     done.into_iter().map(|(_, scores)| scores).collect()
 }

@@ -93,6 +93,7 @@ pub(crate) fn print_details(seeds: u64, first: u64, words: &[String]) {
             print(name, case, &figures);
             early(&figures);
             let ideal = Case {
+                // Normal noise with the same Fisher information, for which the exact posterior is a Kalman filter.
                 efficient: Some(efficient_width(case)),
                 ..*case
             };
@@ -104,6 +105,7 @@ pub(crate) fn print_details(seeds: u64, first: u64, words: &[String]) {
     if wanted("unordered") {
         for (name, case) in cases {
             let case = Case {
+                // As over UDP: a spike then delays one message and not those behind it.
                 in_order: false,
                 ..case
             };
@@ -129,6 +131,7 @@ pub(crate) fn print_details(seeds: u64, first: u64, words: &[String]) {
                 seconds: 3600.0,
                 ..case
             };
+            // Fifteen times as long as the other cases.
             let figures = all(&case, first, seeds.min(8), || {
                 Box::new(Observer::new(case.cycle))
             });

@@ -22,6 +22,7 @@ pub(crate) fn drive(
     cycles: usize,
     mut each: impl FnMut(&Cycle),
 ) {
+    // In whole nanoseconds, as the schedule of a receiver has it.
     let cycle = (run.cycle() * 1e9) as i64;
     let mut messages = run.messages.iter().peekable();
     let mut exchanges = run.exchanges.iter().peekable();
@@ -30,6 +31,7 @@ pub(crate) fn drive(
         while let Some(message) = messages.next_if(|message| message.arrived <= now) {
             follower.observe(message);
         }
+        // After the messages: a response is measured against the line that they make.
         while let Some(exchange) = exchanges.next_if(|exchange| exchange.t4 <= now) {
             follower.exchange(exchange);
         }

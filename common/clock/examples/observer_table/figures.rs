@@ -45,7 +45,9 @@ pub(crate) fn follow(follower: &mut dyn Follower, case: &Case, run: &Run) -> Fig
         let (Some(far), now) = (cycle.far, cycle.now) else {
             return;
         };
+        // One-way messages cannot show the least delay, so it is no error.
         errors[cycle.number] = far - run.far(now) + world::MIN_DELAY;
+        // Strictly: far time is promised to rise from cycle to cycle.
         figures.backward += u32::from(far <= previous);
         previous = far;
         if let Some(output) = &cycle.output {
@@ -65,6 +67,7 @@ pub(crate) fn follow(follower: &mut dyn Follower, case: &Case, run: &Run) -> Fig
         figures.exponential = output.exponential_jitter.0;
         figures.walk = output.random_walk_ppm;
     }
+    // The first quarter is for the lock, which has figures of its own.
     let steady_from = ((case.seconds * 0.25) / case.cycle) as usize;
     let mut steady = &errors[steady_from..];
     let load = case.load.map(|(from, to, _)| (from, to));
@@ -109,6 +112,7 @@ fn lock(errors: &[f64], constant: f64, seconds: f64, cycle: f64) -> f64 {
     let needed = (seconds / cycle) as usize;
     let mut good = 0;
     for (k, error) in errors.iter().enumerate() {
+        // Not a number is not within.
         good = if (error - constant).abs() <= WITHIN {
             good + 1
         } else {
@@ -130,8 +134,10 @@ pub(crate) fn lock_rms(errors: &[f64], constant: f64, cycle: f64) -> f64 {
     let mut sums = vec![0.0];
     for error in errors {
         let e = error - constant;
+        // A second squared where nothing is known yet: no window with it is within a microsecond.
         sums.push(sums[sums.len() - 1] + if e.is_nan() { 1.0 } else { e * e });
     }
+    // Sums from the start, so that each window is one subtraction.
     let within = |k: usize, n: usize| sums[k + n] - sums[k] <= n as f64 * WITHIN * WITHIN;
     (0..errors.len().saturating_sub(long))
         .find(|k| (errors[*k] - constant).abs() <= WITHIN && within(*k, short) && within(*k, long))
@@ -141,6 +147,7 @@ pub(crate) fn lock_rms(errors: &[f64], constant: f64, cycle: f64) -> f64 {
 pub(crate) fn quantile(values: &[f64], part: f64) -> f64 {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);
+    // The nearest rank, without interpolation, as one of them may be infinite.
     values[((values.len() - 1) as f64 * part).round() as usize]
 }
 
@@ -150,6 +157,7 @@ pub(crate) fn all<F: Fn() -> Box<dyn Follower> + Sync>(
     seeds: u64,
     make: F,
 ) -> Vec<Figures> {
+    // Two threads with every other seed, whose runs take as long on the average.
     let half = |odd: u64| {
         (0..seeds)
             .filter(|seed| seed % 2 == odd)

@@ -47,6 +47,7 @@ impl Batches {
     pub(crate) fn deliver(&mut self, arrived: f64) -> f64 {
         let beacon = (arrived / self.kind.beacons).ceil() * self.kind.beacons;
         self.beacon = self.beacon.max(beacon);
+        // A queue: a batch that is not through by the next beacon delays the batch of that one.
         self.through = self.through.max(self.beacon) + self.kind.airtime;
         self.through
     }
@@ -92,6 +93,7 @@ impl CorrelatedDelay {
         match self.kind {
             Correlated::HalfNormal { width, time } => {
                 let kept = (-passed / time).exp();
+                // Keeps the process stationary, with `width` as its standard deviation.
                 let fresh = width * (1.0 - kept * kept).sqrt();
                 self.value = kept * self.value + fresh * normal(&mut self.random);
                 self.value.abs()
@@ -137,6 +139,7 @@ impl HoldUpTimes {
 
     /// Real arrival of a message that would otherwise arrive at `arrived`. To be called in order.
     pub(crate) fn hold(&mut self, arrived: f64) -> f64 {
+        // Over all hold-ups that ended before this message.
         while arrived >= self.begin + self.kind.length {
             let pause = exponential(&mut self.random) / self.kind.per_second;
             self.begin += self.kind.length + pause;

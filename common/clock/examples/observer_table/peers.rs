@@ -120,6 +120,7 @@ impl Kalman {
             cycle,
             noise: noise * noise,
             walk: walk * walk,
+            // The observer begins with the same.
             expected_drift: 1e-4,
             clamp: 3.0,
             at: 0.0,
@@ -146,6 +147,7 @@ impl Kalman {
         c += self.walk * dt;
         let total = a + self.noise;
         let bound = self.clamp * total.sqrt();
+        // Spikes of milliseconds would throw a plain filter off for minutes.
         let innovation = (phase - offset).clamp(-bound, bound);
         offset += a / total * innovation;
         drift += b / total * innovation;

@@ -111,6 +111,7 @@ impl Recording {
                 };
                 Some(Message {
                     count: row.count,
+                    // The path and the sender's lateness stay as recorded. Only the clock that makes cycles is another one.
                     arrived: at(row.count) + row.late + delay,
                     stamp: Some(row.late),
                 })
@@ -144,9 +145,11 @@ impl Recording {
 
 /// Due time of each count by a clock that drifts and wanders, s.
 fn wandering_clock(counts: usize, seed: u64, usual_drift: bool) -> Vec<f64> {
+    // Another stream than that of generated cases of the same seed.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x7777);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
     let mut now = 0.0123 + uniform() * CYCLE;
+    // Log-uniform: quartzes of 1 ppm are as usual as those of 100.
     let size = 1e-6 * 100f64.powf(uniform());
     let chosen = if uniform() < 0.5 { size } else { -size };
     let mut drift = if usual_drift { USUAL_DRIFT } else { chosen };
@@ -177,6 +180,7 @@ fn parse_row(row: &[u8; 16]) -> Row {
         count,
         late,
         to_thread,
+        // Files have 0 where the kernel gave no stamp.
         to_kernel: (to_kernel != 0).then_some(to_kernel),
     }
 }

@@ -83,6 +83,7 @@ impl Minima {
         } else {
             None
         };
+        // Otherwise the lowest of a second would be its first or its last message, at 100 ppm.
         let height = phase - drift * (due - number as f64 * self.window);
         if self.lowest.is_none_or(|(lowest, _)| height < lowest) {
             self.lowest = Some((height, Point { due, phase }));

@@ -52,8 +52,10 @@ impl Scope {
         let whole = Self::undisturbed(index(case.seconds), 0.25);
         let from = whole.steady.start;
         if let Some((at, by)) = case.delay_step {
+            // Slewing by a step takes its size over the limit, which no estimator can avoid.
             let (at, after) = (index(at), index(at + GRACE + by.abs() / SLEW));
             return Self {
+                // The constant is that of before the event: what stays off afterwards is an error.
                 steady: from..at,
                 scored: after..whole.cycles,
                 excused: at..after,
@@ -153,6 +155,7 @@ fn trace(follower: &mut dyn Follower, run: &Run, scope: &Scope) -> Trace {
     };
     drive(follower, run, scope.cycles, |cycle| {
         let stepped = cycle.number >= scope.excused.start;
+        // Messages alone cannot tell a longer path from a later clock, so far time is right to move by it.
         let moved = if stepped { scope.delay_step } else { 0.0 };
         let far = cycle.far.unwrap_or(f64::NAN);
         trace.errors.push(far - run.far(cycle.now) + moved);
@@ -184,6 +187,7 @@ impl Trace {
         let synced = || {
             cycles()
                 .enumerate()
+                // From the very start, unlike the other figures: `synced` promises something from its first cycle on.
                 .filter(|(number, (_, said))| said.synced && !scope.excused.contains(number))
                 .map(|(_, cycle)| cycle)
         };

@@ -115,7 +115,9 @@ fn sigma_over_rms(runs: &[Scores]) -> String {
 fn errors(runs: &[Scores], of: impl Fn(&Scores) -> &Score) -> String {
     let squares: Vec<f64> = runs.iter().map(|run| of(run).mean_square).collect();
     let max = runs.iter().map(|run| of(run).max).fold(0.0, f64::max);
+    // Mean of squares over the runs, as of one long run.
     let rms = mean(&squares).sqrt();
+    // A follower that knew nothing in some cycle has no rms.
     if !rms.is_finite() {
         return nothing();
     }

@@ -159,6 +159,7 @@ impl Run {
         let step_walk = case.walk * case.cycle.sqrt();
         let mut due = Vec::with_capacity(cycles as usize);
         let mut messages = Vec::with_capacity(cycles as usize);
+        // At any phase of the receiver's cycle.
         let mut now = 0.0123 + uniform() * case.cycle;
         let (mut stepped, mut last, mut delayed) = (false, 0.0_f64, 0.0);
         let mut correlated = case.correlated.map(|kind| CorrelatedDelay::new(kind, seed));
@@ -241,6 +242,7 @@ impl Run {
                 size * (std::f64::consts::TAU * now / period).sin()
             });
             let servo = case.servo.map_or(0.0, |(rate, period)| {
+                // In the last second of a period the servo takes back what the clock gained in the others.
                 let is_back = now.rem_euclid(period) > period - 1.0;
                 if is_back { rate - rate * period } else { rate }
             });
@@ -301,7 +303,9 @@ impl Run {
 /// parameter with the Fisher information of the jitter.
 pub(crate) fn bound(case: &Case) -> f64 {
     let width = efficient_width(case);
+    // Spectral density of the measurements: one of this variance in each cycle that is not lost.
     let noise = case.cycle * width * width / (1.0 - case.loss);
+    // Steady state of the Kalman–Bucy filter of a drift that walks: √2·q^¼·r^¾ is its variance of the offset.
     (2f64.sqrt() * case.walk.sqrt() * noise.powf(0.75)).sqrt()
 }
 
@@ -314,6 +318,7 @@ pub(crate) fn efficient_width(case: &Case) -> f64 {
         let below = 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
         (0.5 * (sigma / tau).powi(2) - e / tau).exp() * below / tau
     };
+    // Fiftieth of the narrower part: the information is then right to three digits.
     let step = 0.02 * sigma.min(tau);
     let (mut information, mut e) = (0.0, -8.0 * sigma);
     while e < 8.0 * sigma + 20.0 * tau {

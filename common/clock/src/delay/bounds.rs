@@ -17,23 +17,34 @@ use super::trend::Trend;
 use super::window::{Exchange, Recent, Stamps};
 use crate::instant::{Instant, Local, Seconds};
 use crate::observer::FarLine;
+use crate::tuning::tuning;
 
-/// Rate change of a clock that may not be noticed yet, s/s: a quartz in a draught.
-const UNKNOWN_RATE: f64 = 1e-6;
-
-/// Change of a drift that may not be noticed yet, s/s.
-const UNNOTICED_RATE: f64 = 200e-6;
-/// Largest possible drift, s/s. A line whose rate is no surer than `UNMEASURED` has not measured it yet: it knows no more than
-/// what quartzes are usually like.
-const LARGEST_RATE: f64 = 2e-3;
-const UNMEASURED: f64 = 16e-6;
-/// Time, s, after which exchanges have tested the rate of a line.
-const TESTED: f64 = 8.0;
+tuning! {
+    /// Tuned constants of the bounds.
+    BoundsTuning {
+        /// Rate change of a clock that may not be noticed yet, s/s.
+        // A quartz in a draught.
+        unknown_rate: f64 = 1e-6,
+        /// Change of a drift that may not be noticed yet, s/s.
+        // Random schedules: a line that was 200 ppm wrong with a reported 5.
+        unnoticed_rate: f64 = 200e-6,
+        /// Largest possible drift, s/s, of a line that has not measured it yet.
+        largest_rate: f64 = 2e-3,
+        /// A line whose rate is no surer than this has not measured it.
+        // It knows no more than what quartzes are usually like.
+        unmeasured: f64 = 16e-6,
+        /// Time, s, after which exchanges have tested the rate of a line.
+        // Most of the ten seconds that are kept.
+        tested: f64 = 8.0,
+    }
+}
 
 /// Returns the correction of a delay, s, with which no recent exchange denies it, even if the rate of the line should be
 /// quite wrong.
 pub(super) fn pull(delay: f64, recent: &Recent<'_>) -> f64 {
-    let Some(Agreeing { least, most, .. }) = Agreeing::of(recent, UNNOTICED_RATE, 0.0) else {
+    // A rate that may be 200 ppm wrong. At that of the line a change of its drift would move the delay before it is noticed.
+    let Some(Agreeing { least, most, .. }) = Agreeing::of(recent, TUNING.unnoticed_rate, 0.0)
+    else {
         return 0.0;
     };
     match least.ahead <= most.ahead {
@@ -62,22 +73,24 @@ impl Bounds {
         let level = Agreeing::of(recent, 0.0, 0.0)?;
         let trend = Trend::of(recent);
         let trend = match level.contradicted {
+            // Some rate makes them agree, however jittery the exchanges are that no trend is certain of.
             true => trend.or_else(|| Trend::left_open(recent)),
             false => trend,
         };
         let Some(trend) = trend else {
-            let doubt = if !level.contradicted && recent.span() >= TESTED {
+            let doubt = if !level.contradicted && recent.span() >= TUNING.tested {
                 0.0
-            } else if recent.line.rate_sigma >= UNMEASURED {
-                LARGEST_RATE
+            } else if recent.line.rate_sigma >= TUNING.unmeasured {
+                TUNING.largest_rate
             } else {
-                UNNOTICED_RATE
+                TUNING.unnoticed_rate
             };
             return Some(Agreeing::of(recent, doubt, 0.0)?.bounds(doubt, None));
         };
         let agree = || Agreeing::of(recent, trend.sigma, trend.gain);
         let is_proven = recent.line.synced
             && trend.may_prove()
+            // A slope alone may be a path whose ways change differently. No path brings a response before its request.
             && level.contradicted
             && agree().is_some_and(|all| !all.contradicted);
         let doubted = Agreeing::of(recent, trend.most(), 0.0)?;
@@ -113,7 +126,7 @@ impl Bounds {
 
 /// Possible error of the rate of the line, s/s.
 fn rate_doubt(line: &FarLine, doubt: f64) -> f64 {
-    COVERED * line.rate_sigma + UNKNOWN_RATE + doubt
+    COVERED * line.rate_sigma + TUNING.unknown_rate + doubt
 }
 
 /// Exchanges that agree, from the newest on.
@@ -143,6 +156,7 @@ impl Agreeing {
             let most = exchange.there + gain * requested + rate * requested;
             [least, most].map(|ahead| Limit { ahead, stamps })
         };
+        // From the newest on: one that contradicts it is of a time before some event.
         let mut newest_first = recent.exchanges.iter().map(limits);
         let [least, most] = newest_first.next()?;
         let mut agreeing = Self {

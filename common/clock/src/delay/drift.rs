@@ -15,22 +15,33 @@
 use super::window::Exchange;
 use crate::observer::SuspectedDrift;
 use crate::straight_line::StraightLine;
+use crate::tuning::tuning;
 
-/// Requests go out at the fast or at the slow interval: means of stretches of at least this length, s, weigh alike.
-const STRETCH: f64 = 0.06;
+tuning! {
+    /// Tuned constants of the attribution of a drift.
+    DriftCauseTuning {
+        /// Least length of a stretch, s.
+        // Requests go out at the fast or at the slow interval. Means of stretches of this length weigh alike.
+        stretch: f64 = 0.06,
+        /// Least number of stretches that is conclusive.
+        // The line through them has three degrees of freedom.
+        enough: usize = 5,
+        /// Least size of the groups whose quickest counts, for a jitter too wide for means.
+        each: usize = 6,
+        /// Part of the change that counts as nothing.
+        nothing: f64 = 0.35,
+        /// To distinguish it from all of the change, the slope is to be known to a standard deviation of this part (two standard deviations
+        /// for half of the change are wrong once in twenty). A drift that is taken for a path is examined again a second later; a path that
+        /// is taken for a drift leads away.
+        certain: f64 = 0.15,
+        /// Excess over the others of its stretch, s, from which a way is a hold-up, and is ignored.
+        held_up: f64 = 0.5e-3,
+    }
+}
+
 /// Greatest number of stretches, and the least that is conclusive.
 const STRETCHES: usize = 64;
-const ENOUGH: usize = 5;
-/// Least size of the groups whose quickest counts, and their number, for a jitter too wide for that.
-const EACH: usize = 6;
 const QUICKEST: usize = 8;
-/// Part of the change that counts as nothing. To distinguish it from all of the change, the slope is to be known to a standard
-/// deviation of `CERTAIN` of it. A drift that is taken for a path is examined again a second later; a path that is taken for a
-/// drift leads away.
-const NOTHING: f64 = 0.35;
-const CERTAIN: f64 = 0.15;
-/// Excess over the others of its stretch, s, from which a way is a hold-up, and is ignored.
-const HELD_UP: f64 = 0.5e-3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Whose {
@@ -47,16 +58,20 @@ pub(super) fn whose<'a>(
     let ways = exchanges.filter_map(|exchange| {
         let stamps = &exchange.stamps;
         let after = (stamps.requested - suspected.since).as_secs_f64();
+        // The way there alone: responses travel as messages do, so that against their line the way back is always level.
         let way = line.offset_at(stamps.received, stamps.requested).0;
+        // Exchanges of before the change are of the line that was, whose rate may have been wrong.
         (after >= 0.0).then_some((after, way))
     });
     let is_certain =
-        |growth: &StraightLine| growth.slope_sigma() < CERTAIN * suspected.change.abs();
+        |growth: &StraightLine| growth.slope_sigma() < TUNING.certain * suspected.change.abs();
     let growth = growth(ways.clone())
         .filter(is_certain)
+        // Only where means say nothing: the quickest of few parts know less of a slope (a path of ±200 µs in 3 s: 1548 µs for
+        // 685).
         .or_else(|| growth_of_quickest(ways).filter(is_certain))?;
     Some(
-        match libm::fabs(growth.slope / suspected.change) < NOTHING {
+        match libm::fabs(growth.slope / suspected.change) < TUNING.nothing {
             true => Whose::Sender,
             false => Whose::Path,
         },
@@ -73,10 +88,11 @@ struct Stretch {
 
 impl Stretch {
     fn take(&mut self, time: f64, way: f64) {
-        if self.count > 0.0 && way > self.way + HELD_UP {
+        if self.count > 0.0 && way > self.way + TUNING.held_up {
             return;
         }
-        if self.count > 0.0 && way < self.way - HELD_UP {
+        // All before it in this stretch was held up.
+        if self.count > 0.0 && way < self.way - TUNING.held_up {
             self.count = 0.0;
         }
         self.count += 1.0;
@@ -89,22 +105,23 @@ impl Stretch {
 /// few.
 fn growth(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
     let span = ways.clone().map(|(time, _)| time).fold(0.0, f64::max);
-    let length = STRETCH.max(span / (STRETCHES as f64 - 1.0));
+    // Longer where the exchanges of ten seconds would not fit.
+    let length = TUNING.stretch.max(span / (STRETCHES as f64 - 1.0));
     let mut stretches = [Stretch::default(); STRETCHES];
     for (time, way) in ways {
         stretches[(time / length) as usize].take(time, way);
     }
     let known = stretches.iter().filter(|stretch| stretch.count > 0.0);
-    let enough = known.clone().count() >= ENOUGH;
+    let enough = known.clone().count() >= TUNING.enough;
     enough.then(|| StraightLine::through(known.map(|stretch| (stretch.time, stretch.way))))
 }
 
-/// Fits a line through the quickest of groups of at least [`EACH`], all of one size, as the quickest of more would be quicker
+/// Fits a line through the quickest of groups of at least `each`, all of one size, as the quickest of more would be quicker
 /// by that alone. None of too few.
 fn growth_of_quickest(ways: impl Iterator<Item = (f64, f64)> + Clone) -> Option<StraightLine> {
     let count = ways.clone().count();
     let each = count / QUICKEST;
-    if each < EACH {
+    if each < TUNING.each {
         return None;
     }
     let mut quickest = [(0.0, f64::INFINITY); QUICKEST];

@@ -3,20 +3,28 @@
 use super::window::Early;
 use crate::instant::{Instant, Local};
 use crate::numbers::together;
+use crate::tuning::tuning;
 
-/// Greatest number of estimates that the mean is taken over.
-const LONGEST_MEMORY: u32 = 1_000;
-/// Number of standard deviations that is out of the ordinary. Where delays are correlated that happens by chance, and
-/// every exchange sees most of the window before, so it is followed once it has lasted for this number of exchanges …
-const OUT_OF_THE_ORDINARY: f64 = 5.0;
-const LASTING: u32 = 64;
-/// … or at once if it is this far off, which cannot be chance.
-const BEYOND_CHANCE: f64 = 20.0;
-
-/// An exchange that spans a jump of this size, s, is off by far more than jitter, and by half of it: more than this
-/// part.
-const WORTH_A_LOOK: f64 = 1e-3;
-const SPANNING: f64 = 0.25;
+tuning! {
+    /// Tuned constants of the estimate.
+    EstimateTuning {
+        /// Greatest number of estimates that the mean is taken over.
+        // A hundred seconds' worth.
+        memory: u32 = 1_000,
+        /// Number of standard deviations that is out of the ordinary …
+        // Where delays are correlated that happens by chance, and every exchange sees most of the window before, so it is followed once it has lasted
+        // for `lasting` exchanges.
+        out_of_the_ordinary: f64 = 5.0,
+        /// … half of a window …
+        lasting: u32 = 64,
+        /// … or at once if it is this far off, which cannot be chance.
+        beyond_chance: f64 = 20.0,
+        /// An exchange that spans a jump of this size, s, is off by far more than jitter, and by half of it: …
+        spanned_jump: f64 = 1e-3,
+        /// … more than this part.
+        spanning_part: f64 = 0.25,
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
@@ -39,6 +47,7 @@ pub(super) struct Estimate {
 impl Estimate {
     /// Evaluates the ways of a window; `measured` if there are enough of them.
     pub(super) fn of(there: &Early, back: &Early, newest: Instant<Local>, measured: bool) -> Self {
+        // Rounding of stamps may make a loop within one machine shorter than nothing.
         let half_round_trip = 0.5 * (there.least + back.least).max(0.0);
         let moved = 0.5 * libm::fabs((there.early - there.least) - (back.early - back.least));
         Self {
@@ -82,15 +91,15 @@ impl Estimate {
         }
         let off = libm::fabs(seen.delay - self.delay) / seen.jitter;
         // Not a number: neither differs from the other, nor is there jitter.
-        let contradictions = match off > OUT_OF_THE_ORDINARY {
+        let contradictions = match off > TUNING.out_of_the_ordinary {
             true => self.contradictions + 1,
             false => 0,
         };
-        let holds = off.is_nan() || off <= BEYOND_CHANCE && contradictions <= LASTING;
+        let holds = off.is_nan() || off <= TUNING.beyond_chance && contradictions <= TUNING.lasting;
         if !(self.measured && self.count > 0 && holds) {
             return seen;
         }
-        let count = (self.count + 1).min(LONGEST_MEMORY);
+        let count = (self.count + 1).min(TUNING.memory);
         // The newer ones weigh more: the line was not as good when the first ones were measured.
         let part = 2.0 / f64::from(count + 1);
         let delay = self.delay + (seen.delay - self.delay) * part;
@@ -113,7 +122,9 @@ impl Estimate {
     /// believed for a moment, s.
     pub(super) fn forget_spanning(&mut self, jump: f64, usual: f64) {
         let jump = libm::fabs(jump);
-        if jump >= WORTH_A_LOOK && libm::fabs(self.delay - usual) > SPANNING * jump {
+        if jump >= TUNING.spanned_jump
+            && libm::fabs(self.delay - usual) > TUNING.spanning_part * jump
+        {
             self.delay = usual;
         }
     }
@@ -121,6 +132,7 @@ impl Estimate {
     /// Takes back this part of a jump, which was not the path's, s.
     pub(super) fn take_back(&mut self, jump: f64) {
         self.delay -= jump;
+        // It grew by the jump when that was taken for the path's.
         self.uncertainty = (self.uncertainty - libm::fabs(jump)).max(0.0);
     }
 

@@ -67,6 +67,7 @@ impl DelayExchange {
         };
         let stated =
             0.5 * within.as_secs_f64() + estimate.doubt() + COVERED * sigma(estimate, line);
+        // A statement that was right leaves nothing to pull beyond its own error.
         match self.pulled.abs() <= stated {
             true => stated.min(whatever_the_ways),
             false => whatever_the_ways,
@@ -103,6 +104,7 @@ impl DelayExchange {
         let Some(Asymmetry { longer, within }) = self.stated else {
             return false;
         };
+        // Ways differ by no more than their sum, the round trip.
         let least = longer.as_secs_f64().abs() - within.as_secs_f64();
         let unsure = estimate.doubt() + COVERED * sigma(estimate, line);
         estimate.measured && least > estimate.round_trip() + 2.0 * unsure

@@ -39,32 +39,46 @@ pub use outcome::{Asymmetry, DelayOutput, DelayState, Refusal};
 
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::{FarLine, SuspectedDrift};
+use crate::tuning::tuning;
 use bounds::Bounds;
 use drift::Whose;
 use estimate::Estimate;
 use step::{Cause, Step, TELLING, Ways};
 use window::{Exchange, Stamps, Window};
 
-/// Interval of requests as long as little is known …
-const HASTE: Span = Span::from_millis(20);
-/// … and later, or without responses.
-const LEISURE: Span = Span::from_millis(100);
-/// Exchanges after an event until which the interval is short, and the greatest number of requests for that.
-const PLENTY: usize = 48;
-const HASTY_QUESTIONS: u32 = 128;
-/// Exchanges that make a measurement; and the estimate before an event is held until then.
-const ENOUGH: usize = 16;
-/// Time without an exchange after which the measurement is stale.
-const STALE_AFTER: Span = Span::from_secs(3);
-/// Longest way, and greatest lead of a sender: an exchange beyond it is wrong.
-const LONGEST: Span = Span::from_secs(1);
-/// Error of the line's rate while it locks, s/s, and error by rounding, s.
-const RATE_TOLERANCE: f64 = 1e-3;
-const ROUNDING: f64 = 10e-9;
+tuning! {
+    /// Tuned constants of the exchange.
+    ExchangeTuning {
+        /// Interval of requests as long as little is known …
+        // Eight exchanges, which attribute a step, take 0.16 s.
+        fast_interval: Span = Span::from_millis(20),
+        /// … and later, or without responses.
+        // Ten a second for the drift of ten seconds.
+        slow_interval: Span = Span::from_millis(100),
+        /// Exchanges after an event until which the interval is short …
+        // One in 32 of them is early.
+        fast_exchanges: usize = 48,
+        /// … and the greatest number of requests for that, where responses are lost.
+        fast_requests: u32 = 128,
+        /// Exchanges that make a measurement; and the estimate before an event is held until then.
+        enough: usize = 16,
+        /// Time without an exchange after which the measurement is stale.
+        stale_after: Span = Span::from_secs(3),
+        /// Longest way, and greatest lead of a sender.
+        // An exchange beyond it is wrong.
+        longest: Span = Span::from_secs(1),
+        /// Error of the line's rate while it locks, s/s …
+        rate_tolerance: f64 = 1e-3,
+        /// … and error by rounding, s.
+        // Four stamps of whole nanoseconds.
+        rounding: f64 = 10e-9,
+        /// Age from which an exchange says nothing of the present path.
+        longest_age: Span = Span::from_secs(10),
+    }
+}
+
 /// Standard deviations of the line that the uncertainty covers.
 const COVERED: f64 = 3.0;
-/// Age from which an exchange says nothing of the present path.
-const LONGEST_AGE: Span = Span::from_secs(10);
 
 /// A sender's response. Every stamp was taken as near to the wire as the machines allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,7 +112,7 @@ pub struct DelayExchange {
     open: u64,
     next_request: Instant<Local>,
     /// Requests since the last event.
-    hasty: u32,
+    fast_requests: u32,
     window: Window,
     /// Exchanges like `window`, but not cleared by events.
     history: Window,
@@ -150,7 +164,7 @@ impl DelayExchange {
             first: FIRST_REQUEST,
             open: 0,
             next_request: Instant::from_nanos(i64::MIN),
-            hasty: 0,
+            fast_requests: 0,
             window: Window::new(),
             history: Window::new(),
             is_asked: false,
@@ -224,6 +238,7 @@ impl DelayExchange {
                 estimate.forget_spanning(jump.0, usual.delay() + self.asymmetry);
             }
             estimate.follow_jump(jump.0);
+            // In one cycle the line may jump and be replaced by a better one.
             estimate.delay += corrected.0;
             return Some(jump + corrected);
         }
@@ -243,7 +258,7 @@ impl DelayExchange {
             if let Some(estimate) = &self.estimate {
                 self.estimate(estimate.newest, line);
             }
-            self.hurry();
+            self.ask_fast();
         }
         None
     }
@@ -253,11 +268,19 @@ impl DelayExchange {
         if self.sender.is_none() || now < self.next_request {
             return None;
         }
-        let hurried = self.is_asked || self.window.len() < PLENTY && self.hasty < HASTY_QUESTIONS;
-        self.hasty = self.hasty.saturating_add(1);
-        self.next_request = now + if hurried { HASTE } else { LEISURE };
+        let is_fast = self.is_asked
+            || self.window.len() < TUNING.fast_exchanges
+                && self.fast_requests < TUNING.fast_requests;
+        self.fast_requests = self.fast_requests.saturating_add(1);
+        self.next_request = now
+            + if is_fast {
+                TUNING.fast_interval
+            } else {
+                TUNING.slow_interval
+            };
         let number = self.next;
         self.next = self.next.wrapping_add(1);
+        // A bit for each of the last 64 requests: at 50 a second a response may take 1.3 s, longer than `longest`.
         self.open = self.open << 1 | 1;
         Some(number)
     }
@@ -273,6 +296,7 @@ impl DelayExchange {
         line: &FarLine,
     ) -> Result<(), Refusal> {
         let checked = self.check(response, arrived, line);
+        // Kept across events, too: whatever the line is, a response arrives after its request.
         if let Ok(exchange) = checked {
             self.history.push(exchange);
         }
@@ -302,6 +326,7 @@ impl DelayExchange {
         let is_new = suspected.is_some() && !self.is_asked;
         self.is_asked = suspected.is_some() && told.is_none();
         if is_new && self.is_asked {
+            // At once, as the slope of the ways is known the sooner.
             self.next_request = Instant::from_nanos(i64::MIN);
         }
         told.map(|whose| whose == Whose::Sender)
@@ -318,7 +343,7 @@ impl DelayExchange {
     /// Reports whether exchanges will attribute a step of the line at `now` to the path or to the sender.
     #[must_use]
     pub fn can_attribute(&self, now: Instant<Local>) -> bool {
-        let is_fresh = |estimate: &Estimate| now - estimate.newest <= STALE_AFTER;
+        let is_fresh = |estimate: &Estimate| now - estimate.newest <= TUNING.stale_after;
         let compares = self.step.is_some() || self.window.len() >= TELLING;
         compares && self.estimate.as_ref().is_some_and(is_fresh)
     }
@@ -366,7 +391,7 @@ impl DelayExchange {
         DelayOutput {
             state: match estimate.measured {
                 false => DelayState::Asking,
-                true if age > STALE_AFTER || self.is_of_lost_line => DelayState::Stale,
+                true if age > TUNING.stale_after || self.is_of_lost_line => DelayState::Stale,
                 true => DelayState::Measured,
             },
             delay: Some(Seconds(self.delay_of(estimate))),
@@ -392,13 +417,17 @@ impl DelayExchange {
             return Err(Refusal::OtherEpoch);
         }
         let back = self.next.wrapping_sub(1).wrapping_sub(response.number);
+        // A shift by 64 would overflow, and older requests are closed anyway.
         let request = if back < 64 { 1 << back } else { 0 };
         if self.open & request == 0 {
             return Err(Refusal::NotAsked);
         }
+        // A second response to one request is refused, from any sender.
         self.open &= !request;
         let passed = arrived - response.requested;
-        if !(Span::ZERO..=LONGEST).contains(&passed) || response.responded < response.received {
+        if !(Span::ZERO..=TUNING.longest).contains(&passed)
+            || response.responded < response.received
+        {
             return Err(Refusal::Implausible);
         }
         let stamps = Stamps {
@@ -408,12 +437,14 @@ impl DelayExchange {
             arrived,
         };
         let exchange = Exchange::measured(stamps, line);
-        let longest = Seconds::from(LONGEST).0;
+        let longest = Seconds::from(TUNING.longest).0;
+        // Stamps of a clock that leapt, or of somebody who makes them up.
         if libm::fabs(exchange.there) > longest || libm::fabs(exchange.back) > longest {
             return Err(Refusal::Implausible);
         }
+        // The sender's lead cancels in the sum, so whatever is below zero is an error of the line's rate, or a lie.
         let round_trip = exchange.there + exchange.back;
-        if round_trip < -(RATE_TOLERANCE * passed.as_secs_f64() + ROUNDING) {
+        if round_trip < -(TUNING.rate_tolerance * passed.as_secs_f64() + TUNING.rounding) {
             return Err(Refusal::NegativeRoundTrip);
         }
         Ok(exchange)
@@ -424,7 +455,7 @@ impl DelayExchange {
         let Some((there, back)) = self.window.early(line) else {
             return;
         };
-        let enough = self.window.len() >= ENOUGH;
+        let enough = self.window.len() >= TUNING.enough;
         let seen = Estimate::of(&there, &back, now, enough).beside(self.asymmetry);
         self.estimate = Some(match &self.estimate {
             Some(before) => before.after(seen),
@@ -435,6 +466,7 @@ impl DelayExchange {
     /// Makes a step of the line for exchanges to attribute, if enough came before it.
     fn step_of(&self, jump: Seconds, before: Option<(Ways, Ways)>) -> Option<Step> {
         match &self.step {
+            // Exchanges of between two steps fit neither line of before nor of after.
             Some(step) => Some(step.again(jump.0)),
             None => before.map(|(usual, newest)| Step::new(jump.0, usual, newest)),
         }
@@ -473,8 +505,8 @@ impl DelayExchange {
         }
     }
 
-    const fn hurry(&mut self) {
-        self.hasty = 0;
+    const fn ask_fast(&mut self) {
+        self.fast_requests = 0;
         self.next_request = Instant::from_nanos(i64::MIN);
     }
 
@@ -485,7 +517,7 @@ impl DelayExchange {
         self.bounds = None;
         self.pulled = 0.0;
         self.step = None;
-        self.hurry();
+        self.ask_fast();
         if let Some(estimate) = &mut self.estimate {
             estimate.be_replaced();
         }
@@ -501,3 +533,14 @@ impl DelayExchange {
         self.open = 0;
     }
 }
+
+#[cfg(feature = "perturb")]
+pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] = &[
+    TUNED,
+    bounds::TUNED,
+    drift::TUNED,
+    estimate::TUNED,
+    step::TUNED,
+    trend::TUNED,
+    window::TUNED,
+];

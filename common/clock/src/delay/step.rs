@@ -14,19 +14,28 @@
 //!
 //! So where both ways are what they were, it was the sender.
 
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the attribution of a step.
+    StepTuning {
+        /// Asymmetry is learnt from steps of at least this much, s.
+        // Smaller ones come and go with correlated delays.
+        smallest_asymmetry: f64 = 50e-6,
+        /// Growth of a path in a second that no path in use reaches, s.
+        plain: f64 = 0.5e-3,
+        /// A way changed as a row of the table says if it is off by at most this share of the step.
+        fits: f64 = 0.25,
+        /// The median of n ways is known well enough if this number of its standard deviations is at most `fits`.
+        // 1.25·σ/√n each (a median's of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
+        certain: f64 = 3.0,
+    }
+}
+
 /// Exchanges before the step, and after it, that attribute it, …
 pub(super) const TELLING: usize = 8;
 /// … and their number where the jitter is too wide to show by how much the ways differ now: then the window is measured again.
 const MOST: usize = 16;
-/// Asymmetry is learnt from steps of at least this much, s: smaller ones come and go with correlated delays.
-const SMALLEST_ASYMMETRY: f64 = 50e-6;
-/// Growth of a path in a second that no path in use reaches, s.
-const PLAIN: f64 = 0.5e-3;
-/// A way changed as a row of the table says if it is off by at most this share of the step.
-const FITS: f64 = 0.25;
-/// The median of n ways is known well enough if this number of its standard deviations is at most `FITS`: 1.25·σ/√n each (a
-/// median's of a normal variable, whose quartiles are 1.35·σ apart), of those after the step and of about as many before.
-const CERTAIN: f64 = 3.0;
 const OF_QUARTILES: f64 = 1.25 / 1.35 * core::f64::consts::SQRT_2;
 
 /// A step that is not attributed yet.
@@ -101,6 +110,7 @@ impl Step {
     pub(super) fn again(&self, size: f64) -> Self {
         Self {
             size: self.size + size,
+            // Ways between both steps are of neither line, so whether they moved is unknown.
             moving: f64::INFINITY,
             len: 0,
             ..*self
@@ -111,16 +121,18 @@ impl Step {
     pub(super) fn take(&mut self, exchange: Ways) -> Option<Cause> {
         self.after[self.len] = exchange;
         self.len += 1;
+        // At eight and at sixteen. Looking after each exchange would pass some row of the table by chance.
         if self.len < TELLING || !self.len.is_power_of_two() {
             return None;
         }
         let (there, of_there) = self.middle(|ways| ways.there);
         let (back, of_back) = self.middle(|ways| ways.back);
-        let is_known = CERTAIN * of_there.max(of_back) < FITS * libm::fabs(self.size);
+        let is_known = TUNING.certain * of_there.max(of_back) < TUNING.fits * libm::fabs(self.size);
         let is_certain = is_known && self.is_steady(self.newly_moving());
         let cause = self.cause(Ways { there, back }, is_certain);
         let cannot_tell = !self.is_steady(self.moving);
         let is_sender = matches!(cause, Cause::Sender(_));
+        // More exchanges help where the jitter is wide, and not where the path itself moves.
         let is_told = is_certain || cannot_tell || is_sender || self.len == MOST;
         is_told.then_some(cause)
     }
@@ -128,7 +140,7 @@ impl Step {
     /// True if it was a step, and no path that grows or swings by as much meanwhile.
     fn is_steady(&self, moving: f64) -> bool {
         let size = libm::fabs(self.size);
-        size >= PLAIN || moving < FITS * size
+        size >= TUNING.plain || moving < TUNING.fits * size
     }
 
     /// Movement of the ways before the step, or since.
@@ -148,6 +160,7 @@ impl Step {
         let n = ways.len();
         let mut at = |place: usize| *ways.select_nth_unstable_by(place, f64::total_cmp).1;
         let [lower, middle, upper] = [n / 4, (n - 1) / 2, n - 1 - n / 4].map(&mut at);
+        // By the quartiles, as one way in eight is late by milliseconds.
         let sigma = OF_QUARTILES * (upper - lower) / libm::sqrt(n as f64);
         (middle, sigma)
     }
@@ -164,8 +177,11 @@ impl Step {
             libm::round(there).clamp(1.0, 2.0),
             libm::round(back).clamp(-1.0, 0.0),
         );
-        let fits = libm::fabs(there - row.0) < FITS && libm::fabs(back - row.1) < FITS;
-        let asymmetry = if fits && is_certain && libm::fabs(size) >= SMALLEST_ASYMMETRY {
+        let fits =
+            libm::fabs(there - row.0) < TUNING.fits && libm::fabs(back - row.1) < TUNING.fits;
+        let asymmetry = if fits && is_certain && libm::fabs(size) >= TUNING.smallest_asymmetry {
+            // The delay was raised by the whole step. Exchanges now show half of the difference of the ways, (row.0 − row.1)/2 of
+            // it.
             size * (1.0 - 0.5 * (row.0 - row.1))
         } else {
             0.0

@@ -10,15 +10,23 @@ use super::window::{Exchange, KEPT, Recent};
 use crate::instant::{Instant, Local, Span};
 use crate::numbers::together;
 use crate::straight_line::StraightLine;
+use crate::tuning::tuning;
 
-/// Exchanges needed for a trend, and the time they span, s; and the time that proves something.
-const ENOUGH: usize = 24;
-const LONG_ENOUGH: f64 = 0.4;
-const PROVING: f64 = 2.0;
-/// Standard deviations at which a slope is no chance.
-const SIGNIFICANT: f64 = 4.0;
-/// Agreement of both halves of the time, or else the sender's clock has changed meanwhile.
-const ALIKE: f64 = 0.3;
+tuning! {
+    /// Tuned constants of the trend.
+    TrendTuning {
+        /// Exchanges needed for a trend …
+        enough: usize = 24,
+        /// … and the time they span, s.
+        long_enough: f64 = 0.4,
+        /// Time that proves something, s.
+        proving: f64 = 2.0,
+        /// Standard deviations at which a slope is no chance.
+        significant: f64 = 4.0,
+        /// Agreement of both halves of the time, or else the sender's clock has changed meanwhile.
+        alike: f64 = 0.3,
+    }
+}
 
 /// Sender's gain on the line.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +45,10 @@ impl Trend {
         let quick = quick(recent)?;
         let whole = Self::through(quick.points(), quick.span)?;
         let newer = Self::through(quick.points().take(quick.len / 2), quick.span)?;
-        let doubt = SIGNIFICANT * together(whole.sigma, newer.sigma);
-        let is_like = (whole.gain - newer.gain).abs() <= doubt + ALIKE * whole.gain.abs();
-        let is_told = whole.gain.abs() > SIGNIFICANT * whole.sigma;
+        let doubt = TUNING.significant * together(whole.sigma, newer.sigma);
+        // A clock that was steered within the window has no single rate to restart the line with.
+        let is_like = (whole.gain - newer.gain).abs() <= doubt + TUNING.alike * whole.gain.abs();
+        let is_told = whole.gain.abs() > TUNING.significant * whole.sigma;
         (is_told && is_like).then_some(whole)
     }
 
@@ -70,7 +79,7 @@ impl Trend {
     }
 
     fn through(points: impl Iterator<Item = (f64, f64)> + Clone, span: f64) -> Option<Self> {
-        if points.clone().count() < ENOUGH / 4 {
+        if points.clone().count() < TUNING.enough / 4 {
             return None;
         }
         let line = StraightLine::through(points);
@@ -84,12 +93,12 @@ impl Trend {
 
     /// True if it spans long enough to prove something.
     pub(super) fn may_prove(&self) -> bool {
-        self.span >= PROVING
+        self.span >= TUNING.proving
     }
 
     /// Greatest error of the line's rate, s/s.
     pub(super) fn most(&self) -> f64 {
-        self.gain.abs() + SIGNIFICANT * self.sigma
+        self.gain.abs() + TUNING.significant * self.sigma
     }
 }
 
@@ -110,7 +119,7 @@ impl Quick {
 fn quick(recent: &Recent<'_>) -> Option<Quick> {
     let Recent { exchanges, now, .. } = *recent;
     let span = recent.span();
-    if exchanges.len() < ENOUGH || span < LONG_ENOUGH {
+    if exchanges.len() < TUNING.enough || span < TUNING.long_enough {
         return None;
     }
     let mut took = [Span::ZERO; KEPT];
@@ -118,6 +127,7 @@ fn quick(recent: &Recent<'_>) -> Option<Quick> {
         *place = under_way(exchange);
     }
     let took = &mut took[..exchanges.len()];
+    // The quicker half: the error of a middle is at most half of what an exchange took longer than the least.
     let (_, median, _) = took.select_nth_unstable(exchanges.len() / 2);
     let mut quick = Quick {
         points: [(0.0, 0.0); KEPT],
@@ -129,6 +139,7 @@ fn quick(recent: &Recent<'_>) -> Option<Quick> {
         .filter(|exchange| under_way(exchange) <= *median)
     {
         let time = (exchange.stamps.requested - now).as_secs_f64();
+        // Middle of an exchange: whatever both ways have alike cancels.
         quick.points[quick.len] = (time, 0.5 * (exchange.there - exchange.back));
         quick.len += 1;
     }

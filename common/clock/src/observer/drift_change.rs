@@ -1,30 +1,44 @@
 //! Messages that come later and later: attribution of the change, and restart of the line.
 
-use super::attributed::Attributed;
-use super::drift_step::DriftStep;
-use super::edge::Edge;
+use super::events::{Attributed, DriftStep};
 use super::far_line::FarLine;
-use super::filter::Estimate;
+use super::line::{Edge, Estimate};
 use super::stream::Line;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::numbers::rounded;
+use crate::tuning::tuning;
 
-/// Time within which exchanges show the cause of a change of the drift, or nothing is done about it.
-const LONGEST_DOUBT: Span = Span::from_secs(3);
-/// Time within which a change must be seen again, or that of `SEEN_AGAIN_WITHIN_WINDOWS`, if longer.
-const SEEN_AGAIN_WITHIN: Span = Span::from_millis(500);
-const SEEN_AGAIN_WITHIN_WINDOWS: f64 = 2.5;
-/// Time for which a change that is the path's is not suspected again.
-const LEAVE_DRIFT_FOR: Span = Span::from_secs(1);
-/// Such a doubt as a standard deviation: the uncertainty covers three.
-const DOUBTED: f64 = 0.4;
-/// Seconds of the change by which the line may be off until it is settled.
-const UNSETTLED: f64 = 0.3;
-/// Time for which the line is moved a little after the drift changed at once.
-const SETTLING: Span = Span::from_secs(2);
-/// Seconds of a wrong rate by which the line may be off.
-const WRONG_FOR: f64 = 1.0;
+tuning! {
+    /// Tuned constants of the attribution of a change of the drift.
+    DriftChangeTuning {
+        /// Time within which exchanges show the cause of a change of the drift, or nothing is done about it.
+        longest_doubt: Span = Span::from_secs(3),
+        /// Time within which a change must be seen again, or that of `seen_again_within_windows`, if longer.
+        seen_again_within: Span = Span::from_millis(500),
+        /// Windows of its scale within which it must be seen again.
+        // One may be missed.
+        seen_again_within_windows: f64 = 2.5,
+        /// Time for which a change that is the path's is not suspected again.
+        leave_drift_for: Span = Span::from_secs(1),
+        /// Factor that makes a standard deviation of a doubt.
+        // The uncertainty covers three of them.
+        doubted: f64 = 0.4,
+        /// Seconds of the change by which the line may be off until it is settled.
+        unsettled: f64 = 0.3,
+        /// Time for which the line is moved a little after the drift changed at once.
+        settling: Span = Span::from_secs(2),
+        /// Seconds of a wrong rate by which the line may be off.
+        wrong_for: f64 = 1.0,
+        /// Part of the window of before below which a change is seen on a finer scale.
+        // Those are half as long.
+        finer: f64 = 0.75,
+        /// Part of the change of before from which it is that one …
+        like_least: f64 = 0.5,
+        /// … up to this multiple.
+        like_greatest: f64 = 2.0,
+    }
+}
 
 /// Messages come later and later, or earlier and earlier, than the line says. Either the sender's clock has another
 /// drift, or the path's delay grows or shrinks.
@@ -93,15 +107,17 @@ pub(super) struct Suspect {
 
 impl Suspect {
     fn seen_again_within(&self) -> Span {
-        SEEN_AGAIN_WITHIN.max(Span::from_secs_f64(
-            SEEN_AGAIN_WITHIN_WINDOWS * self.step.window,
+        TUNING.seen_again_within.max(Span::from_secs_f64(
+            TUNING.seen_again_within_windows * self.step.window,
         ))
     }
 
     /// True if it is this change, seen again. A change seen in finer windows is younger.
     fn is_like(&self, step: &DriftStep) -> bool {
-        let is_finer = step.window < 0.75 * self.step.window;
-        !is_finer && (0.5..2.0).contains(&(step.change / self.drift.change))
+        let is_finer = step.window < TUNING.finer * self.step.window;
+        !is_finer
+            && (TUNING.like_least..TUNING.like_greatest)
+                .contains(&(step.change / self.drift.change))
     }
 }
 
@@ -125,7 +141,7 @@ impl PhaseObserver {
         if to_sender {
             self.follow_drift_step(&suspect.step);
         } else {
-            self.drift_change.left = Some((suspect.drift, suspect.seen + LEAVE_DRIFT_FOR));
+            self.drift_change.left = Some((suspect.drift, suspect.seen + TUNING.leave_drift_for));
         }
     }
 
@@ -139,13 +155,14 @@ impl PhaseObserver {
         let suspected = change.suspect.as_ref().map(|suspect| &suspect.drift);
         let doubted = match suspected.or(change.left_at(now)) {
             Some(drift) => {
+                // The possible error grows with the time since the change began.
                 let since = now - drift.since;
                 libm::fabs(drift.change) * since.as_secs_f64().max(0.0)
             }
-            None if now < change.settled_from => libm::fabs(change.last) * UNSETTLED,
+            None if now < change.settled_from => libm::fabs(change.last) * TUNING.unsettled,
             None => 0.0,
         };
-        DOUBTED * doubted
+        TUNING.doubted * doubted
     }
 
     /// Takes the newest phase. If the last ones lie on a line with another drift, exchanges attribute the change; without
@@ -162,9 +179,11 @@ impl PhaseObserver {
         // First, as after a silence exchanges may not attribute it any more.
         if arrived - suspect.seen > suspect.seen_again_within() {
             self.drift_change.suspect = None;
+        // Without exchanges far time follows the messages in any case.
         } else if !self.exchanges_tell {
             self.attribute_drift(true);
-        } else if arrived - suspect.noticed > LONGEST_DOUBT {
+        // Doubt has an end: a path that goes on growing is suspected again a second later.
+        } else if arrived - suspect.noticed > TUNING.longest_doubt {
             self.attribute_drift(false);
         }
     }
@@ -199,6 +218,7 @@ impl PhaseObserver {
         Some(Suspect {
             drift,
             step,
+            // Kept from the first notice, or a change that is seen again and again would be in doubt for ever.
             noticed: before.map_or(seen, |before| before.noticed),
             seen,
         })
@@ -221,20 +241,24 @@ impl PhaseObserver {
             return;
         };
         let before = followed.estimate.drift;
+        // Rates add, not drifts of phases: the rate of the far clock is 1/(1 + drift).
         let drift = 1.0 / (1.0 / (1.0 + before) + gain) - 1.0;
+        // In this form a gain that is not a number is refused, too.
         if !(drift.abs() <= LARGEST_DRIFT && sigma.is_finite()) {
             return;
         }
-        let off = self.jitter.width() + gain.abs() * WRONG_FOR;
+        let off = self.jitter.width() + gain.abs() * TUNING.wrong_for;
         let estimate = Estimate {
             drift,
             offset_variance: off * off,
+            // The offset is measured by messages and the drift by exchanges, whose errors are independent.
             covariance: 0.0,
             drift_variance: sigma * sigma,
             ..followed.estimate
         };
         self.drift_change.suspect = None;
         self.begin_line_anew(followed.at, &estimate, drift - before);
+        // Jumps of before stay with the path: exchanges proved the rate, and nothing of those.
         self.drift_change.attributed.forget();
     }
 
@@ -259,7 +283,7 @@ impl PhaseObserver {
         let of_drift = &mut self.drift_change;
         of_drift.steps = of_drift.steps.saturating_add(1);
         of_drift.last = change;
-        of_drift.settled_from = stream.newest_arrival + SETTLING;
+        of_drift.settled_from = stream.newest_arrival + TUNING.settling;
     }
 }
 

@@ -1,6 +1,6 @@
 //! The line that the observer follows, for others to use, and the delay that they pass to it.
 
-use super::filter::Estimate;
+use super::line::Estimate;
 use super::output::FarTime;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
@@ -49,6 +49,7 @@ impl FarLine {
     pub fn offset_at(&self, since_count_zero: Span, at: Instant<Local>) -> Seconds {
         let line = self.at(at);
         let ahead = (self.count_zero + since_count_zero) - line.instant;
+        // Whole nanoseconds are subtracted first: as floats, times since the start would have no digits for the fraction.
         Seconds((ahead.as_nanos() as f64 - line.fraction_ns) * 1e-9)
     }
 
@@ -112,6 +113,7 @@ impl PhaseObserver {
             return Span::ZERO;
         };
         self.drift_change.attributed.forget();
+        // A short one is slewed: mapping it would be a jump of every corrected position.
         if libm::fabs(step.0) * 1e3 < self.parameters.smallest_skip_ms {
             return Span::ZERO;
         }
@@ -119,6 +121,7 @@ impl PhaseObserver {
         let mapped = self.data_cycle_time * cycles;
         if cycles != 0 {
             stream.origin += mapped;
+            // What the map takes, the delay had taken for the path. The far time stays where it is.
             self.delay.shift(-(mapped.as_nanos() as f64));
             self.events.rebase();
         }
@@ -166,6 +169,7 @@ impl PhaseObserver {
             instant: stream.origin + due,
             fraction_ns: 0.0,
         };
+        // Phases grow by the drift per far second, so the far clock runs at the inverse.
         let rate = 1.0 / (1.0 + within_largest(estimate.drift));
         Some(Heading {
             here: stream.first_arrival + due,

@@ -1,14 +1,20 @@
 //! Consequences of a jump of the phase.
 
 use super::PhaseObserver;
-use super::shift::{Evidence, skipped_cycles};
+use super::events::{Evidence, skipped_cycles};
 use super::stream::Line;
 use crate::instant::{Instant, Local};
+use crate::tuning::tuning;
 
-/// Time after the start, s, from which the drift is trusted, whatever the offset does.
-const DRIFT_IS_KNOWN_AFTER: f64 = 3.0;
-/// Smaller shifts may be correlated delays, and the edge finds them itself, s.
-const SMALL_SHIFT: f64 = 1e-4;
+tuning! {
+    /// Tuned constants of following a jump of the phase.
+    FollowShiftTuning {
+        /// Time after the start, s, from which the drift is trusted, whatever the offset does.
+        drift_known_after: f64 = 3.0,
+        /// Smaller shifts may be correlated delays, and the edge finds them itself, s.
+        small_shift: f64 = 1e-4,
+    }
+}
 
 /// A jump of the phase, and the part of it in whole cycles of a sender that stood still, s.
 #[derive(Clone, Copy)]
@@ -24,6 +30,7 @@ impl PhaseObserver {
         let Some(shift) = self.shift_line(arrived, newest) else {
             return;
         };
+        // Before it is a jump of the path: with polled arrivals every tooth would be one.
         if self.is_tooth(newest, shift) {
             return;
         }
@@ -61,13 +68,14 @@ impl PhaseObserver {
         let (shift, variance) = if polled > 0.0 {
             // Anywhere in a cell.
             let middle = median(*self.detector.recent());
+            // Variance of a uniform distribution over the cell.
             (middle - 0.5 * polled, polled * polled / 12.0)
         } else {
             let located = self.jitter.locate(self.detector.recent(), 1e20).most_likely;
             (located - moved, self.jitter.variance())
         };
         let is_small = libm::fabs(shift) * 1e3 < self.parameters.smallest_skip_ms;
-        let shift = if polled == 0.0 && age < DRIFT_IS_KNOWN_AFTER && is_small {
+        let shift = if polled == 0.0 && age < TUNING.drift_known_after && is_small {
             // Soon after the start: the line was wrong in more than its offset. By no more than that, though.
             let drift = self.parameters.expected_drift_ppm * 1e-6;
             let before = line.bank.combined().offset;
@@ -100,13 +108,15 @@ impl PhaseObserver {
         } = jump;
         let size = libm::fabs(shift);
         let skip = cycles != 0 || size * 1e3 >= self.parameters.smallest_skip_ms;
-        if size < SMALL_SHIFT && self.jitter.cell() == 0.0 {
+        if size < TUNING.small_shift && self.jitter.cell() == 0.0 {
+            // Stamps on a grid jump by cells, which is no level of the path.
             stream.choice.suspect_small_shift(time, shift);
         }
         if !stream.choice.is_edge() {
             stream.calibration.shift(shift);
         }
         if skip {
+            // Points of both sides of a long jump are on no line.
             stream.drift_steps.forget_points();
             // Whole cycles of the sender's clock are exact; the edge finds the rest.
             let drift = stream.edge.line().map_or(0.0, |edge| edge.estimate.drift);
@@ -123,7 +133,7 @@ impl PhaseObserver {
             }
         } else if stream.choice.is_edge() {
             return false;
-        } else if size >= SMALL_SHIFT {
+        } else if size >= TUNING.small_shift {
             stream.edge.shift(shift);
             stream.choice.shift_edge(shift);
             stream.choice.shift_all(shift);
@@ -141,12 +151,14 @@ impl PhaseObserver {
             cycles,
             by_cycles,
         } = jump;
-        if libm::fabs(shift) >= SMALL_SHIFT || !stream.choice.is_correlated() {
+        if libm::fabs(shift) >= TUNING.small_shift || !stream.choice.is_correlated() {
             self.events.shift(arrived);
         }
         let jumped = match (stream.choice.is_edge(), cycles) {
+            // Whole cycles of a sender that stood still are in the map, and the path got no longer by them.
             (false, _) => shift - by_cycles,
             (true, 0) => shift,
+            // The edge was moved by exactly those cycles, and finds the rest itself.
             (true, _) => 0.0,
         };
         self.jumped.0 += jumped;

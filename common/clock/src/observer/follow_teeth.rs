@@ -1,9 +1,9 @@
 //! The line through the lower corners of teeth.
 
 use super::PhaseObserver;
-use super::filter::Estimate;
+use super::events::{Jump, ShownDrift, bounds, cell_of, lowest_level, within_cell};
+use super::line::Estimate;
 use super::stream::{BLOCK, Stream};
-use super::teeth::{Jump, ShownDrift, bounds, cell_of, lowest_level, within_cell};
 use crate::instant::{Instant, Local};
 
 impl PhaseObserver {
@@ -26,11 +26,13 @@ impl PhaseObserver {
             level,
         });
         let is_tooth = match stream.echo.is_missing() {
+            // The echo decides where it is known: a path that jumps regularly still echoes late sending.
             Some(is_missing) => is_missing,
             None => stream.teeth.return_regularly(),
         };
         if is_tooth {
             stream.resolution.set_polled(cell);
+            // The line of all messages has just been moved up by the jump, and the corner is below it.
             self.begin_at_corner(newest, jump, -jump.max(0.0));
         }
         is_tooth
@@ -46,6 +48,7 @@ impl PhaseObserver {
         let polled = stream.resolution.polled();
         let is_unseen = stream.echo.is_missing() == Some(true) && polled == 0.0;
         let unseen = if is_unseen {
+            // Nothing is known of the poller but that it keeps up: it polls once a cycle at least.
             self.seconds_per_count
         } else {
             stream.waits.open(self.seconds_per_count)
@@ -108,6 +111,7 @@ impl PhaseObserver {
             line.bounds = bounds(cell, cell);
         }
         let change = &mut self.drift_change;
+        // Teeth that were taken for steps of the path have made the delay longer, each by a cell.
         change.taken_back.0 += change.attributed.since(since);
         change.attributed.forget();
     }

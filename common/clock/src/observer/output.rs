@@ -2,6 +2,19 @@
 
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::numbers::floored;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the far time that is shown.
+    ShownTuning {
+        /// A distance that is not made up within this time at the usual limit is made up faster, s.
+        // The limit is then what remains over this time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
+        made_up_within: f64 = 10.0,
+        /// Rise of the limit per second, s/s².
+        // An axis at 500 mm/s is accelerated by 0.5 mm/s².
+        rise: f64 = 1e-3,
+    }
+}
 
 /// A point in far time, finer than a nanosecond.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,16 +56,10 @@ pub(super) struct Pace {
     pub(super) catch_up: f64,
 }
 
-/// A distance that is not made up within this time at the usual limit is made up faster, s: the limit is then what
-/// remains over this time, so that a jump of 26.5 ms takes 50 s instead of 265 s.
-const MADE_UP_WITHIN: f64 = 10.0;
-/// Rise of the limit per second, s/s²: an axis at 500 mm/s is accelerated by 0.5 mm/s².
-const RISE: f64 = 1e-3;
-
 impl Pace {
     /// True if a distance takes too long at the usual limit.
     pub(super) fn is_too_slow_for(&self, distance: Seconds) -> bool {
-        distance.0.abs() > self.limit * MADE_UP_WITHIN
+        distance.0.abs() > self.limit * TUNING.made_up_within
     }
 }
 
@@ -86,14 +93,17 @@ impl Shown {
         pace: Pace,
     ) {
         let passed = (at - self.at).as_nanos();
+        // A cycle twice at one instant moves nothing, nor does one that comes before it.
         if passed <= 0 {
             return;
         }
         let passed = passed as f64;
         let error = target.since(coasting.instant).0 * 1e9 - coasting.fraction_ns;
         let seconds = passed * 1e-9;
+        // A low-pass of first order in its implicit form: stable for cycles of any length, and a jump for no pull time.
         let pull = error * (seconds / (seconds + pace.pull_time));
         let bound = passed * self.limit(seconds, error, pace);
+        // Below one second per second in any case, so the far time never goes back.
         let correction = pull.clamp(-bound, bound);
         self.far = coasting.plus(correction);
         self.remaining = Seconds((error - correction) * 1e-9);
@@ -102,9 +112,10 @@ impl Shown {
 
     /// The largest correction in the next `seconds`, s/s, where `error` nanoseconds are to be made up.
     fn limit(&mut self, seconds: f64, error: f64, pace: Pace) -> f64 {
-        let in_time = libm::fabs(error) * 1e-9 / MADE_UP_WITHIN;
+        let in_time = libm::fabs(error) * 1e-9 / TUNING.made_up_within;
         let wanted = in_time.min(pace.catch_up) - pace.limit;
-        self.raised = wanted.min(self.raised + RISE * seconds).max(0.0);
+        // Rises at a limited rate and falls at once: the way is made up by then.
+        self.raised = wanted.min(self.raised + TUNING.rise * seconds).max(0.0);
         pace.limit + self.raised
     }
 }

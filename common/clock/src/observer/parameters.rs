@@ -85,6 +85,7 @@ impl ObserverParameters {
         const ABOVE_ZERO: &str = "a finite number above 0";
         const SLEW: &str = "above 0 and at most 500000 ppm";
         let above_zero = |x: f64| x.is_finite() && x > 0.0;
+        // At half a second per second the far time still runs forwards, at half its rate.
         let slew = |x: f64| x > 0.0 && x <= 500_000.0;
         let checks = [
             (
@@ -192,6 +193,7 @@ impl ObserverParameters {
     pub(super) fn messages_of_a_shift(&self, data_cycle_time: Span) -> u16 {
         let least = millis(self.shortest_shift_ms).div_floor(data_cycle_time);
         self.shift_messages
+            // At cycles of 0.1 ms the messages of a shift come within 5 ms, less than a hold-up takes.
             .max(u16::try_from(least).unwrap_or(u16::MAX))
     }
 
@@ -200,6 +202,7 @@ impl ObserverParameters {
         if locking {
             let limit = self.locking_slew_limit_ppm * 1e-6;
             Pace {
+                // Before it is synchronised nobody moves by the far time, so it may jump.
                 pull_time: 0.0,
                 limit,
                 catch_up: limit,
@@ -215,6 +218,7 @@ impl ObserverParameters {
 
     /// Silence that begins holdover, and silence that ends it.
     pub(super) fn silences(&self, data_cycle_time: Span) -> (Span, Span) {
+        // A slow sender is silent for a cycle after each message, and three in a row may be lost.
         let holdover = millis(self.holdover_after_ms).max(data_cycle_time * 4);
         (holdover, millis(self.lost_after_ms).max(holdover * 2))
     }

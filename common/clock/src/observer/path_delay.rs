@@ -2,12 +2,18 @@
 
 use crate::instant::Span;
 use crate::numbers::rounded;
+use crate::tuning::tuning;
 
-/// Time constant of the approach, s.
-const PULL_TIME: f64 = 0.5;
-/// Greatest rate at which a new delay is taken over, s/s: at 500 mm/s the slave then moves by 0.5 mm/s faster or
-/// slower.
-const SLEW_LIMIT: f64 = 1e-3;
+tuning! {
+    /// Tuned constants of a delay on its way into the far time.
+    PathDelayTuning {
+        /// Time constant of the approach, s.
+        pull_time: f64 = 0.5,
+        /// Greatest rate at which a new delay is taken over, s/s.
+        // At 500 mm/s the slave then moves by 0.5 mm/s faster or slower.
+        slew_limit: f64 = 1e-3,
+    }
+}
 
 /// A delay, and how much of it the far time contains already.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,8 +58,9 @@ impl PathDelay {
     pub(super) fn advance(&mut self, passed_ns: f64) -> f64 {
         let passed = passed_ns.max(0.0);
         let seconds = passed * 1e-9;
-        let bound = passed * SLEW_LIMIT;
-        let gain = (self.missing() * (seconds / (seconds + PULL_TIME))).clamp(-bound, bound);
+        let bound = passed * TUNING.slew_limit;
+        // Implicit low-pass, as of the shown time: no cycle is too long for it.
+        let gain = (self.missing() * (seconds / (seconds + TUNING.pull_time))).clamp(-bound, bound);
         self.shown += gain;
         gain
     }

@@ -2,6 +2,19 @@
 
 use super::parameters::ObserverParameters;
 use crate::instant::{Instant, Local};
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the progress of locking.
+    ProgressTuning {
+        /// Growth of the standard deviation beyond the good one, as a factor, at which synchronised is left.
+        // Less would leave it by chance.
+        unsure: f64 = 2.0,
+        /// Factor on the messages that are enough from which an accuracy beside the jitter counts.
+        // Wide jitter may hide a drift.
+        plenty_times: u32 = 4,
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Progress {
@@ -23,11 +36,6 @@ pub(super) struct Events {
     pub(super) rebases: u32,
     pub(super) rebased: bool,
 }
-
-/// Growth of the standard deviation beyond the good one, as a factor, at which synchronised is left.
-const UNSURE: f64 = 2.0;
-/// Factor on the messages that are enough from which they are plenty.
-const PLENTY: u32 = 4;
 
 impl Progress {
     pub(super) const fn starting_at(since: Instant<Local>) -> Self {
@@ -60,10 +68,11 @@ impl Progress {
     ) {
         match self.granted {
             Some(granted) => {
+                // Hysteresis by a factor of two, or a deviation at the bound would make the state flicker.
                 let bound = if self.unsure {
                     granted
                 } else {
-                    UNSURE * granted
+                    TUNING.unsure * granted
                 };
                 self.unsure = sigma > bound;
             }
@@ -88,7 +97,7 @@ impl Progress {
             return None;
         }
         // Wide jitter may be correlated for long, and hide a drift.
-        let plenty = self.messages / PLENTY >= enough;
+        let plenty = self.messages / TUNING.plenty_times >= enough;
         let part = if plenty {
             parameters.synced_sigma_part * jitter
         } else {
@@ -96,6 +105,7 @@ impl Progress {
         };
         let wanted = part.max(parameters.synced_sigma_us * 1e-6);
         let too_long = (now - self.since).as_secs_f64() > longest_locking;
+        // Whatever was granted is the bound from now on: after a long wait that is what there was.
         (sigma < wanted || too_long).then_some(wanted.max(sigma))
     }
 

@@ -1,21 +1,31 @@
 //! Output of the observer once per receiver cycle: its state, the far time and what is known of it.
 
+use super::events::within_cell;
 use super::far_line::within_largest;
 use super::output::Shown;
 use super::report::{ObserverLine, ObserverOutput, ObserverState};
 use super::stream::BLOCK;
-use super::teeth::within_cell;
 use super::{Followed, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds};
 use crate::numbers::together;
+use crate::tuning::tuning;
 
-/// Widths of the jitter by which the delay may be longer than usual at first, and at least by `LEAST_UNSEEN`, s. It
-/// is forgotten with the time constant `UNSEEN_FOR`, s.
-const UNSEEN: f64 = 3.0;
-const LEAST_UNSEEN: f64 = 1e-5;
-const UNSEEN_FOR: f64 = 2.5;
-/// … and the time after which what is left of it would change no digit, s.
-const FORGOTTEN_AFTER: f64 = 40.0 * UNSEEN_FOR;
+tuning! {
+    /// Tuned constants of what is not seen at first.
+    UnseenTuning {
+        /// Widths of the jitter by which the delay may be longer than usual at first …
+        widths: f64 = 3.0,
+        /// … and at least this, s.
+        // A core that wakes up from sleep.
+        least: f64 = 1e-5,
+        /// It is forgotten with this time constant, s.
+        // For some seconds messages with less delay may still come.
+        memory: f64 = 2.5,
+    }
+}
+
+/// Time constants after which what is left changes no digit: exp(−40) is 4·10⁻¹⁸.
+const FORGOTTEN_AFTER: f64 = 40.0;
 
 impl PhaseObserver {
     /// Runs one receiver cycle, which ideally starts at `ideal_start` (the real wake-up would only add jitter).
@@ -33,6 +43,7 @@ impl PhaseObserver {
             return ObserverState::Startup;
         };
         let silence = now - stream.newest_arrival;
+        // Remembered, so that the message that ends the silence begins a new lock.
         if silence > self.lost_after {
             self.progress.lost = true;
         }
@@ -60,6 +71,7 @@ impl PhaseObserver {
     fn show(&mut self, now: Instant<Local>, state: ObserverState, followed: Option<&Followed>) {
         let line = followed.and_then(|line| self.heading(&line.estimate, line.at));
         let Some(shown) = &mut self.shown else {
+            // The first far time begins where it should be: there is nothing to be smooth to.
             self.delay.jump();
             let delay = self.delay.shown();
             self.shown = line.map(|line| Shown::new(now, line.at(now).plus(delay)));
@@ -114,6 +126,7 @@ impl PhaseObserver {
             let walk = followed.drift_walk;
             let estimate = followed.estimate;
             let drift_variance = estimate.drift_variance + dt * walk;
+            // Reported as the rate of the far clock, while the estimate has the growth of phases.
             output.drift_ppm = (1.0 / (1.0 + within_largest(estimate.drift)) - 1.0) * 1e6;
             let mut variance = estimate.offset_variance_after(dt, walk);
             let polled = stream.resolution.polled();
@@ -143,10 +156,11 @@ impl PhaseObserver {
     /// Uncertainty that is not seen at first: whether messages will be earlier, once the delay is another, s.
     fn unseen(&self, now: Instant<Local>) -> f64 {
         let age = (now - self.progress.since).as_secs_f64().max(0.0);
-        if age > FORGOTTEN_AFTER {
+        // Saves the exponential in nearly all cycles of a run.
+        if age > FORGOTTEN_AFTER * TUNING.memory {
             return 0.0;
         }
-        let most = (UNSEEN * self.jitter.width()).max(LEAST_UNSEEN);
-        most * libm::exp(-age / UNSEEN_FOR)
+        let most = (TUNING.widths * self.jitter.width()).max(TUNING.least);
+        most * libm::exp(-age / TUNING.memory)
     }
 }

@@ -1,24 +1,34 @@
 //! Run of the sender, and the straight line through the phases of its messages.
 
-use super::bank::Bank;
-use super::batches::Batches;
-use super::calibration::Calibration;
-use super::choice::Choice;
-use super::counts::Counts;
-use super::drift_step::DriftSteps;
-use super::echo::Echo;
-use super::edge::Edge;
-use super::jitter::{FIRST_BLOCK, Jitter};
-use super::resolution::Resolution;
-use super::shift::Bounds;
-use super::teeth::Teeth;
-use super::waits::Waits;
+use super::events::{Batches, Bounds, Counts, DriftSteps, Teeth};
+use super::line::{Bank, Calibration, Choice, Edge};
+use super::noise::{Echo, FIRST_BLOCK, Jitter, Resolution, Waits};
 use crate::instant::{Instant, Local, Remote, Span};
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the bounds of usual residuals.
+    StreamTuning {
+        /// Greatest length of a queue.
+        longest_queue: u16 = 256,
+        /// Standard deviations of the line that bounds are wider by.
+        unsure: f64 = 5.0,
+        /// A stamp may be a cell before the arrival, and so may that of the one before.
+        cells: f64 = 2.0,
+        /// Normal widths below the line of a message that is early.
+        // 3 in 100 000 are.
+        early: f64 = 4.0,
+        /// Normal widths above the line, beside one exponential width, of a message that is late.
+        // A quarter are, at a ratio of 0.25.
+        late: f64 = 2.0,
+        /// Part of the exponential width, beside `late` normal ones, that a run of messages is above.
+        // Half of all are.
+        above: f64 = 0.25,
+    }
+}
 
 /// Messages that make one measurement.
 pub(super) const BLOCK: usize = 8;
-/// Greatest length of a queue.
-const LONGEST_QUEUE: u16 = 256;
 
 /// Run of the sender, and the line through its phases.
 #[derive(Clone, Debug)]
@@ -79,6 +89,7 @@ impl Stream {
     pub(super) fn expected(&self, count: i64, seconds_per_count: f64) -> f64 {
         self.line.as_ref().map_or(0.0, |line| {
             let estimate = line.bank.combined();
+            // Saturating, as a stranger may send any count.
             let ahead = count.saturating_sub(line.at) as f64 * seconds_per_count;
             estimate.offset + estimate.drift * ahead
         })
@@ -88,6 +99,7 @@ impl Stream {
     /// link that keeps the order its arrival then depends on the one before. Messages that come far faster than they
     /// are sent, as out of a mailbox, are a queue however many they are.
     pub(super) fn is_held_up(&mut self, residual: f64, gap: Span, is_queue: bool) -> bool {
+        // The message before left the link that much earlier, as seen from when this one was due.
         let busy_until = residual - gap.as_secs_f64();
         let held_up = (self.line.as_ref()).is_some_and(|line| busy_until > line.bounds.level);
         if held_up && is_queue {
@@ -95,8 +107,8 @@ impl Stream {
         }
         self.held_up = if held_up { self.held_up + 1 } else { 0 };
         // A longer row is no queue: the line is wrong.
-        if self.held_up > LONGEST_QUEUE {
-            self.held_up = LONGEST_QUEUE;
+        if self.held_up > TUNING.longest_queue {
+            self.held_up = TUNING.longest_queue;
             return false;
         }
         held_up
@@ -118,6 +130,7 @@ impl Stream {
         let (mut whole, mut parts) = (0, 0);
         for residual in &self.block[..self.filled] {
             let ahead = residual.count.saturating_sub(first);
+            // Divided before they are added, as counts may be as large as they can be.
             whole += ahead / length;
             parts += ahead % length;
         }
@@ -134,6 +147,7 @@ impl Line {
         drift: f64,
     ) -> Self {
         jitter.guess(phases);
+        // A prior of 1e20 s² is none, without a branch for it.
         let offset = jitter.locate(phases, 1e20).most_likely;
         let variance = jitter.variance() / FIRST_BLOCK as f64;
         let bank = Bank::new(offset, variance, drift * drift);
@@ -142,16 +156,18 @@ impl Line {
     }
 
     pub(super) fn bounds(bank: &Bank, jitter: &Jitter) -> Bounds {
-        // A stamp may be a cell before the arrival, and so may that of the one before.
-        let unsure = 5.0 * libm::sqrt(bank.combined().offset_variance) + 2.0 * jitter.cell();
+        let unsure = TUNING.unsure * libm::sqrt(bank.combined().offset_variance)
+            + TUNING.cells * jitter.cell();
         let doubt = jitter.doubt();
         Bounds {
             patience: bank.correlated().patience(),
             level: jitter.moved(),
-            early: jitter.moved() - 4.0 * jitter.normal() * doubt - unsure,
-            late: jitter.moved() + (2.0 * jitter.normal() + jitter.exponential()) * doubt + unsure,
+            early: jitter.moved() - TUNING.early * jitter.normal() * doubt - unsure,
+            late: jitter.moved()
+                + (TUNING.late * jitter.normal() + jitter.exponential()) * doubt
+                + unsure,
             above: jitter.moved()
-                + (2.0 * jitter.normal() + 0.25 * jitter.exponential()) * doubt
+                + (TUNING.late * jitter.normal() + TUNING.above * jitter.exponential()) * doubt
                 + unsure,
         }
     }

@@ -72,6 +72,7 @@ impl Beats {
     pub(super) fn observe(&mut self, offset: Option<i64>, cycle: i64) -> Option<Beat> {
         // Silence confirms nothing: one late message before a pause would make a plateau.
         let run = self.continue_run(offset?, cycle);
+        // Around a beat the offset flickers with the jitter of both sides for many cycles.
         if cycle - run.since < self.limit || self.plateau == Some(run.offset) {
             return None;
         }
@@ -82,6 +83,7 @@ impl Beats {
         if let Some(last) = self.last {
             self.periods.push(ticks, run.since - last);
         }
+        // The beat was when the new offset first stayed, not when it had stayed long enough.
         self.last = Some(run.since);
         self.count = self
             .count
@@ -176,6 +178,7 @@ impl Periods {
     /// Net ticks over the time they took; for periods of one direction that is one over their mean.
     fn mean(&self) -> f64 {
         let known = &self.ring[..self.len];
+        // Net ticks, so that a beat and its way back, by jitter, cancel.
         let (ticks, cycles) = known
             .iter()
             .fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));

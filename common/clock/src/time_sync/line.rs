@@ -13,6 +13,7 @@ impl Slopes {
     fn share(self, f: f64) -> f64 {
         if f <= self.section {
             self.part * f.max(0.0) / self.section
+        // Beyond the expected beat the ramp waits at its end: the clock is a little faster or slower than it was.
         } else if f < 1.0 {
             self.part + (1.0 - self.part) * (f - self.section) / (1.0 - self.section)
         } else {
@@ -60,6 +61,7 @@ impl Line {
         let Some(ramp) = &self.ramp else {
             return self.base;
         };
+        // One tick takes 1/|drift| cycles, so this is the part of a beat that has passed.
         let fraction = (cycle - ramp.since) as f64 * ramp.ticks_per_cycle.abs();
         self.base + ramp.slopes.share(fraction).copysign(ramp.ticks_per_cycle)
     }
@@ -87,6 +89,7 @@ impl Blend {
     /// Aims at another line, to be reached in `cycles`. A blend that is under way is left where it
     /// stands.
     pub(super) fn aim(&mut self, line: Line, cycle: i64, cycles: u16) {
+        // From where the blend stands, or a second beat within it would be a jump.
         self.from = if self.has_arrived(cycle) {
             self.to
         } else {

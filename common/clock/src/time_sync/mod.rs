@@ -250,6 +250,7 @@ impl TimeSync {
     /// call: 1, or more when some were skipped.
     pub fn update(&mut self, index: CycleIndex, elapsed: u32) -> TimeSyncOutput {
         let corrections = match self.status {
+            // TS5066: a fault stays until the rising edge of `bEnable`, unless `bAutomaticReInit` is set.
             Status::Failed(_) if !self.parameters.automatic_re_init => None,
             Status::Failed(_) => {
                 self.restart(index);
@@ -307,6 +308,7 @@ impl TimeSync {
 
     /// Runs one cycle of a block that is not in error.
     fn advance(&mut self, index: CycleIndex, elapsed: u32) -> Option<Corrections> {
+        // The index that stood when the block failed may be of a sender that is gone.
         if self.stale.is_some_and(|stale| stale == index) {
             return None;
         }
@@ -317,6 +319,7 @@ impl TimeSync {
         };
         self.count(elapsed);
         let unwrapped = self.take_index(received, index, elapsed);
+        // Whole ticks of 64 bits: neither count loses anything over the years, as a float would.
         let offset = unwrapped * self.ticks.per_data_cycle - self.own;
         let arrived = self.diagnostic.cycle_index_diff != 0;
         if let Some(beat) = self.beats.observe(arrived.then_some(offset), self.cycle) {
@@ -345,6 +348,7 @@ impl TimeSync {
     }
 
     fn take_index(&mut self, received: Received, index: CycleIndex, elapsed: u32) -> i64 {
+        // Indices wrap at 16 bits, so a step is the nearest of all that fit.
         let step = index.steps_since(received.index);
         let unwrapped = received.unwrapped + i64::from(step);
         self.received = Some(Received { index, unwrapped });
@@ -368,6 +372,7 @@ impl TimeSync {
             self.warning = drift_warning(before, self.diagnostic.drift_ppm);
         }
         let synced = self.status == Status::Synced;
+        // Before both lines are aimed at the new plateau, which would be followed for one cycle.
         if synced && beat.size() > LARGEST_BEAT * self.ticks.per_data_cycle {
             self.status = Status::Failed(SyncError::UnknownSyncLoss);
             return;
@@ -391,6 +396,7 @@ impl TimeSync {
             return plateau;
         }
         let ramp = self.ramp_from_last_beat();
+        // The correction at the end of the blending decides: that is when sync mode may begin.
         let reached = self.cycle + i64::from(self.parameters.time_mode_blending_cycles);
         let correction = ramp.at(reached) - plateau.at(reached);
         if correction.abs() < self.threshold() {
@@ -450,6 +456,7 @@ impl TimeSync {
             return Some(error);
         }
         let age_limit = u32::from(self.parameters.age_of_data_limit);
+        // Age before difference, as in a silence both grow and the cause is the age.
         if age_limit > 0 && self.diagnostic.consecutive_equal_data > age_limit {
             return Some(SyncError::MaxDataAgeExceeded);
         }

@@ -18,6 +18,20 @@
 
 pub(crate) mod line;
 mod noise;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the timing channel.
+    TimingTuning {
+        /// Time without an exchange after which the channel is not in use any more.
+        // Twenty of its exchanges at the least.
+        stale_after: Span = Span::from_secs(2),
+        /// Longest exchange.
+        // One beyond it is wrong.
+        longest: Span = Span::from_secs(1),
+    }
+}
+
 #[cfg(test)]
 mod tests;
 
@@ -26,12 +40,8 @@ use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 use line::TimingLine;
 
-/// Time without an exchange after which the channel is not in use any more.
-const STALE_AFTER: Span = Span::from_secs(2);
 /// Exchanges that can wait for their cycle.
 const WAITING: usize = 16;
-/// Longest exchange.
-const LONGEST: Span = Span::from_secs(1);
 
 /// State of the timing channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -180,6 +190,7 @@ impl TimingChannel {
             return self.exchanges();
         };
         let of = (far.epoch, far.relocks, far.rebases);
+        // Another run, lock or map of counts: leads over the line of before are of no use.
         if self.of.replace(of) != Some(of) {
             self.forget();
         }
@@ -214,8 +225,9 @@ impl TimingChannel {
             };
             let took = arrived - exchange.requested;
             let is_plausible = exchange.epoch == far.epoch
-                && (Span::ZERO..=LONGEST).contains(&took)
-                && (Span::ZERO..=LONGEST).contains(&(exchange.responded - exchange.received));
+                && (Span::ZERO..=TUNING.longest).contains(&took)
+                && (Span::ZERO..=TUNING.longest)
+                    .contains(&(exchange.responded - exchange.received));
             if !is_plausible {
                 self.refused = self.refused.saturating_add(1);
                 continue;
@@ -240,7 +252,7 @@ impl TimingChannel {
         let was_in_use = self.state == TimingState::InUse;
         let is_fresh = self
             .newest
-            .is_some_and(|newest| now - newest <= STALE_AFTER);
+            .is_some_and(|newest| now - newest <= TUNING.stale_after);
         let line = self.line.as_ref().filter(|line| line.is_acquired());
         let (Some(line), Some(known), true) = (line, known, is_fresh && far.synced) else {
             self.leave(now, far, known, is_fresh);
@@ -250,6 +262,7 @@ impl TimingChannel {
         let sigma = line.sigma(now);
         let uncertainty = line.uncertainty(now);
         let apart = ahead - known.delay.0;
+        // Both say how wrong they may be. Beyond the sum one of them is, and the transport's exchanges travel as the axes do.
         if libm::fabs(apart) > known.uncertainty.0 + uncertainty {
             self.state = TimingState::Contradicted;
             return self.exchanges();
@@ -282,6 +295,7 @@ impl TimingChannel {
             }
         }
         if !is_fresh {
+            // An old line would predict the clock of seconds ago.
             self.line = None;
         }
         self.state = match self.state {
@@ -291,3 +305,6 @@ impl TimingChannel {
         };
     }
 }
+
+#[cfg(feature = "perturb")]
+pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] = &[TUNED, line::TUNED, noise::TUNED];

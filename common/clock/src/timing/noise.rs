@@ -1,11 +1,22 @@
 //! Worth of one measurement of the timing channel.
 
-/// Greatest number of measurements that the mean is over …
-const MEMORY: f64 = 60.0;
-/// … and the multiple of the mean that a single one counts as at most.
-const OUTLIER: f64 = 9.0;
-/// Least scatter of a measurement, s²: stamps have whole nanoseconds, and clocks are read one after the other.
-const LEAST: f64 = 25e-18;
+use crate::tuning::tuning;
+
+tuning! {
+    /// Tuned constants of the worth of a measurement.
+    TimingNoiseTuning {
+        /// Greatest number of measurements that the mean is over …
+        // Ten seconds' worth at fifty exchanges a second.
+        memory: f64 = 60.0,
+        /// … and the multiple of the mean that a single one counts as at most.
+        // Three standard deviations, squared.
+        outlier: f64 = 9.0,
+        /// Least scatter of a measurement, s², 5 ns.
+        // Stamps have whole nanoseconds, and clocks are read one after the other.
+        least: f64 = 25e-18,
+    }
+}
+
 /// Scatter of the measurements, by how far each is off the line through those beside it: no offset and no drift is in
 /// that.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +42,7 @@ impl Noise {
 
     /// Begins with the first measurement: a quarter of the round trip is all that can be known.
     pub(super) fn first(&mut self, round_trip: f64) -> f64 {
-        self.variance = (0.0625 * round_trip * round_trip).max(100.0 * LEAST);
+        self.variance = (0.0625 * round_trip * round_trip).max(100.0 * TUNING.least);
         self.variance
     }
 
@@ -46,13 +57,16 @@ impl Noise {
         if self.seen >= 2 {
             let part = (at - from) / (time - from);
             let off = between - before - part * (measured - before);
+            // Variance of the miss of three equal values, in variances of one.
             let weight = 1.0 + part * part + (1.0 - part) * (1.0 - part);
             let known =
                 self.more[1] + part * part * more + (1.0 - part) * (1.0 - part) * self.more[0];
-            let sample = ((off * off - known).max(0.0) / weight).min(OUTLIER * self.variance);
-            self.count = (self.count + 1.0).min(MEMORY);
+            let sample =
+                ((off * off - known).max(0.0) / weight).min(TUNING.outlier * self.variance);
+            self.count = (self.count + 1.0).min(TUNING.memory);
+            // The first guess counts as two measurements, or one lucky miss would make the line too sure.
             self.variance += (sample - self.variance) / (self.count + 2.0);
-            self.variance = self.variance.max(LEAST);
+            self.variance = self.variance.max(TUNING.least);
         }
         self.last = [(at, between), (time, measured)];
         self.more = [self.more[1], more];
