@@ -9,7 +9,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
     CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, ExtrapolateParameters,
-    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, NewestFrame,
 };
 
 use self::shown::far_time;
@@ -69,6 +69,8 @@ struct Continuation {
     velocity: f64,
     /// Cycles of the sender without new data, in a mode that shows values as received.
     silence: u64,
+    /// The newest frame, in such a mode.
+    newest: Option<NewestFrame>,
     /// True if their position is unknown.
     is_lost: bool,
 }
@@ -303,6 +305,10 @@ impl Axis {
                 way / passed.as_secs_f64()
             },
             silence: if shows { silence } else { 0 },
+            newest: shows.then_some(NewestFrame {
+                set: sample.set,
+                age: (self.cycle_time * i64::from(scan.age)).as_secs_f64(),
+            }),
             is_lost,
         };
         let is_known = self.has_settled();
@@ -370,6 +376,7 @@ impl Axis {
             elapsed: continuation.elapsed,
             reach: self.seen.reach(),
             shows_beats: moved.state == FilterState::Bypass,
+            newest: continuation.newest,
         };
         // Between two beats it stands, and follows its master on average. On its way back it is
         // braked once the silence exceeds a beat: relative to a master that stands and jumps, it
