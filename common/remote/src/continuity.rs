@@ -43,6 +43,8 @@ const BRAKED: f64 = 1.5;
 /// Part of the way back after which the axis is brought from the motion of its master to the shown values, which are beside it by a beat
 /// or the lag of a filter. The difference of the velocities is mostly gone by then.
 const TO_SHOWN: f64 = 0.5;
+/// Time constant of following the positions of a master whose frames come in beats, s: a beat of a cycle of 1 ms is 2 % of its velocity.
+const TRACKING: f64 = 0.05;
 
 /// Keeps the set values of an axis continuous.
 #[derive(Clone, Debug)]
@@ -133,14 +135,17 @@ impl Continuity {
             }
             (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * reach.velocity => {
                 rejoin.since += passed;
-                rejoin.over(&rejoin.target(master, cycle))
+                rejoin.track(cycle.moved_on(), passed);
+                rejoin.over(&rejoin.target(master))
             }
             (Motion::Braking { .. } | Motion::Returning | Motion::Rejoining(_), Some(_)) => {
                 let standing = self
                     .moving(reach)
                     .map_or(*master, |last| moved_on(&last, passed));
-                let master = reach.possible(&cycle.moved_on(master));
-                let rejoin = self.rejoin_from(&standing, &master, reach);
+                let moved_on = cycle.moved_on();
+                let master = reach.possible(&moved_on.unwrap_or(*master));
+                let mut rejoin = self.rejoin_from(&standing, &master, reach);
+                rejoin.master = moved_on;
                 self.motion = Motion::Rejoining(rejoin);
                 rejoin.over(&master)
             }
@@ -261,19 +266,18 @@ impl Continuity {
             length: for_way.max(slowing.length),
             since: 0.0,
             fastest,
+            master: None,
         }
     }
 }
 
 impl MasterCycle {
-    /// The motion of the master now. Where values are shown as received they stand until the next frame, and the newest one is moved on: an
-    /// axis that is brought back relative to a standing position goes off with the difference of the velocities. Wide schedule 300893:
-    /// at bursts of loss it ran away from a master of −500 u/s with up to +750, for a second.
-    fn moved_on(&self, shown: &Kinematics) -> Kinematics {
-        match &self.newest {
-            Some(NewestFrame { set, age }) => moved_on(set, *age),
-            None => *shown,
-        }
+    /// The motion of the master now, in a mode that shows values as received. Those stand until the next frame: an axis that is brought
+    /// back relative to a standing position goes off with the difference of the velocities. Wide schedule 300893: at bursts of loss it ran
+    /// away from a master of −500 u/s with up to +750, for a second.
+    fn moved_on(&self) -> Option<Kinematics> {
+        let NewestFrame { set, age } = &self.newest?;
+        Some(moved_on(set, *age))
     }
 }
 
@@ -307,12 +311,29 @@ struct Rejoin {
     since: f64,
     /// Greatest velocity of the master at the planning, u/s.
     fastest: f64,
+    /// Motion of the master, in a mode that shows values as received.
+    master: Option<Kinematics>,
 }
 
 impl Rejoin {
+    /// Follows the motion of the master in a mode that shows values as received, without its beats.
+    fn track(&mut self, now: Option<Kinematics>, passed: f64) {
+        self.master = match (self.master, now) {
+            (Some(before), Some(now)) => {
+                let on = before.position + now.velocity * passed;
+                let share = (passed / TRACKING).min(1.0);
+                let position = on + share * (now.position - on);
+                Some(Kinematics { position, ..now })
+            }
+            (_, now) => now,
+        };
+    }
+
     /// The motion to which the axis is brought back: first that of the master, in the end the shown values.
-    fn target(&self, shown: &Kinematics, cycle: &MasterCycle) -> Kinematics {
-        let master = cycle.moved_on(shown);
+    fn target(&self, shown: &Kinematics) -> Kinematics {
+        let Some(master) = self.master else {
+            return *shown;
+        };
         let x = ((self.since / self.length - TO_SHOWN) / (1.0 - TO_SHOWN)).clamp(0.0, 1.0);
         let share = x * x * (3.0 - 2.0 * x);
         let between = |from: f64, to: f64| from + share * (to - from);

@@ -318,6 +318,10 @@ impl Axis {
         self.error = moved.error;
         *signals = self.show(&sample, &moved, far_time);
         signals.prediction_sigma = self.prediction_sigma(&moved, scan.time_sigma);
+        if set.is_none() && is_known {
+            // Received only once, and too long ago, the position of the axis is unknown. Wide schedule 200456: a first frame that is 3.2 s old.
+            (signals.corrected_position, signals.corrected_velocity) = (None, None);
+        }
         set?;
         let error = moved.error.map_or(0, |error| error.code().into());
         let error_code = if error == 0 { sample.error_code } else { error };
@@ -365,7 +369,7 @@ impl Axis {
         (0.0, unblended)
     }
 
-    /// The set values without steps and within limits; none before any are known.
+    /// The set values without steps and within limits; none before any are known that are not too old.
     fn carried_on(
         &mut self,
         moved: &FarAxisOutput,
@@ -386,8 +390,7 @@ impl Axis {
             true => Some(self.continuity.follow(&moved.set, &cycle)),
             false => self.continuity.brake(&cycle),
         };
-        // Without earlier values it stands where it was received, except for noise.
-        let mut set = set.or(is_known.then_some(moved.set))?;
+        let mut set = set?;
         if continuation.silence > 1 && self.continuity.state() == ContinuityState::Following {
             // The positions stand: so do velocity and acceleration.
             set.velocity = continuation.velocity;
