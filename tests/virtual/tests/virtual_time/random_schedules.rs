@@ -31,8 +31,16 @@ const REGRESSIONS: &[(u64, &str)] = &[
 /// Seeds of wide schedules that once failed, with the reasons.
 const WIDE_REGRESSIONS: &[(u64, &str)] = &[
     (
+        200_456,
+        "an axis received only once, 3.2 s ago, was shown there for a cycle",
+    ),
+    (
         300_217,
         "an observer that tolerates 1 ms of silence was to be in sync on a network whose messages are later again and again",
+    ),
+    (
+        300_282,
+        "a stop planned from 251 u/s was judged by its first cycle, at 94 u/s",
     ),
     (
         300_571,
