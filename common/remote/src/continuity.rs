@@ -276,8 +276,13 @@ impl MasterCycle {
     /// back relative to a standing position goes off with the difference of the velocities. Wide schedule 300893: at bursts of loss it ran
     /// away from a master of −500 u/s with up to +750, for a second.
     fn moved_on(&self) -> Option<Kinematics> {
-        let NewestFrame { set, age } = &self.newest?;
-        Some(moved_on(set, *age))
+        let NewestFrame { set, age } = self.newest?;
+        // At its velocity alone: with its acceleration over a silence, one that moves to and fro by 5 u was taken to be 30 u away.
+        Some(Kinematics {
+            position: set.position + set.velocity * age,
+            acceleration: 0.0,
+            ..set
+        })
     }
 }
 

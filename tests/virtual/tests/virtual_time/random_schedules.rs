@@ -51,6 +51,10 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
         "brought back relative to positions that stood until the next frame, an axis ran away from its master",
     ),
     (300_893, "likewise"),
+    (
+        400_419,
+        "over 90 ms without frames, a master between ±5 mm was taken to be accelerated to 600 mm/s",
+    ),
 ];
 
 /// Seeds of every test run.
