@@ -67,12 +67,12 @@ pub struct MasterCycle {
     /// True if positions come in beats, as in mode bypass. The velocity that comes with them is then that of the axis.
     pub shows_beats: bool,
     /// The newest frame, in a mode that shows values as received.
-    pub newest: Option<NewestFrame>,
+    pub newest: Option<ReceivedMotion>,
 }
 
 /// The set values of the newest frame, and their age.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NewestFrame {
+pub struct ReceivedMotion {
     /// As received.
     pub set: Kinematics,
     /// Time since it was received, s.
@@ -276,7 +276,7 @@ impl MasterCycle {
     /// back relative to a standing position goes off with the difference of the velocities. Wide schedule 300893: at bursts of loss it ran
     /// away from a master of −500 u/s with up to +750, for a second.
     fn moved_on(&self) -> Option<Kinematics> {
-        let NewestFrame { set, age } = self.newest?;
+        let ReceivedMotion { set, age } = self.newest?;
         // At its velocity alone: with its acceleration over a silence, one that moves to and fro by 5 u was taken to be 30 u away.
         Some(Kinematics {
             position: set.position + set.velocity * age,

@@ -9,7 +9,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
     CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, ExtrapolateParameters,
-    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, NewestFrame,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, ReceivedMotion,
 };
 
 use self::shown::far_time;
@@ -70,7 +70,7 @@ struct Continuation {
     /// Cycles of the sender without new data, in a mode that shows values as received.
     silence: u64,
     /// The newest frame, in such a mode.
-    newest: Option<NewestFrame>,
+    newest: Option<ReceivedMotion>,
     /// True if their position is unknown.
     is_lost: bool,
 }
@@ -305,7 +305,7 @@ impl Axis {
                 way / passed.as_secs_f64()
             },
             silence: if shows { silence } else { 0 },
-            newest: shows.then_some(NewestFrame {
+            newest: shows.then_some(ReceivedMotion {
                 set: sample.set,
                 age: (self.cycle_time * i64::from(scan.age)).as_secs_f64(),
             }),

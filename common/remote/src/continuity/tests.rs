@@ -320,7 +320,7 @@ fn relative_to_values_that_stand_until_the_next_frame_it_does_not_run_away() {
     for cycle in 1..6_000 {
         let frame = frame_before(cycle);
         let age = f64::from(cycle - frame) * CYCLE;
-        let newest = Some(NewestFrame {
+        let newest = Some(ReceivedMotion {
             set: at(frame),
             age,
         });
