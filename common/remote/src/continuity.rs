@@ -40,6 +40,12 @@ const MOST_CURVED: f64 = 5.774;
 /// length.
 const BRAKED: f64 = 1.5;
 
+/// Part of the way back after which the axis is brought from the motion of its master to the shown values, which are beside it by a beat
+/// or the lag of a filter. The difference of the velocities is mostly gone by then.
+const TO_SHOWN: f64 = 0.5;
+/// Time constant of following the positions of a master whose frames come in beats, s: a beat of a cycle of 1 ms is 2 % of its velocity.
+const TRACKING: f64 = 0.05;
+
 /// Keeps the set values of an axis continuous.
 #[derive(Clone, Debug)]
 pub struct Continuity {
@@ -60,6 +66,17 @@ pub struct MasterCycle {
     pub reach: Reach,
     /// True if positions come in beats, as in mode bypass. The velocity that comes with them is then that of the axis.
     pub shows_beats: bool,
+    /// The newest frame, in a mode that shows values as received.
+    pub newest: Option<ReceivedMotion>,
+}
+
+/// The set values of the newest frame, and their age.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReceivedMotion {
+    /// As received.
+    pub set: Kinematics,
+    /// Time since it was received, s.
+    pub age: f64,
 }
 
 /// Largest motion that a master has shown.
@@ -122,16 +139,19 @@ impl Continuity {
             // A plan stays in force while its master stays alike: planned again in each cycle it would never arrive.
             (Motion::Rejoining(rejoin), _) if rejoin.fastest >= OUTGROWN * reach.velocity => {
                 rejoin.since += passed;
-                rejoin.over(master)
+                rejoin.track(cycle.moved_on(), passed);
+                rejoin.over(&rejoin.target(master))
             }
             (Motion::Braking { .. } | Motion::Returning | Motion::Rejoining(_), Some(_)) => {
                 // The difference starts at the position at which the axis would be now, not where it was a cycle ago.
                 let standing = self
                     .moving(reach)
                     .map_or(*master, |last| moved_on(&last, passed));
+                let moved_on = cycle.moved_on();
                 // Velocities beyond those of the master are of a jump, and the plan would begin with them.
-                let master = reach.possible(master);
-                let rejoin = self.rejoin_from(&standing, &master, reach);
+                let master = reach.possible(&moved_on.unwrap_or(*master));
+                let mut rejoin = self.rejoin_from(&standing, &master, reach);
+                rejoin.master = moved_on;
                 self.motion = Motion::Rejoining(rejoin);
                 rejoin.over(&master)
             }
@@ -266,7 +286,23 @@ impl Continuity {
             length: for_way.max(slowing.length),
             since: 0.0,
             fastest,
+            master: None,
         }
+    }
+}
+
+impl MasterCycle {
+    /// The motion of the master now, in a mode that shows values as received. Those stand until the next frame: an axis that is brought
+    /// back relative to a standing position goes off with the difference of the velocities. Wide schedule 300893: at bursts of loss it ran
+    /// away from a master of −500 u/s with up to +750, for a second.
+    fn moved_on(&self) -> Option<Kinematics> {
+        let ReceivedMotion { set, age } = self.newest?;
+        // At its velocity alone: with its acceleration over a silence, one that moves to and fro by 5 u was taken to be 30 u away.
+        Some(Kinematics {
+            position: set.position + set.velocity * age,
+            acceleration: 0.0,
+            ..set
+        })
     }
 }
 
@@ -302,9 +338,39 @@ struct Rejoin {
     since: f64,
     /// Greatest velocity of the master at the planning, u/s.
     fastest: f64,
+    /// Motion of the master, in a mode that shows values as received.
+    master: Option<Kinematics>,
 }
 
 impl Rejoin {
+    /// Follows the motion of the master in a mode that shows values as received, without its beats.
+    fn track(&mut self, now: Option<Kinematics>, passed: f64) {
+        self.master = match (self.master, now) {
+            (Some(before), Some(now)) => {
+                let on = before.position + now.velocity * passed;
+                let share = (passed / TRACKING).min(1.0);
+                let position = on + share * (now.position - on);
+                Some(Kinematics { position, ..now })
+            }
+            (_, now) => now,
+        };
+    }
+
+    /// The motion to which the axis is brought back: first that of the master, in the end the shown values.
+    fn target(&self, shown: &Kinematics) -> Kinematics {
+        let Some(master) = self.master else {
+            return *shown;
+        };
+        let x = ((self.since / self.length - TO_SHOWN) / (1.0 - TO_SHOWN)).clamp(0.0, 1.0);
+        let share = x * x * (3.0 - 2.0 * x);
+        let between = |from: f64, to: f64| from + share * (to - from);
+        Kinematics {
+            position: between(master.position, shown.position),
+            velocity: between(master.velocity, shown.velocity),
+            acceleration: between(master.acceleration, shown.acceleration),
+        }
+    }
+
     /// The master, with the rest of the difference on top.
     fn over(&self, master: &Kinematics) -> Kinematics {
         // The sum below leaves a rounding residue, and the end is the master exactly.

@@ -88,7 +88,7 @@ mod pt1;
 
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
 pub use changes::{AxisSyncChanges, ExtrapolateChanges, TimeSyncChanges};
-pub use continuity::{Continuity, ContinuityState, MasterCycle, Reach};
+pub use continuity::{Continuity, ContinuityState, MasterCycle, Reach, ReceivedMotion};
 pub use encoder::{
     COARSE_INCREMENT_MM, CheckedEncoder, EncoderMaster, EncoderOutput, EncoderParameters,
     EncoderSample, Smoothing,

@@ -12,6 +12,8 @@ const LONGER: f64 = 0.01;
 pub struct ErrorStopCheck {
     limits: Limits,
     cycle_time: f64,
+    /// Set values of the cycle before the stop.
+    before: Option<Kinematics>,
     /// The current stop.
     stop: Option<Stop>,
 }
@@ -39,12 +41,14 @@ impl ErrorStopCheck {
         Self {
             limits,
             cycle_time,
+            before: None,
             stop: None,
         }
     }
 
-    /// Restarts the check: the axis is not in error stop, or its position was preset.
-    pub const fn restart(&mut self) {
+    /// Restarts the check: the axis is not in error stop, with these set values, or its position was preset.
+    pub const fn restart(&mut self, set: Option<Kinematics>) {
+        self.before = set;
         self.stop = None;
     }
 
@@ -58,7 +62,10 @@ impl ErrorStopCheck {
             None => Stop {
                 from: set.position,
                 // An axis that catches up covers its distance to the target as well.
-                most: self.longest_way_of_target(set, distances) + behind,
+                most: self
+                    .longest_way_of_target(set, distances)
+                    .max(self.longest_way_from_before(set))
+                    + behind,
             },
         };
         self.stop = Some(stop);
@@ -77,6 +84,16 @@ impl ErrorStopCheck {
             self.longest_way(&Kinematics { velocity, ..*set })
         });
         ways[0].max(ways[1])
+    }
+
+    /// Distance to rest of a stop that is planned from the set values of the cycle before. Those of an axis that catches up change by its
+    /// whole acceleration from cycle to cycle, and the first ones of its stop, at `v − a·T`, give no bound: wide schedule 300282 stops from
+    /// 251 u/s at 30 106 u/s² within v²/2d = 1.044 u, a cycle after which it is at 94 u/s.
+    fn longest_way_from_before(&self, set: &Kinematics) -> f64 {
+        self.before.map_or(0.0, |before| {
+            let gone = (set.position - before.position) * before.velocity.signum();
+            self.longest_way(&before) - gone
+        })
     }
 
     /// Distance to rest with the full deceleration and jerk, after the acceleration is removed,
@@ -176,8 +193,35 @@ mod tests {
         assert_eq!(check.push(&set, [0.0; 2]), None);
         set.position = 50.0;
         assert!(check.push(&set, [0.0; 2]).is_some());
-        check.restart();
+        check.restart(None);
         assert_eq!(check.push(&set, [0.0; 2]), None);
+    }
+
+    /// Wide schedule 300282: planned from 251 u/s, and at 94 u/s in its first cycle, on top of a target that is ahead.
+    #[test]
+    fn a_stop_is_planned_from_the_cycle_before() {
+        let limits = Limits::new(36_839.646, 156_285.177, 30_105.8, 31_659_297_395.253).unwrap();
+        let set = |position, velocity, acceleration| Kinematics {
+            position,
+            velocity,
+            acceleration,
+        };
+        let first = set(195.535_634, 94.476, -150_596.113);
+        let distances = [-0.263_333_469, -0.192_376_639];
+        let is_beyond = |before, rest| {
+            let mut check = ErrorStopCheck::new(limits, CYCLE);
+            check.restart(before);
+            assert_eq!(check.push(&first, distances), None);
+            check.push(&Kinematics::at_rest(rest), [0.0; 2]).is_some()
+        };
+        let before = Some(set(195.491_755, 250.761_177, 156_285.177));
+        assert!(is_beyond(None, 196.540_665));
+        assert!(!is_beyond(before, 196.540_665));
+        // v²/2d, two cycles and the way that it was behind.
+        assert!(is_beyond(
+            before,
+            195.491_755 + 1.01 * 1.044_5 + 2.0 * 0.251 + 0.2
+        ));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
     CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, ExtrapolateParameters,
-    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, ReceivedMotion,
 };
 
 use self::shown::far_time;
@@ -69,6 +69,8 @@ struct Continuation {
     velocity: f64,
     /// Cycles of the sender without new data, in a mode that shows values as received.
     silence: u64,
+    /// The newest frame, in such a mode.
+    newest: Option<ReceivedMotion>,
     /// True if their position is unknown.
     is_lost: bool,
 }
@@ -317,6 +319,10 @@ impl Axis {
                 way / passed.as_secs_f64()
             },
             silence: if shows { silence } else { 0 },
+            newest: shows.then_some(ReceivedMotion {
+                set: sample.set,
+                age: (self.cycle_time * i64::from(scan.age)).as_secs_f64(),
+            }),
             is_lost,
         };
         let is_known = self.has_settled();
@@ -327,6 +333,10 @@ impl Axis {
         self.error = moved.error;
         *signals = self.show(&sample, &moved, far_time);
         signals.prediction_sigma = self.prediction_sigma(&moved, scan.time_sigma);
+        if set.is_none() && is_known {
+            // Received only once, and too long ago, the position of the axis is unknown. Wide schedule 200456: a first frame that is 3.2 s old.
+            (signals.corrected_position, signals.corrected_velocity) = (None, None);
+        }
         // After the signals, which show in any case why there are no set values.
         set?;
         let error = moved.error.map_or(0, |error| error.code().into());
@@ -376,7 +386,7 @@ impl Axis {
         (0.0, unblended)
     }
 
-    /// The set values without steps and within limits; none before any are known.
+    /// The set values without steps and within limits; none before any are known that are not too old.
     fn carried_on(
         &mut self,
         moved: &FarAxisOutput,
@@ -387,6 +397,7 @@ impl Axis {
             elapsed: continuation.elapsed,
             reach: self.seen.reach(),
             shows_beats: moved.state == FilterState::Bypass,
+            newest: continuation.newest,
         };
         // Between two beats it stands, and follows its master on average. On its way back it is
         // braked once the silence exceeds a beat: relative to a master that stands and jumps, it
@@ -397,8 +408,7 @@ impl Axis {
             true => Some(self.continuity.follow(&moved.set, &cycle)),
             false => self.continuity.brake(&cycle),
         };
-        // Without earlier values it stands where it was received, except for noise.
-        let mut set = set.or(is_known.then_some(moved.set))?;
+        let mut set = set?;
         if continuation.silence > 1 && self.continuity.state() == ContinuityState::Following {
             // The positions stand: so do velocity and acceleration.
             set.velocity = continuation.velocity;

@@ -23,6 +23,7 @@ impl Axis {
             elapsed,
             reach: self.reach,
             shows_beats: false,
+            newest: None,
         }
     }
 
@@ -301,4 +302,47 @@ fn a_master_that_has_just_begun_to_move_is_soon_come_back_to() {
     // The master's own, and up to the same amount on the way back.
     assert!(acceleration < 2.1 * 5_000.0, "{acceleration}");
     assert!(contradiction < 1.0, "{contradiction}");
+}
+
+/// Wide schedules 300665 and 300893: with bursts of loss, an axis that was brought back relative to the shown positions, which stood, ran
+/// away from its master.
+#[test]
+fn relative_to_values_that_stand_until_the_next_frame_it_does_not_run_away() {
+    const VELOCITY: f64 = -500.0;
+    // A frame in every other cycle, then none for 14 cycles, again and again for 3 s.
+    let frame_before = |cycle: u32| match cycle % 30 {
+        within @ 16.. if cycle < 3_000 => cycle - (within - 16),
+        _ => cycle - cycle % 2,
+    };
+    let at = |cycle: u32| steady(VELOCITY * f64::from(cycle) * CYCLE, VELOCITY);
+    let mut axis = Axis::of(Reach {
+        velocity: 500.0,
+        acceleration: 2_000.0,
+    });
+    axis.follow(&steady(100.0, 0.0), 1);
+    axis.rejoin();
+    let (mut before, mut farthest, mut fastest) = (100.0, 0.0_f64, f64::MIN);
+    for cycle in 1..6_000 {
+        let frame = frame_before(cycle);
+        let age = f64::from(cycle - frame) * CYCLE;
+        let newest = Some(ReceivedMotion {
+            set: at(frame),
+            age,
+        });
+        let of_cycle = MasterCycle {
+            newest,
+            ..axis.cycle(1)
+        };
+        let set = match cycle - frame {
+            ..=8 => axis.continuity.follow(&at(frame), &of_cycle),
+            _ => axis.continuity.brake(&of_cycle).unwrap(),
+        };
+        farthest = farthest.max((set.position - at(cycle).position).abs());
+        fastest = fastest.max((set.position - before) / CYCLE);
+        before = set.position;
+    }
+    assert!(farthest < 320.0, "{farthest} from its master");
+    assert!(fastest < 20.0, "{fastest} against its master's {VELOCITY}");
+    assert_eq!(axis.state(), ContinuityState::Following);
+    assert_eq!(before, at(frame_before(5_999)).position);
 }

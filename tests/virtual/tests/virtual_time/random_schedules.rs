@@ -28,15 +28,51 @@ const REGRESSIONS: &[(u64, &str)] = &[
     ),
 ];
 
+/// Seeds of wide schedules that once failed, with the reasons.
+const WIDE_REGRESSIONS: &[(u64, &str)] = &[
+    (
+        200_456,
+        "an axis received only once, 3.2 s ago, was shown there for a cycle",
+    ),
+    (
+        300_217,
+        "an observer that tolerates 1 ms of silence was to be in sync on a network whose messages are later again and again",
+    ),
+    (
+        300_282,
+        "a stop planned from 251 u/s was judged by its first cycle, at 94 u/s",
+    ),
+    (
+        300_571,
+        "a follower of a slave without power was to be in sync, while the slave's master was on a way of 5 m",
+    ),
+    (
+        300_665,
+        "brought back relative to positions that stood until the next frame, an axis ran away from its master",
+    ),
+    (300_893, "likewise"),
+    (
+        400_419,
+        "over 90 ms without frames, a master between ±5 mm was taken to be accelerated to 600 mm/s",
+    ),
+];
+
 /// Seeds of every test run.
 const FEW: Range<u64> = 0..100;
 
 #[test]
 fn some_random_schedules() {
-    run_all(asked_for().unwrap_or(FEW));
+    run_all(schedule::of, asked_for().unwrap_or(FEW), "random-schedules");
     // Each on its own: they lie far apart, and a range would run all between.
     for (seed, _) in REGRESSIONS {
-        run_all(*seed..*seed + 1);
+        run_all(schedule::of, *seed..*seed + 1, "random-schedules");
+    }
+}
+
+#[test]
+fn wide_schedules_that_once_failed() {
+    for (seed, _) in WIDE_REGRESSIONS {
+        run_all(schedule::wide, *seed..*seed + 1, "wide-schedules");
     }
 }
 
@@ -53,13 +89,13 @@ fn asked_for() -> Option<Range<u64>> {
     })
 }
 
-fn run_all(seeds: Range<u64>) {
+fn run_all(schedule: fn(u64) -> String, seeds: Range<u64>, folder: &str) {
     // Kept for the files of failures; of each process its own, as two checkouts may be tested at a time.
-    let out = std::env::temp_dir().join(format!("random-schedules-{}", std::process::id()));
+    let out = std::env::temp_dir().join(format!("{folder}-{}", std::process::id()));
     let soak = Soak {
         stage: &VirtualTime,
         seeds,
-        schedule: schedule::of,
+        schedule,
         out,
         junit: None,
         leave: &reported::leave,

@@ -204,7 +204,8 @@ impl SlaveWatch {
         };
         // Each error stop is measured from its own beginning.
         if slave.state != AxisStatus::ErrorStop || slave.set_anew != before.set_anew || !is_next {
-            stop.restart();
+            let is_before = slave.state != AxisStatus::ErrorStop;
+            stop.restart(set_of(slave).filter(|_| is_before));
         }
         let (AxisStatus::ErrorStop, Some(position)) = (slave.state, slave.position) else {
             return;
