@@ -60,6 +60,7 @@ mod function;
 mod inverse;
 mod joints;
 mod kind;
+mod neighbours;
 mod peaks;
 mod plate;
 mod point;
