@@ -81,6 +81,7 @@ pub use function::MotionFunction;
 pub use inverse::{MasterPosition, MasterQuery};
 pub use joints::Joint;
 pub use kind::{Course, TableType};
+pub use peaks::PeakDemands;
 pub use plate::{Cursor, Plate, slave_of};
 pub use point::{MotionPoint, PointType};
 pub use source::{PlateSource, SourceRows};

@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use super::error::{CamError, PlateLocation};
 use super::kind::{Course, TableType};
+use super::peaks::CurvePeaks;
 use coaxle_curve::curve::Curve;
 use coaxle_curve::spline::{
     NoFiniteSlopes, SplineEnd, SplineEnds, SplineKnot, SplineSolver, push_hermite, push_lines,
@@ -80,6 +81,7 @@ pub struct PositionTable {
     course: Course,
     equidistant: bool,
     curve: Curve,
+    peaks: CurvePeaks,
 }
 
 /// Greatest deviation of a row of an equidistant table from its place, in steps: a file with a few
@@ -118,6 +120,7 @@ impl PositionTable {
             interpolation,
             course,
             equidistant: false,
+            peaks: CurvePeaks::of(&curve),
             curve,
         })
     }
@@ -196,6 +199,10 @@ impl PositionTable {
 
     pub(super) fn curve(&self) -> &Curve {
         &self.curve
+    }
+
+    pub(super) const fn peaks(&self) -> &CurvePeaks {
+        &self.peaks
     }
 }
 

@@ -3,6 +3,7 @@
 use std::string::ToString;
 
 use super::*;
+use coaxle_plate::{Interpolation, PositionTable};
 
 fn refused(rig: &mut Rig, command: CamRequest) -> CouplingError {
     rig.start(command).expect_err("a refusal")
@@ -203,54 +204,140 @@ fn of_values_too_extreme_to_be_numbers() {
     assert_eq!(after, error, "until it is uncoupled");
 }
 
+/// Plans a coupling to plate 30 at the next cycle, for a slave of 60 000 u/s² that rests at 0.
+fn plan_next_cycle(tables: &Tables, position: f64, velocity: f64) -> Result<(), CouplingError> {
+    let next_cycle = Activation::new(ActivationMode::NextCycle);
+    plan_within(60_000.0, next_cycle, tables, position, velocity)
+}
+
+fn plan_within(
+    acceleration: f64,
+    activation: Activation,
+    tables: &Tables,
+    position: f64,
+    velocity: f64,
+) -> Result<(), CouplingError> {
+    let parameters = CouplingParameters {
+        master_axis_id: 7,
+        slave_axis_id: 8,
+        limits: CamLimits {
+            velocity: 2_000.0,
+            acceleration,
+            deceleration: acceleration,
+            jerk: 1e7,
+            cycle: 0.001,
+        },
+    };
+    let coupling = CamCoupling::new(parameters).expect("parameters");
+    let master = Kinematics {
+        position,
+        velocity,
+        acceleration: 0.0,
+    };
+    let command = CamRequest::from(CamIn {
+        activation,
+        ..cam_in(30)
+    });
+    let planned = coupling.plan(tables, &command, &master, &Kinematics::at_rest(0.0));
+    planned.map(|_| ())
+}
+
+/// Returns a store with plate 30.
+fn tables_with(plate: Plate) -> Tables {
+    let mut tables = Tables::new(1);
+    tables.insert(30, plate).expect("room");
+    tables
+}
+
+/// Quintic of 40 u over 1.2 u of the master, as narrow as three of 360 degrees.
+const NARROW_PEAK: [(f64, f64); 4] = [(102.3, 0.0), (103.5, 40.0), (200.0, 40.0), (360.0, 0.0)];
+
+/// Returns the narrow peak after this number of rests from 0 on, as far apart as `step`.
+fn after_rests(count: u32, step: f64) -> Vec<(f64, f64)> {
+    let rests = (0..count).map(|row| (f64::from(row) * step, 0.0));
+    rests.chain(NARROW_PEAK).collect()
+}
+
 /// `narrow-peak`: a plate ten times too fast for its slave was accepted or refused depending on the
 /// millisecond.
 #[test]
 fn a_narrow_peak_is_seen_wherever_the_master_is() {
-    let points = [
-        (0.0, 0.0),
-        (102.3, 0.0),
-        (103.5, 40.0),
-        (200.0, 40.0),
-        (360.0, 0.0),
-    ];
+    let tables = tables_with(plate(&after_rests(1, 0.0), Course::Cyclic));
     // Of the quintic, 5.7735 · 40 / 1.2² u/u²: more than 60 000 u/s² from 19.3 u/s of the master on.
     for (velocity, passes) in [(19.0, true), (19.7, false), (320.0, false), (-19.7, false)] {
         for place in 0..300 {
-            let mut tables = Tables::new(2);
-            tables
-                .insert(30, plate(&points, Course::Cyclic))
-                .expect("room");
-            let limits = CamLimits {
-                velocity: 2_000.0,
-                acceleration: 60_000.0,
-                deceleration: 60_000.0,
-                jerk: 1e7,
-                cycle: 0.001,
-            };
-            let parameters = CouplingParameters {
-                master_axis_id: 7,
-                slave_axis_id: 8,
-                limits,
-            };
-            let coupling = CamCoupling::new(parameters).expect("parameters");
-            let master = Kinematics {
-                // No divisor of the distance of the places, 360/128: each start looks at other ones.
-                position: 0.377 * f64::from(place),
-                velocity,
-                acceleration: 0.0,
-            };
-            let command = CamRequest::from(CamIn {
-                activation: Activation::new(ActivationMode::NextCycle),
-                ..cam_in(30)
-            });
-            let planned = coupling.plan(&tables, &command, &master, &Kinematics::at_rest(0.0));
-            match planned {
-                Ok(_) => assert!(passes, "{velocity} at {}", master.position),
+            // No divisor of the distance of the places, 360/128: each start looks at other ones.
+            let position = 0.377 * f64::from(place);
+            match plan_next_cycle(&tables, position, velocity) {
+                Ok(()) => assert!(passes, "{velocity} at {position}"),
                 Err(CouplingError::BeyondLimits { .. }) => assert!(!passes, "{velocity}"),
                 Err(other) => panic!("{velocity}: {other}"),
             }
         }
+    }
+}
+
+/// Of plates with more than 256 segments only the ends of segments were searched.
+#[test]
+fn a_narrow_peak_is_seen_in_a_plate_of_any_length() {
+    for (count, step) in [(252, 0.3), (299, 0.3), (4_092, 0.025)] {
+        let tables = tables_with(plate(&after_rests(count, step), Course::Cyclic));
+        for (velocity, passes) in [(19.0, true), (19.7, false), (-21.0, false), (21.0, false)] {
+            for place in 0..300 {
+                let position = 0.377 * f64::from(place);
+                let planned = plan_next_cycle(&tables, position, velocity);
+                let is_refused = matches!(planned, Err(CouplingError::BeyondLimits { .. }));
+                assert_eq!(is_refused, !passes, "{count}, {velocity}: {planned:?}");
+                assert_eq!(planned.is_ok(), passes, "{planned:?}");
+            }
+        }
+    }
+}
+
+/// Cubics of a table are steepest inside, too.
+#[test]
+fn a_steep_place_between_two_rows_of_a_long_table_is_seen() {
+    let rows = after_rests(299, 0.3);
+    let next_cycle = Activation::new(ActivationMode::NextCycle);
+    for kind in [Interpolation::Spline, Interpolation::SlidingSpline] {
+        let table = PositionTable::new(&rows, kind, Course::Cyclic).expect("a table");
+        let table = Plate::from_table(table);
+        let velocity = table
+            .characteristics(1.0)
+            .expect("figures")
+            .extremes
+            .velocity;
+        let steepest = velocity.maximum.value.max(-velocity.minimum.value);
+        // Of the cubic over 1.2 u, the ends are less steep by a third.
+        let tables = tables_with(table);
+        for place in 0..300 {
+            for (part, passes) in [(0.999, true), (1.001, false)] {
+                let velocity = part * 2_000.0 / steepest;
+                let position = 0.377 * f64::from(place);
+                let planned = plan_within(1e9, next_cycle, &tables, position, velocity);
+                assert_eq!(planned.is_ok(), passes, "{kind:?}: {planned:?}");
+            }
+        }
+    }
+}
+
+/// A linear plate is passed once: what lies behind the master does not count, however long the plate.
+#[test]
+fn a_narrow_peak_behind_the_master_of_a_linear_plate_does_not_count() {
+    let tables = tables_with(plate(&after_rests(299, 0.3), Course::Linear));
+    for (position, velocity, passes) in [
+        (100.0, 21.0, false),
+        (110.0, 21.0, true),
+        (110.0, -21.0, false),
+        (100.0, -21.0, true),
+    ] {
+        let later = Activation::at(ActivationMode::AtMasterAxisPos, 1e6 * velocity);
+        let planned = plan_within(60_000.0, later, &tables, position, velocity);
+        assert_eq!(
+            planned.is_ok(),
+            passes,
+            "{position}, {velocity}: {planned:?}"
+        );
     }
 }
 
