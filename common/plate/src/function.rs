@@ -7,8 +7,8 @@ use core::mem;
 use core::ops::Range;
 
 use super::compile::compile;
+use super::curve_peaks::CurvePeaks;
 use super::error::CamError;
-use super::peaks::CurvePeaks;
 use super::point::MotionPoint;
 use coaxle_curve::curve::Curve;
 use coaxle_curve::spline::SplineSolver;

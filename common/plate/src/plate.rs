@@ -2,10 +2,10 @@
 
 use core::ops::Range;
 
+use super::curve_peaks::CurvePeaks;
 use super::error::CamError;
 use super::function::MotionFunction;
 use super::kind::{Course, TableType};
-use super::peaks::CurvePeaks;
 use super::point::MotionPoint;
 use super::table::{Interpolation, PositionTable};
 use coaxle_curve::curve::Curve;

@@ -2,9 +2,9 @@
 
 use alloc::vec::Vec;
 
+use super::curve_peaks::CurvePeaks;
 use super::error::{CamError, PlateLocation};
 use super::kind::{Course, TableType};
-use super::peaks::CurvePeaks;
 use coaxle_curve::curve::Curve;
 use coaxle_curve::spline::{
     NoFiniteSlopes, SplineEnd, SplineEnds, SplineKnot, SplineSolver, push_hermite, push_lines,
