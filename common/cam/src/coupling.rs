@@ -15,9 +15,16 @@ use coaxle_curve::profile::Kinematics;
 // Limit of the NC for a multi cam (0x425E).
 pub const MOST_PLATES: usize = 4;
 
-/// Number of finished commands whose states are remembered.
-// As many as `unreported` has bits.
-const FINISHED: usize = u16::BITS as usize;
+/// Number of finished commands whose states are remembered: more than can end in a cycle.
+// As many as `unreported` has bits. The orders of a cycle, at most 16, may all be for one coupling, and the last of
+// them may end it with all that its places hold.
+const FINISHED: usize = u64::BITS as usize;
+
+/// Greatest number of commands that a place holds: a plate and a scaling that wait, a change for one
+/// cycle, and the plate to which it returns or that it scales.
+const MOST_COMMANDS_OF_A_PLACE: usize = 4;
+
+const _: () = assert!(FINISHED > 16 + MOST_COMMANDS_OF_A_PLACE * MOST_PLATES);
 
 /// Ids of the axes of a coupling, and limits of the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +81,7 @@ pub struct CamCoupling {
     finished: [Option<(Job, CouplingState)>; FINISHED],
     next_finished: usize,
     /// Finished jobs that have not been reported yet, a bit for each place.
-    unreported: u16,
+    unreported: u64,
 }
 
 /// The two kinds of coupling, which exclude each other.
@@ -317,13 +324,22 @@ impl CamCoupling {
         })
     }
 
+    /// Notes the end of a job, once: a change for one cycle also owns the plate in its place.
     pub(super) fn finish(&mut self, job: Job, state: CouplingState) {
+        if self
+            .finished
+            .iter()
+            .flatten()
+            .any(|(known, _)| *known == job)
+        {
+            return;
+        }
         let place = self.next_finished;
         self.finished[place] = Some((job, state));
         self.next_finished = (place + 1) % FINISHED;
         // The owner of the coupling's first job sees its end by itself.
         let is_unreported = Some(job) != self.first;
-        self.unreported = self.unreported & !(1 << place) | u16::from(is_unreported) << place;
+        self.unreported = self.unreported & !(1 << place) | u64::from(is_unreported) << place;
     }
 
     /// Returns the next finished job, of those that did not begin the coupling.

@@ -1,6 +1,7 @@
 //! The course after a change, checked ahead of the master: whether the slave can follow it.
 
-use super::coupling::CamCoupling;
+use super::coupling::{CamCoupling, MOST_PLATES};
+use super::course_bound::CourseBound;
 use super::error::CouplingError;
 use super::layer::Layer;
 use super::limits::CamLimits;
@@ -9,16 +10,20 @@ use super::ramp::GapRamp;
 use super::tables::Tables;
 use coaxle_curve::law::Quantity;
 use coaxle_curve::profile::Kinematics;
-use coaxle_plate::Course;
+use coaxle_plate::{Course, PeakDemands, Plate};
 
 /// Places of a cycle, and of a ramp, at which the course is checked, beside the peaks of a plate.
 // A quintic's curvature exceeds that at the nearer of 128 places by up to |f''''|/2·(1/256)², 0.03 % of its peak.
 const PLACES: u32 = 128;
 
-/// Cycles of another plate in which its peaks are checked: a cycle shorter than that is as narrow as a
-/// place.
-// Without a bound a plate with a short cycle, beside a long one, would cost any number of checks in one cycle.
+/// Greatest number of cycles of a plate in which its peaks are checked: of more, evenly spread ones are.
+// A cycle shorter than that is as narrow as a place. Without a bound a plate with a short cycle, beside a
+// long one, would cost any number of checks in one cycle.
 const CYCLES: f64 = 128.0;
+
+/// Greatest number of segments of a plate that are searched in as many cycles; of more, in fewer cycles.
+// Bounds the places, at 30 to 170 ns each (docs/SPEED.md), of a plate that is repeated along a ramp or beside others.
+const SEGMENTS_IN_CYCLES: f64 = 256.0;
 
 /// Slack for rounding, relative to the limit.
 const ROUNDING: f64 = 1e-6;
@@ -39,7 +44,8 @@ impl CourseAhead<'_> {
     ///
     /// The demands of a plate are greatest at its [peaks](coaxle_plate::Plate::peaks), however narrow
     /// they are. With one plate, nothing exceeds its demands there. Of several plates, and of a ramp, the
-    /// sum is checked at the peaks of each, and at [`PLACES`] in between.
+    /// sum is checked at the peaks of each, and at [`PLACES`] in between. Segments that cannot exceed the
+    /// limits, with all that is beside them, are left out.
     pub(super) fn check(
         &self,
         master: &Kinematics,
@@ -74,43 +80,80 @@ impl CourseAhead<'_> {
         .max_by(|a, b| a.abs().total_cmp(&b.abs()))
         .unwrap_or(0.0);
         let ahead = (master.position, master.position + distance);
-        let check =
-            |placed: &PlacedPlate<'_>| self.check_peaks_of(placed, ahead, master.velocity, limits);
-        if let Some(placed) = &self.next {
-            check(placed)?;
-        }
-        for layer in self.others() {
-            check(&layer.placed(self.tables)?)?;
+        let plates = self.plates()?;
+        let others = (0..MOST_PLATES).filter(|place| *place != self.index);
+        // The new plate first: mostly it is the one that is too fast.
+        for place in [self.index].into_iter().chain(others) {
+            let Some(placed) = plates[place] else {
+                continue;
+            };
+            let bound = CourseBound {
+                placed,
+                beside: self.bound_beside(place, &plates),
+                velocity: master.velocity,
+                limits,
+            };
+            self.check_peaks_of(&bound, ahead)?;
         }
         Ok(())
     }
 
+    /// Returns the plates of the course in their places.
+    fn plates(&self) -> Result<[Option<PlacedPlate<'_>>; MOST_PLATES], CouplingError> {
+        let mut plates = [None; MOST_PLATES];
+        for (placed, layer) in plates.iter_mut().zip(&self.coupling.layers) {
+            *placed = match layer {
+                Some(layer) => Some(layer.placed(self.tables)?),
+                None => None,
+            };
+        }
+        plates[self.index] = self.next;
+        Ok(plates)
+    }
+
+    /// Returns the magnitudes that all but one of the plates, and the ramp, do not exceed in sum.
+    fn bound_beside(&self, place: usize, plates: &[Option<PlacedPlate<'_>>; MOST_PLATES]) -> Path {
+        let mut bound = self.ramp.map_or(Path::default(), |ramp| ramp.bound());
+        let others = (0..MOST_PLATES).filter(|other| *other != place);
+        for placed in others.filter_map(|other| plates[other]) {
+            bound += placed.placement.bound(placed.plate.greatest_demands());
+        }
+        bound
+    }
+
     fn check_peaks_of(
         &self,
-        placed: &PlacedPlate<'_>,
+        bound: &CourseBound<'_>,
         (from, to): (f64, f64),
-        velocity: f64,
-        limits: &CamLimits,
     ) -> Result<(), CouplingError> {
-        let PlacedPlate { placement, plate } = placed;
+        let PlacedPlate { placement, plate } = bound.placed;
+        let can_be_exceeded = |demands: &PeakDemands| bound.can_be_exceeded(demands);
+        // Mostly nothing is to be searched, however long the plate is.
+        if !can_be_exceeded(plate.greatest_demands()) {
+            return Ok(());
+        }
         let (one, other) = (placement.on_plate(from), placement.on_plate(to));
         // A negative scaling of the master reverses the order on the plate.
         let (least, most) = (one.min(other), one.max(other));
         let period = plate.period();
-        for peak in plate.peaks() {
+        let searched = plate.peaks(can_be_exceeded).count() / Plate::PEAKS_OF_A_SEGMENT;
+        let cycles = (CYCLES * SEGMENTS_IN_CYCLES / searched as f64).clamp(1.0, CYCLES);
+        // Whole cycles, so that each place is a peak.
+        let step = period * libm::ceil((most - least) / cycles / period).max(1.0);
+        for peak in plate.peaks(can_be_exceeded) {
             // The first time at or after the least place, and each cycle from there.
             let (mut place, cycle) = match plate.course() {
                 // Passed once: the infinite step ends the loop after the only place.
                 Course::Linear => (peak, f64::INFINITY),
                 Course::Cyclic => {
                     let turns = libm::ceil((least - peak) / period);
-                    (peak + turns * period, period.max((most - least) / CYCLES))
+                    (peak + turns * period, step)
                 }
             };
             while place <= most {
                 // A peak of a linear plate may lie behind the master already.
                 if place >= least {
-                    self.check_at(placement.on_axis(place), velocity, limits)?;
+                    self.check_at(placement.on_axis(place), bound.velocity, bound.limits)?;
                 }
                 place += cycle;
             }

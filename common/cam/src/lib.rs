@@ -87,6 +87,7 @@ mod checks;
 mod command;
 mod coupling;
 mod course_ahead;
+mod course_bound;
 mod course_change;
 mod early_check;
 mod ending;

@@ -7,7 +7,7 @@ use super::command::{AxisScaling, ScalingData};
 use super::modes::ScalingMode;
 use coaxle_curve::law::Motion;
 use coaxle_curve::profile::Kinematics;
-use coaxle_plate::{Course, Plate};
+use coaxle_plate::{Course, PeakDemands, Plate};
 
 /// A slave's course over the master axis: position and its first two derivatives, in u, u per u of the
 /// master, and so on.
@@ -172,6 +172,16 @@ impl Placement {
             position: motion.position * self.slave_scaling + self.shift,
             slope: motion.velocity * self.slope_ratio,
             curvature: motion.acceleration * self.curvature_ratio,
+        }
+    }
+
+    /// Returns the magnitudes that slope and curvature in the axes do not exceed, for such demands of the
+    /// plate.
+    pub(super) fn bound(&self, demands: &PeakDemands) -> Path {
+        Path {
+            position: 0.0,
+            slope: demands.slope * self.slope_ratio.abs(),
+            curvature: demands.curvature() * self.curvature_ratio.abs(),
         }
     }
 

@@ -26,6 +26,27 @@ impl GapRamp {
         self.length
     }
 
+    /// Returns the magnitudes that the deviation's slope and curvature do not exceed.
+    pub(super) fn bound(&self) -> Path {
+        let Path {
+            position,
+            slope,
+            curvature,
+        } = self.gap;
+        let (p, s, c) = (
+            position.abs(),
+            slope.abs() * self.length,
+            curvature.abs() * self.length * self.length,
+        );
+        // Peaks of the first and second derivatives of the quintic's three parts over z, rounded up:
+        // 15/8, 1 and 0.06779; 10/√3, 3.9402 and 1.
+        Path {
+            position: 0.0,
+            slope: (1.8751 * p + 1.0001 * s + 0.0679 * c) / self.length,
+            curvature: (5.7736 * p + 3.9404 * s + 1.0001 * c) / (self.length * self.length),
+        }
+    }
+
     /// Returns the deviation of the slave from the new course; none once that is reached.
     pub(super) fn at(&self, master: f64) -> Option<Path> {
         // Either direction: a master that reverses onto the ramp's other side fades the gap out there.
@@ -84,6 +105,47 @@ mod tests {
             assert!(near.position.abs() < 1e-12, "{near:?}");
             assert!(near.slope.abs() < 1e-9);
             assert!(near.curvature.abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn it_keeps_within_its_bound_and_comes_near_it() {
+        let gaps = [
+            (3.0, 0.0, 0.0),
+            (0.0, -2.0, 0.0),
+            (0.0, 0.0, 0.5),
+            (1.5, 0.7, -0.3),
+        ];
+        for (position, slope, curvature) in gaps {
+            let gap = Path {
+                position,
+                slope,
+                curvature,
+            };
+            let ramp = GapRamp::new(10.0, 4.0, gap);
+            let most = (0..4_000).fold((0.0_f64, 0.0_f64), |(slope, curvature), step| {
+                let path = ramp.at(10.0 + f64::from(step) * 1e-3).unwrap();
+                (
+                    slope.max(path.slope.abs()),
+                    curvature.max(path.curvature.abs()),
+                )
+            });
+            let bound = ramp.bound();
+            assert!(
+                most.0 <= bound.slope && most.1 <= bound.curvature,
+                "{gap:?}: {most:?}"
+            );
+            let is_single = [position, slope, curvature]
+                .iter()
+                .filter(|part| **part != 0.0)
+                .count()
+                == 1;
+            // Of the sum, the parts have their peaks in different places.
+            let least = if is_single { 0.998 } else { 0.3 };
+            assert!(
+                most.0 >= least * bound.slope && most.1 >= least * bound.curvature,
+                "{gap:?}: {most:?}"
+            );
         }
     }
 

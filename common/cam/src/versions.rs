@@ -204,8 +204,9 @@ impl Versions {
         points: &[MotionPoint],
     ) -> Result<(), CouplingError> {
         self.check_not_under_way(id)?;
-        // Queued changes add up; otherwise the change begins with the plate in force.
-        let before = if self.queued.is_some() || self.mode.activation.mode == ActivationMode::Off {
+        // Queued changes add up; otherwise the change begins with the plate in force. Until then the
+        // other one still has the points from before the last change, in mode `Off` too.
+        let before = if self.queued.is_some() {
             self.changed_plate()
         } else {
             self.plate()

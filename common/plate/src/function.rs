@@ -7,6 +7,7 @@ use core::mem;
 use core::ops::Range;
 
 use super::compile::compile;
+use super::curve_peaks::CurvePeaks;
 use super::error::CamError;
 use super::point::MotionPoint;
 use coaxle_curve::curve::Curve;
@@ -24,6 +25,7 @@ use coaxle_curve::spline::SplineSolver;
 pub struct MotionFunction {
     points: Vec<MotionPoint>,
     curve: Curve,
+    peaks: CurvePeaks,
     /// A change is built here in full before it replaces the function in force. Its remains are not part
     /// of the function.
     stage: RefCell<StagedPoints>,
@@ -32,6 +34,7 @@ pub struct MotionFunction {
 struct StagedPoints {
     points: Vec<MotionPoint>,
     curve: Curve,
+    peaks: CurvePeaks,
     splines: SplineSolver,
 }
 
@@ -48,6 +51,7 @@ impl MotionFunction {
             &mut function.stage.get_mut().splines,
             &mut function.curve,
         )?;
+        function.peaks.search(&function.curve);
         Ok(function)
     }
 
@@ -87,9 +91,14 @@ impl MotionFunction {
     pub fn change(&mut self, points: &[MotionPoint]) -> Result<(), CamError> {
         self.check_change(points)?;
         let stage = self.stage.get_mut();
+        // Only of segments that differ: a point has two, and a write to a plate of thousands stays quick.
+        stage
+            .peaks
+            .search_changed(&stage.curve, &self.curve, &self.peaks);
         // Swapped, not moved: nothing is freed in the cycle, and the old buffers are the next stage.
         mem::swap(&mut self.points, &mut stage.points);
         mem::swap(&mut self.curve, &mut stage.curve);
+        mem::swap(&mut self.peaks, &mut stage.peaks);
         Ok(())
     }
 
@@ -115,6 +124,7 @@ impl MotionFunction {
             points,
             curve,
             splines,
+            ..
         } = &mut *stage;
         compile(points, splines, curve)
     }
@@ -134,10 +144,15 @@ impl MotionFunction {
         self.points.clear();
         self.points.extend_from_slice(&other.points);
         self.curve.copy_from(&other.curve);
+        self.peaks.copy_from(&other.peaks);
     }
 
     pub(super) fn curve(&self) -> &Curve {
         &self.curve
+    }
+
+    pub(super) const fn peaks(&self) -> &CurvePeaks {
+        &self.peaks
     }
 
     /// Returns the points last checked by [`Self::check_change`].
@@ -169,9 +184,11 @@ impl MotionFunction {
             points,
             // No more segments than rows, even after a change that brings all reserved points into use.
             curve: Curve::with_capacity(rows),
+            peaks: CurvePeaks::with_capacity(rows),
             stage: RefCell::new(StagedPoints {
                 points: Vec::with_capacity(rows),
                 curve: Curve::with_capacity(rows),
+                peaks: CurvePeaks::with_capacity(rows),
                 // In the worst case one spline runs through all points.
                 splines: SplineSolver::with_capacity(rows),
             }),
@@ -193,6 +210,7 @@ impl Clone for MotionFunction {
     fn clone(&self) -> Self {
         let mut copy = Self::with_room_for(self.points.clone());
         copy.curve.copy_from(&self.curve);
+        copy.peaks.copy_from(&self.peaks);
         copy
     }
 }

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::curve_peaks::CurvePeaks;
 use super::error::CamError;
 use super::function::MotionFunction;
 use super::kind::{Course, TableType};
@@ -263,6 +264,13 @@ impl Plate {
         match &self.source {
             PlateForm::Function(function) => function.curve(),
             PlateForm::Table(table) => table.curve(),
+        }
+    }
+
+    pub(super) const fn curve_peaks(&self) -> &CurvePeaks {
+        match &self.source {
+            PlateForm::Function(function) => function.peaks(),
+            PlateForm::Table(table) => table.peaks(),
         }
     }
 

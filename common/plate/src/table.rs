@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use super::curve_peaks::CurvePeaks;
 use super::error::{CamError, PlateLocation};
 use super::kind::{Course, TableType};
 use coaxle_curve::curve::Curve;
@@ -80,6 +81,7 @@ pub struct PositionTable {
     course: Course,
     equidistant: bool,
     curve: Curve,
+    peaks: CurvePeaks,
 }
 
 /// Greatest deviation of a row of an equidistant table from its place, in steps: a file with a few
@@ -118,6 +120,7 @@ impl PositionTable {
             interpolation,
             course,
             equidistant: false,
+            peaks: CurvePeaks::of(&curve),
             curve,
         })
     }
@@ -196,6 +199,10 @@ impl PositionTable {
 
     pub(super) fn curve(&self) -> &Curve {
         &self.curve
+    }
+
+    pub(super) const fn peaks(&self) -> &CurvePeaks {
+        &self.peaks
     }
 }
 

@@ -42,10 +42,12 @@ impl core::ops::Deref for ValueRow {
     }
 }
 
-/// Distance from the end, in increments, within which grid points are at the end.
+/// Least distance from the end, in increments, within which a grid point is at the end.
 // 0.3 / 0.1 is 2.9999999999999996, so without a tolerance the last row would be missing.
-// The quotient's rounding, some 3e-16 of it, stays below the tolerance up to three million rows.
 const END_TOLERANCE: f64 = 1e-9;
+
+/// Greatest such distance: beyond it the next grid point is nearer.
+const NEAREST: f64 = 0.5;
 
 /// Greatest number of rows: more than can be read are a mistyped increment.
 // Ten million rows with all five columns are 400 MB.
@@ -70,13 +72,14 @@ impl Plate {
         select: ValueSelect,
     ) -> Result<impl Iterator<Item = ValueRow> + '_, CamError> {
         check_select(select)?;
+        let tolerance = end_tolerance(from, to, increment);
         let rows = count_rows(from, to, increment)?;
         let mut cursor = Cursor::default();
         Ok((0..rows).map(move |row| {
             // Product instead of a running sum, whose rounding would grow with the rows.
             let along = row as f64 * increment;
             let at_end =
-                row + 1 == rows && (to - from - along).abs() <= END_TOLERANCE * increment.abs();
+                row + 1 == rows && (to - from - along).abs() <= tolerance * increment.abs();
             // Exactly `to`, since a linear plate holds the slave at standstill one bit beyond its edge.
             let master = if at_end { to } else { from + along };
             row_of(master, &self.along(&mut cursor, master), select)
@@ -116,7 +119,15 @@ fn count_rows(from: f64, to: f64, increment: f64) -> Result<u64, CamError> {
         });
     }
     // Fence posts: n increments have n + 1 rows.
-    Ok(libm::floor(increments + END_TOLERANCE) as u64 + 1)
+    Ok(libm::floor(increments + end_tolerance(from, to, increment)) as u64 + 1)
+}
+
+/// Returns the distance from the end, in increments, within which a grid point is at the end.
+fn end_tolerance(from: f64, to: f64, increment: f64) -> f64 {
+    // Each is rounded by half an epsilon: both ends as written, and of the distance between them the
+    // subtraction, the increment and the quotient. The distance is at most |from| + |to|, so 2 epsilons cover all.
+    let rounding = 2.0 * f64::EPSILON * (from.abs() + to.abs()) / increment.abs();
+    rounding.clamp(END_TOLERANCE, NEAREST)
 }
 
 fn row_of(master: f64, motion: &Motion, select: ValueSelect) -> ValueRow {

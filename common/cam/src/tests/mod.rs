@@ -5,6 +5,7 @@ mod couple;
 mod errors;
 mod multi;
 mod online;
+mod peaks;
 mod properties;
 mod scaling;
 mod select;

@@ -92,6 +92,32 @@ fn a_refused_write_leaves_the_queue_as_it_is() {
     assert_near(rig.slave.position, 50.0);
 }
 
+/// A check without effect was against the points before the last change.
+#[test]
+fn points_are_checked_against_those_in_force() {
+    let mut tables = Tables::new(1);
+    let points = [(0.0, 0.0), (120.0, 30.0), (240.0, 50.0), (360.0, 0.0)];
+    tables
+        .insert(PLATE, plate(&points, Course::Cyclic))
+        .unwrap();
+    tables.write(PLATE, &[rest(2, 200.0, 30.0)]).unwrap();
+    let before_it = [rest(3, 150.0, 50.0)];
+    let refused = |tables: &mut Tables| {
+        let planned = tables.plan_write(PLATE, &before_it).unwrap_err();
+        let written = tables.write(PLATE, &before_it).unwrap_err();
+        assert_eq!(planned, written);
+        written.code()
+    };
+    assert_eq!(refused(&mut tables), 0x4A06);
+    tables
+        .set_online_change_mode(PLATE, mode(ActivationMode::Off))
+        .unwrap();
+    assert_eq!(refused(&mut tables), 0x4A06);
+    // Allowed with the points in force only.
+    tables.write(PLATE, &[rest(2, 230.0, 30.0)]).unwrap();
+    assert_eq!(tables.read(PLATE, 2, 1).unwrap()[0].master, 200.0);
+}
+
 #[test]
 fn a_deleted_change_leaves_no_trace_in_the_next() {
     let mut rig = rig();

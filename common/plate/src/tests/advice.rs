@@ -222,6 +222,55 @@ fn what_comes_before_and_after_counts() {
     );
 }
 
+/// The step from the cubic before, 6 u/x² at its end, was lost beside rows that the course does not use.
+#[test]
+fn rows_beside_the_course_are_no_neighbours() {
+    let cubic = |index, at, relative_next| MotionPoint {
+        function: MotionLaw::Polynom3,
+        relative_next,
+        ..rest(index, at, at)
+    };
+    let ignored = MotionPoint {
+        point_type: PointType::Ignore,
+        master: f64::NAN,
+        ..rest(2, 0.5, 0.0)
+    };
+    let step = |points: &[MotionPoint], course, point| {
+        let advice = source(points, course).law_advice(point, &AT_ONE).unwrap();
+        of(&advice, MotionLaw::Polynom5).acceleration_step
+    };
+    let direct = [cubic(1, 0.0, 1), cubic(2, 1.0, 1), rest(3, 2.0, 2.0)];
+    assert_eq!(step(&direct, Course::Linear, 2), 6.0);
+    // A row that leads to the point, too, but that the course passes over.
+    let skipped = rest(2, 0.9, 0.5);
+    for unused in [ignored, skipped] {
+        let points = [
+            cubic(1, 0.0, 2),
+            unused,
+            cubic(3, 1.0, 1),
+            rest(4, 2.0, 2.0),
+        ];
+        assert_eq!(step(&points, Course::Linear, 3), 6.0, "{unused:?}");
+        // Before the seam of a cyclic plate.
+        let points = [
+            cubic(1, 0.0, 1),
+            cubic(2, 1.0, 2),
+            MotionPoint { index: 3, ..unused },
+            rest(4, 2.0, 2.0),
+        ];
+        assert_eq!(step(&points, Course::Cyclic, 1), 6.0, "{unused:?}");
+        // A plate that is not valid upstream has neighbours all the same.
+        let points = [
+            cubic(1, 0.0, 9),
+            cubic(2, 0.0, 2),
+            unused,
+            cubic(4, 1.0, 1),
+            rest(5, 2.0, 2.0),
+        ];
+        assert_eq!(step(&points, Course::Linear, 4), 6.0, "{unused:?}");
+    }
+}
+
 #[test]
 fn where_no_segment_begins_there_is_no_advice() {
     let spline = |index, master| MotionPoint {

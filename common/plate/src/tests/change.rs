@@ -16,8 +16,16 @@ fn course_of(plate: &Plate) -> Vec<u64> {
         .map(|i| start + (end - start) * f64::from(i) / 200.0)
         .map(|master| plate.at(master))
         .flat_map(|m| [m.position, m.velocity, m.acceleration, m.jerk])
+        .chain(peaks_of(plate))
         .map(f64::to_bits)
         .collect()
+}
+
+/// Returns the greatest demands of a plate, and their places.
+fn peaks_of(plate: &Plate) -> impl Iterator<Item = f64> {
+    let greatest = plate.greatest_demands();
+    let demands = [greatest.slope, greatest.speeding_up, greatest.braking];
+    demands.into_iter().chain(plate.peaks(|_| true))
 }
 
 /// Makes other slave positions for some rows.

@@ -6,6 +6,7 @@ mod characteristics;
 mod evaluation;
 mod inverse;
 mod joints;
+mod peaks;
 mod plates;
 mod refusals;
 mod splines;

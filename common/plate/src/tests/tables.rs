@@ -145,3 +145,32 @@ fn values_are_listed_in_steps() {
     let one = plate.values(3.0, 3.0, 1.0, ValueSelect::JERK).unwrap();
     assert_eq!(one.count(), 1);
 }
+
+/// The tolerance at the end was less than the rounding of many rows, and of masters far out.
+#[test]
+fn the_last_row_is_the_end_however_many_rows_there_are() {
+    for (from, to, increment, count) in [
+        (0.0, 524_288.2_f64, 0.1, 5_242_883),
+        (0.0, 999_999.7, 0.1, 9_999_998),
+        (1e6, 1_000_000.3, 0.001, 301),
+        (-1e6, -1_000_000.3, -0.001, 301),
+        (1e9, 1_000_000_000.3, 0.1, 4),
+        // An end between two rows is no row.
+        (1e9, 1_000_000_000.35, 0.1, 4),
+    ] {
+        let plate = plate(&[rest(1, 0.0, 0.0), rest(2, to.abs(), 5.0)], Course::Linear);
+        let rows = plate
+            .values(from, to, increment, ValueSelect::POSITION)
+            .unwrap();
+        let (rows, last) = rows.fold((0, 0.0), |(rows, _), row| (rows + 1, row[0]));
+        assert_eq!(rows, count, "{from} to {to}");
+        let end = if to == 1_000_000_000.35 {
+            from + 0.3
+        } else {
+            to
+        };
+        // Exactly the end: beyond it a linear plate stands.
+        let off = if to == end { 0.0 } else { 1e-6 };
+        assert!((last - end).abs() <= off, "{from} to {to}: {last}");
+    }
+}
