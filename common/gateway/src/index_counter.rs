@@ -146,8 +146,8 @@ impl IndexCounter {
         // Once the tolerance exceeds a turn, every index matches.
         let allowed = TOLERANCE.as_secs_f64() + TOLERANCE_PER_TIME * passed.abs();
         // A quarter of a turn either way: after any silence at least half of all indices are refused.
-        let half_turn = 0.25 * TURN * self.cycle_time.as_secs_f64();
-        (off <= allowed.min(half_turn)).then_some(steps as i64)
+        let quarter_turn = 0.25 * TURN * self.cycle_time.as_secs_f64();
+        (off <= allowed.min(quarter_turn)).then_some(steps as i64)
     }
 }
 

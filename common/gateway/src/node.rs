@@ -248,8 +248,9 @@ impl<P: Port> Node for Gateway<P> {
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         let tick = self.schedule.take(now);
         let is_new = self.take_samples(tick.ideal_start);
-        // After the samples of this cycle, so that they are in the line.
-        self.clock.cycle(now, self.newest_count);
+        // After the samples of this cycle, so that they are in the line. At the ideal start: the jitter of waking is no
+        // part of the line.
+        self.clock.cycle(tick.ideal_start, self.newest_count);
         if is_new {
             self.publish(now);
         }

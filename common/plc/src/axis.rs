@@ -148,6 +148,8 @@ impl EnableFlyingGear {
         axis: &mut SlaveAxis,
         plates: &mut Tables,
     ) {
+        // The refusal of an earlier edge says nothing of this one.
+        *self = Self::default();
         match axis.command(plates, &(*parameters).into()) {
             Ok(job) => self.accepted = Some(job),
             Err(refusal) => self.refused = Some(refusal),
@@ -183,5 +185,36 @@ impl EnableFlyingGear {
             error: shown.error,
             error_id: shown.error_id,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{Master, PARAMETERS, powered};
+
+    #[test]
+    fn an_accepted_flying_gear_shows_no_earlier_refusal() {
+        let gear = FlyingGearParameters {
+            ratio: 1.0,
+            master_sync_position: 100.0,
+            slave_sync_position: 40.0,
+            slave_desync_position: 100.0,
+            slave_stop_position: 120.0,
+            default_slave_negative: false,
+        };
+        let mut axis = powered(&PARAMETERS);
+        Master::at(0.0, 100.0).lead(&mut axis, 1);
+        // As a refused `GearOut` leaves it.
+        let mut block = EnableFlyingGear {
+            refused: axis
+                .command(&mut Tables::new(0), &Command::GearOut {})
+                .err(),
+            ..EnableFlyingGear::default()
+        };
+        let off = block.scan(false, &gear, &mut axis, &mut Tables::new(0));
+        assert!(off.error && !off.busy);
+        let on = block.scan(true, &gear, &mut axis, &mut Tables::new(0));
+        assert!(on.busy && !on.error, "{on:?}");
     }
 }

@@ -29,10 +29,14 @@ impl EnableMultiMasterGear {
         plates: &mut Tables,
     ) -> Outputs {
         match (self.enabled, enable) {
-            (false, true) => match axis.command(plates, &Command::GearInMultiMaster(*command)) {
-                Ok(job) => self.job = Some(job),
-                Err(refusal) => self.refused = Some(refusal),
-            },
+            (false, true) => {
+                // The refusal of an earlier edge says nothing of this one.
+                *self = Self::default();
+                match axis.command(plates, &Command::GearInMultiMaster(*command)) {
+                    Ok(job) => self.job = Some(job),
+                    Err(refusal) => self.refused = Some(refusal),
+                }
+            }
             // A dynamic gear reads its ratios in each scan; one that was replaced by another command must not take
             // the axis back.
             (true, true) if self.couples(axis) => {
@@ -62,5 +66,39 @@ impl EnableMultiMasterGear {
     /// True if its job still moves the axis.
     fn couples(&self, axis: &SlaveAxis) -> bool {
         self.job.is_some() && self.job == axis.job().0 && axis.coupling_phase().is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use coaxle_axis::{Dynamics, Masters};
+    use coaxle_clock::Seconds;
+    use coaxle_curve::profile::Kinematics;
+    use coaxle_gear::{MultiMasterSync, Ratios};
+
+    use super::*;
+    use crate::tests::{PARAMETERS, powered};
+
+    #[test]
+    fn an_accepted_gear_shows_no_earlier_refusal() {
+        let command = GearInMultiMaster {
+            ratios: Ratios::new(&[1.0]).unwrap(),
+            dynamics: Dynamics::default(),
+            sync_mode: MultiMasterSync::default(),
+        };
+        let mut axis = powered(&PARAMETERS);
+        let masters = Masters::of([Some(Kinematics::at_rest(0.0))]);
+        axis.update(&mut Tables::new(0), masters, Seconds(1e-3));
+        // As a refused `GearOut` leaves it.
+        let mut block = EnableMultiMasterGear {
+            refused: axis
+                .command(&mut Tables::new(0), &Command::GearOut {})
+                .err(),
+            ..EnableMultiMasterGear::default()
+        };
+        let off = block.scan(false, &command, &mut axis, &mut Tables::new(0));
+        assert!(off.error && !off.busy);
+        let on = block.scan(true, &command, &mut axis, &mut Tables::new(0));
+        assert!(on.busy && !on.error, "{on:?}");
     }
 }

@@ -1,5 +1,7 @@
 //! Recordings written and read again, intact and damaged.
 
+use std::collections::BTreeMap;
+
 use proptest::prelude::*;
 
 use crate::example::{BoilerRow, boiler, row};
@@ -30,6 +32,32 @@ fn recording(tables: &[Table], rows: u64) -> Vec<u8> {
         writer.status(n, 6, r#"{"health":"ok"}"#).unwrap();
     }
     writer.finish().unwrap()
+}
+
+#[test]
+fn the_messages_of_every_kind_are_numbered_from_0() {
+    let mut writer = Writer::create(Vec::new(), &[boiler()], &Facts::new(), 0).unwrap();
+    let mut encoder = RowEncoder::of(&boiler());
+    for k in 0..2 {
+        let at = k as i64 * CYCLE_NS;
+        let encoded = encoder.encode(at, at, &row(k)).unwrap();
+        writer.row(0, &encoded).unwrap();
+        writer.log(0, &line(at)).unwrap();
+        writer.status(0, at, "{}").unwrap();
+        writer.inputs(0, at, at, b"scan").unwrap();
+    }
+    let file = writer.finish().unwrap();
+    let mut numbers = BTreeMap::<String, Vec<u32>>::new();
+    for message in mcap::MessageStream::new(&file).unwrap() {
+        let message = message.unwrap();
+        let of_topic = numbers.entry(message.channel.topic.clone()).or_default();
+        of_topic.push(message.sequence);
+    }
+    assert!(numbers.len() >= 4, "{numbers:?}");
+    assert!(
+        numbers.values().all(|of_topic| of_topic == &[0, 1]),
+        "{numbers:?}"
+    );
 }
 
 fn line(at_ns: i64) -> LogLine {

@@ -190,13 +190,13 @@ impl<W: Write> Writer<W> {
         let Some(channels) = self.tables.get_mut(table) else {
             return Ok(());
         };
-        channels.written.lines = channels.written.lines.wrapping_add(1);
         let header = MessageHeader {
             channel_id: channels.log,
             sequence: channels.written.lines,
             log_time: time,
             publish_time: time,
         };
+        channels.written.lines = channels.written.lines.wrapping_add(1);
         let message = log::encode(line, time);
         Ok(self.mcap.write_to_known_channel(&header, &message)?)
     }
@@ -210,13 +210,13 @@ impl<W: Write> Writer<W> {
         let Some(channels) = self.tables.get_mut(table) else {
             return Ok(());
         };
-        channels.written.statuses = channels.written.statuses.wrapping_add(1);
         let header = MessageHeader {
             channel_id: channels.status,
             sequence: channels.written.statuses,
             log_time: time,
             publish_time: time,
         };
+        channels.written.statuses = channels.written.statuses.wrapping_add(1);
         Ok(self.mcap.write_to_known_channel(&header, json.as_bytes())?)
     }
 

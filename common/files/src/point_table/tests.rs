@@ -44,6 +44,36 @@ fn what_is_written_is_read_again() {
     }
 }
 
+/// IEC 61131-3, real literals: digits, a point, digits, and an exponent if any.
+#[test]
+fn every_literal_has_a_decimal_point() {
+    let table = PointTable::Positions(vec![(1e16, 1e-7), (-1e16, -5e-324), (1.5e300, 0.25)]);
+    let text = table.to_structured_text("A");
+    for literal in ["1.0e16, 1.0e-7", "-1.0e16, -5.0e-324", "1.5e300, 0.25"] {
+        assert!(text.contains(&format!("  {literal}")), "{text}");
+    }
+    assert_eq!(plc(&text), Ok(table));
+}
+
+#[test]
+fn comments_nest() {
+    // Edition 3 of IEC 61131-3: the first end is that of the inner comment. Signs of the other kind mean nothing.
+    for text in [
+        "(* (* inner *) A[0,0] := 9; *) A[0,0] := 1; A[0,1] := 2;",
+        "(* a (* b (* c *) *) *) A[0,0] := 1; /* (* */ A[0,1] := 2; (* /* *)",
+        "/* /* inner */ A[0,0] := 9; */ A[0,0] := 1; A[0,1] := 2; (* never (* closed *) A[0,0] := 9;",
+        "(*) A[0,0] := 9; (**) *) A[0,0] := 1; A[0,1] := 2;",
+    ] {
+        assert_eq!(
+            plc(text),
+            Ok(PointTable::Positions(vec![(1.0, 2.0)])),
+            "{text}"
+        );
+    }
+    let message = plc("(* a\n(* b\n*)\n*)\nA[0,2] := 1;").unwrap_err();
+    assert!(message.contains("line 5: "), "{message}");
+}
+
 proptest! {
     #[test]
     fn every_number_comes_back(rows in prop::collection::vec((-1e9..1e9, -1e9..1e9), 1..40)) {

@@ -135,13 +135,22 @@ struct Sent {
     at: Instant<Local>,
 }
 
-/// Runs the node for this time; returns the published frames.
+/// Runs the node for this time, woken 20 µs late in each cycle; returns the published frames.
 fn run(gateway: &mut Gateway<Wires>, seconds: i64) -> Vec<Sent> {
+    run_woken(gateway, seconds, || Span::from_micros(20))
+}
+
+/// Runs the node for this time, woken that much after the ideal start of each cycle.
+fn run_woken(
+    gateway: &mut Gateway<Wires>,
+    seconds: i64,
+    mut lateness: impl FnMut() -> Span,
+) -> Vec<Sent> {
     let seal = KeySeal::new("coaxle/plc/axes");
     let (mut sent, mut bytes) = (Vec::new(), Vec::new());
     let end = Instant::EPOCH + Span::from_secs(seconds);
     while gateway.next_cycle() < end {
-        let now = gateway.next_cycle() + Span::from_micros(20);
+        let now = gateway.next_cycle() + lateness();
         let _ = gateway.cycle(now);
         while let Some(outgoing) = gateway.transmit() {
             if outgoing.channel != Channel::Axes {
@@ -196,6 +205,26 @@ fn each_cycle_of_the_plc_is_published_once_with_its_count_and_index() {
     assert_eq!(signals.plc_count, newest.header.count);
     assert!((signals.plc_drift_ppm.expect("it is there") + 80.0).abs() < 1.0);
     assert_eq!(signals.plc_missed, 0);
+}
+
+/// The lines on which the cycles lie are those of the samples: waking late or early moves none of them.
+#[test]
+fn the_jitter_of_its_own_wake_ups_is_not_in_the_starts_of_the_plcs_cycles() {
+    let plc = Plc {
+        drift_ppm: 80.0,
+        first_index: 0,
+    };
+    let mut random_numbers = Xoshiro256PlusPlus::seed_from_u64(3);
+    // Early wake-ups too: cycle jitter has both signs. Less than half a scan of 500 µs, so that none is missed.
+    let jitter = || Span::from_micros_f64(random(&mut random_numbers, 400.0) - 100.0);
+    let punctual = run(&mut gateway(plc.notifying(5)), 5);
+    let jittered = run_woken(&mut gateway(plc.notifying(5)), 5, jitter);
+    assert!(punctual.len() > 3_500, "{}", punctual.len());
+    let starts = |sent: &[Sent]| -> Vec<_> {
+        let of_frame = |frame: &Sent| (frame.header.count, frame.start);
+        sent.iter().map(of_frame).collect()
+    };
+    assert_eq!(starts(&punctual), starts(&jittered));
 }
 
 #[test]

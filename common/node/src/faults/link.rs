@@ -74,7 +74,8 @@ impl LinkModel {
     /// they arrive in that order except for those that `reorder` holds back.
     pub fn offer(&mut self, since_start: Span) -> Deliveries {
         let mut deliveries = Deliveries::default();
-        // Drawn for every message, so that a greater share of one fault does not shift the numbers of another.
+        // Drawn for every message, so that a greater share of one fault does not shift the numbers of another. A share of 0
+        // draws none: switching a fault on does shift them.
         let lost = self.random.chance(self.config.loss.get());
         let twice = self.random.chance(self.config.duplication.get());
         let held = self.random.chance(self.config.reorder.get());

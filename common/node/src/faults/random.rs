@@ -36,7 +36,8 @@ impl Random {
 
     /// True with this probability.
     pub fn chance(&mut self, share: f64) -> bool {
-        // No number is drawn for a share of 0.
+        // No number is drawn for a share of 0: switching a fault on or off shifts the later numbers of this stream, another
+        // share above 0 does not. Drawing always would change the runs of all seeds.
         share > 0.0 && self.uniform() < share
     }
 

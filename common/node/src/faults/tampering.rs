@@ -44,7 +44,8 @@ impl Tampering {
         if self.first.is_empty() {
             self.first.extend_from_slice(message);
         }
-        // Drawn for every message, so that one fault does not shift the numbers of another.
+        // Drawn for every message, so that the end of the faults does not shift the numbers of the damage; without
+        // corruption nothing is drawn.
         let damaged = self.random.chance(self.config.corruption.get());
         let damaged = damaged && self.config.is_faulty(since_start);
         // Replaced, not damaged: the forged one comes below.

@@ -16,7 +16,7 @@ use coaxle_slave::{Command, JobError, SlaveAxis, SlaveParameters};
 
 const CYCLE: Seconds = Seconds(1e-3);
 
-const PARAMETERS: SlaveParameters = SlaveParameters {
+pub(crate) const PARAMETERS: SlaveParameters = SlaveParameters {
     deceleration: Some(4_000.0),
     ..SlaveParameters::new(1_000.0, 5_000.0, 100_000.0)
 };
@@ -38,7 +38,7 @@ fn axis(parameters: &SlaveParameters) -> SlaveAxis {
 }
 
 /// Makes an axis at rest at 0, with power.
-fn powered(parameters: &SlaveParameters) -> SlaveAxis {
+pub(crate) fn powered(parameters: &SlaveParameters) -> SlaveAxis {
     let mut axis = axis(parameters);
     start(&mut axis, &Command::Power(true));
     axis
@@ -60,10 +60,10 @@ fn run(axis: &mut SlaveAxis, cycles: u32) {
 
 /// A master at constant velocity.
 #[derive(Clone, Copy)]
-struct Master(Kinematics);
+pub(crate) struct Master(Kinematics);
 
 impl Master {
-    fn at(position: f64, velocity: f64) -> Self {
+    pub(crate) fn at(position: f64, velocity: f64) -> Self {
         Self(Kinematics {
             position,
             velocity,
@@ -71,7 +71,7 @@ impl Master {
         })
     }
 
-    fn lead(&mut self, axis: &mut SlaveAxis, cycles: u32) {
+    pub(crate) fn lead(&mut self, axis: &mut SlaveAxis, cycles: u32) {
         for _ in 0..cycles {
             self.0.position += self.0.velocity * CYCLE.0;
             axis.update(&mut Tables::new(0), Some(&self.0), CYCLE);

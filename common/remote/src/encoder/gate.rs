@@ -5,9 +5,12 @@
 //!
 //! * Running, a new extreme is an edge; a retreat from it by the hysteresis is a reversal.
 //! * Resting, all counts since then make a range. A range that grows is an edge, but a tentative one;
-//!   a range as wide as the hysteresis is a motion, in the direction in which it grew.
+//!   a range as wide as the hysteresis is a motion, in the direction in which it grew, unless its ends
+//!   are extremes of a vibration that lie far apart in time ([`RecentRange`]).
 
 use coaxle_axis::TravelDirection;
+
+use super::recent_range::RecentRange;
 
 /// An increment beyond all previous ones was entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +38,17 @@ pub(super) struct Gate {
     hysteresis: i64,
     direction: Option<TravelDirection>,
     extreme: i64,
-    /// The lowest and the highest count since it rests.
-    resting: Option<(i64, i64)>,
+    /// Counts since it rests; none while it runs.
+    resting: Option<Resting>,
+}
+
+/// Counts of a resting axis.
+#[derive(Clone, Copy, Debug)]
+struct Resting {
+    /// The lowest and the highest one.
+    all: (i64, i64),
+    /// Those that show a motion.
+    recent: RecentRange,
 }
 
 impl Gate {
@@ -46,7 +58,7 @@ impl Gate {
             hysteresis,
             direction: None,
             extreme: count,
-            resting: Some((count, count)),
+            resting: Some(Resting::from(count, count)),
         }
     }
 
@@ -65,13 +77,13 @@ impl Gate {
         let to = self.extreme;
         // A range that has begun stays: replaced at each count, a slow start would never become as wide as the
         // hysteresis.
-        self.resting = self.resting.or(Some((count.min(to), count.max(to))));
+        self.resting = self.resting.or(Some(Resting::from(count, to)));
     }
 
     pub(super) fn update(&mut self, count: i64) -> Passage {
         match (self.resting, self.direction) {
             (None, Some(direction)) => self.run(direction, count),
-            (Some((low, high)), _) => self.leave(low, high, count),
+            (Some(resting), _) => self.leave(resting, count),
             // Released without a direction does not occur; at rest is the state that moves nothing.
             (None, None) => {
                 self.rest(count);
@@ -94,21 +106,28 @@ impl Gate {
         }
     }
 
-    fn leave(&mut self, low: i64, high: i64, count: i64) -> Passage {
-        let (low_now, high_now) = (low.min(count), high.max(count));
-        let (direction, counts) = if count > high {
-            (TravelDirection::Forward, count.wrapping_sub(high))
-        } else if count < low {
-            (TravelDirection::Backward, low.wrapping_sub(count))
-        } else if count == self.extreme {
-            return Passage::SameCell;
-        } else {
-            return Passage::Retreated;
-        };
-        self.resting = Some((low_now, high_now));
+    fn leave(&mut self, mut resting: Resting, count: i64) -> Passage {
+        let recent = resting.recent.ends();
+        resting.recent.add(count);
+        let (low, high) = resting.recent.ends();
         // Vibration of less than the hysteresis never makes a range as wide as that, wherever in an increment the
         // axis stands.
-        if high_now.wrapping_sub(low_now) >= self.hysteresis {
+        let is_motion = high.wrapping_sub(low) >= self.hysteresis;
+        let grown = beyond(resting.all, count).or_else(|| {
+            // A motion within the range of an earlier vibration.
+            beyond(recent, count).filter(|_| is_motion)
+        });
+        let (low, high) = resting.all;
+        resting.all = (low.min(count), high.max(count));
+        self.resting = Some(resting);
+        let Some((direction, counts)) = grown else {
+            return if count == self.extreme {
+                Passage::SameCell
+            } else {
+                Passage::Retreated
+            };
+        };
+        if is_motion {
             self.resting = None;
             self.direction = Some(direction);
         }
@@ -126,6 +145,32 @@ impl Gate {
     }
 }
 
+impl Resting {
+    /// Counts of an axis that rests at the first of the two, and has moved up to the other.
+    const fn from(count: i64, extreme: i64) -> Self {
+        let all = if count < extreme {
+            (count, extreme)
+        } else {
+            (extreme, count)
+        };
+        Self {
+            all,
+            recent: RecentRange::of(all),
+        }
+    }
+}
+
+/// Direction and distance in which a count is outside a range; none inside.
+const fn beyond((low, high): (i64, i64), count: i64) -> Option<(TravelDirection, i64)> {
+    if count > high {
+        Some((TravelDirection::Forward, count.wrapping_sub(high)))
+    } else if count < low {
+        Some((TravelDirection::Backward, low.wrapping_sub(count)))
+    } else {
+        None
+    }
+}
+
 /// Distance from one count to another in this direction.
 const fn progress(direction: TravelDirection, from: i64, to: i64) -> i64 {
     match direction {
@@ -136,6 +181,8 @@ const fn progress(direction: TravelDirection, from: i64, to: i64) -> i64 {
 
 #[cfg(test)]
 mod tests {
+    use std::vec::Vec;
+
     use TravelDirection::{Backward, Forward};
     use proptest::prelude::*;
 
@@ -205,6 +252,43 @@ mod tests {
             (gate.direction(), gate.is_released()),
             (Some(Backward), true)
         );
+    }
+
+    #[test]
+    fn extremes_of_a_vibration_that_lie_far_apart_are_no_motion() {
+        // Vibration of one increment: 11 counts. Both extremes are within five standard deviations.
+        let mut gate = Gate::new(11, 0);
+        for extreme in [-5, 6, -5, 6, 0] {
+            for k in 0..5_000 {
+                let _ = gate.update([-1, 0, 1, 0][k % 4]);
+            }
+            let _ = gate.update(extreme);
+            assert_eq!((gate.direction(), gate.is_released()), (None, false));
+        }
+        // A start within the range of the extremes is one all the same.
+        let _ = (0..5_000).map(|_| gate.update(-5)).count();
+        let passages: Vec<_> = (-4..=6).map(|count| gate.update(count)).collect();
+        assert!(gate.is_released());
+        assert_eq!(gate.direction(), Some(Forward));
+        assert_eq!(passages.last(), Some(&edge(Forward, 6, 1)));
+    }
+
+    #[test]
+    fn a_drift_under_vibration_is_a_motion_however_slow() {
+        for (sign, direction) in [(1, Forward), (-1, Backward)] {
+            let mut gate = Gate::new(11, 0);
+            let mut drift = 0;
+            // A count in 20 000 samples, with three counts of vibration to either side.
+            for k in 0..400_000_i64 {
+                drift = sign * (k / 20_000);
+                let _ = gate.update(drift + [0, 1, -1, 3, -2, 2, -3][(k % 7) as usize]);
+                if gate.is_released() {
+                    break;
+                }
+            }
+            assert_eq!(gate.direction(), Some(direction));
+            assert!(drift.abs() <= 11, "{drift}");
+        }
     }
 
     proptest! {

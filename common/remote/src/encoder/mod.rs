@@ -47,6 +47,7 @@ mod following;
 mod gains;
 mod gate;
 mod parameters;
+mod recent_range;
 mod sample;
 mod smoothing;
 mod tracker;

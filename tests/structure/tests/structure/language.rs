@@ -182,7 +182,9 @@ impl Figures {
             self.clauses.push(place());
         } else if PRONOUNS.contains(&first) {
             self.pronouns.push(place());
-        } else if has_word(&text.to_lowercase(), "the same") && text.starts_with("The same") {
+        } else if (text.strip_prefix("The same"))
+            .is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+        {
             self.repetitions.push(place());
         }
     }
@@ -192,11 +194,21 @@ impl Figures {
 fn without_tests(text: &str) -> Vec<&str> {
     let lines: Vec<_> = text.lines().collect();
     // Tests are the last item of a file; from there on nothing counts.
-    let tests = lines.windows(2).position(|pair| {
-        pair[0] == "#[cfg(test)]" && pair[1].starts_with("mod ") && pair[1].ends_with('{')
-    });
+    let tests = lines
+        .windows(2)
+        .position(|pair| pair[0] == "#[cfg(test)]" && begins_module(pair[1]));
     let end = tests.unwrap_or(lines.len());
     lines[..end].to_vec()
+}
+
+/// Reports whether a line begins a module with its content, of any visibility.
+fn begins_module(line: &str) -> bool {
+    let item = match line.strip_prefix("pub") {
+        Some(rest) if rest.starts_with('(') => rest.split_once(')').map_or(rest, |(_, item)| item),
+        Some(rest) => rest,
+        None => line,
+    };
+    item.trim_start().starts_with("mod ") && line.ends_with('{')
 }
 
 /// Reports whether a text has the words, with no letter directly before or behind them. Names in backticks are left out.
@@ -269,6 +281,7 @@ mod planted {
         assert_eq!((found.doc_comments, found.clauses.len()), (1, 1));
         assert_eq!(of("//! It is one.\n").pronouns.len(), 1);
         assert_eq!(of("/// The same of two.\n").repetitions.len(), 1);
+        assert!(of("/// The samekind.\n").repetitions.is_empty());
         // Whole words only.
         let plain = of("/// Whatsoever, onesided, thesaurus: words that only begin so.\n");
         assert!(plain.clauses.is_empty() && plain.pronouns.is_empty());
@@ -318,7 +331,11 @@ mod planted {
             (1, 401, 402)
         );
         // A single reason before the tests, 401 in them.
-        let tested = format!("// why\nfn a() {{}}\n#[cfg(test)]\nmod tests {{\n{long}}}\n");
-        assert_eq!((of(&tested).long.len(), of(&tested).reasons), (0, 1));
+        for visibility in ["", "pub ", "pub(crate) ", "pub(in crate::a) "] {
+            let tested =
+                format!("// why\nfn a() {{}}\n#[cfg(test)]\n{visibility}mod tests {{\n{long}}}\n");
+            let found = of(&tested);
+            assert_eq!((found.long.len(), found.reasons), (0, 1), "{visibility}");
+        }
     }
 }

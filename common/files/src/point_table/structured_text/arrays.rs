@@ -155,7 +155,7 @@ impl Array {
                 first + 1
             )
         })?;
-        self.check_room(self.rows.len())?;
+        check_room(&self.rows, row)?;
         self.rows.entry(row).or_default()[place] = Some(number);
         Ok(())
     }
@@ -166,17 +166,8 @@ impl Array {
         field: Field,
         value: Value<'_>,
     ) -> Result<(), String> {
-        self.check_room(self.points.len())?;
+        check_room(&self.points, row)?;
         field.set(self.points.entry(row).or_insert_with(default_point), value)
-    }
-
-    fn check_room(&self, rows: usize) -> Result<(), String> {
-        if rows < MOST_ROWS {
-            return Ok(());
-        }
-        Err(format!(
-            "received more than {MOST_ROWS} rows, expected at most that many"
-        ))
     }
 
     /// The table of this array, without a gap.
@@ -215,6 +206,55 @@ impl Array {
                 });
                 rows.collect::<Result<_, _>>().map(PointTable::Positions)
             }
+        }
+    }
+}
+
+/// Checks that an assignment to this row exceeds the bound of the rows by none: one that is there takes no room.
+fn check_room<T>(rows: &BTreeMap<i64, T>, row: i64) -> Result<(), String> {
+    if rows.len() < MOST_ROWS || rows.contains_key(&row) {
+        return Ok(());
+    }
+    Err(format!(
+        "received more than {MOST_ROWS} rows, expected at most that many"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Assigns both columns of this number of rows, or two fields of this number of points.
+    fn assigned(kind: Kind, rows: usize) -> Result<Array, String> {
+        let mut array = Array::new(kind, [0, 0], 1);
+        for row in 0..rows as i64 {
+            for column in 0..2 {
+                match (kind, column) {
+                    (Kind::Positions, _) => array.assign_position(row, column, 1.0)?,
+                    (Kind::Points, 0) => {
+                        array.assign_field(row, Field::Master, Value::Number(1.0))?;
+                    }
+                    (Kind::Points, _) => {
+                        array.assign_field(row, Field::Slave, Value::Number(1.0))?;
+                    }
+                }
+            }
+        }
+        Ok(array)
+    }
+
+    #[test]
+    fn the_last_row_of_the_longest_array_is_assigned_whole() {
+        for kind in [Kind::Positions, Kind::Points] {
+            let array = assigned(kind, MOST_ROWS).unwrap();
+            assert!(array.table("t.st").is_ok());
+            let Err(reason) = assigned(kind, MOST_ROWS + 1) else {
+                panic!("one row more than there may be");
+            };
+            assert!(
+                reason.starts_with("received more than 1000000 rows"),
+                "{reason}"
+            );
         }
     }
 }

@@ -48,14 +48,38 @@ impl<'a> Tokens<'a> {
         self.take(end);
     }
 
+    /// Skips a comment with those nested in it, as IEC 61131-3 has them from edition 3 on.
+    fn pass_comment(&mut self, open: &str, close: &str) {
+        let mut depth = 0_usize;
+        loop {
+            let end = self.rest.find(close);
+            let (inner, length) = match (self.rest.find(open), end) {
+                (Some(begin), end) if end.is_none_or(|end| begin < end) => {
+                    depth += 1;
+                    (begin, open.len())
+                }
+                (_, Some(end)) => {
+                    depth -= 1;
+                    (end, close.len())
+                }
+                // A comment that is not closed ends with the text.
+                (_, None) => (self.rest.len(), 0),
+            };
+            self.take(inner + length);
+            if depth == 0 || self.rest.is_empty() {
+                return;
+            }
+        }
+    }
+
     fn pass_what_says_nothing(&mut self) {
         loop {
             self.take_while(char::is_whitespace);
             match self.rest.as_bytes() {
                 // Comments and strings may hold brackets and colons that mean nothing.
                 [b'/', b'/', ..] => self.pass(2, "\n"),
-                [b'(', b'*', ..] => self.pass(2, "*)"),
-                [b'/', b'*', ..] => self.pass(2, "*/"),
+                [b'(', b'*', ..] => self.pass_comment("(*", "*)"),
+                [b'/', b'*', ..] => self.pass_comment("/*", "*/"),
                 [b'{', ..] => self.pass(1, "}"),
                 [b'\'', ..] => self.pass(1, "'"),
                 [b'"', ..] => self.pass(1, "\""),

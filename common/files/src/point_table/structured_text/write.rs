@@ -85,7 +85,13 @@ fn value(field: Field, row: usize, point: &WrittenPoint) -> String {
     }
 }
 
-/// Formats a literal of LREAL: with a decimal point, since it would be an integer without.
+/// Formats a literal of LREAL: with a decimal point and a digit behind it, also before an exponent, since REAL literals
+/// of IEC 61131-3 have both.
 fn number(value: f64) -> String {
-    format!("{value:?}")
+    let shortest = format!("{value:?}");
+    // Rust writes 1e16, IEC 61131-3 1.0e16.
+    match shortest.split_once('e') {
+        Some((digits, exponent)) if !digits.contains('.') => format!("{digits}.0e{exponent}"),
+        _ => shortest,
+    }
 }

@@ -190,7 +190,8 @@ impl AdsClient {
             match self.packet(until)? {
                 // A reply to no request of ours.
                 Some(_) => {}
-                None => return Ok(self.notifications.pop_front()),
+                // The queue is empty: each notification that is queued returns from `packet` at once.
+                None => return Ok(None),
             }
         }
     }

@@ -30,7 +30,7 @@ pub enum Reason {
         /// Kind of file found.
         received: &'static str,
     },
-    /// Writable by others.
+    /// Rights for others, or to execute.
     #[error(
         "received mode {received:o}, expected 660 or less, nothing for others: remove the file"
     )]

@@ -13,6 +13,9 @@ use super::layout::{
     ACTUAL_PID, MAGIC, MAGIC_FIELD, NODE_PID, SIZE, SIZE_FIELD, VERSION, VERSION_FIELD,
 };
 
+/// Rights of a file that is taken over: read and write for its user and group, those with which it is created.
+const MOST_RIGHTS: u32 = 0o660;
+
 /// Creates the file of a node, or takes over the one left by an earlier node.
 pub(super) fn create(path: &Path) -> Result<File, SharedMemoryError> {
     created(path).map_err(|reason| wrong(path, reason))
@@ -49,11 +52,11 @@ fn created(path: &Path) -> Result<File, Reason> {
     Ok(file)
 }
 
-/// A file writable by others could hold any data about the drive.
+/// A file writable by others could hold any data about the drive, and one that they may read can be locked by them.
 fn check_mode(file: &File) -> Result<(), Reason> {
     let received = Os::mode_of(file).map_err(system("looked at"))?;
-    // Only writing counts: set values are no secret.
-    if received & 0o002 == 0 {
+    // `flock` asks for no right to write: any process that may open the file can hold the node's lock.
+    if received & !MOST_RIGHTS == 0 {
         Ok(())
     } else {
         Err(Reason::Mode { received })

@@ -209,13 +209,22 @@ fn a_file_that_cannot_be_is_refused_with_what_was_found_and_expected() {
         let _ = std::fs::remove_file(&path);
     }
     std::fs::write(&path, &bytes).unwrap();
-    let everybody = std::os::unix::fs::PermissionsExt::from_mode(0o666);
-    std::fs::set_permissions(&path, everybody).unwrap();
-    let error = create(&path).unwrap_err();
-    assert!(
-        error.starts_with(&at("received mode 666, expected 660 or less")),
-        "{error}"
-    );
+    let set_mode = |mode| {
+        let mode = std::os::unix::fs::PermissionsExt::from_mode(mode);
+        std::fs::set_permissions(&path, mode).unwrap();
+    };
+    // Whatever others may do: one who may only read can hold the node's lock.
+    for mode in [0o666, 0o664, 0o662, 0o661, 0o604, 0o770] {
+        set_mode(mode);
+        let error = create(&path).unwrap_err();
+        let expected = format!("received mode {mode:o}, expected 660 or less");
+        assert!(error.starts_with(&at(&expected)), "{error}");
+    }
+    for mode in [0o660, 0o600, 0o640] {
+        set_mode(mode);
+        assert!(create(&path).is_ok(), "{mode:o}");
+        std::fs::write(&path, &bytes).unwrap();
+    }
     std::fs::remove_file(&path).unwrap();
     std::fs::create_dir(&path).unwrap();
     for error in [attach(&path).unwrap_err(), create(&path).unwrap_err()] {
