@@ -114,7 +114,7 @@ mod tests {
             "flying-gear = { ratio = 1, master-sync-position = 30, slave-sync-position = 0, \
              slave-desync-position = 50, slave-stop-position = 60 }",
             "cam-in = { table = 1 }",
-            "write-motion-function = { table = 1, points = [{ index = 4, law = 'polynom1', master = 0, slave = 360 }] }",
+            "write-motion-function = { table = 1, points = [{ index = 4, law = 'polynom1', type = 'rest', master = 0, slave = 360 }] }",
         ];
         let commands = commands.map(|text| command(&format!("command.{text}")));
         for command in &commands {

@@ -572,7 +572,7 @@ fn messages(intake: &mut Intake) -> Vec<(Instant<Local>, KeptMessage)> {
             if sent > 11_050 * MILLISECOND {
                 // A step of the axis itself while the far node is disabled, which trips the drive.
                 for axis in message.axes_mut().iter_mut().flatten() {
-                    axis.set.position += 100.0;
+                    axis.set.position += 5_000.0;
                 }
             }
             let at = clock.read(sent + LATENCY.as_nanos());

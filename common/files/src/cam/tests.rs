@@ -5,12 +5,12 @@ use super::*;
 
 /// A rise and a fall, with additions by the test before the points and in the second one.
 fn rise_and_fall(before: &str, into_second: &str) -> String {
+    // The last point has no law, since no section begins there.
     format!(
         "{before}\n\
          point = [\n\
          {{ master = 0, slave = 0, law = 'polynom5' }},\n\
          {{ master = 180, slave = 50, law = 'polynom5'{into_second} }},\n\
-         // The last point has no law, since no section begins there.
          {{ master = 360, slave = 0 }},\n]"
     )
 }

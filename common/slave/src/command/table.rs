@@ -52,8 +52,8 @@ macro_rules! commands {
             /// Returns the row of the command.
             #[must_use]
             pub const fn row(&self) -> &'static $crate::CommandRow<$traits> {
-                enum Place { $( $command, )* }
-                &Self::ROWS[match self { $( Self::$command { .. } => Place::$command, )* } as usize]
+                enum RowNumber { $( $command, )* }
+                &Self::ROWS[match self { $( Self::$command { .. } => RowNumber::$command, )* } as usize]
             }
 
             /// Returns the key of the command in files and messages.

@@ -1,9 +1,12 @@
 //! Orders: commands as they travel, each with its addressee.
 
+use std::sync::Arc;
+
+use coaxle_cam::PreparedTable;
 use coaxle_slave::Command;
 
 use super::any_command::AnyCommand;
-use super::cam::PlateCommand;
+use super::cam::{OrderCargo, PlateCommand, PlateWork};
 use super::far::FarCommand;
 use super::name::{FarName, SlaveName};
 use super::outcome::{CommandOutcome, NotTaken};
@@ -157,6 +160,28 @@ impl CommandOrder {
             Self::Slave(_) | Self::Plate(_) => NotTaken::NoSlaves,
             Self::Far(_) => NotTaken::NoFarNodes,
         })
+    }
+
+    /// Makes the cargo of the order. Allocates, and calculates a plate that comes with it.
+    #[must_use]
+    pub fn cargo(&self) -> OrderCargo {
+        let Self::Plate(order) = self else {
+            return OrderCargo::Nothing;
+        };
+        match (order.command.row().traits, &order.command) {
+            (_, PlateCommand::CamTableSelect { plate, .. }) => {
+                let source = plate.source();
+                let prepared = source
+                    .check_size()
+                    .and_then(|()| PreparedTable::new(Arc::clone(source)));
+                prepared.map_or_else(OrderCargo::Wrong, |table| {
+                    OrderCargo::Table(Some(Box::new(table)))
+                })
+            }
+            (PlateWork::Changes, _) => OrderCargo::Table(None),
+            (PlateWork::ReadsPlate, _) => OrderCargo::Reading(Box::default()),
+            (PlateWork::ReadsCoupling, _) => OrderCargo::Nothing,
+        }
     }
 }
 
