@@ -2,7 +2,8 @@
 //!
 //! Instants typed by the clock that read them, signed spans, the wrapping cycle index of a far
 //! sender, the block that turns that index into a correction time, and what is better than it: the
-//! phase observer and the exchange that measures the delay.
+//! phase observer and the exchange that measures the delay. The observer is a bank of Kalman filters and a lower edge of the
+//! delays. `examples/observer_table` compares it with other methods.
 //!
 //! To follow a far clock, take [`FarClock`]: messages and responses in, requests out, far time and its
 //! uncertainty at any local instant. Its page has an example; `examples/follow.rs` follows a far clock

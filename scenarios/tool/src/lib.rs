@@ -4,7 +4,7 @@
 //!
 //! * scenarios: `run`, `soak` and `sweep`, over the lab, the report and the trials;
 //! * running nodes: `status`, `command`, `scope`, `recorded`, `ros2`, `doctor`;
-//! * files: `cam`, `saw` and `gear`, with pages to design them on (`edit`); `schema`, `signals`, `examples`, `node_config`;
+//! * files: `cam`, `saw` and `gear`, with pages to design them on (`edit`), which `web` serves as it does those of `scope`; `schema`, `signals`, `examples`, `node_config`;
 //! * [`secure`]: rights in a network, and the certificates for them.
 
 pub mod cam;

@@ -1,6 +1,6 @@
 //! Tests with both ends of the memory in one process.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use assert_no_alloc::assert_no_alloc;
 use coaxle_axis::drive::{Drive, DriveFault, DriveState, ProcessDriveParameters};
@@ -133,6 +133,13 @@ fn a_cycle_does_not_allocate() {
     assert!(followed > 8_000, "{followed}");
 }
 
+/// Leaves a file with the rights that a node gives it, whatever rights new files have here.
+fn leave_behind(path: &Path, bytes: &[u8]) {
+    std::fs::write(path, bytes).unwrap();
+    let rights = std::os::unix::fs::PermissionsExt::from_mode(0o660);
+    std::fs::set_permissions(path, rights).unwrap();
+}
+
 #[test]
 fn the_file_is_removed_at_the_end_and_one_left_behind_is_taken_over() {
     let folder = Folder::new();
@@ -148,7 +155,7 @@ fn the_file_is_removed_at_the_end_and_one_left_behind_is_taken_over() {
     assert!(!process.is_attached(), "it can see that the node has ended");
     assert_eq!(process.set_values(), None);
     drop(process);
-    std::fs::write(&path, &crashed).unwrap();
+    leave_behind(&path, &crashed);
     let mut drive = create(&path).unwrap();
     let mut process = attach(&path).unwrap();
     step(&mut drive, 0.0);
@@ -197,7 +204,7 @@ fn a_file_that_cannot_be_is_refused_with_what_was_found_and_expected() {
         (bytes[..200].to_vec(), "received 200 bytes, expected 384"),
         (Vec::new(), "received a file that begins with \"\""),
     ] {
-        std::fs::write(&path, &found).unwrap();
+        leave_behind(&path, &found);
         let error = attach(&path).unwrap_err();
         assert!(error.starts_with(&at(expected)), "{error}");
         // A crashed node leaves a whole file, and a failed reservation an empty one: a node takes over both.
