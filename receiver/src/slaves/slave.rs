@@ -144,8 +144,11 @@ impl Slave {
         origin: Origin,
     ) -> Result<Job, Refusal> {
         let applied = change.map(|change| {
-            // A command that is accepted replaces the coupling from the start, which would preset the position later.
-            self.start = None;
+            // A motion or the power by command replaces the coupling from the start, which would preset the position
+            // later. A reset or points of a plate do not: without it the slave would never couple.
+            if change.decides_motion() {
+                self.start = None;
+            }
             self.axis.apply(plates, change, origin)
         });
         self.refusal = match applied {

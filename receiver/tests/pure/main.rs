@@ -19,6 +19,7 @@ mod no_alloc;
 mod nodes;
 mod own_drive;
 mod paths;
+mod pending_coupling;
 mod programs;
 mod slave;
 mod slaves;
