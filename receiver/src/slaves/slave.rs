@@ -89,14 +89,14 @@ impl Slave {
         self.master_position = masters.first().map(|master| master.set.position);
         // Before the axis moves, so that a step takes effect in the cycle in which its conditions hold.
         self.run_program(plates, masters, elapsed);
-        // The start has placed the axis for this cycle. A second update would move it by a cycle.
-        if self.start(plates, masters) {
-            return;
-        }
         self.error_of_master = match masters.first() {
             Some(master) if self.follows => master.error_code,
             _ => 0,
         };
+        // The start has placed the axis for this cycle. A second update would move it by a cycle.
+        if self.start(plates, masters) {
+            return;
+        }
         self.axis
             .update(plates, *masters.as_couplings_see(), elapsed);
         self.take_ended_jobs();
