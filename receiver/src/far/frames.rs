@@ -2,7 +2,8 @@
 //!
 //! Only the newest frame that a cycle takes in is needed with its axes, so few are kept. If more
 //! wait, those that will not be needed are dropped: of all that the next cycle takes in, any but
-//! the newest; otherwise the first to arrive.
+//! the newest; of frames that an injected delay holds back over many cycles, some in between;
+//! otherwise the first to arrive.
 
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{AxisSample, Frame, FrameHeader};
@@ -20,11 +21,24 @@ pub(super) struct Frames {
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     at: Instant<Local>,
+    /// Start of the next cycle when it was kept.
+    due: Instant<Local>,
     epoch: u64,
     count: u64,
 }
 
 impl Kept {
+    /// True if cycles have begun since it was kept, and it still belongs to a later one: its delay is injected.
+    fn is_held_back(&self, due: Instant<Local>) -> bool {
+        self.due < due && due < self.at
+    }
+
+    /// Order in which frames that are held back are given up: those with odd counts first, then every second of the
+    /// rest, and so on. Frames evenly spaced in time remain.
+    fn spacing(&self) -> (u32, Instant<Local>) {
+        (self.count.trailing_zeros(), self.at)
+    }
+
     /// Order of two frames, the newer one last.
     fn age(&self, other: &Self) -> std::cmp::Ordering {
         if self.epoch == other.epoch {
@@ -52,6 +66,7 @@ impl Frames {
     pub(super) fn keep(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         let new = Kept {
             at,
+            due,
             epoch: frame.header.epoch,
             count: frame.header.count,
         };
@@ -99,6 +114,12 @@ impl Frames {
                 Some(oldest)
             }
             _ => {
+                let held_back = kept().filter(|(_, kept)| kept.is_held_back(due));
+                // The first of them is the image of the next cycle, and the first of the next one after that: if the
+                // first was always given up, no cycle would have an image.
+                if let Some((spare, _)) = held_back.min_by_key(|(_, kept)| kept.spacing()) {
+                    return Some(spare);
+                }
                 let (first, kept) =
                     kept().min_by(|(_, a), (_, b)| a.at.cmp(&b.at).then_with(|| a.age(b)))?;
                 (kept.at <= new.at).then_some(first)
@@ -184,5 +205,34 @@ mod tests {
         keep(&mut frames, 500, 8, 1_000);
         keep(&mut frames, 600, 7, 1_000);
         assert_eq!(counts(&frames), [8]);
+    }
+
+    /// The longest run of cycles without a frame, when each of a frame per cycle is kept at once and due `latency`
+    /// cycles later.
+    fn longest_gap(frames: &mut Frames, latency: i64) -> i64 {
+        let (mut renewed, mut longest) = (latency, 0);
+        for cycle in 0..10 * latency {
+            let now = 1_000 * cycle;
+            keep(frames, now + 1_000 * latency, cycle as u64, now);
+            if cycle >= latency {
+                let is_renewed = frames.find(&header((cycle - latency) as u64)).is_some();
+                if is_renewed {
+                    renewed = cycle;
+                }
+                longest = longest.max(cycle - renewed);
+            }
+            frames.forget_until(at(now));
+        }
+        longest
+    }
+
+    #[test]
+    fn frames_held_back_for_longer_than_there_is_room_still_renew_the_image() {
+        for (room, latency, expected) in
+            [(128, 100, 0), (128, 200, 1), (128, 1_000, 15), (8, 50, 15)]
+        {
+            let gap = longest_gap(&mut Frames::new(room, 2), latency);
+            assert!(gap <= expected, "{room} {latency}: {gap}");
+        }
     }
 }
