@@ -8,6 +8,8 @@
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{AxisSample, Frame, FrameHeader};
 
+use super::held_back::{self, WaitingFrame};
+
 /// Room for the axes of some frames.
 #[derive(Debug)]
 pub(super) struct Frames {
@@ -28,15 +30,12 @@ struct Kept {
 }
 
 impl Kept {
-    /// True if cycles have begun since it was kept, and it still belongs to a later one: its delay is injected.
-    fn is_held_back(&self, due: Instant<Local>) -> bool {
-        self.due < due && due < self.at
-    }
-
-    /// Order in which frames that are held back are given up: those with odd counts first, then every second of the
-    /// rest, and so on. Frames evenly spaced in time remain.
-    fn spacing(&self) -> (u32, Instant<Local>) {
-        (self.count.trailing_zeros(), self.at)
+    const fn waiting(&self) -> WaitingFrame {
+        WaitingFrame {
+            at: self.at,
+            due: self.due,
+            count: self.count,
+        }
     }
 
     /// Order of two frames, the newer one last.
@@ -114,10 +113,8 @@ impl Frames {
                 Some(oldest)
             }
             _ => {
-                let held_back = kept().filter(|(_, kept)| kept.is_held_back(due));
-                // The first of them is the image of the next cycle, and the first of the next one after that: if the
-                // first was always given up, no cycle would have an image.
-                if let Some((spare, _)) = held_back.min_by_key(|(_, kept)| kept.spacing()) {
+                let waiting = kept().map(|(place, kept)| (place, kept.waiting()));
+                if let Some(spare) = held_back::spare(waiting, due) {
                     return Some(spare);
                 }
                 let (first, kept) =

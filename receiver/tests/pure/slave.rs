@@ -98,7 +98,7 @@ fn a_slave_can_be_followed_like_any_axis() {
     assert!(rippled < 0.01, "{rippled}");
 }
 
-/// The published code of the slave, and its couple state; it must be the error bit that goes with the code.
+/// Published error code and couple state of the slave. Checks that the error bit goes with the code.
 fn published(near: &Near) -> (u32, CoupleState) {
     let frame = near.slave_frame.as_ref().expect("a frame");
     let mut axes = Vec::new();
