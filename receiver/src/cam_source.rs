@@ -17,9 +17,11 @@ pub enum CamSource {
 }
 
 impl CamSource {
+    /// Resolves the relative paths of its files from `folder`, for example the config's own.
     pub(crate) fn relative_to(&mut self, folder: &Path) {
-        if let Self::File(file) = self {
-            *file = folder.join(&*file);
+        match self {
+            Self::File(file) => *file = folder.join(&*file),
+            Self::Here(table) => CamFile::resolve_files(table, folder),
         }
     }
 

@@ -10,6 +10,7 @@ mod followers;
 mod form;
 mod lab;
 mod masters;
+mod names;
 mod notes;
 mod positions;
 mod publish;

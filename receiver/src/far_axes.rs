@@ -3,7 +3,6 @@
 use coaxle_axis::{AxisState, Modulo, NcToPlcAxis, StateWord};
 
 use crate::config::{MasterRef, ReceiverConfig};
-use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
 /// Published axis structures of the far axes.
@@ -28,19 +27,14 @@ impl PublishedFarAxes {
     }
 
     /// Axis structures in this cycle of all axes with data.
-    pub(crate) fn axes(
-        &mut self,
-        masters: &[Option<Master>],
-        signals: &[FarAxisSignals],
-    ) -> &[NcToPlcAxis] {
+    pub(crate) fn axes(&mut self, masters: &[Option<Master>]) -> &[NcToPlcAxis] {
         // Keeps its memory: nothing allocates in the cycle.
         self.axes.clear();
         // Ids go with the config, so that an axis without data leaves those of the others alone.
         for ((id, axis), modulo) in (1..).zip(&self.which).zip(&self.turns) {
             // Without data an axis is left out, rather than shown at a position that it never had.
             if let Some(master) = &masters[*axis] {
-                let received_error = signals[*axis].received_error;
-                let mut axis = axis_struct(id, master, received_error);
+                let mut axis = axis_struct(id, master);
                 axis.count_turns(*modulo);
                 self.axes.push(axis);
             }
@@ -50,13 +44,11 @@ impl PublishedFarAxes {
 }
 
 /// Builds an axis structure. Actual values are not corrected anywhere, so the set values are used.
-fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
-    let (set, own) = (master.set, master.error_code);
-    // The own error first: with it the set values are no longer those of the sender.
-    let error_code = if own == 0 { received_error } else { own };
+fn axis_struct(id: u32, master: &Master) -> NcToPlcAxis {
+    let set = master.set;
     NcToPlcAxis {
-        state_word: state_word(master, error_code),
-        error_code,
+        state_word: state_word(master),
+        error_code: master.error_code,
         axis_state: AxisState::of_motion(set.velocity, set.acceleration),
         axis_id: id,
         actual_position: set.position,
@@ -70,9 +62,9 @@ fn axis_struct(id: u32, master: &Master, received_error: u32) -> NcToPlcAxis {
 }
 
 /// Builds the state word. An axis is operational only once its clock is known.
-fn state_word(master: &Master, error_code: u32) -> StateWord {
+fn state_word(master: &Master) -> StateWord {
     let mut word = StateWord::HOMED | StateWord::of_velocity(master.set.velocity);
     word.set(StateWord::OPERATIONAL, master.is_ready);
-    word.set(StateWord::ERROR, error_code != 0);
+    word.set(StateWord::ERROR, master.error_code != 0);
     word
 }

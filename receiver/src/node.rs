@@ -257,10 +257,9 @@ impl Receiver {
             // The host adds the stamp where the frame leaves.
             send_stamp: None,
         };
-        let (pipeline, snapshot) = (&mut self.pipeline, &self.snapshot);
+        let pipeline = &mut self.pipeline;
         self.slaves.encode(&header, || pipeline.slaves.axes());
-        self.far_axes
-            .encode(&header, || pipeline.corrected_axes(snapshot));
+        self.far_axes.encode(&header, || pipeline.corrected_axes());
     }
 
     /// Encodes the next time request of this cycle; returns its length, and the number of the node

@@ -153,8 +153,8 @@ impl Pipeline {
         }
     }
 
-    /// Published far axes, in the cycle that is shown.
-    pub(crate) fn corrected_axes(&mut self, shown: &ReceiverSnapshot) -> &[NcToPlcAxis] {
-        self.far_axes.axes(&self.masters, &shown.signals.axes)
+    /// Published far axes, in this cycle.
+    pub(crate) fn corrected_axes(&mut self) -> &[NcToPlcAxis] {
+        self.far_axes.axes(&self.masters)
     }
 }

@@ -104,6 +104,15 @@ impl Change {
         matches!(self.effect.takes_over(), TakesOver::No)
     }
 
+    /// True if it moves the axis, or switches its power; others leave the motion as it is.
+    #[must_use]
+    pub const fn decides_motion(&self) -> bool {
+        match self.effect.takes_over() {
+            TakesOver::No => matches!(self.effect, Effect::Power(_)),
+            TakesOver::GoesOnBeside | TakesOver::AndIsDone | TakesOver::AndGoesOn => true,
+        }
+    }
+
     /// Positions of master and slave at which they will be synchronous, if it leads to such a pair.
     #[must_use]
     pub const fn sync_positions(&self) -> Option<SyncPositions> {

@@ -19,6 +19,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::far::delay_in_range;
 use super::far_limits::FarLimits;
+use super::names::{WrongReference, same_name, wrong_reference};
 use super::{
     AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Positions,
     PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby,
@@ -162,6 +163,8 @@ pub(super) enum WrongForm {
     Standby(WrongStandby),
     /// Duplicate name of an axis.
     SameName(String),
+    /// Name of an axis that refers to another one.
+    Reference(WrongReference),
     /// Invalid virtual axis.
     VirtualAxis(WrongVirtualAxis),
     /// Encoder that cannot be smoothed.
@@ -178,6 +181,7 @@ impl fmt::Display for WrongForm {
                 "{field}: received one beside [[far]], expected it in the [[far]] of the node that it \
                  is for"
             ),
+            Self::Reference(wrong) => write!(f, "far: {wrong}"),
             Self::VirtualAxis(wrong) => wrong.fmt(f),
             Self::Encoder(wrong) => wrong.fmt(f),
             Self::Standby(wrong) => wrong.fmt(f),
@@ -302,6 +306,9 @@ impl TryFrom<Form> for ReceiverConfig {
         if let Some(name) = same_name(&config) {
             return Err(WrongForm::SameName(name));
         }
+        if let Some(wrong) = wrong_reference(&config) {
+            return Err(WrongForm::Reference(wrong));
+        }
         let standbys = config.check_standbys(is_short);
         standbys.map_err(WrongForm::Standby)?;
         if let Some(axis) = config.turn_without_length() {
@@ -330,15 +337,6 @@ impl ReceiverConfig {
         })?;
         Some(far.axis_name(axis))
     }
-}
-
-/// A name shared by two far axes.
-fn same_name(config: &ReceiverConfig) -> Option<String> {
-    let mut names = config.far_axis_names();
-    // Sorted, equal names are neighbours.
-    names.sort_unstable();
-    let pair = names.windows(2).find(|pair| pair[0] == pair[1])?;
-    Some(pair[0].clone())
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ impl ReceiverConfig {
     }
 
     /// The number of the far axis of this name, its own or `node.id`.
-    pub(super) fn far_axis_called(&self, name: &str) -> Option<usize> {
+    pub(crate) fn far_axis_called(&self, name: &str) -> Option<usize> {
         let is_it = |(_, far, axis): (usize, &FarConfig, &FarAxisConfig)| {
             axis.name.as_ref().is_some_and(|own| own.as_str() == name)
                 || far.full_name(axis.id) == name

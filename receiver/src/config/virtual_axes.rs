@@ -47,7 +47,7 @@ impl ReceiverConfig {
     }
 
     /// The place of the virtual axis of this name.
-    pub(super) fn virtual_axis_called(&self, name: &str) -> Option<usize> {
+    pub(crate) fn virtual_axis_called(&self, name: &str) -> Option<usize> {
         self.virtual_axes.iter().position(|axis| axis.name == name)
     }
 

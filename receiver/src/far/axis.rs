@@ -346,8 +346,8 @@ impl Axis {
             travel: self.travel(),
             is_sound: error_code == 0,
             is_ready: false,
-            // The received error is not repeated here: the publisher of the far axes adds it.
-            error_code: error,
+            // Its own error first: with it the set values are no longer those of the sender.
+            error_code,
         })
     }
 

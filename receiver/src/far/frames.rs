@@ -2,10 +2,13 @@
 //!
 //! Only the newest frame that a cycle takes in is needed with its axes, so few are kept. If more
 //! wait, those that will not be needed are dropped: of all that the next cycle takes in, any but
-//! the newest; otherwise the first to arrive.
+//! the newest; of frames that an injected delay holds back over many cycles, some in between;
+//! otherwise the first to arrive.
 
 use coaxle_clock::{Instant, Local};
 use coaxle_node::{AxisSample, Frame, FrameHeader};
+
+use super::held_back::{self, WaitingFrame};
 
 /// Room for the axes of some frames.
 #[derive(Debug)]
@@ -20,11 +23,21 @@ pub(super) struct Frames {
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     at: Instant<Local>,
+    /// Start of the next cycle when it was kept.
+    due: Instant<Local>,
     epoch: u64,
     count: u64,
 }
 
 impl Kept {
+    const fn waiting(&self) -> WaitingFrame {
+        WaitingFrame {
+            at: self.at,
+            due: self.due,
+            count: self.count,
+        }
+    }
+
     /// Order of two frames, the newer one last.
     fn age(&self, other: &Self) -> std::cmp::Ordering {
         if self.epoch == other.epoch {
@@ -52,6 +65,7 @@ impl Frames {
     pub(super) fn keep(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         let new = Kept {
             at,
+            due,
             epoch: frame.header.epoch,
             count: frame.header.count,
         };
@@ -99,6 +113,10 @@ impl Frames {
                 Some(oldest)
             }
             _ => {
+                let waiting = kept().map(|(place, kept)| (place, kept.waiting()));
+                if let Some(spare) = held_back::spare(waiting, due) {
+                    return Some(spare);
+                }
                 let (first, kept) =
                     kept().min_by(|(_, a), (_, b)| a.at.cmp(&b.at).then_with(|| a.age(b)))?;
                 (kept.at <= new.at).then_some(first)
@@ -184,5 +202,34 @@ mod tests {
         keep(&mut frames, 500, 8, 1_000);
         keep(&mut frames, 600, 7, 1_000);
         assert_eq!(counts(&frames), [8]);
+    }
+
+    /// The longest run of cycles without a frame, when each of a frame per cycle is kept at once and due `latency`
+    /// cycles later.
+    fn longest_gap(frames: &mut Frames, latency: i64) -> i64 {
+        let (mut renewed, mut longest) = (latency, 0);
+        for cycle in 0..10 * latency {
+            let now = 1_000 * cycle;
+            keep(frames, now + 1_000 * latency, cycle as u64, now);
+            if cycle >= latency {
+                let is_renewed = frames.find(&header((cycle - latency) as u64)).is_some();
+                if is_renewed {
+                    renewed = cycle;
+                }
+                longest = longest.max(cycle - renewed);
+            }
+            frames.forget_until(at(now));
+        }
+        longest
+    }
+
+    #[test]
+    fn frames_held_back_for_longer_than_there_is_room_still_renew_the_image() {
+        for (room, latency, expected) in
+            [(128, 100, 0), (128, 200, 1), (128, 1_000, 15), (8, 50, 15)]
+        {
+            let gap = longest_gap(&mut Frames::new(room, 2), latency);
+            assert!(gap <= expected, "{room} {latency}: {gap}");
+        }
     }
 }

@@ -10,6 +10,7 @@ use coaxle_clock::{Age, AgeGate, Instant, Local, Span};
 use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 
 use super::frames::Frames;
+use super::held_back::{self, WaitingFrame};
 use super::pace::Pace;
 use super::run::{Admission, RunChoice};
 use super::sequence::{Sequence, SequencePlace};
@@ -33,10 +34,19 @@ struct Counters {
     rejected: RejectionCounters,
 }
 
+/// A waiting message.
+#[derive(Clone, Copy, Debug)]
+struct WaitingHeader {
+    at: Instant<Local>,
+    /// Start of the next cycle when it was stored.
+    due: Instant<Local>,
+    header: FrameHeader,
+}
+
 /// Waiting messages, and the input image.
 #[derive(Debug)]
 pub(crate) struct Inbox {
-    waiting: VecDeque<(Instant<Local>, FrameHeader)>,
+    waiting: VecDeque<WaitingHeader>,
     frames: Frames,
     age_limit: Option<Span>,
     choice: RunChoice,
@@ -95,20 +105,35 @@ impl Inbox {
         self.counters.rejected.count(reason);
     }
 
-    /// Stores a frame. If there are too many, the oldest is dropped. The next cycle begins at
-    /// `due`, or later.
+    /// Stores a frame. If there are too many, the oldest is dropped, or one of those that an injected
+    /// delay holds back. The next cycle begins at `due`, or later.
     pub(crate) fn store(&mut self, at: Instant<Local>, frame: &Frame<'_>, due: Instant<Local>) {
         self.counters.received += 1;
-        // The oldest goes: a queue that grows would allocate, and old messages are the least useful.
+        let header = frame.header;
+        let waiting = WaitingHeader { at, due, header };
         if self.waiting.len() == INBOX_CAPACITY {
-            self.waiting.pop_front();
+            self.make_room(&waiting);
             self.counters.overflow += 1;
         }
-        self.waiting.push_back((at, frame.header));
+        self.waiting.push_back(waiting);
         // Frames of other runs must not replace those of the run that is followed.
         if self.choice.can_be_followed(at, &frame.header) {
             self.frames.keep(at, frame, due);
         }
+    }
+
+    /// Drops a message: a queue that grows would allocate.
+    fn make_room(&mut self, new: &WaitingHeader) {
+        let waiting = self.waiting.iter().map(|waiting| WaitingFrame {
+            at: waiting.at,
+            due: waiting.due,
+            count: waiting.header.count,
+        });
+        // Without a delay the search would find nothing, and a flood would pay for it.
+        let is_delayed = new.at > new.due;
+        let spare = is_delayed.then(|| held_back::spare((0..).zip(waiting), new.due));
+        // Otherwise the oldest goes: old messages are the least useful.
+        self.waiting.remove(spare.flatten().unwrap_or(0));
     }
 
     /// Returns the input image of the cycle that ideally begins at `cycle_start`; none before the
@@ -123,9 +148,10 @@ impl Inbox {
     ) -> Option<FrameHeader> {
         // A single turn of the queue: what is not due yet goes back behind the rest, in its order and without allocation.
         for _ in 0..self.waiting.len() {
-            let Some((at, header)) = self.waiting.pop_front() else {
+            let Some(waiting) = self.waiting.pop_front() else {
                 break;
             };
+            let WaitingHeader { at, header, .. } = waiting;
             if at <= cycle_start {
                 match self.choice.judge(at, &header) {
                     Admission::Foreign => {}
@@ -141,7 +167,7 @@ impl Inbox {
                     }
                 }
             } else {
-                self.waiting.push_back((at, header));
+                self.waiting.push_back(waiting);
             }
         }
         self.image

@@ -8,6 +8,7 @@ mod clock_signals;
 mod course;
 mod encoder;
 mod frames;
+mod held_back;
 mod inbox;
 mod limited;
 mod orders;
@@ -73,7 +74,8 @@ const SILENCE: Span = Span::from_secs(1);
 /// Number of frames whose axes can wait for their cycle …
 const FRAMES: usize = 8;
 /// … and where injected faults hold them back.
-// At a millisecond the 128 frames bridge faults that hold messages back for an eighth of a second.
+// At a millisecond the 128 frames bridge faults that hold messages back for an eighth of a second; of longer ones,
+// some frames remain.
 const FRAMES_OF_FAULTS: usize = 128;
 
 impl FarNode {

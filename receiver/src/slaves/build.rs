@@ -63,13 +63,15 @@ fn wrong(n: usize, field: &str, reason: impl ToString) -> WrongSlave {
 }
 
 fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
-    let (far_axes, virtual_axes) = (config.far_axis_names(), config.virtual_axis_names());
     for (n, slave) in config.slaves.iter().enumerate() {
-        for (axes, what) in [(&far_axes, "far"), (&virtual_axes, "virtual")] {
-            if axes.iter().any(|axis| axis == slave.name.as_str()) {
+        let name = slave.name.as_str();
+        // A reference by node and id leads to the far axis, whatever else is called so.
+        let is_far = config.far_axis_called(name).is_some();
+        let is_virtual = config.virtual_axis_called(name).is_some();
+        for (is_taken, what) in [(is_far, "far"), (is_virtual, "virtual")] {
+            if is_taken {
                 let reason = format!(
-                    "received {:?}, which is a {what} axis, expected a name of its own",
-                    slave.name.as_str()
+                    "received {name:?}, which is a {what} axis, expected a name of its own"
                 );
                 return Err(wrong(n, "name", reason));
             }

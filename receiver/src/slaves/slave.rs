@@ -89,14 +89,14 @@ impl Slave {
         self.master_position = masters.first().map(|master| master.set.position);
         // Before the axis moves, so that a step takes effect in the cycle in which its conditions hold.
         self.run_program(plates, masters, elapsed);
-        // The start has placed the axis for this cycle. A second update would move it by a cycle.
-        if self.start(plates, masters) {
-            return;
-        }
         self.error_of_master = match masters.first() {
             Some(master) if self.follows => master.error_code,
             _ => 0,
         };
+        // The start has placed the axis for this cycle. A second update would move it by a cycle.
+        if self.start(plates, masters) {
+            return;
+        }
         self.axis
             .update(plates, *masters.as_couplings_see(), elapsed);
         self.take_ended_jobs();
@@ -144,8 +144,11 @@ impl Slave {
         origin: Origin,
     ) -> Result<Job, Refusal> {
         let applied = change.map(|change| {
-            // A command that is accepted replaces the coupling from the start, which would preset the position later.
-            self.start = None;
+            // A motion or the power by command replaces the coupling from the start, which would preset the position
+            // later. A reset or points of a plate do not: without it the slave would never couple.
+            if change.decides_motion() {
+                self.start = None;
+            }
             self.axis.apply(plates, change, origin)
         });
         self.refusal = match applied {

@@ -28,10 +28,9 @@ impl Tool {
         };
         // Floor and no cast, which rounds towards 0 and would make one wide interval around it.
         let behind = position.map(|position| (position / every).floor());
-        if let (Some(before), Some(now)) = (self.behind, behind)
-            && before != now
-        {
-            self.cuts += 1;
+        if let (Some(before), Some(now)) = (self.behind, behind) {
+            // All multiples that it passed: a short distance or a long cycle has several.
+            self.cuts += (now - before).abs() as u64;
         }
         // Without a value while out of sync, so that the way back to the master counts no cut when it ends.
         self.behind = behind;
@@ -58,6 +57,14 @@ mod tests {
         assert_eq!(cuts((0..=1_000).map(|n| Some(f64::from(n) * 3.6))), 10);
         assert_eq!(cuts([Some(359.0), Some(360.0), Some(361.0)]), 1);
         assert_eq!(cuts([Some(-1.0), Some(1.0), Some(-1.0)]), 2);
+    }
+
+    #[test]
+    fn every_multiple_passed_in_a_cycle_is_a_cut() {
+        assert_eq!(cuts([Some(0.0), Some(1_000.0)]), 2);
+        assert_eq!(cuts([Some(1_000.0), Some(0.0)]), 2);
+        // 0, −360 and −720.
+        assert_eq!(cuts([Some(1.0), Some(-1_000.0)]), 3);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Tests of the receiver without a network: nodes, clocks and links are values that a test steps.
 
 mod bench;
+mod cam_files;
 mod cam_orders;
 mod cam_steps;
 mod commanded;
@@ -19,6 +20,7 @@ mod no_alloc;
 mod nodes;
 mod own_drive;
 mod paths;
+mod pending_coupling;
 mod programs;
 mod slave;
 mod slaves;

@@ -282,6 +282,11 @@ fn masters_that_are_not_there_are_refused_by_name() {
              or a circle of others; expected a far or virtual axis at the root",
         ),
         (
+            // The axis has a name of its own, but node and id are accepted as well.
+            format!("[[slave]]\nname = 'infeed.1'\n{two}"),
+            "slave[0].name: received \"infeed.1\", which is a far axis, expected a name of its own",
+        ),
+        (
             format!("[[slave]]\nname = 'a'\n{two}\nfurther-masters = ['a']"),
             "slave[0].further-masters[0]: 0x816f: received \"a\", which follows \"a\" in the end",
         ),

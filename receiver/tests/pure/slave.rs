@@ -97,3 +97,50 @@ fn a_slave_can_be_followed_like_any_axis() {
     let rippled = ripple(stamp.newest(1_000), 2e-3, velocity);
     assert!(rippled < 0.01, "{rippled}");
 }
+
+/// Published error code and couple state of the slave. Checks that the error bit goes with the code.
+fn published(near: &Near) -> (u32, CoupleState) {
+    let frame = near.slave_frame.as_ref().expect("a frame");
+    let mut axes = Vec::new();
+    decode("coaxle/saw/slaves", frame, |axis| axes.push(*axis)).expect("axes");
+    let [axis] = axes[..] else {
+        panic!("{} axes", axes.len());
+    };
+    let is_in_error = axis.state_word.contains(StateWord::ERROR);
+    assert_eq!(is_in_error, axis.error_code != 0);
+    (axis.error_code, axis.couple_state)
+}
+
+#[test]
+fn a_slave_that_follows_shows_the_error_that_its_master_was_received_with() {
+    let mut far = Far::new(1000, 0, 0, 1);
+    let slave = "slave = [{ id = 4, gear.ratio = 0.5, limits = { velocity = 1000, acceleration = \
+                 5000, jerk = 1e6, on-master-loss = 'follow' } }]";
+    let mut near = Near::new(1000, 0, slave);
+    near.tweak = Some(Box::new(|sent, sample| {
+        if (SECOND..2 * SECOND).contains(&sent) {
+            sample.error_code = 0x4655;
+        }
+    }));
+    for (until, expected) in [(900, 0), (1_500, 0x4655), (2_500, 0)] {
+        run_pair(&mut far, &mut near, until * MILLISECOND);
+        assert_eq!(published(&near), (expected, CoupleState::Slave), "{until}");
+        // Only shown: the slave itself has no error, and the receiver is well.
+        assert_eq!(near.last().slaves[0].error, None);
+    }
+}
+
+#[test]
+fn a_slave_that_starts_with_a_master_in_error_shows_it_from_its_first_cycle() {
+    let mut far = Far::new(1000, 0, 0, 1);
+    let slave = "slave = [{ id = 4, gear.ratio = 0.5, limits = { velocity = 1000, acceleration = \
+                 5000, jerk = 1e6, on-master-loss = 'follow' } }]";
+    let mut near = Near::new(1000, 0, slave);
+    near.tweak = Some(Box::new(|_, sample| sample.error_code = 0x4655));
+    while near.slave_frame.is_none() {
+        let next = near.next();
+        assert!(next < SECOND, "no frame");
+        run_pair(&mut far, &mut near, next + 1);
+    }
+    assert_eq!(published(&near), (0x4655, CoupleState::Slave));
+}

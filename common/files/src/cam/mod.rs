@@ -133,6 +133,12 @@ impl CamFile {
         Ok(read)
     }
 
+    /// Resolves the relative paths of the CSV files that the contents of a cam file name, from
+    /// `folder`. A value of another type stays for the error of [`from_table`](Self::from_table).
+    pub fn resolve_files(contents: &mut toml::Table, folder: &Path) {
+        text::resolve_files(contents, folder);
+    }
+
     /// Reads a cam file from a table, for example a part of another file. `file` is its name in
     /// errors, and a CSV file is searched for in `folder`.
     ///

@@ -46,6 +46,17 @@ fn any_slave_unit() -> String {
     "u".to_owned()
 }
 
+/// Resolves the relative paths of the CSV files that the contents of a cam file name, from `folder`.
+pub(super) fn resolve_files(contents: &mut toml::Table, folder: &Path) {
+    for part in ["points", "table"] {
+        let csv = contents.get_mut(part).and_then(|part| part.get_mut("csv"));
+        if let Some(toml::Value::String(csv)) = csv {
+            // A table has only text: of a folder whose name is none, the error for the missing file shows what is left.
+            *csv = folder.join(&*csv).to_string_lossy().into_owned();
+        }
+    }
+}
+
 /// Number of a cam plate, 1 to 255.
 #[doc(alias = "MC_CAM_ID")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]

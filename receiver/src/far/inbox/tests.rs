@@ -2,6 +2,10 @@ use super::*;
 use coaxle_clock::{CycleIndex, CycleTime};
 
 fn store(inbox: &mut Inbox, at: Instant<Local>, epoch: u64, count: u64) {
+    store_frame(inbox, at, epoch, count, at);
+}
+
+fn store_frame(inbox: &mut Inbox, at: Instant<Local>, epoch: u64, count: u64, due: Instant<Local>) {
     let header = FrameHeader {
         sender: 1,
         epoch,
@@ -15,7 +19,7 @@ fn store(inbox: &mut Inbox, at: Instant<Local>, epoch: u64, count: u64) {
         header,
         axes: &axes,
     };
-    inbox.store(at, &frame, at);
+    inbox.store(at, &frame, due);
 }
 
 fn at(micros: i64) -> Instant<Local> {
@@ -231,4 +235,24 @@ fn refused_frames_are_counted_by_reason() {
     assert_eq!(rejected.of(Rejection::WrongChecksum), 2);
     assert_eq!(rejected.of(Rejection::Implausible), 1);
     assert_eq!(rejected.total(), 3);
+}
+
+#[test]
+fn messages_held_back_for_longer_than_there_is_room_still_renew_the_image() {
+    // 2 000 messages are under way, one per cycle of a millisecond.
+    let latency = 2_000;
+    let mut inbox = Inbox::new(Some(Span::from_millis(100)), 128, 1);
+    for cycle in 0..3 * latency {
+        let now = at(1_000 * cycle);
+        let arrival = now + Span::from_millis(latency);
+        store_frame(&mut inbox, arrival, 1, cycle as u64, now);
+        let count = count_of(image(&mut inbox, now));
+        if cycle >= latency {
+            // 128 frames are kept, so that at worst every 32nd is.
+            let age = (cycle - latency) as u64 - count.expect("an image");
+            assert!(age < 32, "{cycle}: {age}");
+        }
+    }
+    assert!(inbox.counters().overflow > 0);
+    assert_eq!(inbox.waiting.len(), INBOX_CAPACITY);
 }
