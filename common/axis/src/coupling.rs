@@ -59,7 +59,7 @@ pub struct SyncPositions {
 /// Work of a coupling: planned, applied, then run in each cycle; the masters' set values in, the
 /// slave's out.
 ///
-/// It computes the wanted position of the slave; the axis decides whether it is possible.
+/// The coupling computes the wanted position of the slave; the axis decides whether it is possible.
 pub trait Engage: Coupling {
     /// Commands of the coupling.
     type Command;

@@ -313,7 +313,7 @@ mod tests {
         );
     }
 
-    /// What has no part is the receiver's own, and is excepted by its name.
+    /// Violations without a part are the receiver's own, and are excepted by its name.
     #[test]
     fn cycles_of_the_receiver_itself_may_be_excepted() {
         let mut found = violation(Invariant::Cycles, 1);

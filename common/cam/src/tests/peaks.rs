@@ -90,7 +90,7 @@ fn a_narrow_peak_is_seen_wherever_the_master_is() {
     }
 }
 
-/// Of plates with more than 256 segments only the ends of segments were searched.
+/// Only the ends of segments were once searched in plates of more than 256.
 #[test]
 fn a_narrow_peak_is_seen_in_a_plate_of_any_length() {
     for (count, step) in [(252, 0.3), (299, 0.3), (4_092, 0.025)] {

@@ -18,7 +18,7 @@ tuning! {
         /// … and at least this, s.
         // A core that wakes up from sleep.
         least: f64 = 1e-5,
-        /// It is forgotten with this time constant, s.
+        /// Time constant with which it is forgotten, s.
         // For some seconds messages with less delay may still come.
         memory: f64 = 2.5,
     }

@@ -162,7 +162,7 @@ fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
         .context("cannot start the host's runtime")
 }
 
-/// What every stage of a run uses.
+/// Parts of a run that every stage uses.
 struct RunContext {
     name: NodeName,
     role: &'static str,

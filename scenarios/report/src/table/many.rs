@@ -1,6 +1,6 @@
 //! The figures of more receivers than have room beside each other.
 
-use coaxle_lab::number::significant;
+use coaxle_lab::number::{quantile, significant};
 use coaxle_lab::summary::ReceiverSummary;
 use comfy_table::Table;
 
@@ -19,19 +19,11 @@ pub(super) fn ranges(receivers: &[(&str, &ReceiverSummary)]) -> Table {
         let (Some(least), Some(most)) = (numbers.first(), numbers.last()) else {
             continue;
         };
-        let cells = [*least, median(&numbers), *most].map(|number| right(&significant(number, 3)));
+        let cells =
+            [*least, quantile(&numbers, 0.5), *most].map(|number| right(&significant(number, 3)));
         let label = std::iter::once(comfy_table::Cell::new(label));
         let count = right(&numbers.len().to_string());
         table.add_row(label.chain(cells).chain([count]));
     }
     table
-}
-
-/// Returns the median of sorted numbers: of an even count the mean of the two in the middle, as a sweep has it.
-fn median(sorted: &[f64]) -> f64 {
-    let upper = sorted.len() / 2;
-    match sorted.len() % 2 {
-        0 => f64::midpoint(sorted[upper - 1], sorted[upper]),
-        _ => sorted[upper],
-    }
 }

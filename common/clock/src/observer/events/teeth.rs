@@ -1,6 +1,6 @@
 //! Arrivals on a grid that is coarser than the jitter.
 //!
-//! Where messages are polled for every millisecond, phases are level for as long as it takes the sender's clock to gain or
+//! Messages that are polled for every millisecond have phases that are level for as long as it takes the sender's clock to gain or
 //! lose one, and then jump by one: teeth of a saw. A line through them is level, and jumps again and again; the clock's own
 //! line goes through their lower corners, as no message is seen before it comes. So a tooth that returns is no shift of the
 //! path. From then on only corners are measurements: between them nothing says where in a cell the line is.

@@ -143,11 +143,11 @@ commands! {
 /// Work of a command on the cam plates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlateWork {
-    /// It brings a plate or takes one away.
+    /// Brings a plate or takes one away.
     Changes,
-    /// It reads values of a plate, which are calculated outside of the cycle.
+    /// Reads values of a plate, which are calculated outside of the cycle.
     ReadsPlate,
-    /// It reads the state of the coupling.
+    /// Reads the state of the coupling.
     ReadsCoupling,
 }
 
