@@ -108,7 +108,7 @@ impl Continuity {
                 *master
             }
             // A plan stays in force while its master stays alike: planned again in each cycle it would never arrive.
-            (Motion::Rejoining(rejoin), _) if rejoin.holds(reach) => {
+            (Motion::Rejoining(rejoin), _) if rejoin.holds(master, reach) => {
                 rejoin.go_on(cycle.moved_on(), passed);
                 rejoin.over(master)
             }

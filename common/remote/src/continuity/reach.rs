@@ -30,6 +30,11 @@ impl Reach {
         }
     }
 
+    /// Returns true for a velocity that the axis can have, u/s.
+    pub(super) fn admits(&self, velocity: f64) -> bool {
+        velocity.abs() <= self.fastest()
+    }
+
     /// The greatest velocity of an axis that is brought back, u/s: half as fast again as its master.
     fn fastest(&self) -> f64 {
         (1.0 + FASTER) * self.velocity

@@ -105,9 +105,10 @@ impl Rejoin {
         Self { master, ..self }
     }
 
-    /// Returns true as long as the plan stays in force, while its master stays alike.
-    pub(super) fn holds(&self, reach: &Reach) -> bool {
-        self.fastest >= OUTGROWN * reach.velocity
+    /// Returns true as long as the plan stays in force: while its master stays alike, and moves as the axis can. The plan adds the
+    /// velocity of the master. Wide schedule 500647: an extrapolated position moved at −245 000 u/s for 20 cycles, and the axis with it.
+    pub(super) fn holds(&self, shown: &Kinematics, reach: &Reach) -> bool {
+        self.fastest >= OUTGROWN * reach.velocity && reach.admits(self.target(shown).velocity)
     }
 
     /// Moves on by `passed` seconds; `master` is its motion now, in a mode that shows values as received.

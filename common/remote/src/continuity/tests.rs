@@ -346,3 +346,43 @@ fn relative_to_values_that_stand_until_the_next_frame_it_does_not_run_away() {
     assert_eq!(axis.state(), ContinuityState::Following);
     assert_eq!(before, at(frame_before(5_999)).position);
 }
+
+/// Wide schedule 500647: while an axis was brought back, an extrapolated position of its master moved at −245 000 u/s for 20 cycles of
+/// 250 µs, and the axis went along.
+#[test]
+fn an_impossible_velocity_of_the_master_is_not_added() {
+    const STEP: f64 = 250e-6;
+    let reach = Reach {
+        velocity: 945.0,
+        acceleration: 50_000.0,
+    };
+    let mut axis = Axis {
+        continuity: Continuity::new(Span::from_micros(250), Seconds(0.06)),
+        reach,
+    };
+    let at = |cycle: u32| steady(-534.0 * f64::from(cycle) * STEP, -534.0);
+    axis.follow(&at(0), 1);
+    axis.follow(&at(1), 1);
+    axis.rejoin();
+    let mut before = at(1).position;
+    for cycle in 2..20_000 {
+        let shown = match cycle {
+            400..420 => steady(
+                at(cycle).position + 9_343.0 - 245_000.0 * f64::from(cycle - 400) * STEP,
+                -245_000.0,
+            ),
+            _ => at(cycle),
+        };
+        if cycle == 390 || cycle == 420 {
+            axis.rejoin();
+        }
+        let set = axis.follow(&shown, 1);
+        let velocity = (set.position - before) / STEP;
+        assert!(
+            velocity.abs() < 1.6 * reach.velocity,
+            "{velocity} in cycle {cycle}"
+        );
+        before = set.position;
+    }
+    assert_eq!(axis.state(), ContinuityState::Following);
+}
