@@ -13,8 +13,9 @@ const STEEPEST: f64 = 1.875;
 /// Velocity gain of a quartic that takes an acceleration to rest in half a second: at most 4/27 of
 /// acceleration · time.
 const BRAKING: f64 = 0.5 * 4.0 / 27.0;
-/// Time for which unexpected motions of the master are remembered, s: between one and two of these.
-const MEMORY: f64 = 1.0;
+/// Time for which unexpected motions of the master are remembered, s: between one and two of these. A receiver remembers them for
+/// up to 2 s. With 1 s the check forgot a forged position while the receiver still took it into account (wide schedule 503740).
+const MEMORY: f64 = 2.0;
 /// Cycles after an event in which an axis that follows may still be in transition.
 const LANDED: u8 = 3;
 /// Greatest distance of neighbouring frames, cycles of the master: some are always lost.

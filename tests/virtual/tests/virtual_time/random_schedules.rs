@@ -55,6 +55,19 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
         400_419,
         "over 90 ms without frames, a master between ±5 mm was taken to be accelerated to 600 mm/s",
     ),
+    (
+        500_360,
+        "a velocity beside its positions by the pace of its master was to be compensated beyond the acceleration limit",
+    ),
+    (
+        500_647,
+        "while it was brought back, an axis went along with an extrapolated position at −245 m/s",
+    ),
+    (503_539, "as 500360"),
+    (
+        503_740,
+        "the check forgot a forged position while the receiver still took it into account",
+    ),
 ];
 
 /// Seeds of every test run.
