@@ -181,20 +181,23 @@ mod tests {
     #[test]
     fn an_order_that_comes_with_a_reset_moves_it_in_the_same_cycle() {
         use AxisStatus::{DiscreteMotion, ErrorStop};
-        let events: Vec<Event> =
-            ["at-s = 0.0005\nnode = 'saw'\nslave = 'x'\ncommand = { reset = {} }"]
-                .map(|text| toml::from_str(text).expect("an event"))
-                .into();
-        let broken = |velocity: f64| {
+        let reset_at = |at: f64| -> Vec<Event> {
+            let text =
+                format!("at-s = {at}\nnode = 'saw'\nslave = 'x'\ncommand = {{ reset = {{}} }}");
+            vec![toml::from_str(&text).expect("an event")]
+        };
+        let broken_with_reset = |at: f64, velocity: f64| {
             let rows = [
                 in_state(ErrorStop, 0.0, velocity),
                 in_state(DiscreteMotion, 0.0, velocity),
             ];
-            broken_with(&events, World::Virtual, rows)
+            broken_with(&reset_at(at), World::Virtual, rows)
         };
         // A reset and its order leave error stop for a motion within a cycle: allowed at rest, and never in motion.
-        assert_eq!(broken(0.0), []);
-        assert_eq!(broken(1.0), [Invariant::ErrorLatch]);
+        assert_eq!(broken_with_reset(0.0005, 0.0), []);
+        assert_eq!(broken_with_reset(0.0005, 1.0), [Invariant::ErrorLatch]);
+        // The node woke up 20 µs after the planned time of the cycle, and had the order then.
+        assert_eq!(broken_with_reset(0.00102, 0.0), []);
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub(super) struct SlaveWatch {
     stop: Option<ErrorStopCheck>,
     /// The newest cycle and its signals.
     last: Option<(WatchedCycle, SlaveSignals)>,
-    /// Times at which an order resets it, s after the start of the run.
+    /// Times of the earliest cycles in which an order may reset it, s after the start of the run.
     resets: Vec<f64>,
     /// A lost master stops it with unlimited jerk.
     stops_quickly: bool,
@@ -234,12 +234,15 @@ fn set_of(slave: &SlaveSignals) -> Option<Kinematics> {
 }
 
 fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<f64> {
+    // A row has the planned time of its cycle. The node wakes up later, by less than a cycle, and has an order of the meantime (wide
+    // schedule 601779).
+    let late = receiver.cycle_time_us.0.as_secs_f64();
     let is_reset = |event: &&Event| {
         let command = command_of(event, slave, receiver);
         matches!(command, Some(Command::Reset {}))
     };
     let resets = events.iter().filter(is_reset);
-    resets.map(|event| event.at_s.into()).collect()
+    resets.map(|event| f64::from(event.at_s) - late).collect()
 }
 
 fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
