@@ -21,25 +21,42 @@ macro_rules! tuning {
 
         #[cfg(feature = "perturb")]
         std::thread_local! {
-            static PERTURBED: core::cell::Cell<&'static $name> = const { core::cell::Cell::new(&$name::DEFAULT) };
+            static PERTURBED: core::cell::Cell<&'static $name> = core::cell::Cell::new($name::of_environment());
         }
 
         #[cfg(feature = "perturb")]
         pub(crate) static TUNING: $crate::tuning::Tuned<$name> = $crate::tuning::Tuned(&PERTURBED);
 
         #[cfg(feature = "perturb")]
-        pub(crate) const TUNED: $crate::tuning::TunedBlock = $crate::tuning::TunedBlock {
-            name: stringify!($name),
-            constants: &[$(stringify!($field)),*],
-            perturb: |constant, factor| {
+        impl $name {
+            /// The constants with one of them multiplied, and its value.
+            fn perturbed(constant: &str, factor: f64) -> (&'static Self, std::string::String) {
                 use $crate::tuning::Tunable;
-                let mut tuning = $name::DEFAULT;
+                let mut tuning = Self::DEFAULT;
                 let mut value = std::string::String::new();
                 $(if constant == stringify!($field) {
                     tuning.$field = tuning.$field.times(factor);
                     value = std::format!("{:?}", tuning.$field);
                 })*
-                PERTURBED.set(std::boxed::Box::leak(std::boxed::Box::new(tuning)));
+                (std::boxed::Box::leak(std::boxed::Box::new(tuning)), value)
+            }
+
+            /// The constants, one of them multiplied if the environment says so.
+            fn of_environment() -> &'static Self {
+                match $crate::tuning::perturbed_by_environment(stringify!($name)) {
+                    Some((constant, factor)) => Self::perturbed(&constant, factor).0,
+                    None => &Self::DEFAULT,
+                }
+            }
+        }
+
+        #[cfg(feature = "perturb")]
+        pub(crate) const TUNED: $crate::tuning::TunedBlock = $crate::tuning::TunedBlock {
+            name: stringify!($name),
+            constants: &[$(stringify!($field)),*],
+            perturb: |constant, factor| {
+                let (tuning, value) = $name::perturbed(constant, factor);
+                PERTURBED.set(tuning);
                 value
             },
             restore: || PERTURBED.set(&$name::DEFAULT),
@@ -52,7 +69,7 @@ pub(crate) use tuning;
 #[cfg(feature = "perturb")]
 pub use perturbed::TunedBlock;
 #[cfg(feature = "perturb")]
-pub(crate) use perturbed::{Tunable, Tuned};
+pub(crate) use perturbed::{Tunable, Tuned, perturbed_by_environment};
 
 #[cfg(feature = "perturb")]
 mod perturbed {
@@ -84,6 +101,15 @@ mod perturbed {
         fn deref(&self) -> &T {
             self.0.get()
         }
+    }
+
+    /// Name and factor of the constant of a block that the environment perturbs: `COAXLE_PERTURB=TeethTuning.level=0.7`.
+    pub(crate) fn perturbed_by_environment(block: &str) -> Option<(String, f64)> {
+        let wanted = std::env::var("COAXLE_PERTURB").ok()?;
+        let (path, factor) = wanted.split_once('=')?;
+        let (of_block, constant) = path.split_once('.')?;
+        let factor = factor.parse().ok()?;
+        (of_block == block).then(|| (constant.into(), factor))
     }
 
     /// A constant that can be multiplied.

@@ -80,11 +80,11 @@ const GATE: &str = "AgeGateTuning";
 
 const SEED: u64 = 8_000_000;
 
-const STAMPED: Case = Case::new(5.0, 20.0, true);
-const PLAIN: Case = Case::new(5.0, 20.0, false);
+pub(crate) const STAMPED: Case = Case::new(5.0, 20.0, true);
+pub(crate) const PLAIN: Case = Case::new(5.0, 20.0, false);
 const ROUGH: Case = Case::new(20.0, 100.0, false);
 
-fn case(name: &'static str, seconds: f64, case: Case) -> NamedCase {
+pub(crate) fn case(name: &'static str, seconds: f64, case: Case) -> NamedCase {
     let case = Case { seconds, ..case };
     let run = Run::new(&case, SEED);
     NamedCase {
@@ -93,7 +93,7 @@ fn case(name: &'static str, seconds: f64, case: Case) -> NamedCase {
     }
 }
 
-fn far(name: &'static str, case: FarCase) -> NamedCase {
+pub(crate) fn far(name: &'static str, case: FarCase) -> NamedCase {
     NamedCase {
         name,
         kind: CaseKind::Far(Box::new(case)),
@@ -109,54 +109,6 @@ pub(crate) fn all() -> Vec<NamedCase> {
     let all = independent().into_iter().chain(correlated());
     let all = all.chain(events()).chain(grids());
     all.chain(far_clocks()).chain([gate]).collect()
-}
-
-/// Long cases, for what is remembered for minutes, and cases that few constants have a part in.
-pub(crate) fn long() -> Vec<NamedCase> {
-    let half_normal = |width: f64, time: f64, case: Case| Case {
-        correlated: Some(Correlated::HalfNormal { width, time }),
-        ..case
-    };
-    let servo = Case {
-        servo: Some((1e-6, 10.0)),
-        ..PLAIN
-    };
-    let grid = Case {
-        arrival_grid: Some(50e-6),
-        drift_step: Some((15.0, 60e-6)),
-        ..PLAIN
-    };
-    let slow = Case {
-        cycle: 1e-2,
-        drift_step: Some((30.0, 60e-6)),
-        ..PLAIN
-    };
-    let longer = Case {
-        delay_step: Some((30.0, 60e-6)),
-        ..half_normal(15e-6, 0.3, PLAIN)
-    };
-    let polled = |every: f64, stamps: bool| FarCase {
-        drift: |_| 300.0,
-        polled: Some(every),
-        stamps,
-        ..FarCase::QUIET
-    };
-    vec![
-        case("servo 10 s, long", 320.0, servo),
-        case(
-            "AR(1) 40 µs/5 s, long",
-            320.0,
-            half_normal(40e-6, 5.0, STAMPED),
-        ),
-        case("AR(1), delay +60 µs", 60.0, longer),
-        case("arrivals on 50 µs, drift +60 ppm", 30.0, grid),
-        case("T = 10 ms, drift +60 ppm", 90.0, slow),
-        // Just above what counts as no scatter at all.
-        case("0.1/0.1", 20.0, Case::new(0.1, 0.1, false)),
-        far("polled every 1 ms", polled(1e-3, true)),
-        far("polled every 1 ms, no stamps", polled(1e-3, false)),
-        far("polled every 0.5 ms", polled(0.5e-3, true)),
-    ]
 }
 
 fn independent() -> Vec<NamedCase> {

@@ -1,6 +1,6 @@
 //! Multiplies each tuned constant of the clock by 0.7 and by 1.3, and prints what that changes in short runs of one seed each.
 //!
-//! `cargo run --release -p coaxle-clock --features perturb --example tuning -- [--long] [BLOCK[.CONSTANT]...]`
+//! `cargo run --release -p coaxle-clock --features perturb --example tuning -- [--long] [--extreme] [BLOCK[.CONSTANT]...]`
 #![allow(
     missing_docs,
     dead_code,
@@ -12,6 +12,7 @@
 mod cases;
 mod far;
 mod gate;
+mod long;
 mod outcome;
 mod table;
 
@@ -32,13 +33,25 @@ use std::process::ExitCode;
 
 use table::TunedConstant;
 
+/// Factors on a constant, …
+const FACTORS: [f64; 2] = [0.7, 1.3];
+/// … and those of which one mostly switches its mechanism off: without any change it may go.
+const EXTREMES: [f64; 2] = [1e-3, 1e3];
+
 fn main() -> ExitCode {
     let mut wanted: Vec<String> = std::env::args().skip(1).collect();
-    let is_long = wanted.first().is_some_and(|word| word == "--long");
-    if is_long {
-        wanted.remove(0);
-    }
-    let cases = if is_long { cases::long() } else { cases::all() };
+    let mut is_set = |option: &str| {
+        let words = wanted.len();
+        wanted.retain(|word| word != option);
+        wanted.len() < words
+    };
+    let is_long = is_set("--long");
+    let factors = if is_set("--extreme") {
+        EXTREMES
+    } else {
+        FACTORS
+    };
+    let cases = if is_long { long::all() } else { cases::all() };
     let constants: Vec<TunedConstant> = TunedConstant::all()
         .filter(|constant| wanted.is_empty() || wanted.iter().any(|word| constant.is(word)))
         .collect();
@@ -46,7 +59,7 @@ fn main() -> ExitCode {
         eprintln!("none of the constants is {}", wanted.join(" or "));
         return ExitCode::from(2);
     }
-    table::print(&constants, &cases);
+    table::print(&constants, &cases, factors);
     ExitCode::SUCCESS
 }
 
@@ -77,5 +90,22 @@ mod tests {
         let count = names.len();
         names.dedup();
         assert_eq!(names.len(), count);
+    }
+
+    #[test]
+    fn the_manual_has_a_row_of_each_constant_and_of_no_other() {
+        let manual = include_str!("../../../../docs/OBSERVER-METHOD.md");
+        let rows = manual.lines().filter_map(|line| {
+            let (path, _) = line.strip_prefix("| `")?.split_once('`')?;
+            path.contains("Tuning.").then_some(path)
+        });
+        let mut rows: Vec<&str> = rows.collect();
+        rows.sort_unstable();
+        rows.dedup();
+        let mut paths: Vec<String> = TunedConstant::all()
+            .map(|constant| constant.path())
+            .collect();
+        paths.sort();
+        assert_eq!(rows, paths);
     }
 }

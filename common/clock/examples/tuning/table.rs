@@ -1,5 +1,6 @@
 //! The table: each constant, and the largest changes that it makes.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -8,8 +9,6 @@ use coaxle_clock::tuning::TunedBlock;
 use crate::cases::NamedCase;
 use crate::outcome::RunOutcome;
 
-/// Factors on a constant.
-const FACTORS: [f64; 2] = [0.7, 1.3];
 /// Relative change of a figure that is named.
 const NAMED: f64 = 0.01;
 
@@ -36,12 +35,14 @@ impl TunedConstant {
     }
 }
 
-/// Prints the table of some constants over some cases.
-pub(crate) fn print(constants: &[TunedConstant], cases: &[NamedCase]) {
+/// Prints the table of some constants, each times these factors, over some cases.
+pub(crate) fn print(constants: &[TunedConstant], cases: &[NamedCase], factors: [f64; 2]) {
     let base: Vec<RunOutcome> = cases.iter().map(NamedCase::outcome).collect();
     println!(
-        "| constant | value | runs of {} that change | × 0.7 | × 1.3 |",
-        cases.len()
+        "| constant | value | runs of {} that change | × {} | × {} |",
+        cases.len(),
+        factors[0],
+        factors[1]
     );
     println!("|--|--|--|--|--|");
     let rows = Mutex::new(vec![String::new(); constants.len()]);
@@ -53,7 +54,7 @@ pub(crate) fn print(constants: &[TunedConstant], cases: &[NamedCase]) {
             let Some(constant) = constants.get(n) else {
                 break;
             };
-            let row = row(constant, cases, &base);
+            let row = row(constant, cases, &base, factors);
             rows.lock().unwrap()[n] = row;
         }
     };
@@ -68,20 +69,32 @@ pub(crate) fn print(constants: &[TunedConstant], cases: &[NamedCase]) {
     }
 }
 
-fn row(constant: &TunedConstant, cases: &[NamedCase], base: &[RunOutcome]) -> String {
+fn row(
+    constant: &TunedConstant,
+    cases: &[NamedCase],
+    base: &[RunOutcome],
+    factors: [f64; 2],
+) -> String {
     // By 1, to read it.
     let value = (constant.block.perturb)(constant.name, 1.0);
-    let changes = FACTORS.map(|factor| {
+    let changes = factors.map(|factor| {
         let _ = (constant.block.perturb)(constant.name, factor);
-        let outcomes = cases.iter().zip(base).map(|(case, base)| {
-            // Without the block in it, a run would only be the same again.
-            if case.is_of(constant.block.name) {
-                case.outcome()
-            } else {
-                base.clone()
-            }
-        });
-        changes(cases, base, &outcomes.collect::<Vec<_>>())
+        let outcomes = || {
+            let outcomes = cases.iter().zip(base).map(|(case, base)| {
+                // Without the block in it, a run would only be the same again.
+                if case.is_of(constant.block.name) {
+                    case.outcome()
+                } else {
+                    base.clone()
+                }
+            });
+            outcomes.collect::<Vec<_>>()
+        };
+        // A thousand times a least value is more than the greatest one: clamping panics then.
+        match catch_unwind(AssertUnwindSafe(outcomes)) {
+            Ok(outcomes) => changes(cases, base, &outcomes),
+            Err(_) => (0, "contradicts another one".to_owned()),
+        }
     });
     (constant.block.restore)();
     let [(fewer, less), (more, greater)] = changes;

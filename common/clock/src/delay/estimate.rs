@@ -141,3 +141,53 @@ impl Estimate {
         self.count = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(delay: f64) -> Estimate {
+        Estimate {
+            delay,
+            uncertainty: 200e-6,
+            half_round_trip: 200e-6,
+            jitter: 1e-6,
+            newest: Instant::EPOCH,
+            measured: true,
+            count: 1,
+            contradictions: 0,
+        }
+    }
+
+    #[test]
+    fn a_mean_of_minutes_follows_a_path_that_changes_a_little() {
+        let mut estimate = of(0.0);
+        for _ in 0..3_000 {
+            estimate = estimate.after(of(0.0));
+        }
+        // 50 s of ten exchanges a second; two standard deviations may be chance.
+        for _ in 0..500 {
+            estimate = estimate.after(of(2e-6));
+        }
+        let followed = estimate.delay / 2e-6;
+        assert!((0.59..0.67).contains(&followed), "{followed}");
+    }
+
+    #[test]
+    fn an_exchange_that_spans_a_jump_is_not_believed() {
+        let after = |jump: f64, off: f64| {
+            let mut estimate = of(3e-3 + off);
+            estimate.forget_spanning(jump, 3e-3);
+            estimate.delay - 3e-3
+        };
+        for sign in [1.0, -1.0] {
+            // It is off by half of the jump.
+            assert_eq!(after(sign * 10e-3, 5e-3), 0.0);
+            assert_eq!(after(sign * 1.2e-3, 0.6e-3), 0.0);
+            // Jitter may have done this.
+            assert!(after(sign * 0.8e-3, 0.4e-3) > 0.0);
+            assert!(after(sign * 10e-3, 2.1e-3) > 0.0);
+            assert_eq!(after(sign * 10e-3, 2.9e-3), 0.0);
+        }
+    }
+}

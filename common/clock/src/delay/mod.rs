@@ -67,11 +67,8 @@ tuning! {
         /// Longest way, and greatest lead of a sender.
         // An exchange beyond it is wrong.
         longest: Span = Span::from_secs(1),
-        /// Error of the line's rate while it locks, s/s …
+        /// Error of the line's rate while it locks, s/s; see `ROUNDING`, too.
         rate_tolerance: f64 = 1e-3,
-        /// … and error by rounding, s.
-        // Four stamps of whole nanoseconds.
-        rounding: f64 = 10e-9,
         /// Age from which an exchange says nothing of the present path.
         longest_age: Span = Span::from_secs(10),
     }
@@ -79,6 +76,9 @@ tuning! {
 
 /// Standard deviations of the line that the uncertainty covers.
 const COVERED: f64 = 3.0;
+/// Error of a round trip by rounding, s.
+// Not tuned: four stamps of whole nanoseconds are off by 4 ns at most, and a lie is larger.
+const ROUNDING: f64 = 10e-9;
 
 /// A sender's response. Every stamp was taken as near to the wire as the machines allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -444,7 +444,7 @@ impl DelayExchange {
         }
         // The sender's lead cancels in the sum, so whatever is below zero is an error of the line's rate, or a lie.
         let round_trip = exchange.there + exchange.back;
-        if round_trip < -(TUNING.rate_tolerance * passed.as_secs_f64() + TUNING.rounding) {
+        if round_trip < -(TUNING.rate_tolerance * passed.as_secs_f64() + ROUNDING) {
             return Err(Refusal::NegativeRoundTrip);
         }
         Ok(exchange)

@@ -288,4 +288,29 @@ mod tests {
         assert!(others.iter().all(Option::is_none), "they begin anew");
         assert_eq!(*last, Some(Cause::Sender(5e-3 + 7e-3)));
     }
+
+    #[test]
+    fn asymmetry_is_learnt_from_steps_that_correlated_delays_do_not_make() {
+        let learnt = |s: f64| cause_in_jitter(s, s, 0.0, 1e-6).0;
+        assert_eq!(learnt(40e-6), Cause::Path { asymmetry: 0.0 });
+        assert_eq!(learnt(60e-6), Cause::Path { asymmetry: 30e-6 });
+    }
+
+    #[test]
+    fn where_ways_move_only_a_step_beyond_any_growth_is_one() {
+        // A path that had grown by 0.3 ms in the last second.
+        let moving = Ways {
+            there: 0.3e-3,
+            back: 0.3e-3,
+        };
+        for (s, asymmetry) in [(0.45e-3, 0.0), (0.55e-3, 0.275e-3)] {
+            let mut step = Step::new(s, Ways::default(), moving);
+            let exchange = Ways {
+                there: s,
+                back: 0.0,
+            };
+            let cause = (0..TELLING).find_map(|_| step.take(exchange));
+            assert_eq!(cause, Some(Cause::Path { asymmetry }), "{s}");
+        }
+    }
 }

@@ -1,4 +1,5 @@
 mod bounds;
+mod cause;
 mod with_observer;
 
 use super::*;
@@ -438,11 +439,15 @@ fn responses_that_cannot_be_right_are_counted_and_not_used() {
         |_, arrived| *arrived += Span::from_secs(2),
         Refusal::Implausible,
     );
+    refuse(
+        |_, arrived| *arrived += micros(1_200_000),
+        Refusal::Implausible,
+    );
     refuse(|a, _| a.requested += micros(90_000), Refusal::Implausible);
     refuse(
         |a, _| {
-            a.received += Span::from_secs(3);
-            a.responded += Span::from_secs(3);
+            a.received += micros(1_200_000);
+            a.responded += micros(1_200_000);
         },
         Refusal::Implausible,
     );
@@ -450,6 +455,35 @@ fn responses_that_cannot_be_right_are_counted_and_not_used() {
         |a, _| a.responded += micros(900),
         Refusal::NegativeRoundTrip,
     );
+}
+
+#[test]
+fn a_response_that_takes_most_of_a_second_is_used() {
+    let mut exchange = DelayExchange::new(RUN);
+    let line = line(micros(1_000));
+    let slow = || (micros(400), micros(800_000));
+    let _ = exchanges(&mut exchange, &line, at(0), 1, slow);
+    assert_eq!(exchange.exchanges, 1);
+}
+
+#[test]
+fn a_line_that_locks_is_wrong_by_its_rate() {
+    for (rate, is_used) in [(1.0 - 0.8e-3, true), (1.0 - 1.2e-3, false)] {
+        let mut exchange = DelayExchange::new(RUN);
+        let line = FarLine {
+            rate,
+            ..line(micros(1_000))
+        };
+        let _ = exchange.follow(&line);
+        let number = exchange.ask(at(0)).expect("due");
+        // Half a second by ways without any length, after which the line is wrong by far more than they are.
+        let (mut response, arrived) = response(number, at(0), micros(0), micros(0));
+        let held = micros(500_000);
+        response.responded += held;
+        let taken = exchange.take(&response, arrived + held, &line);
+        let expected = is_used.then_some(()).ok_or(Refusal::NegativeRoundTrip);
+        assert_eq!(taken, expected, "{rate}");
+    }
 }
 
 #[test]
@@ -492,13 +526,13 @@ fn silence_makes_a_measurement_stale_and_keeps_it() {
     let line = line(micros(1_000));
     let ways = || (micros(400), micros(400));
     let now = exchanges(&mut exchange, &line, at(0), 30, ways);
-    let soon = now + Span::from_secs(2);
+    let soon = now + micros(2_500_000);
     assert_eq!(delay_us(&exchange, soon, &line).0, DelayState::Measured);
-    let late = now + Span::from_secs(4);
+    let late = now + micros(3_500_000);
     assert_eq!(delay_us(&exchange, late, &line).0, DelayState::Stale);
     assert_eq!(exchange.delay(), Some(micros(1_000)));
     let age = exchange.output(late, &line).age.expect("known");
-    assert!((micros(3_990_000)..micros(4_100_000)).contains(&age));
+    assert!((micros(3_490_000)..micros(3_600_000)).contains(&age));
 }
 
 proptest! {

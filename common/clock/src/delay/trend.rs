@@ -15,10 +15,9 @@ use crate::tuning::tuning;
 tuning! {
     /// Tuned constants of the trend.
     TrendTuning {
-        /// Exchanges needed for a trend …
+        /// Exchanges needed for a trend.
+        // They span half a second: no two requests are closer than at the fast interval.
         enough: usize = 24,
-        /// … and the time they span, s.
-        long_enough: f64 = 0.4,
         /// Time that proves something, s.
         proving: f64 = 2.0,
         /// Standard deviations at which a slope is no chance.
@@ -119,7 +118,7 @@ impl Quick {
 fn quick(recent: &Recent<'_>) -> Option<Quick> {
     let Recent { exchanges, now, .. } = *recent;
     let span = recent.span();
-    if exchanges.len() < TUNING.enough || span < TUNING.long_enough {
+    if exchanges.len() < TUNING.enough {
         return None;
     }
     let mut took = [Span::ZERO; KEPT];

@@ -355,6 +355,57 @@ mod tests {
     }
 
     #[test]
+    fn where_a_rate_was_wrong_for_a_second_the_line_may_be_off_by_that() {
+        for gain in [-500e-6, 500e-6] {
+            let (mut observer, _) = suspicious();
+            observer.follow_drift(gain, 1e-6);
+            let variance = observer.followed().unwrap().estimate.offset_variance;
+            let sigma = libm::sqrt(variance);
+            assert!((450e-6..600e-6).contains(&sigma), "{gain}: {sigma}");
+        }
+    }
+
+    #[test]
+    fn a_change_that_is_half_or_twice_as_large_is_another_one() {
+        let (observer, _) = suspicious();
+        let suspect = observer.drift_change.suspect.clone().unwrap();
+        let is_like = |times: f64| {
+            suspect.is_like(&DriftStep {
+                change: times * suspect.drift.change,
+                ..suspect.step
+            })
+        };
+        assert!(is_like(1.0) && is_like(0.55) && is_like(1.8));
+        assert!(!is_like(0.45) && !is_like(2.2) && !is_like(-1.0));
+    }
+
+    #[test]
+    fn doubt_ends_after_seconds_in_which_exchanges_say_nothing() {
+        let (mut observer, first) = suspicious();
+        let ends = (first..first + 10_000).find(|count| {
+            observer.leave_steps_to_exchanges(true);
+            observe(&mut observer, 7, *count);
+            observer.suspected_drift().is_none()
+        });
+        let after = ends.expect("it ends") - first;
+        assert!((2_500..3_500).contains(&after), "{after}");
+        assert_eq!(observer.line().unwrap().drift_steps, 0);
+    }
+
+    #[test]
+    fn a_change_of_long_windows_may_be_missed_in_one_of_them() {
+        for (silence, is_suspected) in [(850, true), (1_150, false)] {
+            let (mut observer, count) = suspicious();
+            let suspect = observer.drift_change.suspect.as_mut().unwrap();
+            suspect.step.window = 0.4;
+            observer.leave_steps_to_exchanges(true);
+            observe(&mut observer, 7, count + silence);
+            let is_still = observer.suspected_drift().is_some();
+            assert_eq!(is_still, is_suspected, "{silence} ms");
+        }
+    }
+
+    #[test]
     fn what_was_suspected_before_a_silence_is_not_done_after_it() {
         let (mut observer, count) = suspicious();
         observer.leave_steps_to_exchanges(false);

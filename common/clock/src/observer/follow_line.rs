@@ -21,11 +21,13 @@ tuning! {
         longest_if_correlated: f64 = 8.0,
         /// The line is known where its variance is below this part of the one of a block.
         known: f64 = 0.5,
-        /// Far time that is no further from the line than this is where it should be, s.
-        // What is left is slewed within 10 ms.
-        at_the_line: f64 = 1e-6,
     }
 }
+
+/// Far time that is no further from the line than this is where it should be, s.
+// Not tuned: until it is synchronised the far time is set to the line, and is off by nothing or by what the slew limit of locking
+// leaves, which is more than this up to the cycle that makes up the rest.
+const AT_THE_LINE: f64 = 1e-6;
 
 /// The line that is followed.
 pub(super) struct Followed {
@@ -223,10 +225,6 @@ impl PhaseObserver {
             variance = within_cell(all, ahead, line.bank.drift_walk(), polled);
         } else if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
-            if self.jitter.cell() == 0.0 {
-                // Means that are worth a fortieth: on a grid that is the grid.
-                stream.choice.suspect(line.bank.correlated().factor());
-            }
             self.corrected.0 += stream.choice.judge(time, age, all, edge, width);
             if stream.choice.is_edge() {
                 variance = edge.estimate.offset_variance;
@@ -293,7 +291,7 @@ impl PhaseObserver {
     /// is, as it is slewed afterwards so slowly that it would take an hour.
     fn may_end_locking(&self, now: Instant<Local>) -> bool {
         let messages = i64::from(self.parameters.synced_messages);
-        let is_there = |shown: &Shown| shown.remaining.0.abs() < TUNING.at_the_line;
+        let is_there = |shown: &Shown| shown.remaining.0.abs() < AT_THE_LINE;
         // Half of the time that the messages take at their pace: a backlog comes within milliseconds.
         now - self.progress.since >= self.data_cycle_time * messages / 2
             && self.shown.as_ref().is_none_or(is_there)

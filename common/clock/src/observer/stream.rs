@@ -13,8 +13,6 @@ tuning! {
         longest_queue: u16 = 256,
         /// Standard deviations of the line that bounds are wider by.
         unsure: f64 = 5.0,
-        /// A stamp may be a cell before the arrival, and so may that of the one before.
-        cells: f64 = 2.0,
         /// Normal widths below the line of a message that is early.
         // 3 in 100 000 are.
         early: f64 = 4.0,
@@ -26,6 +24,10 @@ tuning! {
         above: f64 = 0.25,
     }
 }
+
+/// Cells of a coarse clock that bounds are wider by.
+// Not tuned: a stamp is up to a cell before its arrival, and so are those that the line is made of.
+const CELLS: f64 = 2.0;
 
 /// Messages that make one measurement.
 pub(super) const BLOCK: usize = 8;
@@ -156,8 +158,8 @@ impl Line {
     }
 
     pub(super) fn bounds(bank: &Bank, jitter: &Jitter) -> Bounds {
-        let unsure = TUNING.unsure * libm::sqrt(bank.combined().offset_variance)
-            + TUNING.cells * jitter.cell();
+        let unsure =
+            TUNING.unsure * libm::sqrt(bank.combined().offset_variance) + CELLS * jitter.cell();
         let doubt = jitter.doubt();
         Bounds {
             patience: bank.correlated().patience(),

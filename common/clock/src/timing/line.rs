@@ -20,10 +20,12 @@ tuning! {
         beyond_chance: f64 = 8.0,
         /// After this many such measurements in a row the line begins again.
         contradictions: u8 = 4,
-        /// Error of stamps, by which a way may seem shorter than nothing, s.
-        stamp_error: f64 = 1e-6,
     }
 }
+
+/// Error of stamps, by which the ways may seem shorter than nothing, s.
+// Not tuned: a bound far above what stamps of one machine differ by (some ns), and far below what a clock leaps by.
+const STAMP_ERROR: f64 = 1e-6;
 
 /// Exchanges that make one measurement: the shortest of their ways there, and the shortest of their ways back.
 pub(crate) const GROUP: usize = 8;
@@ -176,7 +178,7 @@ impl TimingLine {
         );
         // Of the shortest ways there and back, which need not be of one exchange.
         let round_trip = there - back;
-        if !(round_trip > -TUNING.stamp_error && middle > self.at) {
+        if !(round_trip > -STAMP_ERROR && middle > self.at) {
             // A clock leapt within the group, or the rate is wrong by far.
             self.contradictions += 1;
             return;
@@ -211,5 +213,86 @@ impl TimingLine {
         bank.observe(passed, measured, variance);
         self.at = middle;
         self.measurements = self.measurements.saturating_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line, and the number of the next exchange.
+    struct Exchanged {
+        line: TimingLine,
+        next: i64,
+        /// Lead of the sender's clock, ns.
+        lead: i64,
+        restarts: u32,
+    }
+
+    impl Exchanged {
+        fn new() -> Self {
+            Self {
+                line: TimingLine::new(&Self::exchange(0, 0, 0).0, 1.0, super::super::noise::KEPT),
+                next: 0,
+                lead: 0,
+                restarts: 0,
+            }
+        }
+
+        /// Makes the exchange `n` of fifty a second, by ways of 600 ns, one longer by `more` and the other one shorter; and when its
+        /// response arrives.
+        fn exchange(n: i64, lead: i64, more: i64) -> (TimeResponse, Instant<Local>) {
+            let requested = 20_000_000 * n;
+            let received = requested + 600 + more;
+            let responded = received + 300_000;
+            let response = TimeResponse {
+                run: 0,
+                number: 0,
+                requested: Instant::from_nanos(requested),
+                epoch: 0,
+                received: Span::from_nanos(received + lead),
+                responded: Span::from_nanos(responded + lead),
+            };
+            (response, Instant::from_nanos(responded + 600 - more))
+        }
+
+        /// Takes groups of exchanges whose middles are 100 ns early and late in turn.
+        fn take(&mut self, groups: i64) {
+            for _ in 0..groups * GROUP as i64 {
+                let more = if self.next / GROUP as i64 % 2 == 0 {
+                    100
+                } else {
+                    -100
+                };
+                let (exchange, arrived) = Self::exchange(self.next, self.lead, more);
+                self.restarts += u32::from(self.line.take(arrived, &exchange));
+                self.next += 1;
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_is_believed_after_a_second() {
+        let mut exchanged = Exchanged::new();
+        exchanged.take(7);
+        assert!(!exchanged.line.is_acquired());
+        exchanged.take(2);
+        assert!(exchanged.line.is_acquired());
+    }
+
+    #[test]
+    fn a_clock_that_leaps_further_than_chance_and_ways_explain_is_another_line() {
+        for (leap, is_another) in [
+            (1_900, false),
+            (2_200, true),
+            (-1_900, false),
+            (-2_200, true),
+        ] {
+            let mut exchanged = Exchanged::new();
+            exchanged.take(100);
+            exchanged.lead = leap;
+            exchanged.take(8);
+            assert_eq!(exchanged.restarts > 0, is_another, "{leap} ns");
+        }
     }
 }

@@ -11,11 +11,13 @@ tuning! {
         /// … and the multiple of the mean that a single one counts as at most.
         // Three standard deviations, squared.
         outlier: f64 = 9.0,
-        /// Least scatter of a measurement, s², 5 ns.
-        // Stamps have whole nanoseconds, and clocks are read one after the other.
-        least: f64 = 25e-18,
     }
 }
+
+/// Least scatter of a measurement, s²: 5 ns.
+// Not tuned: a floor, so that measurements that agree by chance do not make the line infinitely sure. Stamps have whole nanoseconds,
+// and clocks are read one after the other.
+const LEAST_VARIANCE: f64 = 25e-18;
 
 /// Scatter of the measurements, by how far each is off the line through those beside it: no offset and no drift is in
 /// that.
@@ -42,7 +44,7 @@ impl Noise {
 
     /// Begins with the first measurement: a quarter of the round trip is all that can be known.
     pub(super) fn first(&mut self, round_trip: f64) -> f64 {
-        self.variance = (0.0625 * round_trip * round_trip).max(100.0 * TUNING.least);
+        self.variance = (0.0625 * round_trip * round_trip).max(100.0 * LEAST_VARIANCE);
         self.variance
     }
 
@@ -66,7 +68,7 @@ impl Noise {
             self.count = (self.count + 1.0).min(TUNING.memory);
             // The first guess counts as two measurements, or one lucky miss would make the line too sure.
             self.variance += (sample - self.variance) / (self.count + 2.0);
-            self.variance = self.variance.max(TUNING.least);
+            self.variance = self.variance.max(LEAST_VARIANCE);
         }
         self.last = [(at, between), (time, measured)];
         self.more = [self.more[1], more];
@@ -109,5 +111,26 @@ impl RoundTrip {
         self.next = (self.next + 1) % self.of;
         self.shortest = self.kept.iter().copied().fold(f64::INFINITY, f64::min);
         round_trip.max(0.0) - self.shortest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_measurement_that_was_held_up_changes_the_scatter_little() {
+        let mut noise = Noise::new();
+        let _ = noise.first(1e-6);
+        let mut measure = |n: u32, off: f64| {
+            let scatter = if n.is_multiple_of(2) { 50e-9 } else { -50e-9 };
+            noise.take(0.16 * f64::from(n), scatter + off, 0.0);
+            noise.variance()
+        };
+        let before = (0..400).map(|n| measure(n, 0.0)).last().unwrap();
+        let _ = measure(400, 1e-3);
+        let after = (401..403).map(|n| measure(n, 0.0)).last().unwrap();
+        // Three second differences have a part of it.
+        assert!((1.37..1.52).contains(&(after / before)), "{before} {after}");
     }
 }

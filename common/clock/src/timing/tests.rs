@@ -198,6 +198,17 @@ fn it_comes_ends_and_comes_back_without_a_step() {
 }
 
 #[test]
+fn a_gap_of_two_seconds_is_the_end_of_it() {
+    let mut world = World::new(1);
+    let _ = world.run(1, 20_000);
+    world.beacons = false;
+    let (output, _) = world.run(20_001, 1_600);
+    assert_eq!(output.timing.state, TimingState::InUse);
+    let (output, _) = world.run(21_601, 800);
+    assert_eq!(output.timing.state, TimingState::Held);
+}
+
+#[test]
 fn one_that_contradicts_the_transport_is_not_used() {
     let mut world = World::new(1);
     // No way of the transport leaves that open.
@@ -262,12 +273,17 @@ fn exchanges_that_cannot_be_true_are_refused_and_move_nothing() {
         ),
         (world.response(0, sent, sent, sent), sent - 1.0),
         (world.response(0, sent - 60e9, sent, sent), sent),
+        (world.response(0, sent - 1.2e9, sent, sent), sent),
+        (world.response(0, sent - 0.9e9, sent - 1.2e9, sent), sent),
         (world.response(0, sent, sent + 2.0, sent), sent + 1e3),
     ] {
         world.clock.timing_exchange(local(arrived), &exchange);
     }
+    // Slow, but it may be true.
+    let slow = world.response(0, sent - 0.8e9, sent - 0.8e9, sent);
+    world.clock.timing_exchange(local(sent), &slow);
     let (output, errors) = world.run(20_001, 2_000);
-    assert_eq!(output.timing.refused, 4);
+    assert_eq!(output.timing.refused, 6);
     assert!(rms(&errors) < 60.0, "{}", rms(&errors));
 }
 

@@ -128,6 +128,19 @@ fn a_line_at_another_rate_than_the_sender_is_proven_wrong_once() {
     }
 }
 
+#[test]
+fn two_seconds_prove_something_of_a_clock_and_less_does_not() {
+    let is_proven_within = |cycles| {
+        let mut exchange = DelayExchange::new(RUN);
+        let ways = |_| (micros(100), micros(100));
+        let line = line(micros(1_000));
+        with_sender(&mut exchange, &line, cycles, ways, |time| 700e-6 * time).is_some()
+    };
+    // A cycle of a millisecond each, and one for each of some sixty requests.
+    assert!(!is_proven_within(1_850));
+    assert!(is_proven_within(2_300));
+}
+
 /// Lateness where a third of the messages are as quick as can be, and the others wait in queues.
 fn queued(mut late: impl FnMut() -> Span) -> impl FnMut() -> Span {
     let mut number = 0;

@@ -157,9 +157,11 @@ mod tests {
 
     #[test]
     fn the_last_of_each_batch_is_used() {
-        assert_eq!(used(1).len(), 4_000);
-        assert_eq!(used(3).len(), 4_000);
-        for batch in [10, 100] {
+        // A few that come together are a link that was busy for a moment.
+        for batch in [1, 3, 4] {
+            assert_eq!(used(batch).len(), 4_000, "{batch}");
+        }
+        for batch in [6, 10, 100] {
             let used = used(batch);
             assert!(used.len() > 10, "{batch}: {}", used.len());
             assert!(
@@ -167,5 +169,36 @@ mod tests {
                 "{used:?}"
             );
         }
+    }
+
+    /// Takes 200 batches of ten messages, then as many groups of which one in `each` is a batch. Returns whether messages are
+    /// still picked from batches at last.
+    fn are_picked_where_one_is_a_batch_of(each: u32) -> bool {
+        let mut batches = Batches::default();
+        let mut count = 0;
+        for group in 0..400 {
+            let length = if group < 200 || group % each == 0 {
+                10
+            } else {
+                1
+            };
+            for n in 0..length {
+                let arrival = Arrival {
+                    count,
+                    at: Instant::EPOCH,
+                    send_stamp: None,
+                };
+                let _ = batches.take(arrival, n > 0);
+                count += 1;
+            }
+            assert!(batches.are_picked_from() || !(20..200).contains(&group));
+        }
+        batches.are_picked_from()
+    }
+
+    #[test]
+    fn batches_are_left_once_few_groups_are_some() {
+        assert!(are_picked_where_one_is_a_batch_of(2));
+        assert!(!are_picked_where_one_is_a_batch_of(3));
     }
 }

@@ -81,6 +81,10 @@ mod tests {
         let mut counts = Counts::starting_at(10_000);
         let _ = counts.take(10_000);
         let noticed = (0..1_000).find(|count| counts.take(*count) == News::Restarted);
-        assert_eq!(noticed, Some(u64::from(TUNING.restart_after) - 1));
+        // A link that keeps back fewer messages than that does not begin the run again.
+        assert!(
+            noticed.is_some_and(|after| (100..150).contains(&after)),
+            "{noticed:?}"
+        );
     }
 }

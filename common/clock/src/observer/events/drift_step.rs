@@ -371,11 +371,16 @@ mod tests {
 
     /// Drift step found in ten seconds of phases that are late by up to 20 µs; the line is level.
     fn found(phase: impl Fn(f64) -> f64) -> Option<DriftStep> {
+        found_beside_cells(0.0, phase)
+    }
+
+    /// Likewise, where arrivals are stamped to a `cell`, s.
+    fn found_beside_cells(cell: f64, phase: impl Fn(f64) -> f64) -> Option<DriftStep> {
         let mut steps = DriftSteps::new(SPACING);
         (0..10_000).find_map(|k: u32| {
             let time = SPACING * f64::from(k);
             let late = 20e-6 * f64::from(k.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65_536.0;
-            steps.observe(time, phase(time) + late, (0.0, 0.0), 0.0)
+            steps.observe(time, phase(time) + late, (0.0, 0.0), cell)
         })
     }
 
@@ -447,5 +452,16 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn two_cells_are_no_slope_and_four_are() {
+        let window = |drift: f64| {
+            let step = found_beside_cells(50e-6, |time| drift * (time - 6.0).max(0.0));
+            step.expect("it is found").window
+        };
+        // In seven windows of 0.2 s phases climb by 3.4 cells and by 2.6 cells.
+        assert!((window(121e-6) - 0.2).abs() < 0.05, "{}", window(121e-6));
+        assert!((window(93e-6) - 0.4).abs() < 0.05, "{}", window(93e-6));
     }
 }

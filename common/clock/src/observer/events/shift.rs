@@ -260,6 +260,17 @@ mod tests {
         }
         let long = skipped_cycles(0.06, 0.1, Evidence::Nothing, &parameters);
         assert_eq!(long, 0);
+        // A sender that stood still is whole cycles late, but for how late its messages come by chance.
+        assert_eq!(skipped(Evidence::Nothing, 7.05), 7);
+        assert_eq!(skipped(Evidence::Nothing, 7.07), 0);
+        // A link may well be slower by some long cycles.
+        let skipped =
+            |evidence, cycles: f64| skipped_cycles(cycles * 1e-2, 1e-2, evidence, &parameters);
+        assert_eq!(skipped(Evidence::Nothing, 8.4), 0);
+        assert_eq!(skipped(Evidence::Nothing, 12.4), 12);
+        // No way of this length is measured by exchanges, which take a second at most for both.
+        assert_eq!(skipped(Evidence::Exchanges, 40.0), 0);
+        assert_eq!(skipped(Evidence::Exchanges, 60.0), 60);
     }
 
     #[test]

@@ -18,8 +18,6 @@ tuning! {
         alike_within: f64 = 0.05,
         /// … and the intervals between them are equal within this part.
         regular_within: f64 = 0.5,
-        /// A jump below this part of the one before is the rest of it.
-        rest: f64 = 0.25,
         /// Greatest climb of phases between teeth, as a part of one.
         // A path that swings climbs by as much as it jumps.
         level: f64 = 0.1,
@@ -39,9 +37,6 @@ tuning! {
         prior: f64 = 4.0,
         /// … and one counts as this multiple of the usual square at most.
         outlier: f64 = 9.0,
-        /// Least variance of a corner, s².
-        // Not even a grid without any jitter has sharper ones.
-        least: f64 = 1e-14,
         /// Standard deviations outside of a cell from which a jump is no tooth.
         beyond: f64 = 5.0,
         /// A drift that one tooth shows lies between none and twice the half of it …
@@ -50,6 +45,11 @@ tuning! {
         of_several: f64 = 0.2,
     }
 }
+
+/// Least variance of a corner, s².
+// Not tuned: a floor, so that corners that agree by chance do not make the next one infinitely unlikely. 0.1 µs, sharper than a
+// poller wakes up.
+const LEAST_VARIANCE: f64 = 1e-14;
 
 /// Jumps of one size and sign, …
 const ALIKE: usize = 3;
@@ -120,12 +120,8 @@ pub(in crate::observer) fn lowest_level<const N: usize>(values: &[f64; N], cell:
 }
 
 impl Teeth {
-    /// Notes a jump of the phase. The rest of a tooth is no tooth.
+    /// Notes a jump of the phase.
     pub(in crate::observer) fn take(&mut self, jump: Jump) {
-        // The line is moved by the first messages of a tooth, and some later ones correct it.
-        if self.known > 0 && jump.size.abs() < TUNING.rest * self.jumps[ALIKE - 1].size.abs() {
-            return;
-        }
         self.jumps.copy_within(1.., 0);
         self.jumps[ALIKE - 1] = jump;
         self.known = (self.known + 1).min(ALIKE);
@@ -191,7 +187,7 @@ impl Teeth {
         // Scatter about the line less what the line itself is unsure by. By chance that is negative.
         let sample = (off * off - known).clamp(0.0, TUNING.outlier * self.corner);
         self.corner += (sample - self.corner) / self.corners;
-        self.corner = self.corner.max(TUNING.least);
+        self.corner = self.corner.max(LEAST_VARIANCE);
     }
 
     /// Drift shown by the teeth; the phases were level since the start, at 0, or since the jump before.
@@ -206,6 +202,91 @@ impl Teeth {
         ShownDrift {
             drift: (part * one).clamp(-LARGEST_DRIFT, LARGEST_DRIFT),
             sigma: (sigma * one.abs()).min(LARGEST_DRIFT),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE: f64 = 1e-3;
+    const JITTER: f64 = 5e-6;
+
+    #[test]
+    fn a_jump_is_a_tooth_where_it_is_a_cell_of_a_poller() {
+        let is_cell = |jump: f64| cell_of(jump, CYCLE, JITTER).is_some();
+        // A poller takes a moment, so that a tooth is a little longer or shorter than its cell.
+        assert!(is_cell(0.96e-3) && is_cell(-1.04e-3));
+        assert!(!is_cell(0.94e-3) && !is_cell(1.06e-3));
+        assert_eq!(cell_of(0.2e-3, CYCLE, JITTER), Some(0.2e-3));
+        assert_eq!(cell_of(CYCLE / 6.0, CYCLE, JITTER), None);
+    }
+
+    #[test]
+    fn in_wide_jitter_a_cell_is_no_level() {
+        assert!(cell_of(1e-3, CYCLE, 0.22e-3).is_some());
+        assert!(cell_of(1e-3, CYCLE, 0.30e-3).is_none());
+    }
+
+    /// Three jumps of a millisecond, the intervals between them and the climb of phases in the first one given, s.
+    fn after_jumps(intervals: [f64; 2], climb: f64) -> Teeth {
+        let mut teeth = Teeth::default();
+        let times = [
+            10.0,
+            10.0 + intervals[0],
+            10.0 + intervals[0] + intervals[1],
+        ];
+        for (n, time) in times.into_iter().enumerate() {
+            let climbed = if n == 0 { 0.0 } else { climb };
+            teeth.take(Jump {
+                time,
+                size: CYCLE,
+                level: CYCLE * n as f64 + climbed,
+            });
+        }
+        teeth
+    }
+
+    #[test]
+    fn teeth_return_at_regular_intervals() {
+        assert!(after_jumps([10.0, 10.0], 0.0).return_regularly());
+        // A clock in a draught, and a path that jumps now and then.
+        assert!(after_jumps([14.0, 10.0], 0.0).return_regularly());
+        assert!(!after_jumps([16.0, 10.0], 0.0).return_regularly());
+    }
+
+    #[test]
+    fn phases_are_level_between_teeth() {
+        for sign in [1.0, -1.0] {
+            assert!(after_jumps([10.0, 10.0], sign * 0.08e-3).return_regularly());
+            // A path that swings climbs.
+            assert!(!after_jumps([10.0, 10.0], sign * 0.12e-3).return_regularly());
+        }
+    }
+
+    #[test]
+    fn a_corner_is_where_the_level_changes_by_a_cell() {
+        for (jump, is_corner) in [
+            (0.8e-3, true),
+            (0.7e-3, false),
+            (1.2e-3, true),
+            (1.3e-3, false),
+        ] {
+            let mut teeth = Teeth::default();
+            teeth.begin(0.0, CYCLE, JITTER);
+            assert_eq!(
+                teeth.corner(jump, 0.0, CYCLE).is_some(),
+                is_corner,
+                "{jump}"
+            );
+            let mut teeth = Teeth::default();
+            teeth.begin(0.0, CYCLE, JITTER);
+            assert_eq!(
+                teeth.corner(0.0, jump, CYCLE).is_some(),
+                is_corner,
+                "{jump}"
+            );
         }
     }
 }

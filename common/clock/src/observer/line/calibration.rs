@@ -274,4 +274,45 @@ mod tests {
             (1e-6, Some(1.0))
         );
     }
+
+    /// Part of a miss that is left a minute later, in a line that has missed this part of its predictions.
+    fn left_after_a_minute(missed: f64) -> f64 {
+        let mut calibration = Calibration {
+            latest: 3_600.0,
+            began: Some(0.0),
+            least: 1e-6,
+            within: 1.0 - missed,
+            compared: 1.0,
+            ..Calibration::new()
+        };
+        calibration.look(3_660.0, &line(0.0), 1e-18, 0.0);
+        calibration.of(0.0) * 1e6
+    }
+
+    #[test]
+    fn a_line_that_misses_more_remembers_it_for_longer() {
+        for (missed, left) in [
+            (0.0, 0.36..0.38),
+            (0.01, 0.36..0.38),
+            (0.02, 0.57..0.65),
+            (0.3, 0.74..0.80),
+        ] {
+            let after = left_after_a_minute(missed);
+            assert!(left.contains(&after), "{missed}: {after}");
+        }
+    }
+
+    #[test]
+    fn the_share_is_of_the_last_two_minutes() {
+        let mut calibration = looked_at(120, |time| 6e-6 * libm::sin(time * time));
+        let mut missed_after_calm = |from: u32, to: u32| {
+            for n in 4 * from..4 * to {
+                calibration.look(TUNING.look_interval * f64::from(n), &line(0.0), 1e-18, 1e-3);
+            }
+            1.0 - calibration.share().unwrap()
+        };
+        let before = missed_after_calm(120, 140);
+        let after = missed_after_calm(140, 220);
+        assert!((0.32..0.42).contains(&(after / before)), "{after} {before}");
+    }
 }

@@ -35,8 +35,6 @@ tuning! {
         /// Looks in a row, 12 s, after which the edge is left.
         // In a calm spell the other line seems surer.
         looks_from_edge: u8 = 24,
-        /// Loss of worth of means against independent messages that is a sign of correlation, too.
-        worth_little: f64 = 40.0,
         /// Scatter of means that is no proof of correlation, but a sign.
         somewhat: f64 = 2.0,
         /// Scatter of means at which correlation is as good as certain, for the uncertainty.
@@ -147,11 +145,10 @@ impl Choice {
         self.correlation.take(residual);
     }
 
-    /// Takes the worth of a mean of many messages: independent ones would be worth `factor` times as much.
-    pub(in crate::observer) fn suspect(&mut self, factor: f64) {
-        if factor > TUNING.worth_little {
-            self.correlation.assume();
-        }
+    /// Takes delays to be correlated.
+    #[cfg(test)]
+    const fn assume_correlated(&mut self) {
+        self.correlation.assume();
     }
 
     /// Takes a small jump of the delay at `time`, s: if delays seem to be somewhat correlated, or jumps come again and

@@ -162,7 +162,13 @@ mod tests {
         assert!(steadiness.usual_miss().unwrap() < 1e-12);
         let lasting = steadiness.lasting_miss().unwrap();
         assert!((0.8 * stormy..stormy).contains(&lasting), "{lasting}");
-        for n in 120..4_000 {
+        for n in 120..460 {
+            let _ = steadiness.look(TUNING.look_interval * f64::from(n), 0.0, 0.0);
+        }
+        // Three minutes of calm do.
+        let left = steadiness.lasting_miss().unwrap() / stormy;
+        assert!((0.33..0.45).contains(&left), "{left}");
+        for n in 460..4_000 {
             let _ = steadiness.look(TUNING.look_interval * f64::from(n), 0.0, 0.0);
         }
         assert!(steadiness.lasting_miss().unwrap() < 0.01 * stormy);

@@ -22,11 +22,13 @@ tuning! {
         /// A difference of more than this multiple of the usual is a spike or a tooth and no echo.
         // Teeth alone, now and then, echo on the mean.
         outlier: f64 = 5.0,
-        /// Least square of stamps, s².
-        // Senders that wake up within 0.1 µs show nothing.
-        least_square: f64 = 1e-14,
     }
 }
+
+/// Least square of differences, s².
+// Not tuned: a floor. Without it the first difference after phases that are all alike would be an outlier for ever, and the slope
+// of stamps that are all alike is 0/0.
+const LEAST_SQUARE: f64 = 1e-14;
 
 /// Compares arrivals with send stamps.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,10 +52,7 @@ impl Echo {
         };
         let (by_phase, by_stamp) = (phase - last_phase, stamp - last_stamp);
         let square = by_phase * by_phase;
-        let usual = self
-            .phases
-            .max(by_stamp * by_stamp)
-            .max(TUNING.least_square);
+        let usual = self.phases.max(by_stamp * by_stamp).max(LEAST_SQUARE);
         // Differences of neighbours alone: over a gap the clock's drift is in the phases, and not in the stamps.
         if count.wrapping_sub(before) != 1
             || self.count > 16.0 && square > TUNING.outlier * TUNING.outlier * usual
@@ -70,7 +69,7 @@ impl Echo {
 
     /// Evaluates the messages taken.
     pub(in crate::observer) fn judge(&mut self) {
-        if self.count < TUNING.enough || self.stamps < TUNING.least_square {
+        if self.count < TUNING.enough || self.stamps < LEAST_SQUARE {
             return;
         }
         let slope = self.both / self.stamps;

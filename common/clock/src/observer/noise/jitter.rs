@@ -20,8 +20,6 @@ tuning! {
         /// Least width of either part, s.
         // A clock is read within that.
         least_width: f64 = 50e-9,
-        /// Greatest width of either part, s.
-        greatest_width: f64 = 0.1,
         /// Least normal width, as a part of the exponential one …
         least_ratio: f64 = 0.02,
         /// … and beside a loaded network, where the sender's jitter may be less.
@@ -70,6 +68,10 @@ tuning! {
         tolerance: f64 = 0.02,
     }
 }
+
+/// Greatest width of the exponential part, s.
+// Not tuned: a bound. The longest cycle; messages that are later in the mean are no stream of positions any more.
+const GREATEST_WIDTH: f64 = 0.1;
 
 /// Messages that make the first one, and the first guess of the jitter.
 pub(in crate::observer) const FIRST_BLOCK: usize = 16;
@@ -425,7 +427,7 @@ impl Jitter {
     }
 
     fn set(&mut self, normal: f64, exponential: f64) {
-        self.exponential = exponential.clamp(TUNING.least_width, TUNING.greatest_width);
+        self.exponential = exponential.clamp(TUNING.least_width, GREATEST_WIDTH);
         let least = if self.pinned {
             TUNING.least_ratio
         } else {

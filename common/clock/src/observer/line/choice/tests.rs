@@ -95,7 +95,7 @@ fn correlated_messages_are_followed_where_they_are_steadier() {
     for _ in 0..40 {
         let _ = looks.look();
     }
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     for _ in 0..100 {
         assert_eq!(looks.look(), 0.0);
         assert!(!looks.choice.is_edge());
@@ -106,7 +106,7 @@ fn correlated_messages_are_followed_where_they_are_steadier() {
 fn as_long_as_nothing_is_known_the_edge_is_followed_at_once() {
     let mut looks = Looks::new();
     let _ = looks.look();
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     let before = looks.choice.carry() + looks.all();
     let (waited, jump) = looks.until_changed();
     assert_eq!(waited, 1);
@@ -121,7 +121,7 @@ fn a_late_change_hesitates_and_carries_the_offset_over() {
     for _ in 0..60 {
         let _ = looks.look();
     }
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     let (waited, jump) = looks.until_changed();
     assert_eq!((waited, jump), (u32::from(TUNING.looks), 0.0));
     let step = looks.offset() - looks.all();
@@ -147,7 +147,7 @@ fn too_far_a_change_jumps() {
     for _ in 0..60 {
         let _ = looks.look();
     }
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     let (_, jump) = looks.until_changed();
     assert!((jump + looks.below + looks.all()).abs() < 1e-12, "{jump}");
     assert_eq!(looks.choice.carry(), 0.0);
@@ -161,7 +161,7 @@ fn the_line_that_is_followed_is_no_surer_than_it_misses_itself() {
     }
     let sure = looks.choice.sigma(1e-14);
     assert!((sure - 1e-7).abs() < 1e-12, "{sure}");
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     assert!(looks.choice.sigma(1e-14) > 0.3 * looks.wobble);
     let _ = looks.until_changed();
     let sure = looks.choice.sigma(1e-14);
@@ -174,7 +174,7 @@ fn a_calm_spell_is_no_reason_to_leave_the_edge() {
     for _ in 0..60 {
         let _ = looks.look();
     }
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     let _ = looks.until_changed();
     assert!(looks.choice.is_edge());
     // The edge is a little less sure than a line of all messages that does not wobble any more.
@@ -198,7 +198,7 @@ fn a_jump_of_the_edge_is_doubt_for_a_while() {
     let before = sigma(&looks);
     looks.choice.edge_jumped(20e-6);
     assert_eq!(sigma(&looks), before, "the edge is not followed");
-    looks.choice.suspect(1e3);
+    looks.choice.assume_correlated();
     let _ = looks.until_changed();
     looks.choice.edge_jumped(-20e-6);
     looks.choice.edge_jumped(0.0);
@@ -231,4 +231,60 @@ fn a_suspicion_counts_for_the_uncertainty() {
     assert!(!looks.choice.is_correlated());
     let suspected = looks.choice.sigma(1e-14);
     assert!(suspected > 10.0 * calm, "{suspected} {calm}");
+}
+
+/// True if an edge of this standard deviation, s, is left for a line of all messages that has become surer.
+fn is_left(sigma: f64) -> bool {
+    let mut looks = Looks::new();
+    for _ in 0..60 {
+        let _ = looks.look();
+    }
+    looks.choice.assume_correlated();
+    let _ = looks.until_changed();
+    assert!(looks.choice.is_edge());
+    // The storm is forgotten.
+    looks.wobble = 0.0;
+    for _ in 0..4_000 {
+        let _ = looks.look();
+    }
+    looks.edge_variance = sigma * sigma;
+    for _ in 0..100 {
+        let _ = looks.look();
+    }
+    !looks.choice.is_edge()
+}
+
+#[test]
+fn an_edge_that_is_good_enough_is_not_left() {
+    assert!(!is_left(0.4e-6));
+    assert!(is_left(0.5e-6));
+}
+
+/// The number of small jumps, `every` seconds, after which delays count as correlated; none of twenty.
+fn suspected_after(every: f64) -> Option<u32> {
+    let mut choice = Choice::new();
+    (1..=20).find(|n| {
+        let by = if n % 2 == 0 { -20e-6 } else { 20e-6 };
+        choice.suspect_small_shift(100.0 + every * f64::from(*n), by);
+        choice.is_correlated()
+    })
+}
+
+#[test]
+fn jumps_that_return_within_seconds_are_correlated_delays() {
+    assert_eq!(suspected_after(5.0), Some(3));
+    assert_eq!(suspected_after(9.0), Some(3));
+    assert_eq!(suspected_after(20.0), None);
+}
+
+#[test]
+fn a_jump_back_ends_at_the_level_of_before() {
+    for (back, level) in [(-48e-6, 0.0), (-44e-6, 16e-6)] {
+        let mut choice = Choice::new();
+        choice.suspect_small_shift(100.0, 60e-6);
+        choice.suspect_small_shift(104.0, back);
+        assert!((choice.level_at(105.0) - level).abs() < 1e-12, "{back}");
+        // One that nothing followed was for good.
+        assert_eq!(choice.level_at(150.0), 0.0);
+    }
 }

@@ -178,6 +178,19 @@ fn a_lasting_step_of_the_delay_is_followed() {
     }
 }
 
+/// The first windows are short, so that many points say little of a level that lasts.
+#[test]
+fn a_level_that_begins_early_is_no_step_for_seconds() {
+    for seed in 0..5 {
+        for after in [2.0, 3.0, 4.0] {
+            let mut link = Link::of_seed(seed);
+            link.run(after, |_| 0.0);
+            link.run(7.0, |_| UPPER);
+            assert!(link.shifts.is_empty(), "{seed}, {after}");
+        }
+    }
+}
+
 /// The windows kept from before have to move with it, also where they were merged meanwhile.
 #[test]
 fn a_step_is_followed_while_windows_are_still_merged() {
@@ -321,6 +334,23 @@ fn a_line_that_points_lie_below_is_left() {
             let there = fitted.offset + fitted.drift * newest;
             assert!((there + 30e-6).abs() < 3e-6, "{there}")
         }
+    }
+}
+
+/// True if a line whose drift is known is left for points that climb by this much, s/s, for eight seconds.
+fn is_left_for(climb: f64) -> bool {
+    let line = level_line();
+    let phases: [f64; 16] = core::array::from_fn(|n| climb * 0.5 * (n as f64 - 7.5));
+    let better = consensus::better(&windows_of(&phases, &line), &line, &Noise::new());
+    better.is_some()
+}
+
+#[test]
+fn a_drift_that_was_known_wrongly_is_given_up() {
+    for sign in [1.0, -1.0] {
+        assert!(!is_left_for(sign * 1.19e-6));
+        assert!(is_left_for(sign * 1.32e-6));
+        assert!(is_left_for(sign * 20e-6));
     }
 }
 
