@@ -3,6 +3,7 @@
 use coaxle_curve::profile::Kinematics;
 
 use super::braking::{BRAKED, BRAKING};
+use crate::prediction::LASTING;
 
 /// While it is brought back it is faster or slower than its master by at most this part of its greatest velocity up to
 /// then, however long that takes: a follower of the axis needs one and a half times the velocity of the master, and no more.
@@ -30,9 +31,11 @@ impl Reach {
         }
     }
 
-    /// Returns true for a velocity that the axis can have, u/s.
+    /// Returns true for a velocity that set values moved on in time may have, u/s: that of the axis, and its acceleration for as long as
+    /// a prediction lets it last. A master that begins to move is soon faster than it was up to now, and what is planned again in each cycle
+    /// does not arrive.
     pub(super) fn admits(&self, velocity: f64) -> bool {
-        velocity.abs() <= self.fastest()
+        velocity.abs() <= self.fastest() + self.acceleration * LASTING
     }
 
     /// The greatest velocity of an axis that is brought back, u/s: half as fast again as its master.

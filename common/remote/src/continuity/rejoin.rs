@@ -106,7 +106,7 @@ impl Rejoin {
     }
 
     /// Returns true as long as the plan stays in force: while its master stays alike, and moves as the axis can. The plan adds the
-    /// velocity of the master. Wide schedule 500647: an extrapolated position moved at −245 000 u/s for 20 cycles, and the axis with it.
+    /// velocity of the master. In wide schedule 500647 an extrapolated position moved at −245 000 u/s for 20 cycles, and the axis with it.
     pub(super) fn holds(&self, shown: &Kinematics, reach: &Reach) -> bool {
         self.fastest >= OUTGROWN * reach.velocity && reach.admits(self.target(shown).velocity)
     }
