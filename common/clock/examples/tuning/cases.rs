@@ -245,10 +245,10 @@ fn grids() -> Vec<NamedCase> {
 fn far_clocks() -> Vec<NamedCase> {
     const QUIET: FarCase = FarCase::QUIET;
     fn step(time: f64, size: f64) -> f64 {
-        if time < 10.0 { 0.0 } else { size }
+        crate::far::step(time, 10.0, size)
     }
     fn swing(time: f64, size: f64, period: f64) -> f64 {
-        size * f64::sin((time - 10.0).max(0.0) * std::f64::consts::TAU / period)
+        crate::far::swing(time, 10.0, size, period)
     }
     let rough = FarCase {
         sender: 20e-6,
@@ -280,36 +280,23 @@ fn far_clocks() -> Vec<NamedCase> {
         ),
         far(
             "path +1 ms in 2 s",
-            FarCase {
-                back: |t| 500e-6 * (t - 10.0).clamp(0.0, 2.0),
-                there: |t| 500e-6 * (t - 10.0).clamp(0.0, 2.0),
-                ..QUIET
-            },
+            QUIET.both_ways(|t| 500e-6 * (t - 10.0).clamp(0.0, 2.0)),
         ),
         far(
             "path ±200 µs, 3 s",
-            FarCase {
-                back: |t| swing(t, 200e-6, 3.0),
-                there: |t| swing(t, 200e-6, 3.0),
-                ..QUIET
-            },
+            QUIET.both_ways(|t| swing(t, 200e-6, 3.0)),
         ),
         far(
             "path ±50 µs, 30 s",
             FarCase {
                 seconds: 70.0,
-                back: |t| swing(t, 50e-6, 30.0),
-                there: |t| swing(t, 50e-6, 30.0),
                 ..QUIET
-            },
+            }
+            .both_ways(|t| swing(t, 50e-6, 30.0)),
         ),
         far(
             "20/100, path ±200 µs, 3 s",
-            FarCase {
-                back: |t| swing(t, 200e-6, 3.0),
-                there: |t| swing(t, 200e-6, 3.0),
-                ..rough
-            },
+            rough.both_ways(|t| swing(t, 200e-6, 3.0)),
         ),
         far(
             "messages +400 µs",
@@ -325,14 +312,7 @@ fn far_clocks() -> Vec<NamedCase> {
                 ..rough
             },
         ),
-        far(
-            "both ways +5 ms",
-            FarCase {
-                back: |t| step(t, 5e-3),
-                there: |t| step(t, 5e-3),
-                ..QUIET
-            },
-        ),
+        far("both ways +5 ms", QUIET.both_ways(|t| step(t, 5e-3))),
         far(
             "stops of 2, 30 and 60 ms",
             FarCase {

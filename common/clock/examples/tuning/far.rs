@@ -19,6 +19,16 @@ const LATENCY: f64 = 200e-6;
 /// A course over time, s.
 type Course = fn(f64) -> f64;
 
+/// A step of this size at a time.
+pub(crate) fn step(time: f64, at: f64, size: f64) -> f64 {
+    if time < at { 0.0 } else { size }
+}
+
+/// A sine of this size from a time on.
+pub(crate) fn swing(time: f64, from: f64, size: f64, period: f64) -> f64 {
+    size * f64::sin((time - from).max(0.0) * std::f64::consts::TAU / period)
+}
+
 /// A link and its changes.
 #[derive(Clone, Copy)]
 pub(crate) struct FarCase {
@@ -65,6 +75,15 @@ impl FarCase {
         polled: None,
         stated: None,
     };
+
+    /// The case with this excess delay of each way.
+    pub(crate) const fn both_ways(self, course: Course) -> Self {
+        Self {
+            back: course,
+            there: course,
+            ..self
+        }
+    }
 
     /// Runs the case once.
     pub(crate) fn outcome(&self) -> RunOutcome {

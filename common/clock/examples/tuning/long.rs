@@ -1,7 +1,7 @@
 //! Longer cases, for what is remembered for minutes, and cases that few constants have a part in.
 
 use crate::cases::{NamedCase, PLAIN, STAMPED, case, far};
-use crate::far::FarCase;
+use crate::far::{FarCase, step, swing};
 use crate::link::Correlated;
 use crate::world::Case;
 
@@ -87,26 +87,11 @@ fn polled() -> Vec<NamedCase> {
 
 fn paths() -> Vec<NamedCase> {
     const QUIET: FarCase = FarCase::QUIET;
-    fn step(time: f64, at: f64, size: f64) -> f64 {
-        if time < at { 0.0 } else { size }
-    }
-    fn swing(time: f64, size: f64, period: f64) -> f64 {
-        size * f64::sin(time * std::f64::consts::TAU / period)
-    }
     /// Three steps of a cycle, as teeth would be, but at other intervals.
     fn climb(time: f64) -> f64 {
         step(time, 10.0, 1e-3) + step(time, 13.0, 1e-3) + step(time, 20.0, 1e-3)
     }
-    /// The same from 10 s on.
-    fn later(time: f64, size: f64, period: f64) -> f64 {
-        swing((time - 10.0).max(0.0), size, period)
-    }
-    fn until_62_s(time: f64) -> f64 {
-        later(time.min(62.5), 50e-6, 30.0)
-    }
-    fn with_step(time: f64) -> f64 {
-        step(time, 38.0, 2e-3) + later(time, 50e-6, 15.0)
-    }
+    let seconds = |seconds: f64| FarCase { seconds, ..QUIET };
     vec![
         far(
             "no drift, messages +1 ms at 10, 13, 20 s",
@@ -120,40 +105,23 @@ fn paths() -> Vec<NamedCase> {
         ),
         far(
             "path ±15 µs, 30 s",
-            FarCase {
-                seconds: 100.0,
-                back: |t| later(t, 15e-6, 30.0),
-                there: |t| later(t, 15e-6, 30.0),
-                ..QUIET
-            },
+            seconds(100.0).both_ways(|t| swing(t, 10.0, 15e-6, 30.0)),
         ),
         far(
             "path ±80 µs, 25 s",
-            FarCase {
-                seconds: 60.0,
-                back: |t| swing(t, 80e-6, 25.0),
-                there: |t| swing(t, 80e-6, 25.0),
-                ..QUIET
-            },
+            seconds(60.0).both_ways(|t| swing(t, 0.0, 80e-6, 25.0)),
         ),
         far(
             "path ±50 µs up to 62 s, 2.3 s mute",
             FarCase {
-                seconds: 120.0,
-                back: until_62_s,
-                there: until_62_s,
                 mute: (45.0, 47.3),
-                ..QUIET
-            },
+                ..seconds(120.0)
+            }
+            .both_ways(|t| swing(t.min(62.5), 10.0, 50e-6, 30.0)),
         ),
         far(
             "path ±50 µs, 15 s, +2 ms",
-            FarCase {
-                seconds: 80.0,
-                back: with_step,
-                there: with_step,
-                ..QUIET
-            },
+            seconds(80.0).both_ways(|t| step(t, 38.0, 2e-3) + swing(t, 10.0, 50e-6, 15.0)),
         ),
     ]
 }

@@ -35,6 +35,23 @@ impl Looks {
         }
     }
 
+    /// Looks for half a minute, long enough for a late change.
+    fn settle(&mut self) {
+        for _ in 0..60 {
+            let _ = self.look();
+        }
+    }
+
+    /// Lines of which the edge is followed, as delays came to be correlated.
+    fn on_the_edge() -> Self {
+        let mut looks = Self::new();
+        looks.settle();
+        looks.choice.assume_correlated();
+        let _ = looks.until_changed();
+        assert!(looks.choice.is_edge());
+        looks
+    }
+
     /// Offset of the line of all messages at the last look.
     fn all(&self) -> f64 {
         let turn = core::f64::consts::TAU * f64::from(self.number) / 16.0;
@@ -118,9 +135,7 @@ fn as_long_as_nothing_is_known_the_edge_is_followed_at_once() {
 #[test]
 fn a_late_change_hesitates_and_carries_the_offset_over() {
     let mut looks = Looks::new();
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
+    looks.settle();
     looks.choice.assume_correlated();
     let (waited, jump) = looks.until_changed();
     assert_eq!((waited, jump), (u32::from(TUNING.looks), 0.0));
@@ -144,9 +159,7 @@ fn too_far_a_change_jumps() {
         largest_carry: 10e-6,
         ..Looks::new()
     };
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
+    looks.settle();
     looks.choice.assume_correlated();
     let (_, jump) = looks.until_changed();
     assert!((jump + looks.below + looks.all()).abs() < 1e-12, "{jump}");
@@ -156,9 +169,7 @@ fn too_far_a_change_jumps() {
 #[test]
 fn the_line_that_is_followed_is_no_surer_than_it_misses_itself() {
     let mut looks = Looks::new();
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
+    looks.settle();
     let sure = looks.choice.sigma(1e-14);
     assert!((sure - 1e-7).abs() < 1e-12, "{sure}");
     looks.choice.assume_correlated();
@@ -170,13 +181,7 @@ fn the_line_that_is_followed_is_no_surer_than_it_misses_itself() {
 
 #[test]
 fn a_calm_spell_is_no_reason_to_leave_the_edge() {
-    let mut looks = Looks::new();
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
-    looks.choice.assume_correlated();
-    let _ = looks.until_changed();
-    assert!(looks.choice.is_edge());
+    let mut looks = Looks::on_the_edge();
     // The edge is a little less sure than a line of all messages that does not wobble any more.
     looks.wobble = 0.0;
     looks.edge_variance = 2e-12;
@@ -191,9 +196,7 @@ fn a_calm_spell_is_no_reason_to_leave_the_edge() {
 #[test]
 fn a_jump_of_the_edge_is_doubt_for_a_while() {
     let mut looks = Looks::new();
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
+    looks.settle();
     let sigma = |looks: &Looks| looks.choice.sigma(1e-14);
     let before = sigma(&looks);
     looks.choice.edge_jumped(20e-6);
@@ -214,9 +217,7 @@ fn a_jump_of_the_edge_is_doubt_for_a_while() {
 #[test]
 fn a_suspicion_counts_for_the_uncertainty() {
     let mut looks = Looks::new();
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
+    looks.settle();
     let calm = looks.choice.sigma(1e-14);
     let mut level = 0;
     while looks.choice.correlation.ratio() < TUNING.probable {
@@ -235,13 +236,7 @@ fn a_suspicion_counts_for_the_uncertainty() {
 
 /// True if an edge of this standard deviation, s, is left for a line of all messages that has become surer.
 fn is_left(sigma: f64) -> bool {
-    let mut looks = Looks::new();
-    for _ in 0..60 {
-        let _ = looks.look();
-    }
-    looks.choice.assume_correlated();
-    let _ = looks.until_changed();
-    assert!(looks.choice.is_edge());
+    let mut looks = Looks::on_the_edge();
     // The storm is forgotten.
     looks.wobble = 0.0;
     for _ in 0..4_000 {
