@@ -1,5 +1,7 @@
 //! A slave: its limits, and its error stops.
 
+use std::ops::Range;
+
 use coaxle_axis::AxisStatus;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_node::CommandOrder;
@@ -31,8 +33,8 @@ pub(super) struct SlaveWatch {
     stop: Option<ErrorStopCheck>,
     /// The newest cycle and its signals.
     last: Option<(WatchedCycle, SlaveSignals)>,
-    /// Times of the earliest cycles in which an order may reset it, s after the start of the run.
-    resets: Vec<f64>,
+    /// Planned times of the cycles in which each order may reset it, s after the start of the run.
+    resets: Vec<Range<f64>>,
     /// A lost master stops it with unlimited jerk.
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
@@ -168,7 +170,7 @@ impl SlaveWatch {
     }
 
     fn is_reset_at(&self, t_s: f64) -> bool {
-        (self.resets.iter()).any(|at| (*at..*at + ORDER_UNDER_WAY).contains(&t_s))
+        self.resets.iter().any(|cycles| cycles.contains(&t_s))
     }
 
     /// A position is set without a motion at rest only. In skipped cycles the axis may have come to rest.
@@ -233,7 +235,7 @@ fn set_of(slave: &SlaveSignals) -> Option<Kinematics> {
     })
 }
 
-fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<f64> {
+fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<Range<f64>> {
     // A row has the planned time of its cycle. The node wakes up later, by less than a cycle, and has an order of the meantime (wide
     // schedule 601779).
     let late = receiver.cycle_time_us.0.as_secs_f64();
@@ -242,7 +244,8 @@ fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -
         matches!(command, Some(Command::Reset {}))
     };
     let resets = events.iter().filter(is_reset);
-    resets.map(|event| f64::from(event.at_s) - late).collect()
+    let at = resets.map(|event| f64::from(event.at_s));
+    at.map(|at| at - late..at + ORDER_UNDER_WAY).collect()
 }
 
 fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
