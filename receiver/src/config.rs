@@ -22,8 +22,9 @@ use std::path::Path;
 
 use coaxle_node::config::{
     ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingLinkConfig, TransportConfig,
+    Wrong,
 };
-use coaxle_node::faults::{WrongTerm, check_clock};
+use coaxle_node::faults::check_clock;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, Intake, Reader};
@@ -32,19 +33,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::cam_source::CamSource;
-pub use crate::marks::{MarksConfig, SpacingSwing, WrongMarks};
-pub use axes::{AxisList, FarAxisConfig, WrongAxes};
+pub use crate::marks::{MarksConfig, SpacingSwing};
+pub use axes::{AxisList, FarAxisConfig};
 pub use drive::{DriveConfig, SharedMemoryConfig};
-pub use encoders::WrongEncoder;
 pub use far::{AsymmetryConfig, FarChannel, FarConfig};
 pub use far_limits::FarLimits;
 pub use lab::{FarLab, ReceiverLab, SlaveLab};
-pub use masters::{MasterRef, WrongSlave};
+pub use masters::MasterRef;
 pub use positions::Positions;
-pub use publish::{PublishFarAxes, WrongPublished};
+pub use publish::PublishFarAxes;
 pub use slave::{CoupleConfig, GearConfig, SlaveConfig, ToolConfig};
-pub use standby::{ReceivedNode, WrongStandby};
-pub use virtual_axes::WrongVirtualAxis;
+pub use standby::ReceivedNode;
 
 /// A receiver: the axes it follows, the way it follows them, its own virtual axes, and its slaves.
 /// A file has a list of far nodes, or one master in the short form (`master`, with `mode`, `sync`,
@@ -102,13 +101,13 @@ impl ReceiverConfig {
     /// Checks the files that its clock and its faults name, as at its start.
     ///
     /// # Errors
-    /// [`WrongTerm`] names the field and the file.
-    pub fn check_files(&self) -> Result<(), WrongTerm> {
+    /// [`Wrong`] names the field and the file.
+    pub fn check_files(&self) -> Result<(), Wrong> {
         check_clock(&self.clock).map_err(|wrong| wrong.within("clock"))?;
         for (n, far) in self.far.iter().enumerate() {
             far.check_files().map_err(|wrong| match self.far.len() {
                 1 => wrong,
-                _ => wrong.within(&format!("far[{n}]")),
+                _ => wrong.within(format_args!("far[{n}]")),
             })?;
         }
         Ok(())

@@ -1,8 +1,9 @@
 //! Custom drives for a receiver's slaves, passed by the code that builds the receiver.
 
 use coaxle_axis::drive::{Drive, SimulatedDrive};
+use coaxle_node::config::Wrong;
 
-use crate::config::{DriveConfig, ReceiverConfig, SlaveConfig, WrongSlave};
+use crate::config::{DriveConfig, ReceiverConfig, SlaveConfig};
 
 /// Drives for the slaves of a receiver, by name. A slave without one here has the drive of its config.
 ///
@@ -49,22 +50,21 @@ impl Drives {
     }
 
     /// # Errors
-    /// [`WrongSlave`]: a drive for an unknown slave, two for one slave, or a slave without limits.
-    pub(crate) fn check(&self, config: &ReceiverConfig) -> Result<(), WrongSlave> {
+    /// [`Wrong`]: a drive for an unknown slave, two for one slave, or a slave without limits.
+    pub(crate) fn check(&self, config: &ReceiverConfig) -> Result<(), Wrong> {
         for (n, (name, _)) in self.given.iter().enumerate() {
-            let wrong = |reason| {
-                let field = "drives".to_owned();
-                Err(WrongSlave { field, reason })
-            };
             if self.given[..n].iter().any(|(other, _)| other == name) {
-                return wrong(format!("received two for {name:?}, expected one"));
+                let received = format!("two for {name:?}");
+                return Err(Wrong::of("drives", received, "one"));
             }
             // A misspelt name would leave the slave with a simulated drive, and the drive of the caller unused.
             if !config.slaves.iter().any(|s| s.name.as_str() == name) {
                 let names: Vec<_> = config.slaves.iter().map(|s| s.name.as_str()).collect();
-                let known = names.join(", ");
-                return wrong(format!(
-                    "received one for {name:?}, expected one of: {known}"
+                let expected = format!("one of: {}", names.join(", "));
+                return Err(Wrong::of(
+                    "drives",
+                    format_args!("one for {name:?}"),
+                    expected,
                 ));
             }
         }
@@ -81,20 +81,20 @@ impl Drives {
     /// Takes the drive of a slave, once.
     ///
     /// # Errors
-    /// The reason why there is none.
-    pub(crate) fn take(&mut self, slave: &SlaveConfig) -> Result<Box<dyn Drive>, String> {
+    /// [`Wrong`]: the reason why there is none.
+    pub(crate) fn take(&mut self, slave: &SlaveConfig) -> Result<Box<dyn Drive>, Wrong> {
         let place = (self.given.iter()).position(|(name, _)| name == slave.name.as_str());
         match (place, &slave.drive) {
             // Before the configured kind, which the caller replaces. The order of the rest does not matter.
             (Some(place), _) => Ok(self.given.swap_remove(place).1),
-            (None, DriveConfig::SharedMemory(_)) if !self.simulate_the_rest => Err(format!(
-                "received kind = {:?} and no drive for it, expected one that was given for {:?}",
-                slave.drive.kind(),
-                slave.name.as_str()
-            )),
+            (None, DriveConfig::SharedMemory(_)) if !self.simulate_the_rest => {
+                let received = format!("kind = {:?} and no drive for it", slave.drive.kind());
+                let expected = format!("one that was given for {:?}", slave.name.as_str());
+                Err(Wrong::of("drive", received, expected))
+            }
             (None, _) => SimulatedDrive::new(slave.drive.simulated())
                 .map(|drive| Box::new(drive) as Box<dyn Drive>)
-                .map_err(|error| error.to_string()),
+                .map_err(|error| Wrong::with_reason("drive", error)),
         }
     }
 }

@@ -40,15 +40,13 @@ pub use coaxle_axis::drive::{DriveKind, DriveState};
 pub use coaxle_axis::set_value_guard::GuardState;
 pub use coaxle_clock::far_clock::DelaySource;
 pub use coaxle_remote::{ContinuityState, FilterMode, FilterState};
-pub use config::{
-    DriveConfig, FarChannel, FarConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave,
-};
+pub use config::{DriveConfig, FarChannel, FarConfig, MasterRef, ReceiverConfig, SlaveConfig};
 pub use drives::Drives;
 pub use health::{Health, HealthName};
-pub use node::{Receiver, ReceiverError};
+pub use node::Receiver;
 pub use program::{
     BlockedProgram, Otherwise, Outcome, ProgramSnapshot, ProgramState, StepCommand, StepConfig,
-    Trouble, WaitsFor, When, WrongStep,
+    Trouble, WaitsFor, When,
 };
 pub use slaves::SlaveNumber;
 pub use snapshot::{ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

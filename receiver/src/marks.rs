@@ -1,6 +1,6 @@
 //! `[slave.marks]`: registration marks on the material that the master moves.
 
-use coaxle_node::config::{AtLeastZero, Finite, Positive};
+use coaxle_node::config::{AtLeastZero, Finite, Positive, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,42 +37,21 @@ pub struct SpacingSwing {
     pub marks: u32,
 }
 
-/// Marks that no material can have.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WrongMarks {
-    /// Amplitude that would change the order of the marks.
-    #[error(
-        "spacing-swing.amplitude: received {received}, expected less than the spacing, {spacing}"
-    )]
-    Amplitude {
-        /// The amplitude.
-        received: f64,
-        /// The spacing.
-        spacing: f64,
-    },
-    /// Period too short to swing.
-    #[error("spacing-swing.marks: received {received}, expected 2 or more")]
-    Swing {
-        /// The marks.
-        received: u32,
-    },
-}
-
 impl MarksConfig {
     /// # Errors
-    /// [`WrongMarks`] names the field.
-    pub fn check(&self) -> Result<(), WrongMarks> {
+    /// [`Wrong`]: marks that no material can have.
+    pub fn check(&self) -> Result<(), Wrong> {
         let Some(swing) = &self.spacing_swing else {
             return Ok(());
         };
         let (received, spacing) = (swing.amplitude.get(), self.spacing.get());
         // At a spacing of 0 or less a mark would not lie beyond the one before.
         if received >= spacing {
-            return Err(WrongMarks::Amplitude { received, spacing });
+            let expected = format!("less than the spacing, {spacing}");
+            return Err(Wrong::of("spacing-swing.amplitude", received, expected));
         }
         if swing.marks < 2 {
-            let received = swing.marks;
-            return Err(WrongMarks::Swing { received });
+            return Err(Wrong::of("spacing-swing.marks", swing.marks, "2 or more"));
         }
         Ok(())
     }

@@ -2,11 +2,11 @@
 
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
 use coaxle_node::beacon::{BEACON_CAPACITY, encode_beacon_request};
 use coaxle_node::circles::CircleChange;
 use coaxle_node::command::{FarName, MAX_KNOWN, NotTaken, OrderCargo, SlaveName};
+use coaxle_node::config::Wrong;
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
@@ -16,9 +16,8 @@ use coaxle_node::{
     RejectionCounters, TimeServer, TimeServerCounters,
 };
 use coaxle_slave::{Command, Refusal};
-use coaxle_source::ReplayError;
 
-use crate::config::{ReceiverConfig, WrongSlave};
+use crate::config::ReceiverConfig;
 use crate::drives::Drives;
 use crate::pipeline::Pipeline;
 use crate::slaves::{SlaveNumber, Slaves};
@@ -114,69 +113,33 @@ impl AxesFrame {
     }
 }
 
-/// A config that no receiver can run with.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ReceiverError {
-    /// Invalid parameter of the blocks of a far node.
-    #[error("{field}: {wrong}")]
-    Sync {
-        /// Place of the parameter in the config.
-        field: String,
-        /// The parameter.
-        wrong: WrongParameter,
-    },
-    /// A virtual axis whose source cannot be opened.
-    #[error("{field}: {reason}")]
-    VirtualAxis {
-        /// Place of the axis in the config.
-        field: String,
-        /// The reason, with the file.
-        reason: String,
-    },
-    /// Invalid slave.
-    #[error(transparent)]
-    Slave(#[from] WrongSlave),
-}
-
 impl Receiver {
     /// Creates a receiver whose first cycle is due at `start`. `epoch` distinguishes this run from
     /// earlier ones. The drives of its slaves are simulated; others are passed to
     /// [`with_drives`](Self::with_drives).
     ///
     /// # Errors
-    /// [`ReceiverError`] names the parameter that is out of range, the slave whose drive is in
+    /// [`Wrong`] names the parameter that is out of range, the slave whose drive is in
     /// another process, or the file of a virtual axis that cannot be replayed.
-    pub fn new(
-        config: &ReceiverConfig,
-        start: Instant<Local>,
-        epoch: u64,
-    ) -> Result<Self, ReceiverError> {
+    pub fn new(config: &ReceiverConfig, start: Instant<Local>, epoch: u64) -> Result<Self, Wrong> {
         Self::with_drives(config, Drives::new(), start, epoch)
     }
 
     /// Creates a receiver with these drives.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`ReceiverError::Slave`] for a drive of an unknown slave, or of
-    /// one without limits.
+    /// As [`new`](Self::new), and a drive of an unknown slave, or of one without limits.
     pub fn with_drives(
         config: &ReceiverConfig,
         drives: Drives,
         start: Instant<Local>,
         epoch: u64,
-    ) -> Result<Self, ReceiverError> {
+    ) -> Result<Self, Wrong> {
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
-        let virtual_axes = VirtualAxes::open(&config.virtual_axes, start).map_err(wrong_axis)?;
+        let virtual_axes = VirtualAxes::open(&config.virtual_axes, start)?;
         let slaves = Slaves::new(config, drives)?;
-        let pipeline =
-            Pipeline::new(config, virtual_axes, slaves, epoch).map_err(|(far, wrong)| {
-                let field = match config.far.len() {
-                    1 => "sync".to_owned(),
-                    _ => format!("far[{far}].sync"),
-                };
-                ReceiverError::Sync { field, wrong }
-            })?;
+        let pipeline = Pipeline::new(config, virtual_axes, slaves, epoch)?;
         // Messages come with the number of their subscription, so that no name is compared in the cycle.
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
@@ -301,13 +264,6 @@ impl Receiver {
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
         signals.requests_refused = self.refused_requests.total();
-    }
-}
-
-fn wrong_axis((axis, reason): (usize, ReplayError)) -> ReceiverError {
-    ReceiverError::VirtualAxis {
-        field: format!("virtual-axis[{axis}].replay"),
-        reason: reason.to_string(),
     }
 }
 

@@ -3,9 +3,9 @@
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::Seconds;
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::time_sync::WrongParameter;
 use coaxle_node::Channel;
 use coaxle_node::circles::{CircleChange, CircleState};
+use coaxle_node::config::Wrong;
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
@@ -43,14 +43,19 @@ impl Pipeline {
         virtual_axes: VirtualAxes,
         slaves: Slaves,
         run: u64,
-    ) -> Result<Self, (usize, WrongParameter)> {
+    ) -> Result<Self, Wrong> {
         let cycle_time = config.cycle_time_us.0;
         let nodes = config.received_nodes().into_iter();
         let received_from: Box<[_]> = nodes.map(|node| (node.far, node.place)).collect();
         let far = (config.far.iter().enumerate())
             .map(|(n, far)| {
                 let numbers = config.numbers_of(n);
-                FarNode::new(far, cycle_time, run, &numbers).map_err(|wrong| (n, wrong))
+                let field = || match config.far.len() {
+                    1 => "sync".to_owned(),
+                    _ => format!("far[{n}].sync"),
+                };
+                FarNode::new(far, cycle_time, run, &numbers)
+                    .map_err(|error| Wrong::with_reason(field(), error))
             })
             .collect::<Result<_, _>>()?;
         let range = |n| {

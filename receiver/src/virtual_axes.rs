@@ -3,8 +3,9 @@
 use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
 use coaxle_clock::{Instant, Local};
 use coaxle_curve::profile::Kinematics;
+use coaxle_node::config::Wrong;
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{ReplayError, SourceAxis, SourceSample};
+use coaxle_source::{SourceAxis, SourceSample};
 
 use crate::signals::VirtualAxisSignals;
 use crate::slaves::Master;
@@ -30,12 +31,12 @@ impl VirtualAxes {
     /// replayed ones.
     ///
     /// # Errors
-    /// The place of an axis in the config, and the reason why its file cannot be replayed.
-    pub(crate) fn open(
-        configs: &[AxisConfig],
-        start: Instant<Local>,
-    ) -> Result<Self, (usize, ReplayError)> {
-        let source = |(n, config)| SourceAxis::open(config).map_err(|error| (n, error));
+    /// [`Wrong`] names the axis, and the reason why its file cannot be replayed.
+    pub(crate) fn open(configs: &[AxisConfig], start: Instant<Local>) -> Result<Self, Wrong> {
+        let source = |(n, config)| {
+            let field = || format!("virtual-axis[{n}].replay.file");
+            SourceAxis::open(config).map_err(|error| Wrong::with_reason(field(), error))
+        };
         let sources = configs.iter().enumerate().map(source);
         let axes: Box<[_]> = configs.iter().map(|_| NcToPlcAxis::default()).collect();
         Ok(Self {

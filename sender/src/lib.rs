@@ -11,5 +11,5 @@ pub mod run;
 pub mod signals;
 mod snapshot;
 
-pub use node::{Sender, SenderError};
+pub use node::Sender;
 pub use snapshot::{SenderRow, SenderSnapshot};

@@ -6,13 +6,14 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_curve::profile::Kinematics;
+use coaxle_node::config::Wrong;
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{
     BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, TimeServer,
     TimeServerCounters,
 };
 use coaxle_source::config::AxisConfig;
-use coaxle_source::{ReplayError, SourceAxis, SourceSample};
+use coaxle_source::{SourceAxis, SourceSample};
 
 use crate::config::SenderConfig;
 use crate::signals::AxisSignals;
@@ -48,12 +49,8 @@ impl Sender {
     /// earlier ones of the same sender. Reads the files of replayed axes.
     ///
     /// # Errors
-    /// [`SenderError`] if such a file cannot be replayed, or an axis to be shown does not exist.
-    pub fn new(
-        config: &SenderConfig,
-        start: Instant<Local>,
-        epoch: u64,
-    ) -> Result<Self, SenderError> {
+    /// [`Wrong`] if such a file cannot be replayed, or an axis to be shown does not exist.
+    pub fn new(config: &SenderConfig, start: Instant<Local>, epoch: u64) -> Result<Self, Wrong> {
         let mut axes = config
             .axes
             .iter()
@@ -199,22 +196,26 @@ impl Node for Sender {
 }
 
 impl Axis {
-    fn new(axis: usize, config: &AxisConfig) -> Result<Self, SenderError> {
+    fn new(axis: usize, config: &AxisConfig) -> Result<Self, Wrong> {
+        let field = || format!("axis[{axis}].replay.file");
         let source =
-            SourceAxis::open(config).map_err(|reason| SenderError::Replay { axis, reason })?;
+            SourceAxis::open(config).map_err(|error| Wrong::with_reason(field(), error))?;
         Ok(Self { source, slot: None })
     }
 }
 
 /// Assigns the axes to be shown their places in the snapshot.
-fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), SenderError> {
+fn place_shown(axes: &mut [Axis], config: &SenderConfig) -> Result<(), Wrong> {
     let is_there = |id: &NonZeroU32| axes.iter().any(|axis| axis.source.id() == id.get());
     // Refused at the start: an axis that is never shown would look like a fault in the status.
     if let Some(missing) = config.show_axes.ids().iter().find(|id| !is_there(id)) {
-        return Err(SenderError::NoSuchAxis {
-            received: missing.get(),
-            expected: axes.iter().map(|axis| axis.source.id()).collect(),
-        });
+        let known: Vec<_> = axes.iter().map(|axis| axis.source.id()).collect();
+        let expected = format!("ids of the sender's axes: {known:?}");
+        return Err(Wrong::of(
+            "show-axes",
+            format_args!("id {missing}"),
+            expected,
+        ));
     }
     for (slot, shown) in config.shown_axes().enumerate() {
         let axis = axes
@@ -238,25 +239,4 @@ fn signals_of(sample: &SourceSample) -> AxisSignals {
         velocity,
         acceleration,
     }
-}
-
-/// A sender that cannot start.
-#[derive(Debug, thiserror::Error)]
-pub enum SenderError {
-    /// A recorded motion that cannot be replayed.
-    #[error("axis[{axis}].replay.file: {reason}")]
-    Replay {
-        /// Place of the axis in the list, from 0.
-        axis: usize,
-        /// The reason.
-        reason: ReplayError,
-    },
-    /// An axis to be shown that does not exist.
-    #[error("show-axes: received id {received}, expected ids of the sender's axes: {expected:?}")]
-    NoSuchAxis {
-        /// The id.
-        received: u32,
-        /// Existing ids.
-        expected: Vec<u32>,
-    },
 }

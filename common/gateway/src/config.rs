@@ -29,7 +29,7 @@ use std::num::NonZeroU32;
 
 use coaxle_axis::ImageLayout;
 use coaxle_clock::{CycleTime, Span};
-use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig, Unit};
+use coaxle_node::config::{ClockConfig, CycleMicros, RealTimeConfig, TransportConfig, Unit, Wrong};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::signal::{Instance, trace_columns};
@@ -39,14 +39,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::signals::{GatewaySignals, PlcAxisSignals};
-pub use address::{HostPort, NetId, WrongPlcAddress};
+pub use address::{HostPort, NetId};
 pub use lab::GatewayLab;
-pub use wrong::WrongGateway;
 
 mod address;
+mod check;
 mod lab;
 mod outputs;
-mod wrong;
 
 /// A gateway: one PLC, the connection to it, its axes, and its outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -270,9 +269,9 @@ impl GatewayConfig {
     /// Checks that its fields fit each other.
     ///
     /// # Errors
-    /// [`WrongGateway`] with the field.
-    pub fn check(&self) -> Result<(), WrongGateway> {
-        wrong::check(self)
+    /// [`Wrong`] with the field.
+    pub fn check(&self) -> Result<(), Wrong> {
+        check::check(self)
     }
 
     /// Returns the cycle time of the gateway itself, for the PLC's samples and everything else: half the

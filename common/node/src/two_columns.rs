@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::config::ConfigError;
+use crate::config::{ConfigError, Wrong};
 use crate::text_file;
 
 /// Greatest size of a CSV file, bytes.
@@ -56,13 +56,11 @@ pub fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, Confi
     let mut lines = Vec::new();
     for (line, number) in filled {
         if rows.len() == MOST_ROWS {
-            let reason = format!("received more than {MOST_ROWS} rows, expected at most that many");
-            return Err(ConfigError::whole(&file, reason));
+            let received = format!("more than {MOST_ROWS} rows");
+            return Err(Wrong::value(received, "at most that many").in_file(&file));
         }
-        let row = separator
-            .row(line, columns)
-            .map_err(|wrong| wrong.at(&file, number))?;
-        rows.push(row);
+        let row = separator.row(line, number, columns);
+        rows.push(row.map_err(|wrong| wrong.in_file(&file))?);
         lines.push(number);
     }
     Ok((rows, Source { file, lines }))
@@ -72,23 +70,6 @@ pub fn parse(file: String, text: &str, columns: [&str; 2]) -> Result<Rows, Confi
 enum Separator {
     Character(char),
     Spaces,
-}
-
-/// An error in a line.
-struct Wrong<'a> {
-    /// The wrong column, or none for the whole line.
-    column: Option<&'a str>,
-    reason: String,
-}
-
-impl Wrong<'_> {
-    fn at(self, file: &str, line: usize) -> ConfigError {
-        let place = match self.column {
-            Some(column) => format!("line {line}, {column}"),
-            None => format!("line {line}"),
-        };
-        ConfigError::field(file, place, self.reason)
-    }
 }
 
 impl Separator {
@@ -107,19 +88,20 @@ impl Separator {
             .all(|cell| self.number(cell).is_none())
     }
 
-    fn row<'a>(self, line: &str, columns: [&'a str; 2]) -> Result<(f64, f64), Wrong<'a>> {
+    fn row(self, line: &str, number: usize, columns: [&str; 2]) -> Result<(f64, f64), Wrong> {
         let cells = self.cells(line);
         let [first, second] = columns;
         let [left, right] = cells[..] else {
-            return Err(Wrong {
-                column: None,
-                reason: format!(
-                    "received {} columns, expected 2: {first} and {second}",
-                    cells.len()
-                ),
-            });
+            let received = format!("{} columns", cells.len());
+            let expected = format!("2: {first} and {second}");
+            return Err(Wrong::of(format!("line {number}"), received, expected));
         };
-        Ok((self.value(first, left)?, self.value(second, right)?))
+        let value = |column: &str, cell: &str| {
+            let wrong = || Wrong::value(format_args!("{cell:?}"), "a number");
+            let place = format!("line {number}, {column}");
+            self.number(cell).ok_or_else(|| wrong().within(place))
+        };
+        Ok((value(first, left)?, value(second, right)?))
     }
 
     fn cells(self, line: &str) -> Vec<&str> {
@@ -127,13 +109,6 @@ impl Separator {
             Self::Character(separator) => line.split(separator).map(str::trim).collect(),
             Self::Spaces => line.split_whitespace().collect(),
         }
-    }
-
-    fn value<'a>(self, column: &'a str, cell: &str) -> Result<f64, Wrong<'a>> {
-        self.number(cell).ok_or_else(|| Wrong {
-            column: Some(column),
-            reason: format!("received {cell:?}, expected a number"),
-        })
     }
 
     fn number(self, cell: &str) -> Option<f64> {

@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use coaxle_node::config::Wrong;
 use twox_hash::XxHash3_128;
 
 use crate::message::MessageType;
@@ -21,36 +22,6 @@ pub struct RosNamespace(String);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RosName(String);
 
-/// Error of a text that is not a name, namespace or domain of ROS.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongName {
-    /// An invalid domain.
-    #[error(
-        "received {received:?}, expected a whole number from 0 to {}",
-        RosDomain::LARGEST
-    )]
-    Domain {
-        /// Text received.
-        received: String,
-    },
-    /// An invalid name.
-    #[error(
-        "received {received:?}, expected letters, digits and underscores, no digit first, at most {LONGEST} characters"
-    )]
-    Name {
-        /// Text received.
-        received: String,
-    },
-    /// An invalid namespace.
-    #[error(
-        "received {received:?}, expected names with a slash before each, such as /line1, or / alone"
-    )]
-    Namespace {
-        /// Text received.
-        received: String,
-    },
-}
-
 /// Greatest length of a name, in characters (`rmw/validate_node_name.h`, `validate_namespace.h`).
 const LONGEST: usize = 255;
 
@@ -59,41 +30,42 @@ impl RosDomain {
     pub const LARGEST: u16 = 232;
 
     /// # Errors
-    /// [`WrongName`] unless it is a number from 0 to [`Self::LARGEST`].
-    pub fn new(text: &str) -> Result<Self, WrongName> {
+    /// [`Wrong`] unless it is a number from 0 to [`Self::LARGEST`].
+    pub fn new(text: &str) -> Result<Self, Wrong> {
         let number = text.parse().ok().filter(|number| *number <= Self::LARGEST);
-        number.map(Self).ok_or_else(|| WrongName::Domain {
-            received: text.to_owned(),
+        number.map(Self).ok_or_else(|| {
+            let expected = format!("a whole number from 0 to {}", Self::LARGEST);
+            Wrong::value(format_args!("{text:?}"), expected)
         })
     }
 }
 
 impl RosName {
     /// # Errors
-    /// [`WrongName`] unless it is a name.
-    pub fn new(name: &str) -> Result<Self, WrongName> {
+    /// [`Wrong`] unless it is a name.
+    pub fn new(name: &str) -> Result<Self, Wrong> {
         if is_name(name) {
             return Ok(Self(name.to_owned()));
         }
-        Err(WrongName::Name {
-            received: name.to_owned(),
-        })
+        let expected = format!(
+            "letters, digits and underscores, no digit first, at most {LONGEST} characters"
+        );
+        Err(Wrong::value(format_args!("{name:?}"), expected))
     }
 }
 
 impl RosNamespace {
     /// # Errors
-    /// [`WrongName`] unless it is a namespace. The first slash may be omitted.
-    pub fn new(text: &str) -> Result<Self, WrongName> {
+    /// [`Wrong`] unless it is a namespace. The first slash may be omitted.
+    pub fn new(text: &str) -> Result<Self, Wrong> {
         let inner = text.strip_prefix('/').unwrap_or(text);
         // Less, because the slash in front counts as well.
         let is_good = inner.len() < LONGEST && inner.split('/').all(is_name);
         if inner.is_empty() || is_good {
             return Ok(Self(format!("/{inner}")));
         }
-        Err(WrongName::Namespace {
-            received: text.to_owned(),
-        })
+        let expected = "names with a slash before each, such as /line1, or / alone";
+        Err(Wrong::value(format_args!("{text:?}"), expected))
     }
 
     /// Returns the full name of a topic or node in it.

@@ -1,8 +1,8 @@
 //! A hop: from a node to its router, from a router to the next, or from a router to a node.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::{LinkModel, WrongTerm};
+use coaxle_node::config::{LinkConfig, Wrong};
+use coaxle_node::faults::LinkModel;
 
 use crate::true_time::True;
 
@@ -46,7 +46,7 @@ impl Hop {
         config: &LinkConfig,
         seed: u64,
         line: Throttle,
-    ) -> Result<Self, WrongTerm> {
+    ) -> Result<Self, Wrong> {
         Ok(Self {
             to,
             model: LinkModel::new(config, seed)?,

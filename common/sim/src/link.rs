@@ -2,7 +2,8 @@
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::beacon::{BeaconLabel, BeaconSeal, Departure};
-use coaxle_node::faults::{LinkModel, Tampering, WrongTerm};
+use coaxle_node::config::Wrong;
+use coaxle_node::faults::{LinkModel, Tampering};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::{Channel, Message, Outgoing, Reader, Stamps};
 
@@ -28,7 +29,7 @@ pub(crate) struct Link {
 }
 
 impl Link {
-    pub(crate) fn new(setup: LinkSetup) -> Result<Self, WrongTerm> {
+    pub(crate) fn new(setup: LinkSetup) -> Result<Self, Wrong> {
         let behaviour = || setup.behaviour.iter();
         let models = behaviour().map(|(config, seed)| LinkModel::new(config, *seed));
         let tampering = behaviour();

@@ -9,8 +9,7 @@ use std::rc::Rc;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
-use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::WrongTerm;
+use coaxle_node::config::{LinkConfig, Wrong};
 
 use crate::hop::{End, Hop, Load, Throttle};
 use crate::setup::RouterSetup;
@@ -111,7 +110,7 @@ impl Network {
         routers: [usize; 2],
         config: &LinkConfig,
         seeds: [u64; 2],
-    ) -> Result<(), WrongTerm> {
+    ) -> Result<(), Wrong> {
         let [a, b] = routers;
         for ((from, to), seed) in [(a, b), (b, a)].into_iter().zip(seeds) {
             // Each direction has the line of the router that sends, as with full duplex.
@@ -130,7 +129,7 @@ impl Network {
         router: usize,
         config: &LinkConfig,
         seeds: [u64; 2],
-    ) -> Result<(), WrongTerm> {
+    ) -> Result<(), Wrong> {
         let line = self.line_of(router);
         let up = self.add_hop(End::Router(router), config, seeds[0], line)?;
         let down = self.add_hop(End::Node(node), config, seeds[1], line)?;
@@ -156,7 +155,7 @@ impl Network {
         config: &LinkConfig,
         seed: u64,
         line: Throttle,
-    ) -> Result<usize, WrongTerm> {
+    ) -> Result<usize, Wrong> {
         self.hops.push(Hop::new(to, config, seed, line)?);
         Ok(self.hops.len() - 1)
     }

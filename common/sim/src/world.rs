@@ -1,8 +1,8 @@
 //! Nodes on drifting clocks, links between them, one event queue.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
+use coaxle_node::config::{LinkConfig, Wrong};
+use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
 use coaxle_node::{Channel, CommandOrder, KeptMessage, Message, Node};
 
 use crate::events::EventQueue;
@@ -105,8 +105,8 @@ impl<N: Node> World<N> {
     /// Adds a node to the world, starts it and returns its number.
     ///
     /// # Errors
-    /// [`WrongTerm`]: a file that its clock's drift names cannot be used.
-    pub fn add_node(&mut self, setup: NodeSetup<N>) -> Result<usize, WrongTerm> {
+    /// [`Wrong`]: a file that its clock's drift names cannot be used.
+    pub fn add_node(&mut self, setup: NodeSetup<N>) -> Result<usize, Wrong> {
         // Streams of their own: a draw more of the jitter leaves the clock's drift as it was.
         let clock_seed = seed_of(setup.seed, "clock");
         let jitter_seed = seed_of(setup.seed, "jitter");
@@ -138,13 +138,13 @@ impl<N: Node> World<N> {
     /// Connects two routers by a link with this behaviour in both directions, with a seed for each.
     ///
     /// # Errors
-    /// [`WrongTerm`]: a file that its delay names cannot be used.
+    /// [`Wrong`]: a file that its delay names cannot be used.
     pub fn connect_routers(
         &mut self,
         routers: [usize; 2],
         link: &LinkConfig,
         seeds: [u64; 2],
-    ) -> Result<(), WrongTerm> {
+    ) -> Result<(), Wrong> {
         self.network.connect_routers(routers, link, seeds)
     }
 
@@ -153,22 +153,22 @@ impl<N: Node> World<N> {
     /// those of beacons.
     ///
     /// # Errors
-    /// [`WrongTerm`]: a file that its delay names cannot be used.
+    /// [`Wrong`]: a file that its delay names cannot be used.
     pub fn place_behind(
         &mut self,
         node: usize,
         router: usize,
         link: &LinkConfig,
         seeds: [u64; 2],
-    ) -> Result<(), WrongTerm> {
+    ) -> Result<(), Wrong> {
         self.network.place(node, router, link, seeds)
     }
 
     /// Connects a subscriber.
     ///
     /// # Errors
-    /// [`WrongTerm`]: a file that its delay names cannot be used.
-    pub fn add_link(&mut self, setup: LinkSetup) -> Result<(), WrongTerm> {
+    /// [`Wrong`]: a file that its delay names cannot be used.
+    pub fn add_link(&mut self, setup: LinkSetup) -> Result<(), Wrong> {
         let (from, channel, far, to) = (setup.from, setup.channel, setup.far, setup.to);
         let mut link = Link::new(setup)?;
         let number = self.links.len();

@@ -2,7 +2,7 @@
 //! mixture.
 
 use coaxle_axis::Modulo;
-use coaxle_node::config::Unit;
+use coaxle_node::config::{Unit, Wrong};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_remote::EncoderParameters;
@@ -62,51 +62,23 @@ impl FarAxisConfig {
 #[schemars(with = "Vec<AxesInFile>", inline, extend("minItems" = 1))]
 pub struct AxisList(Vec<FarAxisConfig>);
 
-/// An invalid list of axes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongAxes {
-    /// Empty list.
-    #[error("received no axis, expected at least one")]
-    None,
-    /// More axes than a frame holds.
-    #[error("received {received} axes, expected at most {MAX_AXES}: a frame holds no more")]
-    TooMany {
-        /// Number of axes.
-        received: usize,
-    },
-    /// Duplicate id.
-    #[error("received the id {id} twice, expected each once")]
-    Twice {
-        /// The id.
-        id: u32,
-    },
-    /// Entry that is not an axis.
-    #[error(
-        "received {received}, expected an id, a range such as \"1-32\", or {{ id = 1, name = \"belt\" }}{reason}"
-    )]
-    NotAnAxis {
-        /// The entry.
-        received: String,
-        /// Further reason, if known.
-        reason: String,
-    },
-}
-
 impl AxisList {
     /// # Errors
-    /// [`WrongAxes`] names the reason.
-    pub fn new(axes: Vec<FarAxisConfig>) -> Result<Self, WrongAxes> {
+    /// [`Wrong`]: no axis, too many of them, or one twice.
+    pub fn new(axes: Vec<FarAxisConfig>) -> Result<Self, Wrong> {
         if axes.is_empty() {
-            return Err(WrongAxes::None);
+            return Err(Wrong::value("no axis", "at least one"));
         }
         if axes.len() > MAX_AXES {
-            let received = axes.len();
-            return Err(WrongAxes::TooMany { received });
+            let received = format!("{} axes", axes.len());
+            let expected = format!("at most {MAX_AXES}: a frame holds no more");
+            return Err(Wrong::value(received, expected));
         }
         // Quadratic in at most 128 axes, without a set beside them.
         for (n, axis) in axes.iter().enumerate() {
             if axes[..n].iter().any(|other| other.id == axis.id) {
-                return Err(WrongAxes::Twice { id: axis.id });
+                let received = format!("the id {} twice", axis.id);
+                return Err(Wrong::value(received, "each once"));
             }
         }
         Ok(Self(axes))
@@ -162,12 +134,15 @@ enum AxesInFile {
 }
 
 impl TryFrom<Vec<Value>> for AxisList {
-    type Error = WrongAxes;
-    fn try_from(entries: Vec<Value>) -> Result<Self, WrongAxes> {
+    type Error = Wrong;
+    fn try_from(entries: Vec<Value>) -> Result<Self, Wrong> {
         let mut axes = Vec::new();
         for entry in entries {
             let received = entry.to_string();
-            let wrong = |reason| WrongAxes::NotAnAxis { received, reason };
+            let wrong = |reason| {
+                let expected = "an id, a range such as \"1-32\", or { id = 1, name = \"belt\" }";
+                Wrong::value(received, format_args!("{expected}{reason}"))
+            };
             axes.extend(axes_of(entry).map_err(wrong)?);
             // Refused in any case: reading on could only fill the memory.
             if axes.len() > 2 * MAX_AXES {

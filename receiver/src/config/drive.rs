@@ -1,11 +1,10 @@
 //! `drive` of a slave: the drive that follows its set values.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use coaxle_axis::drive::{DriveParameters, ProcessDriveParameters};
 use coaxle_clock::CycleTime;
-use coaxle_node::config::{AtLeastZero, Positive};
+use coaxle_node::config::{AtLeastZero, Positive, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -126,36 +125,10 @@ enum Kind {
     SharedMemory,
 }
 
-/// An error in the fields of a drive.
-#[derive(Debug)]
-enum WrongForm {
-    /// A field of another kind of drive.
-    Foreign(&'static str, &'static str),
-    /// A missing field.
-    Missing(&'static str, &'static str),
-    /// An invalid value.
-    Value(&'static str, String),
-}
-
-impl fmt::Display for WrongForm {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Foreign(field, kind) => write!(
-                f,
-                "{field}: received one, expected none in a drive of kind = \"{kind}\""
-            ),
-            Self::Missing(field, expected) => {
-                write!(f, "{field}: received none, expected {expected}")
-            }
-            Self::Value(field, reason) => write!(f, "{field}: {reason}"),
-        }
-    }
-}
-
 impl TryFrom<Form> for DriveConfig {
-    type Error = WrongForm;
+    type Error = Wrong;
 
-    fn try_from(form: Form) -> Result<Self, WrongForm> {
+    fn try_from(form: Form) -> Result<Self, Wrong> {
         match form.kind.unwrap_or(Kind::Simulated) {
             Kind::Simulated => simulated(&form),
             Kind::SharedMemory => shared_memory(form),
@@ -163,7 +136,7 @@ impl TryFrom<Form> for DriveConfig {
     }
 }
 
-fn simulated(form: &Form) -> Result<DriveConfig, WrongForm> {
+fn simulated(form: &Form) -> Result<DriveConfig, Wrong> {
     none_of(
         [
             ("path", form.path.is_some()),
@@ -188,7 +161,7 @@ const LONGEST_SWITCH_ON: f64 = 600.0;
 /// Most cycles without a heartbeat.
 const MOST_SILENT_CYCLES: u32 = 100_000;
 
-fn shared_memory(form: Form) -> Result<DriveConfig, WrongForm> {
+fn shared_memory(form: Form) -> Result<DriveConfig, Wrong> {
     none_of(
         [
             ("position-gain", form.position_gain.is_some()),
@@ -198,45 +171,48 @@ fn shared_memory(form: Form) -> Result<DriveConfig, WrongForm> {
         "shared-memory",
     )?;
     // After the fields of other kinds: those say that the kind may be the mistake.
-    let path = form.path.ok_or(WrongForm::Missing(
+    let none = |field, expected| move || Wrong::of(field, "none", expected);
+    let path = form.path.ok_or_else(none(
         "path",
         "the file that the drive process maps too, such as \"/dev/shm/coaxle-carriage\"",
     ))?;
-    let window = form.following_error_window.ok_or(WrongForm::Missing(
+    let window = form.following_error_window.ok_or_else(none(
         "following-error-window",
         "the largest following error, u: a drive in another process is watched",
     ))?;
     let max_silent_cycles = form.max_silent_cycles.unwrap_or(20);
     // With 0 a heartbeat in every second cycle would count as lost.
     if !(1..=MOST_SILENT_CYCLES).contains(&max_silent_cycles) {
-        let reason = format!("received {max_silent_cycles}, expected 1 to {MOST_SILENT_CYCLES}");
-        return Err(WrongForm::Value("max-silent-cycles", reason));
+        let expected = format!("1 to {MOST_SILENT_CYCLES}");
+        return Err(Wrong::of("max-silent-cycles", max_silent_cycles, expected));
     }
     let switch_on = form.switch_on_time_s.unwrap_or(5.0);
-    let wrong = |field| move |error: &dyn ToString| WrongForm::Value(field, error.to_string());
     if switch_on > LONGEST_SWITCH_ON {
-        let reason = format!("received {switch_on}, expected at most {LONGEST_SWITCH_ON}");
-        return Err(WrongForm::Value("switch-on-time-s", reason));
+        let expected = format!("at most {LONGEST_SWITCH_ON}");
+        return Err(Wrong::of("switch-on-time-s", switch_on, expected));
     }
     let time = form.following_error_time_s.unwrap_or(0.02);
     Ok(DriveConfig::SharedMemory(SharedMemoryConfig {
         path,
         following_error_window: Positive::new(window)
-            .map_err(|error| wrong("following-error-window")(&error))?,
+            .map_err(|wrong| wrong.within("following-error-window"))?,
         following_error_time_s: AtLeastZero::new(time)
-            .map_err(|error| wrong("following-error-time-s")(&error))?,
+            .map_err(|wrong| wrong.within("following-error-time-s"))?,
         max_silent_cycles,
         switch_on_time_s: Positive::new(switch_on)
-            .map_err(|error| wrong("switch-on-time-s")(&error))?,
+            .map_err(|wrong| wrong.within("switch-on-time-s"))?,
     }))
 }
 
 fn none_of<const N: usize>(
     fields: [(&'static str, bool); N],
     kind: &'static str,
-) -> Result<(), WrongForm> {
+) -> Result<(), Wrong> {
     match fields.into_iter().find(|(_, is_there)| *is_there) {
-        Some((field, _)) => Err(WrongForm::Foreign(field, kind)),
+        Some((field, _)) => {
+            let expected = format!("none in a drive of kind = {kind:?}");
+            Err(Wrong::of(field, "one", expected))
+        }
         None => Ok(()),
     }
 }

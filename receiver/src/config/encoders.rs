@@ -1,20 +1,11 @@
 //! `encoder` of a far axis: smoothing of the increments of an axis that is only measured.
 
-use coaxle_clock::Seconds;
 use coaxle_clock::time_sync::WrongParameter;
+use coaxle_clock::{Seconds, Span};
+use coaxle_node::config::Wrong;
 use coaxle_remote::{COARSE_INCREMENT_MM, EncoderParameters};
 
 use super::ReceiverConfig;
-
-/// An encoder with a parameter out of its range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{field}: received {}, expected {}", .wrong.received, .wrong.expected)]
-pub struct WrongEncoder {
-    /// The field of the config.
-    pub field: String,
-    /// The parameter, the value received and the one expected.
-    pub wrong: WrongParameter,
-}
 
 /// Field of the short form, which has only one axis.
 const SHORT: &str = "master.encoder";
@@ -36,17 +27,11 @@ impl ReceiverConfig {
         axes.map(note).collect()
     }
 
-    pub(super) fn check_encoders(&self, is_short: bool) -> Result<(), WrongEncoder> {
+    pub(super) fn check_encoders(&self, is_short: bool) -> Result<(), Wrong> {
         let cycle = self.cycle_time_us.0.span();
         for (_, field, encoder) in self.encoders() {
             let field = if is_short { SHORT.to_owned() } else { field };
-            check(encoder)
-                // The sampling time is refused first: a wrong one would appear as a smoothing that does not fit.
-                .and_then(|()| encoder.checked(cycle).map(drop))
-                .map_err(|wrong| WrongEncoder {
-                    field: format!("{field}.{}", wrong.parameter),
-                    wrong,
-                })?;
+            check(encoder, cycle).map_err(|wrong| wrong.within(field))?;
         }
         Ok(())
     }
@@ -62,16 +47,19 @@ impl ReceiverConfig {
     }
 }
 
-/// Checks that no sampling time is given: the counter is read once per cycle of the far node.
-fn check(encoder: &EncoderParameters) -> Result<(), WrongParameter> {
-    match encoder.sampling_time {
-        Seconds::ZERO => Ok(()),
-        Seconds(received) => Err(WrongParameter {
-            parameter: "sampling-time-s",
-            received,
-            expected: "none: the frames of the far node say how long its cycles are",
-        }),
+/// Checks the parameters, and that no sampling time is given: the counter is read once per cycle of the far node.
+fn check(encoder: &EncoderParameters, cycle: Span) -> Result<(), Wrong> {
+    // First: a wrong one would appear as a smoothing that does not fit.
+    if encoder.sampling_time != Seconds::ZERO {
+        let expected = "none: the frames of the far node say how long its cycles are";
+        return Err(Wrong::of(
+            "sampling-time-s",
+            encoder.sampling_time.0,
+            expected,
+        ));
     }
+    let wrong = |wrong: WrongParameter| Wrong::of(wrong.parameter, wrong.received, wrong.expected);
+    encoder.checked(cycle).map(drop).map_err(wrong)
 }
 
 #[cfg(test)]

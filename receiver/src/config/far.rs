@@ -8,8 +8,10 @@ use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::Channel;
 use coaxle_node::command::FarRefusal;
-use coaxle_node::config::{DelayMicros, FaultMicros, LinkConfig, Positive, TimingLinkConfig, Unit};
-use coaxle_node::faults::{WrongTerm, check_link};
+use coaxle_node::config::{
+    DelayMicros, FaultMicros, LinkConfig, Positive, TimingLinkConfig, Unit, Wrong,
+};
+use coaxle_node::faults::check_link;
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, FilterMode};
 use schemars::JsonSchema;
@@ -87,7 +89,7 @@ impl FarConfig {
     }
 
     /// Checks the files that its faults name.
-    pub(super) fn check_files(&self) -> Result<(), WrongTerm> {
+    pub(super) fn check_files(&self) -> Result<(), Wrong> {
         check_link(&self.faults).map_err(|wrong| wrong.within("faults"))?;
         let mut requests = self.request_faults.iter();
         let requests = requests.try_for_each(check_link);
@@ -168,10 +170,8 @@ pub(super) fn delay_in_range<'de, D: Deserializer<'de>>(file: D) -> Result<Delay
         // Checked while reading, so that the error has the line of the field.
         delay @ DelaySource::Fixed(fixed) if !delay.is_in_range() => {
             let received = fixed.as_micros_f64();
-            Err(D::Error::custom(format!(
-                "fixed-us: received {received}, expected {}",
-                FarRefusal::DELAYS
-            )))
+            let wrong = Wrong::of("fixed-us", received, FarRefusal::DELAYS);
+            Err(D::Error::custom(wrong))
         }
         delay => Ok(delay),
     }

@@ -1,15 +1,13 @@
 //! The two forms of a receiver's file: a list of far nodes, or one master in the short form. Both
 //! may have virtual axes; the first form may have only these.
 
-use std::fmt;
-
 use coaxle_axis::Modulo;
 use coaxle_clock::far_clock::DelaySource;
 use coaxle_clock::observer::ObserverParameters;
-use coaxle_node::circles::Circle;
+use coaxle_node::circles::CIRCLE_CODE;
 use coaxle_node::config::{
     ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TimingLinkConfig,
-    TransportConfig, Unit, at_most,
+    TransportConfig, Unit, Wrong, at_most,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, EncoderParameters, FilterMode};
@@ -19,11 +17,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::far::delay_in_range;
 use super::far_limits::FarLimits;
-use super::names::{WrongReference, same_name, wrong_reference};
+use super::names::check_names;
 use super::{
     AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Positions,
-    PublishFarAxes, ReceiverConfig, SlaveConfig, WrongEncoder, WrongPublished, WrongStandby,
-    WrongVirtualAxis,
+    PublishFarAxes, ReceiverConfig, SlaveConfig,
 };
 
 /// A receiver's file as written.
@@ -142,98 +139,33 @@ const fn first_axis() -> u32 {
 /// Greatest number of nodes that a receiver receives from.
 const MOST_HEARD: usize = 128;
 
-/// A mixture of the forms, or neither, or an invalid part of either.
-#[derive(Debug)]
-pub(super) enum WrongForm {
-    /// Long form with fields of the short one.
-    Mixed(&'static str),
-    /// No followed axis.
-    Nothing,
-    /// Renamed field: its old and its new name.
-    Renamed(&'static str, &'static str),
-    /// More nodes than a receiver can receive from, standbys included.
-    TooMany(usize),
-    /// Axis with positions within a modulo period of unknown length.
-    NoTurn(String),
-    /// Duplicate node.
-    Twice(NodeName),
-    /// An axis that follows itself.
-    Circle(Circle),
-    /// Invalid standby.
-    Standby(WrongStandby),
-    /// Duplicate name of an axis.
-    SameName(String),
-    /// Name of an axis that refers to another one.
-    Reference(WrongReference),
-    /// Invalid virtual axis.
-    VirtualAxis(WrongVirtualAxis),
-    /// Encoder that cannot be smoothed.
-    Encoder(WrongEncoder),
-    /// Invalid list of published far axes.
-    Published(WrongPublished),
+/// A field of the short form in a file of the long one.
+fn mixed(field: &str) -> Wrong {
+    let expected = "it in the [[far]] of the node that it is for";
+    Wrong::of(field, "one beside [[far]]", expected)
 }
 
-impl fmt::Display for WrongForm {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Mixed(field) => write!(
-                f,
-                "{field}: received one beside [[far]], expected it in the [[far]] of the node that it \
-                 is for"
-            ),
-            Self::Reference(wrong) => write!(f, "far: {wrong}"),
-            Self::VirtualAxis(wrong) => wrong.fmt(f),
-            Self::Encoder(wrong) => wrong.fmt(f),
-            Self::Standby(wrong) => wrong.fmt(f),
-            Self::Published(wrong) => write!(f, "publish-far-axes: {wrong}"),
-            Self::Nothing => f.write_str(
-                "far: received no [[far]], expected at least one, such as node = \"conveyor\" with axes \
-                 = [1, 2]; or in short, for one axis, master = { node = \"conveyor\", axis = 1 }; or a \
-                 [[virtual-axis]]",
-            ),
-            Self::Renamed(old, new) => write!(f, "{old}: is called {new} now"),
-            Self::TooMany(received) => write!(
-                f,
-                "far: received {received} nodes with their standbys, expected at most {MOST_HEARD}"
-            ),
-            Self::NoTurn(axis) => write!(
-                f,
-                "modulo: received none for the axis {axis:?}, whose position is \"within-turn\", \
-                 expected the length of its turn"
-            ),
-            Self::Circle(circle) => write!(
-                f,
-                "far: 0x816f: received a circle: {circle}; expected a sender's axis or a virtual axis at the root"
-            ),
-            Self::Twice(node) => write!(
-                f,
-                "far: received the node {:?} twice, expected each once, with all of its axes",
-                node.as_str()
-            ),
-            Self::SameName(name) => write!(
-                f,
-                "far: received the name {name:?} for two axes, expected one of its own for each"
-            ),
-        }
-    }
-}
+/// Expected where a file follows nothing.
+const FOLLOWED: &str = "at least one, such as node = \"conveyor\" with axes = [1, 2]; or in short, for one axis, \
+                        master = { node = \"conveyor\", axis = 1 }; or a [[virtual-axis]]";
 
 impl TryFrom<Form> for ReceiverConfig {
-    type Error = WrongForm;
+    type Error = Wrong;
 
-    fn try_from(form: Form) -> Result<Self, WrongForm> {
+    fn try_from(form: Form) -> Result<Self, Wrong> {
         // First, because only its present name helps with an older file.
         if form.question_faults.is_some() {
-            return Err(WrongForm::Renamed("question-faults", "request-faults"));
+            let reason = "is called request-faults now";
+            return Err(Wrong::with_reason("question-faults", reason));
         }
         // Errors name fields as the file has them, and the two forms have them in different places.
         let is_short = form.master.is_some();
         let far = match form.master {
             // Both at once would leave open which of them a slave without a master follows.
-            Some(_) if !form.far.is_empty() => return Err(WrongForm::Mixed("master")),
+            Some(_) if !form.far.is_empty() => return Err(mixed("master")),
             // Slaves of virtual axes alone need no far node.
             None if form.far.is_empty() && form.virtual_axes.is_empty() => {
-                return Err(WrongForm::Nothing);
+                return Err(Wrong::of("far", "no [[far]]", FOLLOWED));
             }
             Some(master) => vec![FarConfig {
                 axes: AxisList::one(master.axis()),
@@ -266,20 +198,27 @@ impl TryFrom<Form> for ReceiverConfig {
                     ("request-faults", form.request_faults.is_some()),
                 ];
                 if let Some((field, _)) = short.into_iter().find(|(_, is_there)| *is_there) {
-                    return Err(WrongForm::Mixed(field));
+                    return Err(mixed(field));
                 }
                 form.far
             }
         };
         // Standbys count: each has an inbox and a clock of its own.
-        let heard = far.iter().map(|far| 1 + far.standby.len()).sum();
+        let heard: usize = far.iter().map(|far| 1 + far.standby.len()).sum();
         if heard > MOST_HEARD {
-            return Err(WrongForm::TooMany(heard));
+            let received = format!("{heard} nodes with their standbys");
+            let expected = format!("at most {MOST_HEARD}");
+            return Err(Wrong::of("far", received, expected));
         }
         // A node has one clock: two entries would estimate it twice, and its requests would mix.
         for (n, node) in far.iter().enumerate() {
             if far[..n].iter().any(|other| other.node == node.node) {
-                return Err(WrongForm::Twice(node.node.clone()));
+                let received = format!("the node {:?} twice", node.node.as_str());
+                return Err(Wrong::of(
+                    "far",
+                    received,
+                    "each once, with all of its axes",
+                ));
             }
         }
         let one_slave = || {
@@ -303,39 +242,42 @@ impl TryFrom<Form> for ReceiverConfig {
             real_time: form.real_time,
         };
         // Before all checks that resolve axes by their names.
-        if let Some(name) = same_name(&config) {
-            return Err(WrongForm::SameName(name));
-        }
-        if let Some(wrong) = wrong_reference(&config) {
-            return Err(WrongForm::Reference(wrong));
-        }
-        let standbys = config.check_standbys(is_short);
-        standbys.map_err(WrongForm::Standby)?;
-        if let Some(axis) = config.turn_without_length() {
-            return Err(WrongForm::NoTurn(axis));
-        }
-        let encoders = config.check_encoders(is_short);
-        encoders.map_err(WrongForm::Encoder)?;
-        let axes = config.check_virtual_axes();
-        axes.map_err(WrongForm::VirtualAxis)?;
-        let published = config.check_published();
-        published.map_err(WrongForm::Published)?;
+        check_names(&config)?;
+        config.check_standbys(is_short)?;
+        config.check_turns()?;
+        config.check_encoders(is_short)?;
+        config.check_virtual_axes()?;
+        config.check_published()?;
         // Last, because circles can be followed only in a config that is valid otherwise.
-        match config.own_circle() {
-            Some(circle) => Err(WrongForm::Circle(circle)),
-            None => Ok(config),
-        }
+        config.check_circles()?;
+        Ok(config)
     }
 }
 
 impl ReceiverConfig {
-    /// Name of a far axis whose positions are within a modulo period that has no length.
-    fn turn_without_length(&self) -> Option<String> {
+    /// Checks that positions within a modulo period have its length.
+    fn check_turns(&self) -> Result<(), Wrong> {
         let mut axes = self.far_axes();
-        let (_, far, axis) = axes.find(|(_, far, axis)| {
+        let unknown = axes.find(|(_, far, axis)| {
             axis.position == Positions::WithinTurn && axis.modulo.or(far.modulo).is_none()
-        })?;
-        Some(far.axis_name(axis))
+        });
+        let Some((_, far, axis)) = unknown else {
+            return Ok(());
+        };
+        let received = format!(
+            "none for the axis {:?}, whose position is \"within-turn\"",
+            far.axis_name(axis)
+        );
+        Err(Wrong::of("modulo", received, "the length of its turn"))
+    }
+
+    fn check_circles(&self) -> Result<(), Wrong> {
+        let Some(circle) = self.own_circle() else {
+            return Ok(());
+        };
+        let expected = "a sender's axis or a virtual axis at the root";
+        let wrong = Wrong::of("far", format_args!("a circle: {circle}"), expected);
+        Err(wrong.with_code(CIRCLE_CODE))
     }
 }
 
@@ -427,10 +369,11 @@ mod tests {
         ] {
             let config = config(&format!("{MANY}{rest}")).unwrap();
             let error = config.master_of(4).unwrap_err();
-            assert_eq!(error.field, "slave[4].master");
-            let expected =
-                format!("received {received:?}, expected one of: a.1, a.2, b.7, belt, x, y, z, v");
-            assert!(error.reason.starts_with(&expected), "{}", error.reason);
+            assert_eq!(error.field(), "slave[4].master");
+            let expected = format!(
+                "slave[4].master: received {received:?}, expected one of: a.1, a.2, b.7, belt, x, y, z, v"
+            );
+            assert!(error.to_string().starts_with(&expected), "{error}");
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use coaxle_node::config::{ClockConfig, LinkConfig};
-use coaxle_node::faults::{WrongTerm, check_link};
+use coaxle_node::config::{ClockConfig, LinkConfig, Wrong};
+use coaxle_node::faults::check_link;
 use coaxle_node::keys::NodeName;
-use coaxle_node::lab::{LabTable, WithLab, WrongLab, check_lab_clock};
+use coaxle_node::lab::{LabTable, WithLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -60,18 +60,18 @@ pub struct SlaveLab {
 }
 
 impl LabTable for ReceiverLab {
-    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
+    fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)?;
         for (n, far) in self.far.iter().enumerate() {
             far.check_files(folder)
-                .map_err(|wrong| wrong.within(&format!("far[{n}]")))?;
+                .map_err(|wrong| wrong.within(format_args!("far[{n}]")))?;
         }
         Ok(())
     }
 }
 
 impl FarLab {
-    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
+    fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         let links = [
             ("faults", Some(&self.faults)),
             ("request-faults", self.request_faults.as_ref()),
@@ -105,13 +105,14 @@ impl FarLab {
     }
 
     /// Lays the faults over the links to the node.
-    fn put_into(self, far: &mut FarConfig) -> Result<(), (&'static str, String)> {
+    fn put_into(self, far: &mut FarConfig) -> Result<(), Wrong> {
         match &mut far.timing {
             Some(timing) => timing.faults = self.timing_faults,
             // Faults of the default are as good as none, so that the table may list a node without a channel.
             None if self.timing_faults != LinkConfig::default() => {
-                let reason = "received faults of a timing channel, expected `timing` with `connect` in the far node".to_owned();
-                return Err(("timing-faults", reason));
+                let received = "faults of a timing channel";
+                let expected = "`timing` with `connect` in the far node";
+                return Err(Wrong::of("timing-faults", received, expected));
             }
             None => {}
         }
@@ -130,11 +131,9 @@ impl SlaveLab {
         (!is_none).then_some(Self { name, marks, tool })
     }
 
-    fn put_into(self, slave: &mut SlaveConfig) -> Result<(), (&'static str, String)> {
+    fn put_into(self, slave: &mut SlaveConfig) -> Result<(), Wrong> {
         if let Some(marks) = &self.marks {
-            marks
-                .check()
-                .map_err(|wrong| ("marks", wrong.to_string()))?;
+            marks.check().map_err(|wrong| wrong.within("marks"))?;
         }
         (slave.marks, slave.tool) = (self.marks, self.tool);
         // Once the tool is there, since it may contradict the steps of the slave.
@@ -145,25 +144,22 @@ impl SlaveLab {
 impl WithLab for ReceiverConfig {
     type Lab = ReceiverLab;
 
-    fn set_lab(&mut self, lab: ReceiverLab) -> Result<(), WrongLab> {
+    fn set_lab(&mut self, lab: ReceiverLab) -> Result<(), Wrong> {
         (self.seed, self.clock) = (lab.seed, lab.clock);
         let nodes: Vec<_> = self.far.iter().map(|far| far.node.clone()).collect();
         // Names apart from their entries, which the loop consumes.
         let wanted: Vec<_> = lab.far.iter().map(|far| far.node.clone()).collect();
         for (n, far) in lab.far.into_iter().enumerate() {
-            let place =
-                place_of(&wanted, n, &nodes).map_err(|reason| wrong("far", n, "node", reason))?;
-            far.put_into(&mut self.far[place])
-                .map_err(|(field, reason)| wrong("far", n, field, reason))?;
+            place_of("node", &wanted, n, &nodes)
+                .and_then(|place| far.put_into(&mut self.far[place]))
+                .map_err(|wrong| wrong.within(format_args!("far[{n}]")))?;
         }
         let slaves: Vec<_> = self.slaves.iter().map(|slave| slave.name.clone()).collect();
         let wanted: Vec<_> = lab.slave.iter().map(|slave| slave.name.clone()).collect();
         for (n, slave) in lab.slave.into_iter().enumerate() {
-            let place = place_of(&wanted, n, &slaves)
-                .map_err(|reason| wrong("slave", n, "name", reason))?;
-            slave
-                .put_into(&mut self.slaves[place])
-                .map_err(|(field, reason)| wrong("slave", n, field, reason))?;
+            place_of("name", &wanted, n, &slaves)
+                .and_then(|place| slave.put_into(&mut self.slaves[place]))
+                .map_err(|wrong| wrong.within(format_args!("slave[{n}]")))?;
         }
         Ok(())
     }
@@ -178,28 +174,30 @@ impl WithLab for ReceiverConfig {
     }
 }
 
-fn wrong(list: &str, n: usize, field: &str, reason: String) -> WrongLab {
-    let field = format!("{list}[{n}].{field}");
-    WrongLab { field, reason }
-}
-
-/// The place of the n-th wanted name among those that there are.
-fn place_of(wanted: &[NodeName], n: usize, known: &[NodeName]) -> Result<usize, String> {
-    let name = &wanted[n];
+/// The place of the n-th wanted name, which is in this field, among those that there are.
+fn place_of(
+    field: &str,
+    wanted: &[NodeName],
+    n: usize,
+    known: &[NodeName],
+) -> Result<usize, Wrong> {
+    let name = wanted[n].as_str();
     // Otherwise the later entry would replace the earlier one without a word.
-    if wanted[..n].contains(name) {
-        return Err(format!(
-            "received {:?} twice, expected each once",
-            name.as_str()
+    if wanted[..n].contains(&wanted[n]) {
+        return Err(Wrong::of(
+            field,
+            format_args!("{name:?} twice"),
+            "each once",
         ));
     }
-    known.iter().position(|known| known == name).ok_or_else(|| {
+    let place = known.iter().position(|known| known.as_str() == name);
+    place.ok_or_else(|| {
         let known: Vec<_> = known.iter().map(NodeName::as_str).collect();
-        let known = match &known[..] {
+        let expected = match &known[..] {
             [] => "none".to_owned(),
             known => format!("one of: {}", known.join(", ")),
         };
-        format!("received {:?}, expected {known}", name.as_str())
+        Wrong::of(field, format_args!("{name:?}"), expected)
     })
 }
 

@@ -2,19 +2,9 @@
 
 use coaxle_axis::{Masters, Modulo};
 
-use coaxle_node::config::{Unit, did_you_mean};
+use coaxle_node::config::{Unit, Wrong, did_you_mean};
 
 use super::{FarAxisConfig, FarConfig, ReceiverConfig};
-
-/// An invalid slave.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: {reason}")]
-pub struct WrongSlave {
-    /// The slave and its field.
-    pub field: String,
-    /// The value received and the one expected, with the NC's code where there is one.
-    pub reason: String,
-}
 
 /// The master of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +43,8 @@ impl ReceiverConfig {
     /// The first master of the n-th slave.
     ///
     /// # Errors
-    /// [`WrongSlave`] names the slave, and the existing masters.
-    pub fn master_of(&self, n: usize) -> Result<MasterRef, WrongSlave> {
+    /// [`Wrong`] names the slave, and the existing masters.
+    pub fn master_of(&self, n: usize) -> Result<MasterRef, Wrong> {
         let master = self.slaves[n].master.as_str();
         // An empty name is a default only where there is no choice.
         if master.is_empty()
@@ -69,16 +59,14 @@ impl ReceiverConfig {
     /// The masters of the n-th slave, starting with the first.
     ///
     /// # Errors
-    /// [`WrongSlave`] names the slave and the field.
-    pub fn masters_of(&self, n: usize) -> Result<Vec<MasterRef>, WrongSlave> {
+    /// [`Wrong`] names the slave and the field.
+    pub fn masters_of(&self, n: usize) -> Result<Vec<MasterRef>, Wrong> {
         let further = &self.slaves[n].further_masters;
         let most = Masters::MOST - 1;
         if further.len() > most {
-            let received = further.len();
-            return Err(WrongSlave {
-                field: format!("slave[{n}].further-masters"),
-                reason: format!("received {received}, expected at most {most}"),
-            });
+            let field = format!("slave[{n}].further-masters");
+            let expected = format!("at most {most}");
+            return Err(Wrong::of(field, further.len(), expected));
         }
         let mut masters = vec![self.master_of(n)?];
         for (k, name) in further.iter().enumerate() {
@@ -87,10 +75,8 @@ impl ReceiverConfig {
             let master = master.ok_or_else(|| self.no_master(n, &field, name))?;
             // By the axis and not by the name: a far axis has two names.
             if masters.contains(&master) {
-                return Err(WrongSlave {
-                    field: format!("slave[{n}].{field}"),
-                    reason: format!("received {name:?} twice, expected each master once"),
-                });
+                let wrong = Wrong::of(field, format_args!("{name:?} twice"), "each master once");
+                return Err(wrong.within(format_args!("slave[{n}]")));
             }
             masters.push(master);
         }
@@ -128,14 +114,10 @@ impl ReceiverConfig {
         slave.map(MasterRef::Slave)
     }
 
-    fn no_master(&self, n: usize, field: &str, received: &str) -> WrongSlave {
-        WrongSlave {
-            field: format!("slave[{n}].{field}"),
-            reason: format!(
-                "received {received:?}, expected one of: {}",
-                listed(received, self.masters(n))
-            ),
-        }
+    fn no_master(&self, n: usize, field: &str, received: &str) -> Wrong {
+        let expected = format!("one of: {}", listed(received, self.masters(n)));
+        let wrong = Wrong::of(field, format_args!("{received:?}"), expected);
+        wrong.within(format_args!("slave[{n}]"))
     }
 
     /// Unit of a far axis, by its number among all far axes.

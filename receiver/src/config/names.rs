@@ -2,40 +2,34 @@
 
 use std::collections::BTreeSet;
 
+use coaxle_node::config::Wrong;
+
 use super::ReceiverConfig;
 
-/// A name shared by two far axes.
-pub(super) fn same_name(config: &ReceiverConfig) -> Option<String> {
+/// Checks that no two far axes share a name, and that none is called by node and id of another: these are always accepted as
+/// well.
+pub(super) fn check_names(config: &ReceiverConfig) -> Result<(), Wrong> {
     let mut names = config.far_axis_names();
     // Sorted, equal names are neighbours.
     names.sort_unstable();
-    let pair = names.windows(2).find(|pair| pair[0] == pair[1])?;
-    Some(pair[0].clone())
-}
-
-/// A name of a far axis that is node and id of another.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "received the name {name:?} for the axis {axis:?}, which means another axis by node and id; \
-     expected a name of its own"
-)]
-pub(super) struct WrongReference {
-    name: String,
-    /// Node and id of the axis with the name.
-    axis: String,
-}
-
-/// A name of a far axis that is node and id of another: these are always accepted as well.
-pub(super) fn wrong_reference(config: &ReceiverConfig) -> Option<WrongReference> {
+    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        let received = format!("the name {:?} for two axes", pair[0]);
+        return Err(Wrong::of("far", received, "one of its own for each"));
+    }
     let full_names = config
         .far_axes()
         .map(|(_, far, axis)| far.full_name(axis.id));
     let full_names: BTreeSet<String> = full_names.collect();
-    config.far_axes().find_map(|(_, far, axis)| {
+    for (_, far, axis) in config.far_axes() {
         let (name, own) = (far.axis_name(axis), far.full_name(axis.id));
-        let is_of_another = name != own && full_names.contains(&name);
-        is_of_another.then_some(WrongReference { name, axis: own })
-    })
+        if name != own && full_names.contains(&name) {
+            let received = format!(
+                "the name {name:?} for the axis {own:?}, which means another axis by node and id"
+            );
+            return Err(Wrong::of("far", received, "a name of its own"));
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -77,7 +71,7 @@ mod tests {
             if name != "b.1" {
                 let expected = format!(
                     "far: received the name {name:?} for the axis {axis:?}, which means another axis by node and \
-                     id; expected a name of its own"
+                     id, expected a name of its own"
                 );
                 assert!(error.contains(&expected), "{axes}: {error}");
             }

@@ -1,5 +1,6 @@
 //! `publish-far-axes`: the far axes that a receiver publishes as corrected.
 
+use coaxle_node::config::Wrong;
 use coaxle_node::frame::MAX_AXES;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,40 +20,6 @@ pub enum PublishFarAxes {
     All,
     /// Listed axes, numbered from 1 in this order.
     These(Vec<String>),
-}
-
-/// An invalid selection of far axes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongPublished {
-    /// Neither a boolean nor a list.
-    #[error("received {received}, expected true, false, or a list of names of far axes")]
-    NoList {
-        /// Value received.
-        received: String,
-    },
-    /// More axes than a frame holds.
-    #[error(
-        "received {received} far axes, expected at most {MAX_AXES}, which a frame holds: a list of \
-         their names"
-    )]
-    TooMany {
-        /// Number of axes.
-        received: usize,
-    },
-    /// Unknown axis.
-    #[error("received {received:?}, expected some of: {known}")]
-    Unknown {
-        /// Name received.
-        received: String,
-        /// Known names.
-        known: String,
-    },
-    /// Duplicate axis.
-    #[error("received {received:?} twice, expected each once")]
-    Twice {
-        /// Name of the axis.
-        received: String,
-    },
 }
 
 impl PublishFarAxes {
@@ -79,25 +46,31 @@ impl ReceiverConfig {
         }
     }
 
-    pub(super) fn check_published(&self) -> Result<(), WrongPublished> {
+    pub(super) fn check_published(&self) -> Result<(), Wrong> {
+        const FIELD: &str = "publish-far-axes";
         let axes = self.published_far_axes();
         // Checked for every form: with `true` a receiver of many nodes may have more axes than a frame holds.
-        let received = axes.len();
-        if received > MAX_AXES {
-            return Err(WrongPublished::TooMany { received });
+        if axes.len() > MAX_AXES {
+            let received = format!("{} far axes", axes.len());
+            let expected =
+                format!("at most {MAX_AXES}, which a frame holds: a list of their names");
+            return Err(Wrong::of(FIELD, received, expected));
         }
         let PublishFarAxes::These(names) = &self.publish_far_axes else {
             return Ok(());
         };
         for (n, name) in names.iter().enumerate() {
-            let received = name.clone();
             let Some(axis) = self.far_axis_called(name) else {
-                let known = listed(name, self.far_axis_names());
-                return Err(WrongPublished::Unknown { received, known });
+                let expected = format!("some of: {}", listed(name, self.far_axis_names()));
+                return Err(Wrong::of(FIELD, format_args!("{name:?}"), expected));
             };
             // By numbers: a far axis may be listed by both of its names.
             if axes[..n].contains(&axis) {
-                return Err(WrongPublished::Twice { received });
+                return Err(Wrong::of(
+                    FIELD,
+                    format_args!("{name:?} twice"),
+                    "each once",
+                ));
             }
         }
         Ok(())
@@ -124,11 +97,11 @@ impl JsonSchema for PublishFarAxes {
 }
 
 impl TryFrom<Value> for PublishFarAxes {
-    type Error = WrongPublished;
+    type Error = Wrong;
 
-    fn try_from(value: Value) -> Result<Self, WrongPublished> {
+    fn try_from(value: Value) -> Result<Self, Wrong> {
         let received = value.to_string();
-        let wrong = || WrongPublished::NoList { received };
+        let wrong = || Wrong::value(received, "true, false, or a list of names of far axes");
         match value {
             Value::Boolean(true) => Ok(Self::All),
             Value::Boolean(false) => Ok(Self::No),

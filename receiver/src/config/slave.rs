@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coaxle_axis::Modulo;
 use coaxle_cam::CamIn;
-use coaxle_node::config::{Positive, Unit};
+use coaxle_node::config::{Positive, Unit, Wrong};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::{DistanceParameters, OnMasterLoss, SlaveParameters};
 use schemars::JsonSchema;
@@ -143,18 +143,17 @@ impl SlaveConfig {
         })
     }
 
-    /// Checks that the tool can cut. An error is the wrong field, with the received and the expected value.
-    pub(crate) fn check_tool(&self) -> Result<(), (&'static str, String)> {
+    /// Checks that the tool can cut.
+    pub(crate) fn check_tool(&self) -> Result<(), Wrong> {
         let ratio = self.tool.ratio;
         // The position on the material is a quotient by it.
         if !ratio.is_finite() || ratio == 0.0 {
-            let reason = format!("received {ratio}, expected a number other than 0");
-            return Err(("tool.ratio", reason));
+            return Err(Wrong::of("tool.ratio", ratio, "a number other than 0"));
         }
         // Each cut would count twice.
         if self.tool.cuts_every.is_some() && self.steps.iter().any(|step| step.cut) {
-            let reason = "received one beside steps that cut, expected one or the other";
-            return Err(("tool.cuts-every", reason.to_owned()));
+            let (received, expected) = ("one beside steps that cut", "one or the other");
+            return Err(Wrong::of("tool.cuts-every", received, expected));
         }
         Ok(())
     }

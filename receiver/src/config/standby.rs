@@ -1,5 +1,6 @@
 //! `standby` of a far node: other nodes with the same axes, which take over when it falls silent.
 
+use coaxle_node::config::Wrong;
 use coaxle_node::keys::NodeName;
 
 use super::ReceiverConfig;
@@ -13,18 +14,6 @@ pub struct ReceivedNode<'a> {
     pub place: usize,
     /// Name of the node.
     pub node: &'a NodeName,
-}
-
-/// An invalid standby.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: received {received}, expected {expected}")]
-pub struct WrongStandby {
-    /// The field of the config.
-    pub field: String,
-    /// Value received.
-    pub received: String,
-    /// Value expected.
-    pub expected: &'static str,
 }
 
 impl ReceiverConfig {
@@ -54,7 +43,7 @@ impl ReceiverConfig {
     }
 
     /// Checks the standbys: a node responds to a receiver's time requests once, so it may be listed once.
-    pub(super) fn check_standbys(&self, is_short: bool) -> Result<(), WrongStandby> {
+    pub(super) fn check_standbys(&self, is_short: bool) -> Result<(), Wrong> {
         let heard = self.received_nodes();
         // Far nodes come first, and have been compared with each other.
         for (n, standby) in heard.iter().enumerate().skip(self.far.len()) {
@@ -76,24 +65,18 @@ impl ReceiverConfig {
                 true => format!("master.standby[{place}]"),
                 false => format!("far[{far}].standby[{place}]"),
             };
-            return Err(WrongStandby {
-                field,
-                received: format!("{:?}", standby.node.as_str()),
-                expected,
-            });
+            let received = format!("{:?}", standby.node.as_str());
+            return Err(Wrong::of(field, received, expected));
         }
         for (n, far) in self.far.iter().enumerate() {
             // A field without effect would hide that the standby was forgotten.
             if let (Some(after), true) = (far.take_over_after_ms, far.standby.is_empty()) {
-                let of = if is_short {
-                    "master".to_owned()
-                } else {
-                    format!("far[{n}]")
-                };
-                return Err(WrongStandby {
-                    field: format!("{of}.take-over-after-ms"),
-                    received: format!("{} without a standby", after.get()),
-                    expected: "standby = [\"line-b\"], say, beside it",
+                let received = format!("{} without a standby", after.get());
+                let expected = "standby = [\"line-b\"], say, beside it";
+                let wrong = Wrong::of("take-over-after-ms", received, expected);
+                return Err(match is_short {
+                    true => wrong.within("master"),
+                    false => wrong.within(format_args!("far[{n}]")),
                 });
             }
         }

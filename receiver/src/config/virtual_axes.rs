@@ -1,36 +1,11 @@
 //! `[[virtual-axis]]`: axes of the receiver's own, written as in a sender's config.
 
-use coaxle_node::config::Unit;
+use coaxle_node::config::{Unit, Wrong};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_source::config::AxisConfig;
 
 use super::ReceiverConfig;
-
-/// Invalid virtual axes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongVirtualAxis {
-    /// More axes than a frame would hold.
-    #[error("virtual-axis: received {received}, expected at most {MAX_AXES}")]
-    TooMany {
-        /// Number of axes.
-        received: usize,
-    },
-    /// Duplicate id.
-    #[error("virtual-axis: received id {id} twice, expected an id of its own for each")]
-    IdTwice {
-        /// The id.
-        id: u32,
-    },
-    /// A name that is not valid for slaves, signals and traces.
-    #[error("virtual-axis[{axis}].name: {reason}")]
-    Name {
-        /// Place in the config.
-        axis: usize,
-        /// The value received and the one expected.
-        reason: String,
-    },
-}
 
 impl ReceiverConfig {
     /// The names of all virtual axes.
@@ -51,31 +26,33 @@ impl ReceiverConfig {
         self.virtual_axes.iter().position(|axis| axis.name == name)
     }
 
-    pub(super) fn check_virtual_axes(&self) -> Result<(), WrongVirtualAxis> {
+    pub(super) fn check_virtual_axes(&self) -> Result<(), Wrong> {
         let axes = &self.virtual_axes;
         if axes.len() > MAX_AXES {
-            let received = axes.len();
-            return Err(WrongVirtualAxis::TooMany { received });
+            let expected = format!("at most {MAX_AXES}");
+            return Err(Wrong::of("virtual-axis", axes.len(), expected));
         }
         for (n, axis) in axes.iter().enumerate() {
             let before = &axes[..n];
             // Quadratic in at most 128 axes.
             if before.iter().any(|other| other.id == axis.id) {
-                let id = axis.id.get();
-                return Err(WrongVirtualAxis::IdTwice { id });
+                let received = format!("id {} twice", axis.id);
+                let expected = "an id of its own for each";
+                return Err(Wrong::of("virtual-axis", received, expected));
             }
             self.check_name(axis, before)
-                .map_err(|reason| WrongVirtualAxis::Name { axis: n, reason })?;
+                .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}].name")))?;
         }
         Ok(())
     }
 
     /// Checks the name: slaves refer to it, and its signals begin with it, so no other axis and no
     /// far node may have it.
-    fn check_name(&self, axis: &AxisConfig, before: &[AxisConfig]) -> Result<(), String> {
+    fn check_name(&self, axis: &AxisConfig, before: &[AxisConfig]) -> Result<(), Wrong> {
         let name = axis.name.as_str();
         NodeName::new(name).map_err(|_| {
-            format!("received {name:?}, expected 1 to 64 letters, digits, '-', '_' or '.'")
+            let expected = "1 to 64 letters, digits, '-', '_' or '.'";
+            Wrong::value(format_args!("{name:?}"), expected)
         })?;
         // All kinds share one space of names: slaves refer to masters of any kind by the name alone.
         let is_taken = if self.far_axis_called(name).is_some() {
@@ -88,9 +65,10 @@ impl ReceiverConfig {
             None
         };
         match is_taken {
-            Some(what) => Err(format!(
-                "received {name:?}, which {what}, expected a name of its own"
-            )),
+            Some(what) => {
+                let received = format!("{name:?}, which {what}");
+                Err(Wrong::value(received, "a name of its own"))
+            }
             None => Ok(()),
         }
     }

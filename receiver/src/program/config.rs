@@ -2,7 +2,7 @@
 
 use coaxle_cam::{ReservedPlate, TableId};
 use coaxle_node::command::PlateCommand;
-use coaxle_node::config::{Positive, did_you_mean};
+use coaxle_node::config::{Positive, Wrong, did_you_mean};
 use coaxle_slave::Command;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -127,29 +127,19 @@ impl Otherwise {
     }
 }
 
-/// An invalid step.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: {reason}")]
-pub struct WrongStep {
-    /// The step and the field.
-    pub field: String,
-    /// The value received and the one expected.
-    pub reason: String,
-}
-
 /// The steps with their labels resolved.
 pub(super) fn checked(
     steps: &[StepConfig],
     has_marks: bool,
     plates: &[Option<ReservedPlate>],
-) -> Result<Vec<Step>, WrongStep> {
+) -> Result<Vec<Step>, Wrong> {
     if steps.len() > MOST_STEPS {
-        let reason = format!(
-            "received {} steps, expected at most {MOST_STEPS}",
-            steps.len()
-        );
-        let field = "step".to_owned();
-        return Err(WrongStep { field, reason });
+        let received = format!("{} steps", steps.len());
+        return Err(Wrong::of(
+            "step",
+            received,
+            format_args!("at most {MOST_STEPS}"),
+        ));
     }
     let labels = Labels(steps);
     steps
@@ -158,16 +148,10 @@ pub(super) fn checked(
         .map(|(n, step)| {
             check_marks(step, has_marks)
                 .and_then(|()| resolved(n, step, &labels, plates))
-                .map_err(|(field, reason)| WrongStep {
-                    field: format!("step[{n}].{field}"),
-                    reason,
-                })
+                .map_err(|wrong| wrong.within(format_args!("step[{n}]")))
         })
         .collect()
 }
-
-/// The wrong field of a step, and the reason.
-type Wrong = (&'static str, String);
 
 /// Step `n`, with its labels resolved.
 fn resolved(
@@ -179,8 +163,8 @@ fn resolved(
     if let Some(label) = &step.label
         && labels.place(label) != Some(n)
     {
-        let reason = format!("received {label:?} twice, expected a label of its own");
-        return Err(("label", reason));
+        let received = format!("{label:?} twice");
+        return Err(Wrong::of("label", received, "a label of its own"));
     }
     check_command(step)?;
     let next = [
@@ -188,8 +172,7 @@ fn resolved(
         labels.resolve("repeat-from", step.repeat_from.as_ref())?,
     ];
     if let [Some(_), Some(_)] = next {
-        let reason = "received one beside repeat-from, expected one of them".to_owned();
-        return Err(("go-to", reason));
+        return Err(Wrong::of("go-to", "one beside repeat-from", "one of them"));
     }
     Ok(Step {
         when: step.when,
@@ -218,14 +201,15 @@ fn due(step: &StepConfig, plate: Option<ReservedPlate>) -> Result<Option<Due>, W
             }
         }
         (Some(StepCommand::Plate(PlateCommand::CamTableSelect { .. })), None) => {
-            return Err(("do", "expected a store of plates".to_owned()));
+            return Err(Wrong::of(
+                "do",
+                "no store of plates",
+                "one for cam-table-select",
+            ));
         }
         (Some(other @ (StepCommand::Plate(_) | StepCommand::Far(_))), _) => {
-            let received = other.name();
-            let reason = format!(
-                "received {received}, expected a command to the slave, or one that changes the cam plates"
-            );
-            return Err(("do", reason));
+            let expected = "a command to the slave, or one that changes the cam plates";
+            return Err(Wrong::of("do", other.name(), expected));
         }
     }))
 }
@@ -234,16 +218,17 @@ fn due(step: &StepConfig, plate: Option<ReservedPlate>) -> Result<Option<Due>, W
 fn check_command(step: &StepConfig) -> Result<(), Wrong> {
     let otherwise = &step.otherwise;
     if step.expect_refusal.is_some() && step.command.is_none() {
-        return Err(("do", "expected a command that can be refused".to_owned()));
+        return Err(Wrong::of("do", "none", "a command that can be refused"));
     }
     if step.expect_refusal.is_some() && otherwise.refused.is_some() {
-        let reason = "received one beside expect-refusal, expected one of them".to_owned();
-        return Err(("otherwise.refused", reason));
+        let received = "one beside expect-refusal";
+        return Err(Wrong::of("otherwise.refused", received, "one of them"));
     }
     if otherwise.timed_out.is_some() && step.timeout_s.is_none() {
-        return Err((
+        return Err(Wrong::of(
             "timeout-s",
-            "expected one for otherwise.timed-out".to_owned(),
+            "none",
+            "one for otherwise.timed-out",
         ));
     }
     Ok(())
@@ -281,18 +266,11 @@ impl Labels<'_> {
             return Ok(None);
         };
         let unknown = || {
-            let known: Vec<_> = self
-                .0
-                .iter()
-                .filter_map(|step| step.label.as_ref())
-                .collect();
-            (
-                field,
-                format!(
-                    "received {label:?}, expected the label of a step, one of {known:?}{}",
-                    did_you_mean(label, known.iter().map(|label| label.as_str()))
-                ),
-            )
+            let known = self.0.iter().filter_map(|step| step.label.as_deref());
+            let known: Vec<_> = known.collect();
+            let meant = did_you_mean(label, known.iter().copied());
+            let expected = format!("the label of a step, one of {known:?}{meant}");
+            Wrong::of(field, format_args!("{label:?}"), expected)
         };
         self.place(label).map(Some).ok_or_else(unknown)
     }
@@ -305,24 +283,21 @@ fn check_marks(step: &StepConfig, has_marks: bool) -> Result<(), Wrong> {
         ("at-mark", step.at_mark),
     ];
     if let Some((field, _)) = asks.iter().find(|(_, asks)| *asks && !has_marks) {
-        let reason = "expected a slave with marks, which are simulated so far: `marks` of the slave in a scenario, \
-                      [[lab.slave]] in the config of a node";
-        return Err((field, reason.to_owned()));
+        let expected = "a slave with marks, which are simulated so far: `marks` of the slave in a scenario, \
+                        [[lab.slave]] in the config of a node";
+        return Err(Wrong::of(*field, "no marks of the slave", expected));
     }
     if step.at_mark && !step.slave_command().is_some_and(at_mark::has_positions) {
         let received = step.command.as_ref();
         let received = received.map_or("no command", StepCommand::name);
-        let expected = at_mark::keys_with_positions();
-        return Err((
-            "at-mark",
-            format!("received {received}, expected one of: {expected}"),
-        ));
+        let expected = format!("one of: {}", at_mark::keys_with_positions());
+        return Err(Wrong::of("at-mark", received, expected));
     }
     let elsewhere = at_mark::counts_from_elsewhere;
     if step.at_mark && step.slave_command().is_some_and(elsewhere) {
-        let reason = "received one beside a master-sync-position that is ahead or in-turn, expected a plain one, \
-                      which counts from the mark";
-        return Err(("at-mark", reason.to_owned()));
+        let received = "one beside a master-sync-position that is ahead or in-turn";
+        let expected = "a plain one, which counts from the mark";
+        return Err(Wrong::of("at-mark", received, expected));
     }
     Ok(())
 }

@@ -21,7 +21,7 @@ mod step_command;
 use coaxle_axis::Job;
 use coaxle_cam::ReservedPlate;
 use coaxle_clock::Seconds;
-use coaxle_node::config::Positive;
+use coaxle_node::config::{Positive, Wrong};
 use coaxle_slave::Refusal;
 
 use crate::marks::MarksConfig;
@@ -32,7 +32,7 @@ use sensor::{Sensor, SensorMark};
 use situation::{Inputs, ProgramInputs};
 
 pub use condition::{WaitsFor, When};
-pub use config::{Otherwise, StepConfig, WrongStep};
+pub use config::{Otherwise, StepConfig};
 pub(crate) use due::Due;
 pub use outcome::{Outcome, Trouble};
 pub(crate) use situation::Situation;
@@ -106,12 +106,12 @@ impl Program {
     /// loads a plate, that plate; none without steps.
     ///
     /// # Errors
-    /// [`WrongStep`] names the step and the field.
+    /// [`Wrong`] names the step and the field.
     pub(crate) fn new(
         steps: &[StepConfig],
         marks: Option<&MarksConfig>,
         plates: &[Option<ReservedPlate>],
-    ) -> Result<Option<Self>, WrongStep> {
+    ) -> Result<Option<Self>, Wrong> {
         if steps.is_empty() {
             return Ok(None);
         }

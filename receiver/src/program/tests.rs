@@ -312,12 +312,12 @@ fn steps_that_ask_for_marks_need_some() {
         (
             "when = { mark-seen = true }",
             false,
-            "step[0].when.mark-seen: expected a slave with marks",
+            "step[0].when.mark-seen: received no marks of the slave, expected a slave with marks",
         ),
         (
             "at-mark = true\ndo = { cam-in = { table = 1 } }",
             false,
-            "step[0].at-mark: expected a slave with marks",
+            "step[0].at-mark: received no marks of the slave, expected a slave with marks",
         ),
         (
             "at-mark = true",
@@ -362,7 +362,7 @@ fn wrong_steps_are_named() {
         ),
         (
             "[[step]]\nlabel = 'a'\notherwise = { timed-out = 'a' }",
-            "step[0].timeout-s: expected one for otherwise.timed-out",
+            "step[0].timeout-s: received none, expected one for otherwise.timed-out",
         ),
         (
             "[[step]]\nlabel = 'a'\ndo = { power = true }\nexpect-refusal = 1\notherwise = { refused = 'a' }",
@@ -370,7 +370,7 @@ fn wrong_steps_are_named() {
         ),
         (
             "[[step]]\nexpect-refusal = 1",
-            "step[0].do: expected a command",
+            "step[0].do: received none, expected a command",
         ),
     ] {
         let error = Program::new(&steps(text), None, &[])

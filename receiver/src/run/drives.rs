@@ -1,15 +1,16 @@
 //! The drives of the slaves in the real world.
 
 use coaxle_host::machine::shared_memory::{DriveIdentity, SharedMemoryDrive};
+use coaxle_node::config::Wrong;
 
-use crate::config::{DriveConfig, ReceiverConfig, WrongSlave};
+use crate::config::{DriveConfig, ReceiverConfig};
 use crate::drives::Drives;
 
 /// The drives in other processes.
 ///
 /// # Errors
-/// [`WrongSlave`] names the slave, and the error of its shared memory.
-pub(super) fn drives(config: &ReceiverConfig, run: u64) -> Result<Drives, WrongSlave> {
+/// [`Wrong`] names the slave, and the error of its shared memory.
+pub(super) fn drives(config: &ReceiverConfig, run: u64) -> Result<Drives, Wrong> {
     let cycle_time = config.cycle_time_us.0;
     let mut drives = Drives::new();
     for (n, slave) in config.slaves.iter().enumerate() {
@@ -25,11 +26,8 @@ pub(super) fn drives(config: &ReceiverConfig, run: u64) -> Result<Drives, WrongS
         };
         let path = &shared.path;
         let parameters = shared.parameters(cycle_time);
-        let drive = SharedMemoryDrive::create(path, &identity, parameters).map_err(|error| {
-            let field = format!("slave[{n}].drive.path");
-            let reason = error.to_string();
-            WrongSlave { field, reason }
-        })?;
+        let drive = SharedMemoryDrive::create(path, &identity, parameters)
+            .map_err(|error| Wrong::with_reason(format!("slave[{n}].drive.path"), error))?;
         if drive.is_on_disk() {
             tracing::warn!(
                 node = %config.name,

@@ -4,33 +4,32 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_cam::Tables;
 use coaxle_clock::CycleTime;
 use coaxle_gear::LinearGear;
+use coaxle_node::config::Wrong;
 use coaxle_node::frame::MAX_AXES;
-use coaxle_slave::{CoupledStart, SlaveAxis};
+use coaxle_slave::{CIRCLE_CODE, CoupledStart, SlaveAxis};
 
 use super::Slaves;
 use super::plates::{plates, plates_of_steps};
 use super::slave::{Slave, SlaveParts};
 use super::tool::Tool;
-use crate::config::{CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig, WrongSlave};
+use crate::config::{CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig};
 use crate::drives::Drives;
 use crate::program::Program;
 
 impl Slaves {
     /// # Errors
-    /// [`WrongSlave`] names the slave and the field.
-    pub(crate) fn new(config: &ReceiverConfig, mut drives: Drives) -> Result<Self, WrongSlave> {
+    /// [`Wrong`] names the slave and the field.
+    pub(crate) fn new(config: &ReceiverConfig, mut drives: Drives) -> Result<Self, Wrong> {
         let slaves = &config.slaves;
         if slaves.len() > MAX_AXES {
-            return Err(WrongSlave {
-                field: "slave".to_owned(),
-                reason: format!(
-                    "received {} slaves, expected at most {MAX_AXES}: their frame holds no more",
-                    slaves.len()
-                ),
-            });
+            let received = format!("{} slaves", slaves.len());
+            let expected = format!("at most {MAX_AXES}: their frame holds no more");
+            return Err(Wrong::of("slave", received, expected));
         }
         // Before masters are resolved, which names have to identify.
-        check_names_and_ids(config)?;
+        for n in 0..slaves.len() {
+            check_name_and_id(config, n).map_err(within(n))?;
+        }
         drives.check(config)?;
         let sources = (0..slaves.len())
             .map(|n| config.masters_of(n))
@@ -42,7 +41,9 @@ impl Slaves {
         let leads = (0..slaves.len()).map(has_slaves).collect();
         let mut plates = plates(config)?;
         let slaves = (sources.into_iter().enumerate())
-            .map(|(n, sources)| slave(config, n, sources, &mut drives, &mut plates))
+            .map(|(n, sources)| {
+                slave(config, n, sources, &mut drives, &mut plates).map_err(within(n))
+            })
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
             plates,
@@ -55,46 +56,38 @@ impl Slaves {
     }
 }
 
-fn wrong(n: usize, field: &str, reason: impl ToString) -> WrongSlave {
-    WrongSlave {
-        field: format!("slave[{n}].{field}"),
-        reason: reason.to_string(),
-    }
+/// Adds the place of the n-th slave to an error.
+fn within(n: usize) -> impl Fn(Wrong) -> Wrong {
+    move |wrong| wrong.within(format_args!("slave[{n}]"))
 }
 
-fn check_names_and_ids(config: &ReceiverConfig) -> Result<(), WrongSlave> {
-    for (n, slave) in config.slaves.iter().enumerate() {
-        let name = slave.name.as_str();
-        // A reference by node and id leads to the far axis, whatever else is called so.
-        let is_far = config.far_axis_called(name).is_some();
-        let is_virtual = config.virtual_axis_called(name).is_some();
-        for (is_taken, what) in [(is_far, "far"), (is_virtual, "virtual")] {
-            if is_taken {
-                let reason = format!(
-                    "received {name:?}, which is a {what} axis, expected a name of its own"
-                );
-                return Err(wrong(n, "name", reason));
-            }
+fn check_name_and_id(config: &ReceiverConfig, n: usize) -> Result<(), Wrong> {
+    let slave = &config.slaves[n];
+    let name = slave.name.as_str();
+    // A reference by node and id leads to the far axis, whatever else is called so.
+    let is_far = config.far_axis_called(name).is_some();
+    let is_virtual = config.virtual_axis_called(name).is_some();
+    for (is_taken, what) in [(is_far, "far"), (is_virtual, "virtual")] {
+        if is_taken {
+            let received = format!("{name:?}, which is a {what} axis");
+            return Err(Wrong::of("name", received, "a name of its own"));
         }
-        let before = &config.slaves[..n];
-        if before.iter().any(|other| other.name == slave.name) {
-            let reason = format!(
-                "received {:?} twice, expected a name of its own",
-                slave.name.as_str()
-            );
-            return Err(wrong(n, "name", reason));
-        }
-        let id = config.slave_id(n);
-        if (0..n).any(|other| config.slave_id(other) == id) {
-            let reason = format!("received {id} twice, expected an id of its own");
-            return Err(wrong(n, "id", reason));
-        }
+    }
+    let before = &config.slaves[..n];
+    if before.iter().any(|other| other.name == slave.name) {
+        let received = format!("{name:?} twice");
+        return Err(Wrong::of("name", received, "a name of its own"));
+    }
+    let id = config.slave_id(n);
+    if (0..n).any(|other| config.slave_id(other) == id) {
+        let received = format!("{id} twice");
+        return Err(Wrong::of("id", received, "an id of its own"));
     }
     Ok(())
 }
 
 /// Orders masters before their slaves.
-fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<usize>, WrongSlave> {
+fn in_order(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>]) -> Result<Vec<usize>, Wrong> {
     // Quadratic in at most 128 slaves, and at the start only.
     let mut order: Vec<usize> = Vec::new();
     while order.len() < slaves.len() {
@@ -118,7 +111,7 @@ fn comes_later(master: &MasterRef, order: &[usize]) -> bool {
     }
 }
 
-fn circle(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>], order: &[usize]) -> WrongSlave {
+fn circle(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>], order: &[usize]) -> Wrong {
     let n = (0..slaves.len())
         .find(|n| !order.contains(n))
         .unwrap_or_default();
@@ -131,12 +124,12 @@ fn circle(slaves: &[SlaveConfig], sources: &[Vec<MasterRef>], order: &[usize]) -
             &slave.further_masters[k - 1],
         ),
     };
-    let reason = format!(
-        "0x816f: received {master:?}, which follows {:?} in the end, or a circle of others; \
-         expected a far or virtual axis at the root",
+    let received = format!(
+        "{master:?}, which follows {:?} in the end or a circle of others",
         slave.name.as_str()
     );
-    wrong(n, &field, reason)
+    let wrong = Wrong::of(field, received, "a far or virtual axis at the root");
+    within(n)(wrong.with_code(CIRCLE_CODE))
 }
 
 fn slave(
@@ -145,39 +138,37 @@ fn slave(
     sources: Vec<MasterRef>,
     drives: &mut Drives,
     plates: &mut Tables,
-) -> Result<Slave, WrongSlave> {
+) -> Result<Slave, Wrong> {
     let slave = &config.slaves[n];
     let gear = LinearGear::new(slave.gear.ratio, slave.gear.offset)
-        .map_err(|error| wrong(n, "gear", error))?;
+        .map_err(|error| Wrong::with_reason("gear", error))?;
     if drives.has_real(slave) {
-        check_real_drive(slave, n)?;
+        check_real_drive(slave)?;
     }
     let id = config.slave_id(n);
     let limits = slave.limits();
     let cycle_time: CycleTime = config.cycle_time_us.0;
-    let drive = drives
-        .take(slave)
-        .map_err(|error| wrong(n, "drive", error))?;
-    let mut axis =
-        SlaveAxis::new(&limits, drive, cycle_time).map_err(|error| wrong(n, "limits", error))?;
+    let drive = drives.take(slave)?;
+    let mut axis = SlaveAxis::new(&limits, drive, cycle_time)
+        .map_err(|error| Wrong::with_reason("limits", error))?;
     axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
     axis.prepare_cams(id_of_master(config, sources[0]), id)
-        .map_err(|error| wrong(n, "limits", error))?;
+        .map_err(|error| Wrong::with_reason("limits", error))?;
     let start = match slave.couple() {
         CoupleConfig::Off => None,
         CoupleConfig::Gear => Some(CoupledStart::Gear(gear)),
         CoupleConfig::Cam(cam_in) => {
             // Now, and not when the master comes, which may be hours later.
-            (plates.plate(cam_in.table)).map_err(|error| wrong(n, "couple.cam.table", error))?;
+            (plates.plate(cam_in.table))
+                .map_err(|error| Wrong::with_reason("couple.cam.table", error))?;
             Some(CoupledStart::Cam(cam_in))
         }
     };
-    check_steps(&axis, slave, n)?;
-    check_cutting(slave, n)?;
+    check_steps(&axis, slave)?;
+    check_cutting(slave)?;
     // After the plates of the config, since all of them share the room.
-    let of_steps = plates_of_steps(plates, n, &slave.steps)?;
-    let program = Program::new(&slave.steps, slave.marks.as_ref(), &of_steps)
-        .map_err(|error| wrong(n, &error.field, &error.reason))?;
+    let of_steps = plates_of_steps(plates, &slave.steps)?;
+    let program = Program::new(&slave.steps, slave.marks.as_ref(), &of_steps)?;
     Ok(Slave::new(SlaveParts {
         id,
         master_modulo: config.modulo_of(sources[0]),
@@ -203,36 +194,34 @@ fn id_of_master(config: &ReceiverConfig, master: MasterRef) -> u32 {
 
 /// Checks a drive that is not simulated: it needs monitoring, and no coupling can place it anywhere
 /// at once.
-fn check_real_drive(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
+fn check_real_drive(slave: &SlaveConfig) -> Result<(), Wrong> {
     if slave.limits.is_none() {
-        let reason = "received none, expected some: only a simulated drive says what it can do";
-        return Err(wrong(n, "limits", reason));
+        let expected = "some: only a simulated drive says what it can do";
+        return Err(Wrong::of("limits", "none", expected));
     }
     if slave.couple() != CoupleConfig::Off {
-        let reason = "received a coupling from the start, expected \"off\": a drive that is not simulated is \
-                      given power first, by a step of the program or by a command, and coupled then";
-        return Err(wrong(n, "couple", reason));
+        let expected = "\"off\": a drive that is not simulated is given power first, by a step of the program or by a \
+                        command, and coupled then";
+        return Err(Wrong::of("couple", "a coupling from the start", expected));
     }
     Ok(())
 }
 
 /// Checks the steps: positions by modulo period require an axis that has one.
-fn check_steps(axis: &SlaveAxis, slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
+fn check_steps(axis: &SlaveAxis, slave: &SlaveConfig) -> Result<(), Wrong> {
     for (k, step) in slave.steps.iter().enumerate() {
         let Some(command) = step.slave_command() else {
             continue;
         };
         axis.check_sync_positions(command)
-            .map_err(|error| wrong(n, &format!("step[{k}].do"), error))?;
+            .map_err(|error| Wrong::with_reason(format!("step[{k}].do"), error))?;
     }
     Ok(())
 }
 
-fn check_cutting(slave: &SlaveConfig, n: usize) -> Result<(), WrongSlave> {
+fn check_cutting(slave: &SlaveConfig) -> Result<(), Wrong> {
     if let Some(marks) = &slave.marks {
-        marks.check().map_err(|error| wrong(n, "marks", error))?;
+        marks.check().map_err(|wrong| wrong.within("marks"))?;
     }
-    slave
-        .check_tool()
-        .map_err(|(field, reason)| wrong(n, field, reason))
+    slave.check_tool()
 }

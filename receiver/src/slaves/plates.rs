@@ -3,24 +3,30 @@
 use std::sync::Arc;
 
 use coaxle_cam::{MOST_TABLES, ReservedPlate, TableId, Tables};
+use coaxle_node::config::Wrong;
 
 use crate::cam_source::CamSource;
-use crate::config::{ReceiverConfig, WrongSlave};
+use crate::config::ReceiverConfig;
 use crate::program::StepConfig;
 
 /// Greatest number of points and rows of all cam plates of a receiver together.
 pub(super) const MOST_ROWS: usize = 4_000_000;
+/// Error code of the NC for a number that no table can have.
+const NO_TABLE_ID: u32 = 0x4b32;
+/// Error code of the NC for a table that exists already.
+const TABLE_EXISTS: u32 = 0x4063;
 
 /// Creates the plates of a config, with room for later ones.
-pub(super) fn plates(config: &ReceiverConfig) -> Result<Tables, WrongSlave> {
+pub(super) fn plates(config: &ReceiverConfig) -> Result<Tables, Wrong> {
     // All slots at once: plates that come later over the network find theirs without an allocation.
     let mut plates = Tables::new(MOST_TABLES);
     for (k, source) in config.cams.iter().enumerate() {
-        add(&mut plates, source, &format!("cams[{k}]"))?;
+        add(&mut plates, source).map_err(|wrong| wrong.within(format_args!("cams[{k}]")))?;
     }
     for (n, slave) in config.slaves.iter().enumerate() {
         for (k, source) in slave.cams.iter().enumerate() {
-            add(&mut plates, source, &format!("slave[{n}].cams[{k}]"))?;
+            add(&mut plates, source)
+                .map_err(|wrong| wrong.within(format_args!("slave[{n}].cams[{k}]")))?;
         }
     }
     Ok(plates)
@@ -29,20 +35,14 @@ pub(super) fn plates(config: &ReceiverConfig) -> Result<Tables, WrongSlave> {
 /// The plates that the steps of a slave load, for each step.
 pub(super) fn plates_of_steps(
     plates: &mut Tables,
-    n: usize,
     steps: &[StepConfig],
-) -> Result<Vec<Option<ReservedPlate>>, WrongSlave> {
+) -> Result<Vec<Option<ReservedPlate>>, Wrong> {
     let reserved = steps.iter().enumerate().map(|(k, step)| {
         let Some((source, table)) = step.plate() else {
             return Ok(None);
         };
-        reserve(
-            plates,
-            source,
-            table,
-            &format!("slave[{n}].step[{k}].do.cam-table-select"),
-        )
-        .map(Some)
+        let reserved = reserve(plates, source, table).map(Some);
+        reserved.map_err(|wrong| wrong.within(format_args!("step[{k}].do.cam-table-select")))
     });
     reserved.collect()
 }
@@ -51,34 +51,27 @@ fn reserve(
     plates: &mut Tables,
     source: &CamSource,
     table: Option<TableId>,
-    field: &str,
-) -> Result<ReservedPlate, WrongSlave> {
-    let cam = (source.read()).map_err(|error| wrong(&format!("{field}.plate"), error))?;
+) -> Result<ReservedPlate, Wrong> {
+    let wrong = |error| Wrong::with_reason("plate", error);
+    let cam = source.read().map_err(wrong)?;
     // The error of the plate's file names the place; that of the number alone does not.
-    let plate = cam
-        .plate()
-        .map_err(|error| wrong(&format!("{field}.plate"), error))?;
-    check_room(plates, plate.rows(), &format!("{field}.plate"))?;
-    let id = table
-        .or(cam.table_id.map(|id| u32::from(id.get())))
-        .ok_or_else(|| {
-            let reason = "0x4b32: received none, and no table-id in the plate, expected 1 to 255";
-            wrong(&format!("{field}.table"), reason)
-        })?;
-    plates
-        .reserve(id, Arc::new(cam.source()))
-        .map_err(|error| wrong(field, error))
+    let plate = cam.plate().map_err(wrong)?;
+    check_room(plates, plate.rows()).map_err(|wrong| wrong.within("plate"))?;
+    let id = table.or(cam.table_id.map(|id| u32::from(id.get())));
+    let id = id.ok_or_else(|| {
+        Wrong::of("table", "none, and no table-id in the plate", "1 to 255").with_code(NO_TABLE_ID)
+    })?;
+    let reserved = plates.reserve(id, Arc::new(cam.source()));
+    reserved.map_err(|error| Wrong::with_reason("", error))
 }
 
-fn check_room(plates: &Tables, more: usize, field: &str) -> Result<(), WrongSlave> {
+fn check_room(plates: &Tables, more: usize) -> Result<(), Wrong> {
     if more <= room(plates) {
         return Ok(());
     }
-    let rows = plates.rows() + more;
-    let reason = format!(
-        "received {rows} points and rows with it, expected at most {MOST_ROWS} in a receiver"
-    );
-    Err(wrong(field, reason))
+    let received = format!("{} points and rows with it", plates.rows() + more);
+    let expected = format!("at most {MOST_ROWS} in a receiver");
+    Err(Wrong::value(received, expected))
 }
 
 /// Number of points and rows that a further plate may have.
@@ -87,29 +80,19 @@ pub(super) fn room(plates: &Tables) -> usize {
     MOST_ROWS.saturating_sub(plates.rows())
 }
 
-fn add(plates: &mut Tables, source: &CamSource, field: &str) -> Result<(), WrongSlave> {
-    let cam = source.read().map_err(|error| wrong(field, error))?;
-    let id = cam
-        .table_id
-        .ok_or_else(|| wrong(field, "0x4b32: received no table-id, expected 1 to 255"))?;
-    let plate = cam.plate().map_err(|error| wrong(field, error))?;
-    check_room(plates, plate.rows(), field)?;
-    let id = u32::from(id.get());
+fn add(plates: &mut Tables, source: &CamSource) -> Result<(), Wrong> {
+    let wrong = |error| Wrong::with_reason("", error);
+    let cam = source.read().map_err(wrong)?;
+    let none = || Wrong::value("no table-id", "1 to 255").with_code(NO_TABLE_ID);
+    let id = u32::from(cam.table_id.ok_or_else(none)?.get());
+    let plate = cam.plate().map_err(wrong)?;
+    check_room(plates, plate.rows())?;
     if plates.plate(id).is_ok() {
-        let reason = format!(
-            "0x4063: received table-id {id} twice, expected one of its own for each plate: all slaves of the receiver \
-             can be coupled by it"
-        );
-        return Err(wrong(field, reason));
+        let received = format!("table-id {id} twice");
+        let expected =
+            "one of its own for each plate: all slaves of the receiver can be coupled by it";
+        return Err(Wrong::value(received, expected).with_code(TABLE_EXISTS));
     }
-    plates
-        .insert(id, plate)
-        .map_err(|error| wrong(field, error))
-}
-
-fn wrong(field: &str, reason: impl ToString) -> WrongSlave {
-    WrongSlave {
-        field: field.to_owned(),
-        reason: reason.to_string(),
-    }
+    let inserted = plates.insert(id, plate);
+    inserted.map_err(|error| Wrong::with_reason("", error))
 }

@@ -278,8 +278,8 @@ fn masters_that_are_not_there_are_refused_by_name() {
                  [[slave]]\nname = 'b'\nmaster = 'c'\n\
                  [[slave]]\nname = 'c'\n{two}\nfurther-masters = ['a']"
             ),
-            "slave[0].further-masters[1]: 0x816f: received \"b\", which follows \"a\" in the end, \
-             or a circle of others; expected a far or virtual axis at the root",
+            "slave[0].further-masters[1]: 0x816f: received \"b\", which follows \"a\" in the end \
+             or a circle of others, expected a far or virtual axis at the root",
         ),
         (
             // The axis has a name of its own, but node and id are accepted as well.

@@ -128,7 +128,7 @@ fn what_no_receiver_can_have_is_refused_by_name() {
             limited(
                 "[slave.marks]\nspacing = 5\nsensor-distance = 9\nspacing-swing = { amplitude = 5, marks = 4 }",
             ),
-            "slave[0].marks: spacing-swing.amplitude: received 5",
+            "slave[0].marks.spacing-swing.amplitude: received 5",
         ),
         (limited("tool.ratio = 0"), "slave[0].tool.ratio: received 0"),
         (

@@ -335,7 +335,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             "[[virtual-axis]]\nid = 2\nname = 'taught'\nreplay.file = 'nowhere.csv'".to_owned(),
-            "virtual-axis[1].replay: nowhere.csv: cannot be read: ",
+            "virtual-axis[1].replay.file: nowhere.csv: cannot be read: ",
         ),
     ] {
         let far = "[[far]]\nnode = 'a'\naxes = [{ id = 1, name = 'belt' }]\n";

@@ -4,6 +4,7 @@ use coaxle_clock::Span;
 use coaxle_node::command::{
     Addressee, AnyCommand, CommandAnswer, CommandOrder, CommandVerdict, FarName, SlaveName,
 };
+use coaxle_node::config::Wrong;
 use coaxle_node::keys::NodeName;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -134,9 +135,9 @@ struct EventInFile {
 }
 
 impl TryFrom<EventInFile> for Event {
-    type Error = String;
+    type Error = Wrong;
 
-    fn try_from(file: EventInFile) -> Result<Self, String> {
+    fn try_from(file: EventInFile) -> Result<Self, Wrong> {
         // Each arm names every field of the other kind, so that one of them is refused and not ignored.
         let what = match file {
             EventInFile {
@@ -160,14 +161,13 @@ impl TryFrom<EventInFile> for Event {
                 ..
             } => EventKind::Command(EventCommand {
                 order: CommandOrder::new(addressee(slave, far)?, command, dry_run)
-                    .map_err(|wrong| wrong.to_string())?,
+                    .map_err(|error| Wrong::with_reason("", error))?,
                 expect_refusal,
             }),
             _ => {
-                return Err(
-                    "expected either action and for-s, or command and slave, or command and far"
-                        .into(),
-                );
+                let reason =
+                    "expected either action and for-s, or command and slave, or command and far";
+                return Err(Wrong::with_reason("", reason));
             }
         };
         Ok(Self {
@@ -179,13 +179,15 @@ impl TryFrom<EventInFile> for Event {
 }
 
 /// The addressee of a command.
-fn addressee(slave: Option<SlaveName>, far: Option<FarName>) -> Result<Addressee, String> {
+fn addressee(slave: Option<SlaveName>, far: Option<FarName>) -> Result<Addressee, Wrong> {
     match (slave, far) {
         (Some(slave), None) => Ok(Addressee::Slave(slave)),
         (None, Some(far)) => Ok(Addressee::Far(far)),
-        _ => Err(
-            "expected slave beside a command to a slave, or far beside one about a far node".into(),
-        ),
+        _ => {
+            let reason =
+                "expected slave beside a command to a slave, or far beside one about a far node";
+            Err(Wrong::with_reason("", reason))
+        }
     }
 }
 
@@ -244,8 +246,8 @@ impl ScenarioTime {
 }
 
 impl TryFrom<f64> for ScenarioTime {
-    type Error = String;
-    fn try_from(seconds: f64) -> Result<Self, String> {
+    type Error = Wrong;
+    fn try_from(seconds: f64) -> Result<Self, Wrong> {
         // 1e9 s in nanoseconds are 1e18, and fit into an i64.
         if seconds.is_finite() && (0.0..=1e9).contains(&seconds) {
             Ok(Self {
@@ -253,9 +255,7 @@ impl TryFrom<f64> for ScenarioTime {
                 millis: (seconds * 1e3).round() as u64,
             })
         } else {
-            Err(format!(
-                "received {seconds}, expected seconds from 0 to 1e9"
-            ))
+            Err(Wrong::value(seconds, "seconds from 0 to 1e9"))
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use coaxle_node::config::{ConfigError, did_you_mean, from_table};
+use coaxle_node::config::{ConfigError, Wrong, did_you_mean, from_table};
 use coaxle_receiver::ReceiverConfig;
 use coaxle_sender::config::SenderConfig;
 use schemars::JsonSchema;
@@ -134,17 +134,12 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
     let groups = groups.clone();
     let mut bytes = 0;
     for (number, group) in groups.into_iter().enumerate() {
-        let wrong = |field: &str, reason: String| {
-            ConfigError::field(file, format!("group[{number}].{field}"), reason)
-        };
+        let within = |wrong: Wrong| wrong.within(format_args!("group[{number}]")).in_file(file);
         let Value::Table(mut group) = group else {
             continue;
         };
         let head = head_of(file, number, &group)?;
-        let copies = head
-            .count
-            .copies()
-            .map_err(|reason| wrong("count", reason))?;
+        let copies = head.count.copies().map_err(within)?;
         // The rest of the group are its lists alone, which are copied.
         for field in FIELDS {
             group.remove(field);
@@ -152,26 +147,24 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
         // Checked before any copy is made.
         bytes += group.to_string().len() as u64 * copies.len() as u64;
         if bytes > MOST_BYTES {
-            let reason = format!(
-                "received {bytes} bytes of TOML once written out, expected at most {MOST_BYTES}"
-            );
-            return Err(wrong("count", reason));
+            let received = format!("{bytes} bytes of TOML once written out");
+            let expected = format!("at most {MOST_BYTES}");
+            return Err(within(Wrong::of("count", received, expected)));
         }
         for (place, numbers) in copies.iter().enumerate() {
             // Both ends are reached. A single copy has the first value.
             let share = place as f64 / (copies.len() - 1).max(1) as f64;
             let mut copy = group.clone();
             for (field, [from, to]) in &head.spread {
-                check_path(field, &copy).map_err(|reason| wrong("spread", reason))?;
+                check_path(field, &copy).map_err(within)?;
                 let value = from + (to - from) * share;
                 overrides::apply(&mut copy, &format!("{field}={value}"))
-                    .map_err(|reason| wrong("spread", format!("{reason:#}")))?;
+                    .map_err(|error| within(Wrong::with_reason("spread", format!("{error:#}"))))?;
             }
             let mut copy = Value::Table(copy);
             // After the spread, whose paths are those of the group as it is written.
             number_texts(&mut copy, numbers);
-            append(scenario, copy, number, &mut origins)
-                .map_err(|(field, reason)| wrong(field, reason))?;
+            append(scenario, copy, number, &mut origins).map_err(within)?;
         }
     }
     scenario.remove("group");
@@ -179,16 +172,14 @@ pub(crate) fn expand(file: &str, scenario: &mut Table) -> Result<Origins, Config
 }
 
 /// Checks that a path leads into one of the lists that the group has.
-fn check_path(field: &str, group: &Table) -> Result<(), String> {
+fn check_path(field: &str, group: &Table) -> Result<(), Wrong> {
     let list = field.split('.').next().unwrap_or_default();
     if group.get(list).is_some_and(Value::is_array) {
         return Ok(());
     }
     let known: Vec<_> = group.keys().map(String::as_str).collect();
-    let known = known.join(", ");
-    Err(format!(
-        "received {field:?}, expected a path into one of its lists: {known}"
-    ))
+    let expected = format!("a path into one of its lists: {}", known.join(", "));
+    Err(Wrong::of("spread", format_args!("{field:?}"), expected))
 }
 
 fn head_of(file: &str, number: usize, group: &Table) -> Result<Head, ConfigError> {
@@ -218,7 +209,7 @@ type Number = (String, u32);
 
 impl Count {
     /// The numbers of each copy.
-    fn copies(&self) -> Result<Vec<Vec<Number>>, String> {
+    fn copies(&self) -> Result<Vec<Vec<Number>>, Wrong> {
         let names: Vec<(&str, u32)> = match self {
             Self::Of(count) => vec![("n", *count)],
             Self::By(counts) => counts.iter().map(|(name, n)| (&**name, *n)).collect(),
@@ -228,9 +219,8 @@ impl Count {
         let product = product.fold(1_u64, u64::saturating_mul);
         let product = if names.is_empty() { 0 } else { product };
         if !(1..=MOST_COPIES).contains(&product) {
-            return Err(format!(
-                "received {product}, expected 1 to {MOST_COPIES} in all"
-            ));
+            let expected = format!("1 to {MOST_COPIES} in all");
+            return Err(Wrong::of("count", product, expected));
         }
         let mut copies = vec![Vec::new()];
         for (name, count) in names {
@@ -270,7 +260,7 @@ fn append(
     group: Value,
     number: usize,
     origins: &mut Origins,
-) -> Result<(), (&'static str, String)> {
+) -> Result<(), Wrong> {
     for list in LISTS {
         let Some(added) = group.get(list) else {
             continue;
@@ -278,8 +268,11 @@ fn append(
         let all = scenario
             .entry(list)
             .or_insert_with(|| Value::Array(Vec::new()));
-        let (Value::Array(added), Value::Array(all)) = (added, all) else {
-            return Err((list, "expected a list of tables".to_owned()));
+        let (Value::Array(added), Value::Array(all)) = (added, &mut *all) else {
+            // The elements of the group, or those of the scenario that they are put behind.
+            let wrong = if added.is_array() { all } else { added };
+            let received = format!("a value of type {}", wrong.type_str());
+            return Err(Wrong::of(list, received, "a list of tables"));
         };
         // The first group to add to a list decides where the scenario's own elements end.
         let origin = origins.0.entry(list).or_insert_with(|| GroupOrigin {
@@ -386,7 +379,7 @@ mod tests {
             ),
             (
                 "[[group]]\ncount = 2\nsender = 3",
-                "group[0].sender: expected a list",
+                "group[0].sender: received a value of type integer, expected a list",
             ),
             (
                 "[[group]]\ncount = 2\nspread = { 'sender.0.x' = [1, 2] }\n",

@@ -1,11 +1,11 @@
 //! Places of a scenario's nodes among its routers.
 
-use coaxle_node::config::did_you_mean;
+use coaxle_node::config::{Wrong, did_you_mean};
 use coaxle_node::faults::check_link;
 
 use crate::router::fits;
 use crate::scenario::Scenario;
-use crate::topology::{Topology, WrongField};
+use crate::topology::Topology;
 
 /// Most routers of a scenario.
 const MOST_ROUTERS: usize = 128;
@@ -23,18 +23,15 @@ impl ScenarioLayout {
     /// The layout, with every node behind one router, if there are any.
     ///
     /// # Errors
-    /// The field that is wrong, and why.
-    pub(crate) fn of(scenario: &Scenario, topology: &Topology) -> Result<Self, WrongField> {
+    /// [`Wrong`] names the field.
+    pub(crate) fn of(scenario: &Scenario, topology: &Topology) -> Result<Self, Wrong> {
         let routers = &scenario.routers;
         if routers.is_empty() {
             return Ok(Self::default());
         }
         if routers.len() > MOST_ROUTERS {
-            let reason = format!(
-                "received {}, expected at most {MOST_ROUTERS}",
-                routers.len()
-            );
-            return Err(WrongField::new("router", reason));
+            let expected = format!("at most {MOST_ROUTERS}");
+            return Err(Wrong::of("router", routers.len(), expected));
         }
         check_names(scenario, topology)?;
         check_links(scenario)?;
@@ -45,29 +42,23 @@ impl ScenarioLayout {
     }
 }
 
-fn check_names(scenario: &Scenario, topology: &Topology) -> Result<(), WrongField> {
+fn check_names(scenario: &Scenario, topology: &Topology) -> Result<(), Wrong> {
     let routers = &scenario.routers;
     for (n, router) in routers.iter().enumerate() {
         let name = &router.name;
         let is_taken = routers[..n].iter().any(|other| other.name == *name);
         if is_taken || topology.node(name).is_some() {
-            let name = name.as_str();
-            let reason = format!(
-                "received {name:?} twice, expected a name that no node and no other router has"
-            );
-            return Err(WrongField::new(format!("router[{n}].name"), reason));
+            let received = format!("{:?} twice", name.as_str());
+            let expected = "a name that no node and no other router has";
+            return Err(Wrong::of(format!("router[{n}].name"), received, expected));
         }
         let nodes = topology.names();
         for (place, pattern) in router.nodes.iter().enumerate() {
             if !nodes.iter().any(|node| fits(pattern, node.as_str())) {
                 let meant = did_you_mean(pattern, nodes.iter().map(|node| node.as_str()));
-                let reason = format!(
-                    "received {pattern:?}, expected the name of a node, or a pattern that one fits{meant}"
-                );
-                return Err(WrongField::new(
-                    format!("router[{n}].nodes[{place}]"),
-                    reason,
-                ));
+                let field = format!("router[{n}].nodes[{place}]");
+                let expected = format!("the name of a node, or a pattern that one fits{meant}");
+                return Err(Wrong::of(field, format_args!("{pattern:?}"), expected));
             }
         }
     }
@@ -75,25 +66,22 @@ fn check_names(scenario: &Scenario, topology: &Topology) -> Result<(), WrongFiel
 }
 
 /// Refuses faults of content on a hop, which knows no key and does not read messages.
-fn check_links(scenario: &Scenario) -> Result<(), WrongField> {
+fn check_links(scenario: &Scenario) -> Result<(), Wrong> {
     for (n, router) in scenario.routers.iter().enumerate() {
         let Some(link) = &router.link else {
             continue;
         };
         let field = format!("router[{n}].link");
         if link.corruption.get() > 0.0 || !link.forgeries.is_empty() {
-            let reason = "received corruption or forgeries, expected those in network, or in the faults of a receiver";
-            return Err(WrongField::new(field, reason.to_owned()));
+            let expected = "those in network, or in the faults of a receiver";
+            return Err(Wrong::of(field, "corruption or forgeries", expected));
         }
-        check_link(link).map_err(|wrong| {
-            let wrong = wrong.within(&field);
-            WrongField::new(wrong.field(), wrong.reason().to_string())
-        })?;
+        check_link(link).map_err(|wrong| wrong.within(field))?;
     }
     Ok(())
 }
 
-fn behind(scenario: &Scenario, topology: &Topology) -> Result<Vec<usize>, WrongField> {
+fn behind(scenario: &Scenario, topology: &Topology) -> Result<Vec<usize>, Wrong> {
     let home_of = |node: &str| {
         let routers = scenario.routers.iter().enumerate();
         // Two are asked for, as a second one is as wrong as none.
@@ -101,17 +89,13 @@ fn behind(scenario: &Scenario, topology: &Topology) -> Result<Vec<usize>, WrongF
         match (homes.next(), homes.next()) {
             (Some((home, _)), None) => Ok(home),
             (None, _) => {
-                let reason = format!(
-                    "received none with {node:?} among its nodes, expected every node behind a router"
-                );
-                Err(WrongField::new("router", reason))
+                let received = format!("none with {node:?} among its nodes");
+                Err(Wrong::of("router", received, "every node behind a router"))
             }
             (Some((_, first)), Some((second, _))) => {
-                let reason = format!(
-                    "received {node:?}, which is behind {} already, expected a node behind one router",
-                    first.name
-                );
-                Err(WrongField::new(format!("router[{second}].nodes"), reason))
+                let field = format!("router[{second}].nodes");
+                let received = format!("{node:?}, which is behind {} already", first.name);
+                Err(Wrong::of(field, received, "a node behind one router"))
             }
         }
     };
@@ -119,7 +103,7 @@ fn behind(scenario: &Scenario, topology: &Topology) -> Result<Vec<usize>, WrongF
     names.map(|node| home_of(node.as_str())).collect()
 }
 
-fn connected(scenario: &Scenario) -> Result<Vec<[usize; 2]>, WrongField> {
+fn connected(scenario: &Scenario) -> Result<Vec<[usize; 2]>, Wrong> {
     let routers = &scenario.routers;
     let mut pairs = Vec::new();
     for (n, router) in routers.iter().enumerate() {
@@ -127,8 +111,9 @@ fn connected(scenario: &Scenario) -> Result<Vec<[usize; 2]>, WrongField> {
             let wrong = |expected: &str| {
                 let known = routers.iter().map(|router| router.name.as_str());
                 let meant = did_you_mean(to.as_str(), known);
-                let reason = format!("received {:?}, expected {expected}{meant}", to.as_str());
-                WrongField::new(format!("router[{n}].to[{place}]"), reason)
+                let field = format!("router[{n}].to[{place}]");
+                let received = format!("{:?}", to.as_str());
+                Wrong::of(field, received, format_args!("{expected}{meant}"))
             };
             let other = routers.iter().position(|router| router.name == *to);
             let other = other.ok_or_else(|| wrong("a router of this scenario"))?;

@@ -5,8 +5,8 @@ use std::num::NonZeroU32;
 use std::path::Path;
 
 use coaxle_node::CommandOrder;
-use coaxle_node::config::{ConfigError, Unit, did_you_mean, from_table};
-use coaxle_node::faults::{WrongTerm, check_link};
+use coaxle_node::config::{ConfigError, Unit, Wrong, did_you_mean, from_table};
+use coaxle_node::faults::check_link;
 use coaxle_node::fields_of;
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::{Drives, ReceiverConfig, SlaveConfig};
@@ -20,7 +20,7 @@ use crate::invariants::Exception;
 use crate::layout::ScenarioLayout;
 use crate::scenario::Scenario;
 use crate::summary::{ReceiverSummary, RouterSummary, SlaveSummary};
-use crate::topology::{ReceiverAxis, Root, Topology};
+use crate::topology::{ReceiverAxis, Root, Topology, unknown_node};
 
 /// Reads and checks a scenario. `file` is its name in errors.
 ///
@@ -35,9 +35,6 @@ pub fn scenario(file: &str, table: toml::Table) -> Result<Scenario, ConfigError>
 /// Reads and checks a scenario without groups.
 fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> {
     let mut scenario: Scenario = from_table(file, table)?;
-    // Before the topology, whose cost grows with the square of the nodes.
-    let count = scenario.check_count();
-    count.map_err(|(field, reason)| ConfigError::field(file, field, reason))?;
     // Files are named relative to the scenario, wherever the tool is run.
     if let Some(folder) = Path::new(file).parent() {
         for sender in &mut scenario.senders {
@@ -52,15 +49,22 @@ fn written_out(file: &str, table: toml::Table) -> Result<Scenario, ConfigError> 
         let links = links.filter_map(|router| router.link.as_mut());
         links.for_each(|link| link.relative_to(folder));
     }
-    let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file(file))?;
-    ScenarioLayout::of(&scenario, &topology).map_err(|wrong| wrong.in_file(file))?;
+    completed(scenario).map_err(|wrong| wrong.in_file(file))
+}
+
+/// Checks a scenario, and completes it with units and with the axes that its evaluation needs.
+fn completed(mut scenario: Scenario) -> Result<Scenario, Wrong> {
+    // Before the topology, whose cost grows with the square of the nodes.
+    scenario.check_count()?;
+    let topology = Topology::of(&scenario)?;
+    ScenarioLayout::of(&scenario, &topology)?;
     tell_units(&mut scenario, &topology);
-    show_followed_axes(&mut scenario, &topology, file)?;
-    check_events(&scenario, &topology, file)?;
-    check_expectations(&scenario, &topology, file)?;
-    check_exceptions(&scenario, file)?;
+    show_followed_axes(&mut scenario, &topology)?;
+    check_events(&scenario, &topology)?;
+    check_expectations(&scenario, &topology)?;
+    check_exceptions(&scenario)?;
     // Last, as nodes are built for it: the errors before are cheaper and name single fields.
-    check_nodes(&scenario, file)?;
+    check_nodes(&scenario)?;
     Ok(scenario)
 }
 
@@ -101,11 +105,7 @@ fn unit_of_source(scenario: &Scenario, receiver: usize, axis: usize, root: &Root
 }
 
 /// Shows every followed axis, which the evaluation needs.
-fn show_followed_axes(
-    scenario: &mut Scenario,
-    topology: &Topology,
-    file: &str,
-) -> Result<(), ConfigError> {
+fn show_followed_axes(scenario: &mut Scenario, topology: &Topology) -> Result<(), Wrong> {
     for (n, sender) in scenario.senders.iter_mut().enumerate() {
         let axes = (topology.views().iter())
             .flat_map(|view| std::iter::once(&view.root).chain(&view.standbys))
@@ -113,39 +113,34 @@ fn show_followed_axes(
             .filter(|root| root.node == n)
             .filter_map(|root| NonZeroU32::new(root.axis))
             .collect::<BTreeSet<_>>();
-        sender.show_axes = ShownAxes::new(axes.into_iter().collect()).map_err(|wrong| {
-            ConfigError::field(file, format!("sender[{n}]: axes with receivers"), wrong)
-        })?;
+        sender.show_axes = ShownAxes::new(axes.into_iter().collect())
+            .map_err(|wrong| wrong.within(format_args!("sender[{n}]: axes with receivers")))?;
     }
     Ok(())
 }
 
-fn check_events(scenario: &Scenario, topology: &Topology, file: &str) -> Result<(), ConfigError> {
+fn check_events(scenario: &Scenario, topology: &Topology) -> Result<(), Wrong> {
     for (n, event) in scenario.events.iter().enumerate() {
-        check_event_of_router(scenario, event).map_err(|(field, reason)| {
-            ConfigError::field(file, format!("event[{n}].{field}"), reason)
-        })?;
-        if scenario.router(&event.node).is_some() {
-            continue;
-        }
-        if topology.node(&event.node).is_none() {
-            let nodes = topology.names().iter().map(NodeName::as_str);
-            let reason = format!(
-                "received {:?}, expected a node of this scenario{}",
-                event.node.as_str(),
-                did_you_mean(event.node.as_str(), nodes)
-            );
-            return Err(ConfigError::field(file, format!("event[{n}].node"), reason));
-        }
-        check_addressee(scenario, event).map_err(|(field, reason)| {
-            ConfigError::field(file, format!("event[{n}].{field}"), reason)
-        })?;
+        check_event(scenario, topology, event)
+            .map_err(|wrong| wrong.within(format_args!("event[{n}]")))?;
     }
     Ok(())
+}
+
+fn check_event(scenario: &Scenario, topology: &Topology, event: &Event) -> Result<(), Wrong> {
+    check_event_of_router(scenario, event)?;
+    if scenario.router(&event.node).is_some() {
+        return Ok(());
+    }
+    if topology.node(&event.node).is_none() {
+        let nodes = topology.names().iter().map(NodeName::as_str);
+        return Err(unknown_node(&event.node, nodes));
+    }
+    check_addressee(scenario, event)
 }
 
 /// Checks that a router goes away and comes back, and does nothing else.
-fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
+fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), Wrong> {
     let (field, received) = match &event.what {
         _ if scenario.router(&event.node).is_none() => return Ok(()),
         EventKind::Away {
@@ -162,12 +157,12 @@ fn check_event_of_router(scenario: &Scenario, event: &Event) -> Result<(), (&'st
         } => ("action", "stop"),
         EventKind::Command(_) => ("command", "a command"),
     };
-    let reason = format!("received {received} for a router, expected action restart or freeze");
-    Err((field, reason))
+    let received = format!("{received} for a router");
+    Err(Wrong::of(field, received, "action restart or freeze"))
 }
 
 /// Checks that the addressee of a command exists.
-fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static str, String)> {
+fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), Wrong> {
     let EventKind::Command(commanded) = &event.what else {
         return Ok(());
     };
@@ -187,42 +182,36 @@ fn check_addressee(scenario: &Scenario, event: &Event) -> Result<(), (&'static s
     }
     let meant = did_you_mean(received, known.iter().map(String::as_str));
     let (node, known) = (&event.node, known.join(", "));
-    let reason = format!("received {received:?}, expected {what} {node}: {known}{meant}");
-    Err((field, reason))
+    let expected = format!("{what} {node}: {known}{meant}");
+    Err(Wrong::of(field, format_args!("{received:?}"), expected))
 }
 
 fn names<'a>(names: impl Iterator<Item = &'a NodeName>) -> Vec<String> {
     names.map(ToString::to_string).collect()
 }
 
-fn check_expectations(
-    scenario: &Scenario,
-    topology: &Topology,
-    file: &str,
-) -> Result<(), ConfigError> {
+fn check_expectations(scenario: &Scenario, topology: &Topology) -> Result<(), Wrong> {
     let judged: Vec<_> = topology.views().iter().map(|v| v.name.as_str()).collect();
     for (n, expectation) in scenario.expectations.iter().enumerate() {
-        check_expectation(expectation, scenario, &judged).map_err(|(field, reason)| {
-            ConfigError::field(file, format!("expect[{n}].{field}"), reason)
-        })?;
+        check_expectation(expectation, scenario, &judged)
+            .map_err(|wrong| wrong.within(format_args!("expect[{n}]")))?;
     }
     Ok(())
 }
 
-/// Checks that an expectation can be judged, among the names that have figures. Returns the wrong field and
-/// the reason.
+/// Checks that an expectation can be judged, among the names that have figures.
 fn check_expectation(
     expectation: &Expectation,
     scenario: &Scenario,
     judged: &[&str],
-) -> Result<(), (&'static str, String)> {
+) -> Result<(), Wrong> {
     if let Some(router) = &expectation.router {
         return check_expectation_of_router(router, expectation, scenario);
     }
     // In the order of `nodes`: the receiver, then the one it is compared with.
     for (name, field) in expectation.nodes().zip(["receiver", "at-most-share.of"]) {
         if !judged.contains(&name) {
-            return Err((field, unknown(name, judged)));
+            return Err(unknown(field, name, judged));
         }
     }
     let fields = match &expectation.slave {
@@ -236,10 +225,8 @@ fn check_expectation(
                     let slaves = receiver.iter().flat_map(|r| &r.slaves);
                     let known: Vec<_> = slaves.map(|slave| slave.name.as_str()).collect();
                     let meant = did_you_mean(name, known.iter().copied());
-                    let known = known.join(", ");
-                    let reason =
-                        format!("received {name:?}, expected a slave of {node}: {known}{meant}");
-                    return Err(("slave", reason));
+                    let expected = format!("a slave of {node}: {}{meant}", known.join(", "));
+                    return Err(Wrong::of("slave", format_args!("{name:?}"), expected));
                 }
             }
             fields_of(&SlaveSummary::default())
@@ -252,106 +239,91 @@ fn check_expectation_of_router(
     router: &str,
     expectation: &Expectation,
     scenario: &Scenario,
-) -> Result<(), (&'static str, String)> {
+) -> Result<(), Wrong> {
     let known = scenario.routers.iter();
     let known: Vec<_> = known.map(|router| router.name.as_str()).collect();
     if !known.contains(&router) {
-        return Err(("router", unknown(router, &known)));
+        return Err(unknown("router", router, &known));
     }
     let is_of_a_receiver = !expectation.receiver.is_empty() || expectation.slave.is_some();
     if is_of_a_receiver || expectation.at_most_share.is_some() {
-        let reason = "received receiver, slave or at-most-share besides, expected router alone";
-        return Err(("router", reason.to_owned()));
+        let received = "receiver, slave or at-most-share besides";
+        return Err(Wrong::of("router", received, "router alone"));
     }
     check_bound(expectation, &fields_of(&RouterSummary::default()))
 }
 
 /// Checks that the field exists, and that the expectation has a bound.
-fn check_bound(
-    expectation: &Expectation,
-    fields: &Map<String, Value>,
-) -> Result<(), (&'static str, String)> {
+fn check_bound(expectation: &Expectation, fields: &Map<String, Value>) -> Result<(), Wrong> {
     if !fields.contains_key(&expectation.field) {
         let known: Vec<_> = fields.keys().map(String::as_str).collect();
-        return Err(("field", unknown(&expectation.field, &known)));
+        return Err(unknown("field", &expectation.field, &known));
     }
     if expectation.has_bound() {
         Ok(())
     } else {
-        let reason = "expected at least one of at-most, at-least, equals, at-most-share";
-        Err(("field", reason.to_owned()))
+        let expected = "at least one of at-most, at-least, equals, at-most-share";
+        Err(Wrong::of("field", "no bound of it", expected))
     }
 }
 
 /// The error about an unknown name, with the known ones.
-fn unknown(received: &str, known: &[&str]) -> String {
+fn unknown(field: &str, received: &str, known: &[impl AsRef<str>]) -> Wrong {
+    let known: Vec<_> = known.iter().map(AsRef::as_ref).collect();
     let meant = did_you_mean(received, known.iter().copied());
-    let known = known.join(", ");
-    format!("received {received:?}, expected one of: {known}{meant}")
+    let expected = format!("one of: {}{meant}", known.join(", "));
+    Wrong::of(field, format_args!("{received:?}"), expected)
 }
 
-fn check_exceptions(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
+fn check_exceptions(scenario: &Scenario) -> Result<(), Wrong> {
     for (n, exception) in scenario.exceptions.iter().enumerate() {
-        check_exception(exception, scenario).map_err(|(field, reason)| {
-            ConfigError::field(file, format!("exception[{n}].{field}"), reason)
-        })?;
+        check_exception(exception, scenario)
+            .map_err(|wrong| wrong.within(format_args!("exception[{n}]")))?;
     }
     Ok(())
 }
 
-/// Checks that the part of an exception exists. Returns the wrong field and the reason.
-fn check_exception(
-    exception: &Exception,
-    scenario: &Scenario,
-) -> Result<(), (&'static str, String)> {
+/// Checks that the part of an exception exists.
+fn check_exception(exception: &Exception, scenario: &Scenario) -> Result<(), Wrong> {
     let Exception {
         receiver, of, from, ..
     } = exception;
-    let unknown = |received: &str, known: Vec<String>| {
-        let known: Vec<_> = known.iter().map(String::as_str).collect();
-        unknown(received, &known)
-    };
     let receivers = &scenario.receivers;
     let Some(config) = receivers
         .iter()
         .find(|known| known.name.as_str() == receiver)
     else {
         let known = names(receivers.iter().map(|known| &known.name));
-        return Err(("receiver", unknown(receiver, known)));
+        return Err(unknown("receiver", receiver, &known));
     };
     let mut known = names(config.slaves.iter().map(|slave| &slave.name));
     known.extend(config.far_axis_names());
     known.extend(names(config.received_nodes().iter().map(|node| node.node)));
     known.push(receiver.clone());
     if !known.contains(of) {
-        return Err(("of", unknown(of, known)));
+        return Err(unknown("of", of, &known));
     }
     if from.is_empty() {
-        let reason = "expected at least one of the invariants".to_owned();
-        return Err(("from", reason));
+        return Err(Wrong::of("from", "none", "at least one of the invariants"));
     }
     Ok(())
 }
 
 /// Checks that every node is able to start: its parameters are checked where they are used.
-fn check_nodes(scenario: &Scenario, file: &str) -> Result<(), ConfigError> {
+fn check_nodes(scenario: &Scenario) -> Result<(), Wrong> {
     let start = coaxle_clock::Instant::EPOCH;
-    let wrong_file = |wrong: WrongTerm| ConfigError::field(file, wrong.field(), wrong.reason());
-    let network = check_link(&scenario.network);
-    network.map_err(|wrong| wrong_file(wrong.within("network")))?;
-    let network = check_link(&scenario.timing_network);
-    network.map_err(|wrong| wrong_file(wrong.within("timing-network")))?;
+    check_link(&scenario.network).map_err(|wrong| wrong.within("network"))?;
+    check_link(&scenario.timing_network).map_err(|wrong| wrong.within("timing-network"))?;
     for (n, sender) in scenario.senders.iter().enumerate() {
-        let files = sender.check_files();
-        files.map_err(|wrong| wrong_file(wrong.within(&format!("sender[{n}]"))))?;
-        coaxle_sender::Sender::new(sender, start, 0)
-            .map_err(|wrong| ConfigError::field(file, format!("sender[{n}]"), wrong))?;
+        let built = || coaxle_sender::Sender::new(sender, start, 0).map(drop);
+        let checked = sender.check_files().and_then(|()| built());
+        checked.map_err(|wrong| wrong.within(format_args!("sender[{n}]")))?;
     }
-    for (n, receiver) in scenario.receivers.iter().enumerate() {
-        let files = receiver.check_files();
-        files.map_err(|wrong| wrong_file(wrong.within(&format!("receiver[{n}]"))))?;
-        coaxle_receiver::Receiver::with_drives(receiver, Drives::simulated(), start, 0)
-            .map_err(|wrong| ConfigError::field(file, format!("receiver[{n}]"), wrong))?;
+    for (n, config) in scenario.receivers.iter().enumerate() {
+        let drives = Drives::simulated();
+        let built = || coaxle_receiver::Receiver::with_drives(config, drives, start, 0).map(drop);
+        let checked = config.check_files().and_then(|()| built());
+        checked.map_err(|wrong| wrong.within(format_args!("receiver[{n}]")))?;
     }
     Ok(())
 }

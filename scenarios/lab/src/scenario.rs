@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use coaxle_node::config::{DurationSeconds, LinkConfig, did_you_mean};
+use coaxle_node::config::{DurationSeconds, LinkConfig, Wrong, did_you_mean};
 use coaxle_node::faults::seed_of;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Wiring;
@@ -89,15 +89,15 @@ const MOST_NODES: usize = 1000;
 
 impl Scenario {
     /// # Errors
-    /// The wrong field, and why.
-    pub(crate) fn check_count(&self) -> Result<(), (&'static str, String)> {
+    /// [`Wrong`]: too many nodes.
+    pub(crate) fn check_count(&self) -> Result<(), Wrong> {
         let received = self.senders.len() + self.receivers.len();
         if received <= MOST_NODES {
             return Ok(());
         }
-        let reason =
-            format!("received {received} senders and receivers, expected at most {MOST_NODES}");
-        Err(("receiver", reason))
+        let received = format!("{received} senders and receivers");
+        let expected = format!("at most {MOST_NODES}");
+        Err(Wrong::of("receiver", received, expected))
     }
 
     /// Channels that every node publishes and subscribes to: senders first, then receivers, then duplicates.

@@ -1,8 +1,9 @@
 //! Topology: every axis that leads slaves, resolved to the node at the root of its motion:
 //! a sender, or a receiver with a virtual axis.
 
+use coaxle_node::Channel;
 use coaxle_node::circles::{CIRCLE_CODE, circles};
-use coaxle_node::config::{ConfigError, did_you_mean};
+use coaxle_node::config::{Wrong, did_you_mean};
 use coaxle_node::keys::NodeName;
 use coaxle_receiver::config::{FarAxisConfig, FarChannel, FarConfig, GearConfig, MasterRef};
 use coaxle_receiver::{ReceiverConfig, SignalRow};
@@ -70,36 +71,12 @@ pub struct Root {
     pub gear: Option<GearConfig>,
 }
 
-/// A field that is wrong, and why.
-#[derive(Debug, PartialEq, Eq)]
-pub struct WrongField {
-    field: String,
-    reason: String,
-}
-
-impl WrongField {
-    /// A field, and its fault.
-    #[must_use]
-    pub fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self {
-            field: field.into(),
-            reason: reason.into(),
-        }
-    }
-
-    /// The error of a file with this field.
-    #[must_use]
-    pub fn in_file(self, file: &str) -> ConfigError {
-        ConfigError::field(file, self.field, self.reason)
-    }
-}
-
 impl Topology {
     /// Resolves the axes of a scenario.
     ///
     /// # Errors
-    /// Names the field that refers to a missing node or axis.
-    pub fn of(scenario: &Scenario) -> Result<Self, WrongField> {
+    /// [`Wrong`] names the field that refers to a missing node or axis.
+    pub fn of(scenario: &Scenario) -> Result<Self, Wrong> {
         let names: Vec<NodeName> = scenario
             .senders
             .iter()
@@ -108,13 +85,9 @@ impl Topology {
             .collect();
         for (n, name) in names.iter().enumerate() {
             if names[..n].contains(name) {
-                return Err(WrongField {
-                    field: field_of(scenario, n, "name"),
-                    reason: format!(
-                        "received {:?} twice, expected a name of its own for each node",
-                        name.as_str()
-                    ),
-                });
+                let received = format!("{:?} twice", name.as_str());
+                let expected = "a name of its own for each node";
+                return Err(Wrong::of(field_of(scenario, n, "name"), received, expected));
             }
         }
         // Before any axis is resolved, which goes from node to node and would not end in a circle.
@@ -130,7 +103,7 @@ impl Topology {
         Ok(topology)
     }
 
-    fn views_in(&self, scenario: &Scenario, receiver: usize) -> Result<Vec<View>, WrongField> {
+    fn views_in(&self, scenario: &Scenario, receiver: usize) -> Result<Vec<View>, Wrong> {
         let config = &scenario.receivers[receiver];
         let view = |(name, of)| {
             let (mut standbys, mut nodes) = (Vec::new(), Vec::new());
@@ -183,7 +156,7 @@ impl Topology {
         receiver: usize,
         axis: usize,
         first: &NodeName,
-    ) -> Result<Root, WrongField> {
+    ) -> Result<Root, Wrong> {
         let mut gears = Vec::new();
         let (mut at, mut axis) = (receiver, axis);
         let mut first_source = None;
@@ -193,10 +166,7 @@ impl Topology {
             let Some((n, far, FarAxisConfig { id, .. })) = config.far_axes().nth(axis) else {
                 unreachable!("the axis is one of the config's");
             };
-            let wrong = |field: &str, reason: String| WrongField {
-                field: format!("receiver[{at}].far[{n}].{field}"),
-                reason,
-            };
+            let within = |wrong: Wrong| wrong.within(format_args!("receiver[{at}].far[{n}]"));
             // Only the first hop may be a standby: nodes before it follow their first choice.
             let node_name = first.take().unwrap_or(&far.node);
             let known = self.node(node_name);
@@ -205,7 +175,7 @@ impl Topology {
                 (Some(node), FarChannel::Axes) if node < senders => {
                     let axes = scenario.senders[node].axes.iter().map(|axis| axis.id.get());
                     if !axes.clone().any(|other| other == *id) {
-                        return Err(wrong("axes", not_among(*id, node_name, axes)));
+                        return Err(within(not_among(*id, node_name, axes)));
                     }
                     return Ok(Root {
                         source: first_source.unwrap_or(node),
@@ -219,7 +189,7 @@ impl Topology {
                     let followed = &scenario.receivers[before];
                     let Some(slave) = followed.slave_with_id(*id) else {
                         let ids = (0..followed.slaves.len()).map(|n| followed.slave_id(n));
-                        return Err(wrong("axes", not_among(*id, node_name, ids)));
+                        return Err(within(not_among(*id, node_name, ids)));
                     };
                     gears.push(followed.gear_to(slave));
                     first_source.get_or_insert(node);
@@ -230,8 +200,10 @@ impl Topology {
                             return Ok(virtual_root(followed, root, node, source, &gears));
                         }
                         Some(MasterRef::Slave(_)) | None => {
-                            let reason = format!("a slave of {node_name} has no axis at its root");
-                            return Err(wrong("axes", reason));
+                            let received =
+                                format!("a slave of {node_name} without an axis at its root");
+                            let expected = "one that follows a far or virtual axis in the end";
+                            return Err(within(Wrong::of("axes", received, expected)));
                         }
                     }
                 }
@@ -241,25 +213,22 @@ impl Topology {
                     let place = (*id as usize).checked_sub(1);
                     let Some(followed) = place.and_then(|place| published.get(place)) else {
                         let ids = 1..=published.len() as u32;
-                        return Err(wrong("axes", not_among(*id, node_name, ids)));
+                        return Err(within(not_among(*id, node_name, ids)));
                     };
                     gears.push(Some(GearConfig::default()));
                     first_source.get_or_insert(node);
                     (at, axis) = (before, *followed);
                 }
-                (Some(_), _) => {
-                    let reason = "expected channel \"axes\" with a sender, \"slaves\" or \
-                                  \"far-axes\" with a receiver"
-                        .to_owned();
-                    return Err(wrong("channel", reason));
+                (Some(node), channel) => {
+                    let kind = if node < senders { "sender" } else { "receiver" };
+                    let received = format!("{:?} with a {kind}", Channel::from(channel).name());
+                    let expected =
+                        "\"axes\" with a sender, \"slaves\" or \"far-axes\" with a receiver";
+                    return Err(within(Wrong::of("channel", received, expected)));
                 }
                 (None, _) => {
-                    let reason = format!(
-                        "received {:?}, expected a node of this scenario{}",
-                        node_name.as_str(),
-                        did_you_mean(node_name.as_str(), self.names.iter().map(NodeName::as_str))
-                    );
-                    return Err(wrong("node", reason));
+                    let names = self.names.iter().map(NodeName::as_str);
+                    return Err(within(unknown_node(node_name, names)));
                 }
             }
         }
@@ -315,7 +284,7 @@ fn virtual_root(
 }
 
 /// Refuses nodes that follow each other: a scenario knows all of them, so that no node of a circle has to find it.
-fn check_circles(receivers: &[ReceiverConfig]) -> Result<(), WrongField> {
+fn check_circles(receivers: &[ReceiverConfig]) -> Result<(), Wrong> {
     let followers: Vec<_> = receivers
         .iter()
         .flat_map(ReceiverConfig::followers)
@@ -336,21 +305,24 @@ fn check_circles(receivers: &[ReceiverConfig]) -> Result<(), WrongField> {
     let receiver = receiver.unwrap_or_default();
     let leads = |far: &FarConfig| far.node == next.node || far.standby.contains(&next.node);
     let far = receivers[receiver].far.iter().position(leads);
-    Err(WrongField {
-        field: format!("receiver[{receiver}].far[{}].node", far.unwrap_or_default()),
-        reason: format!(
-            "{CIRCLE_CODE:#06x}: received a circle: {circle}; expected a sender's axis or a virtual axis at the root"
-        ),
-    })
+    let field = format!("receiver[{receiver}].far[{}].node", far.unwrap_or_default());
+    let expected = "a sender's axis or a virtual axis at the root";
+    let wrong = Wrong::of(field, format_args!("a circle: {circle}"), expected);
+    Err(wrong.with_code(CIRCLE_CODE))
 }
 
 /// The error about an axis that a node does not have, with those it has.
-fn not_among(id: u32, node: &NodeName, known: impl Iterator<Item = u32>) -> String {
+fn not_among(id: u32, node: &NodeName, known: impl Iterator<Item = u32>) -> Wrong {
     let known: Vec<_> = known.map(|id| id.to_string()).collect();
-    format!(
-        "received the id {id}, expected one of {node}: {}",
-        known.join(", ")
-    )
+    let expected = format!("one of {node}: {}", known.join(", "));
+    Wrong::of("axes", format_args!("the id {id}"), expected)
+}
+
+/// The error about a node that a scenario does not have.
+pub(crate) fn unknown_node<'n>(node: &NodeName, known: impl Iterator<Item = &'n str>) -> Wrong {
+    let node = node.as_str();
+    let expected = format!("a node of this scenario{}", did_you_mean(node, known));
+    Wrong::of("node", format_args!("{node:?}"), expected)
 }
 
 /// Combines gears one after the other, the last one first.

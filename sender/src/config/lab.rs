@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use coaxle_node::config::ClockConfig;
-use coaxle_node::faults::WrongTerm;
-use coaxle_node::lab::{LabTable, WithLab, WrongLab, check_lab_clock};
+use coaxle_node::config::{ClockConfig, Wrong};
+use coaxle_node::lab::{LabTable, WithLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +20,7 @@ pub struct SenderLab {
 }
 
 impl LabTable for SenderLab {
-    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
+    fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)
     }
 }
@@ -29,7 +28,7 @@ impl LabTable for SenderLab {
 impl WithLab for SenderConfig {
     type Lab = SenderLab;
 
-    fn set_lab(&mut self, SenderLab { seed, clock }: SenderLab) -> Result<(), WrongLab> {
+    fn set_lab(&mut self, SenderLab { seed, clock }: SenderLab) -> Result<(), Wrong> {
         // Every value of a lab table fits a sender, which has one clock.
         (self.seed, self.clock) = (seed, clock);
         Ok(())

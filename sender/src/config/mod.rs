@@ -32,8 +32,9 @@ use std::path::Path;
 use coaxle_node::Channel;
 use coaxle_node::config::{
     ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingServerConfig, TransportConfig,
+    Wrong,
 };
-use coaxle_node::faults::{WrongTerm, check_clock};
+use coaxle_node::faults::check_clock;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
@@ -42,7 +43,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use lab::SenderLab;
-pub use shown::{InvalidShownAxes, SHOWN_BY_DEFAULT, ShownAxes};
+pub use shown::{SHOWN_BY_DEFAULT, ShownAxes};
 
 /// A sender: its name, its clock and its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -93,8 +94,8 @@ impl SenderConfig {
     /// Checks the files that its clock names, as at its start.
     ///
     /// # Errors
-    /// [`WrongTerm`] names the field and the file.
-    pub fn check_files(&self) -> Result<(), WrongTerm> {
+    /// [`Wrong`] names the field and the file.
+    pub fn check_files(&self) -> Result<(), Wrong> {
         check_clock(&self.clock).map_err(|wrong| wrong.within("clock"))
     }
 
@@ -137,17 +138,20 @@ pub struct AxisList(Vec<AxisConfig>);
 
 impl AxisList {
     /// # Errors
-    /// [`InvalidAxes`] if there are none or too many, or for a duplicate id.
-    pub fn new(axes: Vec<AxisConfig>) -> Result<Self, InvalidAxes> {
+    /// [`Wrong`] if there are none or too many, or for a duplicate id.
+    pub fn new(axes: Vec<AxisConfig>) -> Result<Self, Wrong> {
         if !(1..=MAX_AXES).contains(&axes.len()) {
-            let received = axes.len();
-            return Err(InvalidAxes::Count { received });
+            let received = format!("{} axes", axes.len());
+            return Err(Wrong::value(received, format_args!("1 to {MAX_AXES}")));
         }
         // Sorted, duplicates are neighbours: one pass finds them.
         let mut ids: Vec<u32> = axes.iter().map(|axis| axis.id.get()).collect();
         ids.sort_unstable();
         match ids.windows(2).find(|pair| pair[0] == pair[1]) {
-            Some(pair) => Err(InvalidAxes::IdTwice { id: pair[0] }),
+            Some(pair) => {
+                let received = format!("id {} twice", pair[0]);
+                Err(Wrong::value(received, "an id of its own for each axis"))
+            }
             None => Ok(Self(axes)),
         }
     }
@@ -161,27 +165,10 @@ impl Deref for AxisList {
 }
 
 impl TryFrom<Vec<AxisConfig>> for AxisList {
-    type Error = InvalidAxes;
-    fn try_from(axes: Vec<AxisConfig>) -> Result<Self, InvalidAxes> {
+    type Error = Wrong;
+    fn try_from(axes: Vec<AxisConfig>) -> Result<Self, Wrong> {
         Self::new(axes)
     }
-}
-
-/// Axes that cannot share a sender.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum InvalidAxes {
-    /// No axis, or more than a frame holds.
-    #[error("received {received} axes, expected 1 to {MAX_AXES}")]
-    Count {
-        /// Number of axes.
-        received: usize,
-    },
-    /// Duplicate id.
-    #[error("received id {id} twice, expected an id of its own for each axis")]
-    IdTwice {
-        /// The id.
-        id: u32,
-    },
 }
 
 #[cfg(test)]

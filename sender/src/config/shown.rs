@@ -2,6 +2,7 @@
 
 use std::num::NonZeroU32;
 
+use coaxle_node::config::Wrong;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +17,12 @@ pub struct ShownAxes(Vec<NonZeroU32>);
 
 impl ShownAxes {
     /// # Errors
-    /// [`InvalidShownAxes`] for a duplicate id.
-    pub fn new(ids: Vec<NonZeroU32>) -> Result<Self, InvalidShownAxes> {
+    /// [`Wrong`] for a duplicate id.
+    pub fn new(ids: Vec<NonZeroU32>) -> Result<Self, Wrong> {
         let twice = |(k, id): (usize, &NonZeroU32)| ids[..k].contains(id).then_some(*id);
         // The order is the user's choice and stays, so that sorting is no way to find duplicates.
         match ids.iter().enumerate().find_map(twice) {
-            Some(id) => Err(InvalidShownAxes::IdTwice { id: id.get() }),
+            Some(id) => Err(Wrong::value(format_args!("id {id} twice"), "each id once")),
             None => Ok(Self(ids)),
         }
     }
@@ -40,19 +41,8 @@ impl ShownAxes {
 }
 
 impl TryFrom<Vec<NonZeroU32>> for ShownAxes {
-    type Error = InvalidShownAxes;
-    fn try_from(ids: Vec<NonZeroU32>) -> Result<Self, InvalidShownAxes> {
+    type Error = Wrong;
+    fn try_from(ids: Vec<NonZeroU32>) -> Result<Self, Wrong> {
         Self::new(ids)
     }
-}
-
-/// Axes that cannot be shown together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum InvalidShownAxes {
-    /// Duplicate axis.
-    #[error("received id {id} twice, expected each id once")]
-    IdTwice {
-        /// The id.
-        id: u32,
-    },
 }

@@ -20,7 +20,7 @@ use std::borrow::Cow;
 use std::ops::Deref;
 use std::path::Path;
 
-use coaxle_node::config::{ConfigError, Position, elements_of, from_table, parse_table};
+use coaxle_node::config::{ConfigError, Position, Wrong, elements_of, from_table, parse_table};
 use coaxle_node::text_file;
 use coaxle_node::two_columns::Source;
 use coaxle_plate::{CamError, Course, Interpolation, MotionPoint, Plate, PlateSource, SourceRows};
@@ -230,10 +230,9 @@ impl Shape {
             if !received.is_finite() || received.abs() <= LARGEST {
                 return Ok(());
             }
-            let reason = format!(
-                "received {received:e}, expected a number from -{LARGEST:e} to {LARGEST:e}"
-            );
-            Err(ConfigError::field(file, field(), reason))
+            let received = format!("{received:e}");
+            let expected = format!("a number from -{LARGEST:e} to {LARGEST:e}");
+            Err(Wrong::of(field(), received, expected).in_file(file))
         };
         match self {
             Self::Points(points) => points.iter().enumerate().try_for_each(|(row, point)| {

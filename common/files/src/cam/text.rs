@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coaxle_node::config::ConfigError;
+use coaxle_node::config::{ConfigError, Wrong};
 use coaxle_node::two_columns;
 use coaxle_plate::{Course, Interpolation, WrittenPoint};
 use schemars::JsonSchema;
@@ -73,12 +73,12 @@ impl TableId {
 }
 
 impl TryFrom<i64> for TableId {
-    type Error = String;
-    fn try_from(number: i64) -> Result<Self, String> {
+    type Error = Wrong;
+    fn try_from(number: i64) -> Result<Self, Wrong> {
         // From a wider number: a number beyond 255 must not become another plate by wrapping.
         match u8::try_from(number) {
             Ok(id) if id > 0 => Ok(Self(id)),
-            _ => Err(format!("0x4b32: received {number}, expected 1 to 255")),
+            _ => Err(Wrong::value(number, "1 to 255").with_code(0x4b32)),
         }
     }
 }
@@ -118,35 +118,39 @@ impl CamText {
             (Some(table), None, []) => table.checked(file, folder).map(Shape::Table),
             (None, Some(points), []) => points.load(folder).map(Shape::Points),
             (None, None, points @ [_, ..]) => motion_points(file, points).map(Shape::Points),
-            (None, None, []) => Err(ConfigError::field(
-                file,
-                "point",
-                "0x4b35: received neither points nor a table, expected several [[point]], one [points] or one [table]",
-            )
-            .into()),
+            (None, None, []) => {
+                let expected = "several [[point]], one [points] or one [table]";
+                let wrong = Wrong::of("point", "neither points nor a table", expected);
+                Err(wrong.with_code(NO_CAM_TYPE).in_file(file).into())
+            }
             // A table beside any points is the more likely slip, so that the first field of it is named.
-            (Some(_), _, _) => Err(ConfigError::field(
-                file,
-                "table",
-                "0x4b35: received points and a table, expected either [[point]] or [table]",
-            )
-            .into()),
-            (None, Some(_), [_, ..]) => Err(ConfigError::field(
-                file,
-                "points",
-                "received points here and in a CSV file, expected either [[point]] or [points]",
-            )
-            .into()),
+            (Some(_), _, _) => {
+                let expected = "either [[point]] or [table]";
+                let wrong = Wrong::of("table", "points and a table", expected);
+                Err(wrong.with_code(NO_CAM_TYPE).in_file(file).into())
+            }
+            (None, Some(_), [_, ..]) => {
+                let expected = "either [[point]] or [points]";
+                let wrong = Wrong::of("points", "points here and in a CSV file", expected);
+                Err(wrong.in_file(file).into())
+            }
         }
     }
 }
 
-const NO_LAW: &str = "received none, expected one: only the last point and ignored ones need none";
+/// Error code of the NC for a plate that is neither a motion function nor a table.
+const NO_CAM_TYPE: u32 = 0x4b35;
+
+/// The error of a point without a law.
+fn no_law(file: &str, place: String) -> ConfigError {
+    let expected = "one: only the last point and ignored ones need none";
+    Wrong::of(place, "none", expected).in_file(file)
+}
 
 fn motion_points(file: &str, points: &[WrittenPoint]) -> Result<Points, CamFileError> {
     // The row with the missing law is the error: the path is made from it.
-    let points = WrittenPoint::to_points(points)
-        .map_err(|row| ConfigError::field(file, format!("point[{row}].law"), NO_LAW))?;
+    let points =
+        WrittenPoint::to_points(points).map_err(|row| no_law(file, format!("point[{row}].law")))?;
     Ok(Points {
         points,
         source: None,
@@ -157,13 +161,8 @@ impl PointsText {
     fn load(&self, folder: &Path) -> Result<Points, CamFileError> {
         // Beside the cam file: both are moved together.
         let (written, source) = point_table::load_points(&folder.join(&self.csv))?;
-        let points = WrittenPoint::to_points(&written).map_err(|row| {
-            ConfigError::field(
-                &source.file,
-                format!("line {}, law", source.lines[row]),
-                NO_LAW,
-            )
-        })?;
+        let points = WrittenPoint::to_points(&written)
+            .map_err(|row| no_law(&source.file, format!("line {}, law", source.lines[row])))?;
         Ok(Points {
             points,
             source: Some(source),
@@ -183,8 +182,9 @@ impl TableText {
             (rows, _) => {
                 // Given as missing and given twice need different cures.
                 let received = if rows.is_some() { "both" } else { "neither" };
-                let reason = format!("received {received} of rows and csv, expected one of them");
-                return Err(ConfigError::field(file, "table", reason).into());
+                let received = format!("{received} of rows and csv");
+                let wrong = Wrong::of("table", received, "one of them");
+                return Err(wrong.in_file(file).into());
             }
         };
         Ok(Table {

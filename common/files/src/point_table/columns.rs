@@ -1,5 +1,7 @@
 //! A header with the names of fields.
 
+use coaxle_node::config::Wrong;
+
 use super::field::Field;
 
 /// The field of each column, and the separator.
@@ -12,8 +14,8 @@ impl Columns {
     /// Reads a header that names a law; none for a table of two columns of numbers.
     ///
     /// # Errors
-    /// The reason if a column is unknown or duplicate, or master or slave is missing.
-    pub(super) fn of(header: &str) -> Option<Result<Self, String>> {
+    /// [`Wrong`] if a column is unknown or duplicate, or master or slave is missing.
+    pub(super) fn of(header: &str) -> Option<Result<Self, Wrong>> {
         // The comma last: with another separator it is a decimal comma.
         let separators = [';', '\t', ','];
         let separator = separators.into_iter().find(|c| header.contains(*c))?;
@@ -46,26 +48,25 @@ fn cells(line: &str, separator: char) -> impl Iterator<Item = &str> {
     line.split(separator).map(str::trim)
 }
 
-fn fields(names: &[&str]) -> Result<Vec<Field>, String> {
+fn fields(names: &[&str]) -> Result<Vec<Field>, Wrong> {
     let mut fields = Vec::new();
     for name in names {
-        let known = || Field::ALL.map(Field::name).join(", ");
         // The names of the PLC are accepted, and those of cam files are listed.
-        let field = Field::called(name)
-            .ok_or_else(|| format!("received column {name:?}, expected some of {}", known()))?;
+        let field = Field::called(name).ok_or_else(|| {
+            let expected = format!("some of {}", Field::ALL.map(Field::name).join(", "));
+            Wrong::value(format_args!("column {name:?}"), expected)
+        })?;
         if fields.contains(&field) {
-            let name = field.name();
-            return Err(format!("received column {name} twice, expected it once"));
+            let received = format!("column {} twice", field.name());
+            return Err(Wrong::value(received, "it once"));
         }
         fields.push(field);
     }
     // All other fields have a default.
     for needed in [Field::Master, Field::Slave] {
         if !fields.contains(&needed) {
-            return Err(format!(
-                "received no column {}, expected one",
-                needed.name()
-            ));
+            let received = format!("no column {}", needed.name());
+            return Err(Wrong::value(received, "one"));
         }
     }
     Ok(fields)

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use coaxle_node::config::ConfigError;
+use coaxle_node::config::{ConfigError, Wrong};
 use coaxle_node::two_columns;
 use coaxle_plate::WrittenPoint;
 
@@ -21,8 +21,8 @@ pub(super) fn read(file: &str, text: &str) -> Result<PointTable, ConfigError> {
             Ok(PointTable::Positions(rows))
         }
         Some((number, columns)) => {
-            let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
-            let (points, _) = points(file, &columns.map_err(wrong)?, lines)?;
+            let columns = columns.map_err(in_header(file, number))?;
+            let (points, _) = points(file, &columns, lines)?;
             Ok(PointTable::Points(points))
         }
     }
@@ -34,12 +34,16 @@ pub(super) fn read_points(file: &str, text: &str) -> Result<Points, ConfigError>
     let header = lines.next();
     let columns = header.and_then(|(number, header)| Some((number, Columns::of(header)?)));
     let Some((number, columns)) = columns else {
-        let place = format!("line {}", header.map_or(1, |(number, _)| number));
-        let reason = "received no column law, expected a header with law, master, slave and more";
-        return Err(ConfigError::field(file, place, reason));
+        let number = header.map_or(1, |(number, _)| number);
+        let wrong = Wrong::value("no column law", "a header with law, master, slave and more");
+        return Err(in_header(file, number)(wrong));
     };
-    let wrong = |reason| ConfigError::field(file, format!("line {number}"), reason);
-    points(file, &columns.map_err(wrong)?, lines)
+    points(file, &columns.map_err(in_header(file, number))?, lines)
+}
+
+/// Adds the file and the line of its header to an error.
+fn in_header(file: &str, number: usize) -> impl Fn(Wrong) -> ConfigError {
+    move |wrong| wrong.within(format_args!("line {number}")).in_file(file)
 }
 
 /// Points, and the line of each.
@@ -66,23 +70,21 @@ fn points<'a>(
         if points.len() == MOST_ROWS {
             return Err(too_many(file));
         }
-        let point = point(columns, line).map_err(|(field, reason)| {
-            let column = field.map_or(String::new(), |field| format!(", {}", field.name()));
-            ConfigError::field(file, format!("line {number}{column}"), reason)
-        })?;
+        let point = point(columns, line, number).map_err(|wrong| wrong.in_file(file))?;
         points.push(point);
         numbers.push(number);
     }
     Ok((points, numbers))
 }
 
-fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, String)> {
+fn point(columns: &Columns, line: &str, number: usize) -> Result<WrittenPoint, Wrong> {
     let cells: Vec<_> = columns.cells(line).collect();
     let (received, expected) = (cells.len(), columns.fields.len());
     // A missing cell would shift all cells behind it.
     if received != expected {
-        let reason = format!("received {received} columns, expected {expected}, as in the header");
-        return Err((None, reason));
+        let received = format!("{received} columns");
+        let expected = format!("{expected}, as in the header");
+        return Err(Wrong::of(format!("line {number}"), received, expected));
     }
     let mut point = default_point();
     for (field, cell) in columns.fields.iter().zip(cells) {
@@ -96,7 +98,7 @@ fn point(columns: &Columns, line: &str) -> Result<WrittenPoint, (Option<Field>, 
             // Words are laws and types: the field decides if a word fits.
             .map_or(Value::Word(cell), Value::Number);
         let set = field.set(&mut point, value);
-        set.map_err(|reason| (Some(*field), reason))?;
+        set.map_err(|wrong| wrong.within(format_args!("line {number}, {}", field.name())))?;
     }
     Ok(point)
 }

@@ -1,6 +1,7 @@
 //! The fields of a point by their names, in cam files and in the PLC.
 
 use coaxle_curve::law::MotionLaw;
+use coaxle_node::config::Wrong;
 use coaxle_plate::{PointType, WrittenPoint};
 
 /// A field of `MC_MotionFunctionPoint`.
@@ -73,8 +74,8 @@ impl Field {
     /// Puts a value into a point.
     ///
     /// # Errors
-    /// The expected value.
-    pub(super) fn set(self, point: &mut WrittenPoint, value: Value<'_>) -> Result<(), String> {
+    /// [`Wrong`]: a value of another kind.
+    pub(super) fn set(self, point: &mut WrittenPoint, value: Value<'_>) -> Result<(), Wrong> {
         match self {
             Self::Law => point.law = Some(law(value)?),
             Self::Type => point.point_type = Some(point_type(value)?),
@@ -98,10 +99,10 @@ pub(super) enum Value<'a> {
 }
 
 impl Value<'_> {
-    pub(super) fn number(self) -> Result<f64, String> {
+    pub(super) fn number(self) -> Result<f64, Wrong> {
         match self {
             Self::Number(number) => Ok(number),
-            Self::Word(word) => Err(format!("received {word:?}, expected a number")),
+            Self::Word(word) => Err(Wrong::value(format_args!("{word:?}"), "a number")),
         }
     }
 }
@@ -122,7 +123,7 @@ pub(super) const fn default_point() -> WrittenPoint {
     }
 }
 
-fn law(value: Value<'_>) -> Result<MotionLaw, String> {
+fn law(value: Value<'_>) -> Result<MotionLaw, Wrong> {
     let found = match value {
         Value::Word(word) => MotionLaw::ALL
             .iter()
@@ -131,8 +132,9 @@ fn law(value: Value<'_>) -> Result<MotionLaw, String> {
         Value::Number(code) => code_of(code).and_then(MotionLaw::from_code),
     };
     found.ok_or_else(|| {
-        let expected = "expected a law by its name, such as polynom5 or MOTIONFUNCTYPE_POLYNOM5, or by its code";
-        format!("received {}, {expected}", received_text(value))
+        let expected =
+            "a law by its name, such as polynom5 or MOTIONFUNCTYPE_POLYNOM5, or by its code";
+        Wrong::value(received_text(value), expected)
     })
 }
 
@@ -144,7 +146,7 @@ fn is_law(law: MotionLaw, word: &str) -> bool {
         .any(|name| name.eq_ignore_ascii_case(word))
 }
 
-fn point_type(value: Value<'_>) -> Result<PointType, String> {
+fn point_type(value: Value<'_>) -> Result<PointType, Wrong> {
     let found = match value {
         Value::Word(word) => PointType::ALL.into_iter().find(|kind| {
             // Both by name: `rest`, and MOTIONPOINTTYPE_REST.
@@ -154,9 +156,8 @@ fn point_type(value: Value<'_>) -> Result<PointType, String> {
         Value::Number(code) => code_of(code).and_then(PointType::from_code),
     };
     found.ok_or_else(|| {
-        let expected =
-            "expected a type by its name, such as rest or MOTIONPOINTTYPE_REST, or by its code";
-        format!("received {}, {expected}", received_text(value))
+        let expected = "a type by its name, such as rest or MOTIONPOINTTYPE_REST, or by its code";
+        Wrong::value(received_text(value), expected)
     })
 }
 
@@ -178,11 +179,11 @@ fn code_of(number: f64) -> Option<u16> {
     is_code.then_some(number as u16)
 }
 
-fn integer<T: TryFrom<i64>>(value: Value<'_>) -> Result<T, String> {
+fn integer<T: TryFrom<i64>>(value: Value<'_>) -> Result<T, Wrong> {
     let number = value.number()?;
     // Below 10¹⁵ a float holds every whole number exactly.
     let is_whole = number.fract() == 0.0 && number.abs() < 1e15;
     let whole = is_whole.then_some(number as i64);
     let fits = whole.and_then(|whole| T::try_from(whole).ok());
-    fits.ok_or_else(|| format!("received {number}, expected a whole number"))
+    fits.ok_or_else(|| Wrong::value(number, "a whole number"))
 }

@@ -17,7 +17,7 @@ mod tests;
 
 use std::path::Path;
 
-use coaxle_node::config::ConfigError;
+use coaxle_node::config::{ConfigError, Wrong};
 use coaxle_node::text_file;
 use coaxle_node::two_columns::Source;
 use coaxle_plate::{PlateSource, SourceRows, WrittenPoint};
@@ -123,6 +123,6 @@ impl From<&PlateSource> for PointTable {
 }
 
 fn too_many(file: &str) -> ConfigError {
-    let reason = format!("received more than {MOST_ROWS} rows, expected at most that many");
-    ConfigError::whole(file, reason)
+    let received = format!("more than {MOST_ROWS} rows");
+    Wrong::value(received, "at most that many").in_file(file)
 }

@@ -2,7 +2,7 @@
 
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::{Kinematics, Limits};
-use coaxle_node::config::{ConfigError, CycleMicros, Finite, Positive};
+use coaxle_node::config::{ConfigError, CycleMicros, Finite, Positive, Wrong};
 use coaxle_saw::{
     CouplingMoment, EncoderNoise, GearInPos, GearInVelo, Ratio, SawCommand, SlaveLimits,
     diagonal_ratio, saw_table_id,
@@ -133,9 +133,8 @@ fn one_command(
         // Given as missing and given twice need different cures.
         (position, _) => {
             let received = if position.is_some() { "both" } else { "none" };
-            let reason =
-                format!("received {received}, expected either [gear-in-pos] or [gear-in-velo]");
-            Err(ConfigError::field(file, "command", reason))
+            let expected = "either [gear-in-pos] or [gear-in-velo]";
+            Err(Wrong::of("command", received, expected).in_file(file))
         }
     }
 }
@@ -194,8 +193,8 @@ impl AxisText {
             // Equal limits leave no way, and no position in between.
             && min >= max
         {
-            let reason = format!("received {max}, expected above min-position, which is {min}");
-            return Err(ConfigError::field(file, "axis.max-position", reason));
+            let expected = format!("above min-position, which is {min}");
+            return Err(Wrong::of("axis.max-position", max, expected).in_file(file));
         }
         Ok(SlaveLimits {
             dynamics,

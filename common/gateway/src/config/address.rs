@@ -1,5 +1,6 @@
 //! Address of a PLC.
 
+use coaxle_node::config::Wrong;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,14 +19,6 @@ pub struct HostPort {
 #[schemars(inline, with = "String", extend("pattern" = r"^[0-9]{1,3}(\.[0-9]{1,3}){5}$"))]
 pub struct NetId(pub [u8; 6]);
 
-/// Error of a text that is not an address.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("received {received:?}, expected {expected}")]
-pub struct WrongPlcAddress {
-    received: String,
-    expected: &'static str,
-}
-
 impl HostPort {
     /// Returns the host.
     #[must_use]
@@ -41,8 +34,8 @@ impl HostPort {
 }
 
 impl TryFrom<String> for HostPort {
-    type Error = WrongPlcAddress;
-    fn try_from(text: String) -> Result<Self, WrongPlcAddress> {
+    type Error = Wrong;
+    fn try_from(text: String) -> Result<Self, Wrong> {
         // From the right: the port is behind the last colon.
         let (host, port) = match text.rsplit_once(':') {
             Some((host, port)) => (host, Some(port)),
@@ -56,10 +49,10 @@ impl TryFrom<String> for HostPort {
                 host: host.to_owned(),
                 port,
             }),
-            _ => Err(WrongPlcAddress {
-                received: text,
-                expected: "a host or host:port, such as \"192.168.1.20:48898\"",
-            }),
+            _ => {
+                let expected = "a host or host:port, such as \"192.168.1.20:48898\"";
+                Err(Wrong::value(format_args!("{text:?}"), expected))
+            }
         }
     }
 }
@@ -74,15 +67,14 @@ impl From<HostPort> for String {
 }
 
 impl TryFrom<String> for NetId {
-    type Error = WrongPlcAddress;
-    fn try_from(text: String) -> Result<Self, WrongPlcAddress> {
+    type Error = Wrong;
+    fn try_from(text: String) -> Result<Self, Wrong> {
         // `u8` refuses numbers beyond 255, and `try_into` any other number of them.
         let numbers: Result<Vec<u8>, _> = text.split('.').map(str::parse).collect();
         let six = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-        six.map(Self).ok_or(WrongPlcAddress {
-            received: text,
-            expected: "six numbers from 0 to 255, such as \"5.12.34.56.1.1\"",
-        })
+        let expected = "six numbers from 0 to 255, such as \"5.12.34.56.1.1\"";
+        six.map(Self)
+            .ok_or_else(|| Wrong::value(format_args!("{text:?}"), expected))
     }
 }
 

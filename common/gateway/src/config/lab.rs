@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use coaxle_node::config::ClockConfig;
-use coaxle_node::faults::WrongTerm;
-use coaxle_node::lab::{LabTable, WithLab, WrongLab, check_lab_clock};
+use coaxle_node::config::{ClockConfig, Wrong};
+use coaxle_node::lab::{LabTable, WithLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +18,7 @@ pub struct GatewayLab {
 }
 
 impl LabTable for GatewayLab {
-    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
+    fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)
     }
 }
@@ -27,7 +26,7 @@ impl LabTable for GatewayLab {
 impl WithLab for GatewayConfig {
     type Lab = GatewayLab;
 
-    fn set_lab(&mut self, GatewayLab { clock }: GatewayLab) -> Result<(), WrongLab> {
+    fn set_lab(&mut self, GatewayLab { clock }: GatewayLab) -> Result<(), Wrong> {
         self.clock = clock;
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use coaxle_node::config::Wrong;
 use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
@@ -29,8 +30,8 @@ impl<'de> Visitor<'de> for OutputsVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<Self::Value, A::Error> {
-        Err(A::Error::custom(
-            "received one table [output], expected a list: [[output]], and [[output.axis]] for its axes as before",
-        ))
+        let expected = "a list: [[output]], and [[output.axis]] for its axes as before";
+        let wrong = Wrong::value("one table [output]", expected);
+        Err(A::Error::custom(wrong))
     }
 }

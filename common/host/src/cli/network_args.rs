@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use coaxle_node::config::{ConfigError, TransportConfig, TransportMode, from_table, parse_table};
+use coaxle_node::config::{
+    ConfigError, TransportConfig, TransportMode, Wrong, from_table, parse_table,
+};
 use coaxle_node::keys::NodeName;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 
@@ -55,8 +57,9 @@ impl NetworkArgs {
         // A node's folder would sign an order with the name of the node, and access control knows operators only.
         if let (Some(file), Some(_), None) = (config, &transport.secure, secure) {
             let file = file.display().to_string();
-            let reason = "received the folder of the node alone, expected --secure with that of an operator besides";
-            return Err(ConfigError::field(&file, "transport.secure", reason));
+            let received = "the folder of the node alone";
+            let expected = "--secure with that of an operator besides";
+            return Err(Wrong::of("transport.secure", received, expected).in_file(&file));
         }
         // The folder of the command line replaces that of the node's config, whose rights do not include commands.
         transport.secure.clone_from(secure);

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
 use coaxle_node::circles::CircleChange;
-use coaxle_node::config::ClockConfig;
-use coaxle_node::faults::{CycleJitter, DeviatedClock, WrongTerm, seed_of};
+use coaxle_node::config::{ClockConfig, Wrong};
+use coaxle_node::faults::{CycleJitter, DeviatedClock, seed_of};
 use coaxle_os::machine::{self, Machine};
 use rtrb::{Consumer, Producer};
 
@@ -57,7 +57,7 @@ impl NodeClock {
         config: &ClockConfig,
         seed: u64,
         origin: Instant<Machine>,
-    ) -> Result<Self, WrongTerm> {
+    ) -> Result<Self, Wrong> {
         Ok(Self {
             // Seeds by name: a changed jitter leaves the random walk of the drift as it was.
             deviated: DeviatedClock::new(config, seed_of(seed, "clock"), origin)?,

@@ -2,8 +2,8 @@
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Channel;
-use coaxle_node::config::LinkConfig;
-use coaxle_node::faults::{Deliveries, LinkModel, Tampering, WrongTerm};
+use coaxle_node::config::{LinkConfig, Wrong};
+use coaxle_node::faults::{Deliveries, LinkModel, Tampering};
 use coaxle_node::wiring::far_link_seed;
 use coaxle_os::machine::{self, Machine};
 
@@ -26,7 +26,7 @@ impl Faults {
         key: &str,
         channel: Channel,
         far: usize,
-    ) -> Result<Self, WrongTerm> {
+    ) -> Result<Self, Wrong> {
         // A link without faults passes no model: no random number is drawn, and no delay added.
         let any = *config != LinkConfig::default();
         let seed = far_link_seed(seed, "link", channel, far);

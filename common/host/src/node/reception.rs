@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::faults::WrongTerm;
+use coaxle_node::config::Wrong;
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{Message, Reader, Rejection};
 use coaxle_os::machine::Machine;
@@ -97,7 +97,7 @@ impl Reception {
         inbox: Inbox,
         contact: Arc<Contact>,
         counters: Arc<Counters>,
-    ) -> Result<Self, WrongTerm> {
+    ) -> Result<Self, Wrong> {
         let Subscription { channel, far, .. } = *subscription;
         let key = subscription.node.channel_key(channel);
         Ok(Self {

@@ -8,14 +8,7 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 use super::schema::readable;
-
-/// A number outside the range of its field.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("received {}, expected {expected}", readable(*.received))]
-pub struct OutOfRange {
-    received: f64,
-    expected: &'static str,
-}
+use super::wrong::Wrong;
 
 /// Adds the range to a schema.
 // Given by the types, so that an editor refuses what the parser refuses.
@@ -49,13 +42,13 @@ macro_rules! checked_number {
             }
 
             /// # Errors
-            /// [`OutOfRange`] if the number is out of range.
-            pub fn new(number: f64) -> Result<Self, OutOfRange> {
+            /// [`Wrong`] if the number is out of range.
+            pub fn new(number: f64) -> Result<Self, Wrong> {
                 // Finite first: a range without an end contains infinity.
                 if number.is_finite() && Self::RANGE.contains(&number) {
                     Ok(Self(number))
                 } else {
-                    Err(OutOfRange { received: number, expected: $expected })
+                    Err(Wrong::value(readable(number), $expected))
                 }
             }
 
@@ -67,8 +60,8 @@ macro_rules! checked_number {
         }
 
         impl TryFrom<f64> for $name {
-            type Error = OutOfRange;
-            fn try_from(number: f64) -> Result<Self, OutOfRange> {
+            type Error = Wrong;
+            fn try_from(number: f64) -> Result<Self, Wrong> {
                 Self::new(number)
             }
         }
@@ -252,16 +245,14 @@ impl FirstCount {
 }
 
 impl TryFrom<u64> for FirstCount {
-    type Error = OutOfRange;
-    fn try_from(count: u64) -> Result<Self, OutOfRange> {
+    type Error = Wrong;
+    fn try_from(count: u64) -> Result<Self, Wrong> {
         if count <= Self::MOST {
             return Ok(Self(count));
         }
-        Err(OutOfRange {
-            // Shown as a float: a count beyond 2⁵³ is refused anyway, and its last digits do not matter.
-            received: count as f64,
-            expected: "a count of at most 40000000000",
-        })
+        // Shown as a float: a count beyond 2⁵³ is refused anyway, and its last digits do not matter.
+        let received = readable(count as f64);
+        Err(Wrong::value(received, "a count of at most 40000000000"))
     }
 }
 
@@ -278,14 +269,11 @@ impl From<FirstCount> for u64 {
 pub struct CycleMicros(pub CycleTime);
 
 impl TryFrom<f64> for CycleMicros {
-    type Error = OutOfRange;
-    fn try_from(micros: f64) -> Result<Self, OutOfRange> {
+    type Error = Wrong;
+    fn try_from(micros: f64) -> Result<Self, Wrong> {
         CycleTime::new(Span::from_micros_f64(micros))
             .map(Self)
-            .map_err(|_| OutOfRange {
-                received: micros,
-                expected: "100 to 100000 µs",
-            })
+            .map_err(|_| Wrong::value(readable(micros), "100 to 100000 µs"))
     }
 }
 

@@ -6,7 +6,7 @@ use coaxle_wire::one_line;
 
 use super::place::{Place, Position};
 use super::reworded::{is_missing, is_unknown, reworded};
-use super::schema::Finding;
+use super::wrong::Wrong;
 use crate::text_file::Unreadable;
 
 /// Refusal of a config: each mistake with the file, the field and the reason, all on one line.
@@ -42,19 +42,19 @@ impl ConfigError {
     }
 
     /// Several errors of one file.
-    pub(crate) fn fields(file: &str, fields: impl IntoIterator<Item = (String, String)>) -> Self {
+    pub(crate) fn fields(file: &str, fields: impl IntoIterator<Item = Wrong>) -> Self {
         let mistakes = fields.into_iter();
         // In the order of the schema. `in_text` sorts them by their lines.
-        let mistakes = mistakes.map(|(field, reason)| Mistake::new(file, &field, reason));
+        let mistakes = mistakes.map(|Wrong { field, reason }| Mistake::new(file, &field, reason));
         Self::Wrong(mistakes.collect())
     }
 
     /// The error that serde reports, with all missing or unknown fields.
-    pub(super) fn read(file: &str, field: &str, reason: &str, findings: Vec<Finding>) -> Self {
+    pub(super) fn read(file: &str, field: &str, reason: &str, findings: Vec<Wrong>) -> Self {
         let by_serde = Mistake::new(file, field, reason);
         let findings = findings.into_iter();
         let mut mistakes: Vec<_> = findings
-            .map(|Finding { field, reason }| Mistake::new(file, &field, reason))
+            .map(|Wrong { field, reason }| Mistake::new(file, &field, reason))
             .collect();
         // A field that is missing or unknown is among them, unless it is hidden from the schema.
         if mistakes.is_empty() || !(is_missing(reason) || is_unknown(reason)) {
@@ -137,6 +137,15 @@ impl ConfigError {
             }
         }
         Self::Wrong(renamed)
+    }
+}
+
+// Here and not beside the type, which this module builds on.
+impl Wrong {
+    /// The error of a file with this field.
+    #[must_use]
+    pub fn in_file(self, file: &str) -> ConfigError {
+        ConfigError::field(file, self.field, self.reason)
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::checked::{CycleMicros, FaultSeconds, Finite};
+use super::wrong::Wrong;
 
 /// Forged messages of an attacker, sent after each genuine message within a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,14 +77,14 @@ impl Default for Times {
 }
 
 impl TryFrom<u32> for Times {
-    type Error = String;
+    type Error = Wrong;
 
-    fn try_from(times: u32) -> Result<Self, String> {
+    fn try_from(times: u32) -> Result<Self, Wrong> {
         // A thousand for each genuine one at 1 kHz is a flood of a million a second.
         if (1..=1_000).contains(&times) {
             Ok(Self(times))
         } else {
-            Err(format!("received {times}, expected 1 to 1000"))
+            Err(Wrong::value(times, "1 to 1000"))
         }
     }
 }

@@ -5,6 +5,8 @@ use std::marker::PhantomData;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
+use super::wrong::Wrong;
+
 /// Reads a list of at most `MOST` elements, for serde's `deserialize_with`: elements beyond the
 /// limit are not read, so that a short file cannot request much memory.
 ///
@@ -32,8 +34,9 @@ impl<'de, const MOST: usize, T: Deserialize<'de>> Visitor<'de> for Bounded<MOST,
         // Read before it is refused: serde gives no length of a sequence in advance.
         while let Some(element) = list.next_element()? {
             if elements.len() == MOST {
-                let reason = format!("received more than {MOST}, expected at most that many");
-                return Err(A::Error::custom(reason));
+                let received = format!("more than {MOST}");
+                let wrong = Wrong::value(received, "at most that many");
+                return Err(A::Error::custom(wrong));
             }
             elements.push(element);
         }

@@ -18,12 +18,13 @@ mod term;
 mod timing;
 mod transport;
 mod unit;
+mod wrong;
 
 pub use crate::guess::did_you_mean;
 pub use checked::{
     AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros, DelayMicros,
     DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment,
-    OutOfRange, PeriodSeconds, Positive, Ppm, WalkPpm,
+    PeriodSeconds, Positive, Ppm, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use error::{ConfigError, Mistake};
@@ -37,4 +38,5 @@ pub use real_time::RealTimeConfig;
 pub use term::{Between, Term, Wave};
 pub use timing::{TimingEndpoints, TimingLinkConfig, TimingServerConfig};
 pub use transport::{TransportConfig, TransportMode};
-pub use unit::{Unit, WrongUnit};
+pub use unit::Unit;
+pub use wrong::Wrong;

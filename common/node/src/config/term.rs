@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::checked::{FaultSeconds, Fraction, PeriodSeconds, Ppm};
 use super::list::at_most;
+use super::wrong::Wrong;
 
 /// Most terms of a sum.
 // Each is evaluated for every message, and for every 10 ms of a clock.
@@ -139,9 +140,9 @@ pub(super) fn drift_terms<'de, D: Deserializer<'de>>(
     if sum <= MOST_DRIFT_PPM {
         return Ok(terms);
     }
-    let reason =
-        format!("received terms that come to {sum} in sum, expected at most {MOST_DRIFT_PPM}");
-    Err(D::Error::custom(reason))
+    let received = format!("terms that come to {sum} in sum");
+    let expected = format!("at most {MOST_DRIFT_PPM}");
+    Err(D::Error::custom(Wrong::value(received, expected)))
 }
 
 fn not_negative<'de, D, V>(deserializer: D) -> Result<V, D::Error>
@@ -155,8 +156,8 @@ where
     if number >= 0.0 {
         return Ok(value);
     }
-    let reason = format!("received {number}, expected a number of at least 0");
-    Err(D::Error::custom(reason))
+    let expected = "a number of at least 0";
+    Err(D::Error::custom(Wrong::value(number, expected)))
 }
 
 #[cfg(test)]

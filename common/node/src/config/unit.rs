@@ -5,33 +5,29 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::wrong::Wrong;
+
 /// Unit of the positions of an axis, for display: `mm`, `°`, `rev`. No values are converted.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
 #[schemars(inline, extend("minLength" = 1, "maxLength" = LONGEST))]
 pub struct Unit(String);
 
-/// An invalid unit.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("received {received:?}, expected 1 to 16 characters without spaces, such as \"mm\"")]
-pub struct WrongUnit {
-    received: String,
-}
-
 /// Characters of the longest unit.
 const LONGEST: usize = 16;
 
 impl Unit {
     /// # Errors
-    /// [`WrongUnit`]: empty, too long, or with a space or a control character in it.
-    pub fn new(unit: impl Into<String>) -> Result<Self, WrongUnit> {
+    /// [`Wrong`]: empty, too long, or with a space or a control character in it.
+    pub fn new(unit: impl Into<String>) -> Result<Self, Wrong> {
         let unit = unit.into();
         let is_plain = |c: char| !c.is_whitespace() && !c.is_control();
         // Characters, not bytes: `µm/°` is four.
         if (1..=LONGEST).contains(&unit.chars().count()) && unit.chars().all(is_plain) {
             Ok(Self(unit))
         } else {
-            Err(WrongUnit { received: unit })
+            let expected = "1 to 16 characters without spaces, such as \"mm\"";
+            Err(Wrong::value(format_args!("{unit:?}"), expected))
         }
     }
 
@@ -66,8 +62,8 @@ impl fmt::Display for Unit {
 }
 
 impl TryFrom<String> for Unit {
-    type Error = WrongUnit;
-    fn try_from(unit: String) -> Result<Self, WrongUnit> {
+    type Error = Wrong;
+    fn try_from(unit: String) -> Result<Self, Wrong> {
         Self::new(unit)
     }
 }

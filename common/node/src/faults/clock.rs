@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use coaxle_clock::{Domain, Instant, Local, Span};
 
 use super::random::Random;
-use super::terms::{Terms, WrongTerm};
-use crate::config::{ClockConfig, DriftStep, JitterConfig};
+use super::terms::Terms;
+use crate::config::{ClockConfig, DriftStep, JitterConfig, Wrong};
 
 /// Length of the straight pieces of a varying drift.
 // Fine enough for a sine of a second: the mean of a piece differs from its middle by (2π · 0.01)²/24, 0.02 %.
@@ -82,8 +82,8 @@ impl<R: Domain> DeviatedClock<R> {
     /// files of terms.
     ///
     /// # Errors
-    /// [`WrongTerm`] names the term whose file cannot be used.
-    pub fn new(config: &ClockConfig, seed: u64, origin: Instant<R>) -> Result<Self, WrongTerm> {
+    /// [`Wrong`] names the term whose file cannot be used.
+    pub fn new(config: &ClockConfig, seed: u64, origin: Instant<R>) -> Result<Self, Wrong> {
         let mut clock = Self {
             config: config.clone(),
             random: Random::new(seed),

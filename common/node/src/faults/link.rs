@@ -3,8 +3,8 @@
 use coaxle_clock::Span;
 
 use super::random::Random;
-use super::terms::{Terms, WrongTerm};
-use crate::config::{BurstLossConfig, LinkConfig};
+use super::terms::Terms;
+use crate::config::{BurstLossConfig, LinkConfig, Wrong};
 
 /// A link's model. It holds no messages and only computes their arrivals.
 #[derive(Clone, Debug)]
@@ -57,8 +57,8 @@ impl LinkModel {
     /// files of terms.
     ///
     /// # Errors
-    /// [`WrongTerm`] names the term whose file cannot be used.
-    pub fn new(config: &LinkConfig, seed: u64) -> Result<Self, WrongTerm> {
+    /// [`Wrong`] names the term whose file cannot be used.
+    pub fn new(config: &LinkConfig, seed: u64) -> Result<Self, Wrong> {
         Ok(Self {
             config: config.clone(),
             random: Random::new(seed),

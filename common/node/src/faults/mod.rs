@@ -15,4 +15,4 @@ pub use clock::{CycleJitter, DeviatedClock};
 pub use link::{Deliveries, LinkModel};
 pub use random::{Random, link_seed, seed_of};
 pub use tampering::Tampering;
-pub use terms::{WrongTerm, check_clock, check_link};
+pub use terms::{check_clock, check_link};

@@ -4,7 +4,7 @@ mod curve;
 mod table;
 
 use super::random::{Random, seed_of};
-use crate::config::{ClockConfig, ConfigError, LinkConfig, OutOfRange, Term};
+use crate::config::{ClockConfig, LinkConfig, Term, Wrong};
 use curve::Curve;
 
 /// Terms, ready to be summed. Their noise is drawn from a stream of its own.
@@ -23,65 +23,36 @@ enum Noise {
     Normal(f64),
 }
 
-/// A term whose file cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{field}: {reason}")]
-pub struct WrongTerm {
-    field: String,
-    reason: ConfigError,
-}
-
-impl WrongTerm {
-    /// Adds the table of its config to the field's path.
-    #[must_use]
-    pub fn within(self, table: &str) -> Self {
-        let field = format!("{table}.{}", self.field);
-        Self { field, ..self }
-    }
-
-    /// The field, as a path.
-    #[must_use]
-    pub fn field(&self) -> &str {
-        &self.field
-    }
-
-    /// The error, with its file.
-    #[must_use]
-    pub const fn reason(&self) -> &ConfigError {
-        &self.reason
-    }
-}
-
 /// Checks the files that the terms of a clock name, as at its start.
 ///
 /// # Errors
-/// [`WrongTerm`] names the term whose file cannot be used.
-pub fn check_clock(config: &ClockConfig) -> Result<(), WrongTerm> {
+/// [`Wrong`] names the term whose file cannot be used.
+pub fn check_clock(config: &ClockConfig) -> Result<(), Wrong> {
     Terms::of_clock(config, 0).map(|_| ())
 }
 
 /// Checks the files that the terms of a link name, as at its start.
 ///
 /// # Errors
-/// [`WrongTerm`] names the term whose file cannot be used.
-pub fn check_link(config: &LinkConfig) -> Result<(), WrongTerm> {
+/// [`Wrong`] names the term whose file cannot be used.
+pub fn check_link(config: &LinkConfig) -> Result<(), Wrong> {
     Terms::of_link(config, 0).map(|_| ())
 }
 
 impl Terms {
     /// The terms of a clock's drift, ppm. Reads their files; `seed` is the clock's.
-    pub(super) fn of_clock(config: &ClockConfig, seed: u64) -> Result<Self, WrongTerm> {
+    pub(super) fn of_clock(config: &ClockConfig, seed: u64) -> Result<Self, Wrong> {
         Self::open(&config.drift_terms_ppm, "drift-terms-ppm", seed)
     }
 
     /// The terms of a link's delay, µs. Reads their files; `seed` is the link's.
-    pub(super) fn of_link(config: &LinkConfig, seed: u64) -> Result<Self, WrongTerm> {
+    pub(super) fn of_link(config: &LinkConfig, seed: u64) -> Result<Self, Wrong> {
         Self::open(&config.delay_terms_us, "delay-terms-us", seed)
     }
 
-    fn open<V>(terms: &[Term<V>], list: &str, seed: u64) -> Result<Self, WrongTerm>
+    fn open<V>(terms: &[Term<V>], list: &str, seed: u64) -> Result<Self, Wrong>
     where
-        V: Copy + Into<f64> + TryFrom<f64, Error = OutOfRange>,
+        V: Copy + Into<f64> + TryFrom<f64, Error = Wrong>,
     {
         let mut opened = Self {
             curves: Vec::new(),
@@ -97,12 +68,9 @@ impl Terms {
                 }),
                 Term::Exponential(mean) => opened.noises.push(Noise::Exponential((*mean).into())),
                 Term::Normal(sigma) => opened.noises.push(Noise::Normal((*sigma).into())),
-                term => opened
-                    .curves
-                    .push(Curve::open(term).map_err(|reason| WrongTerm {
-                        field: format!("{list}[{number}].file.path"),
-                        reason,
-                    })?),
+                term => opened.curves.push(Curve::open(term).map_err(|reason| {
+                    Wrong::with_reason(format!("{list}[{number}].file.path"), reason)
+                })?),
             }
         }
         Ok(opened)

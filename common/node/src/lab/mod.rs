@@ -17,8 +17,8 @@ use serde_json::{Map, Value};
 use crate::config::schema::{
     LabField, lab_fields, marked_schema_of, schema_of, schema_without_lab_fields,
 };
-use crate::config::{ClockConfig, ConfigError, parse_table, part_of_table};
-use crate::faults::{WrongTerm, check_clock};
+use crate::config::{ClockConfig, ConfigError, Wrong, parse_table, part_of_table};
+use crate::faults::check_clock;
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 pub use fields::LabFields;
@@ -31,8 +31,8 @@ pub trait WithLab: Clone + Serialize + DeserializeOwned + JsonSchema {
     /// Moves the fields of the table to where they belong.
     ///
     /// # Errors
-    /// [`WrongLab`] names a field that has no place in this config.
-    fn set_lab(&mut self, lab: Self::Lab) -> Result<(), WrongLab>;
+    /// [`Wrong`] names a field that has no place in this config.
+    fn set_lab(&mut self, lab: Self::Lab) -> Result<(), Wrong>;
 
     /// Returns the fields of the table, from where they belong.
     fn lab(&self) -> Self::Lab;
@@ -45,29 +45,19 @@ pub trait LabTable:
     /// Reads the files that the table names by relative paths from `folder`, as the node's start does.
     ///
     /// # Errors
-    /// [`WrongTerm`] names the field and the file.
-    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm>;
+    /// [`Wrong`] names the field and the file.
+    fn check_files(&self, folder: &Path) -> Result<(), Wrong>;
 }
 
 /// Checks the files that the clock of a `[lab]` table names by relative paths from `folder`.
 ///
 /// # Errors
-/// [`WrongTerm`] names the field and the file.
-pub fn check_lab_clock(clock: &ClockConfig, folder: &Path) -> Result<(), WrongTerm> {
+/// [`Wrong`] names the field and the file.
+pub fn check_lab_clock(clock: &ClockConfig, folder: &Path) -> Result<(), Wrong> {
     // On a copy: the paths of the config itself stay as they were written.
     let mut clock = clock.clone();
     clock.relative_to(folder);
     check_clock(&clock).map_err(|wrong| wrong.within("clock"))
-}
-
-/// A field of a `[lab]` table that has no place in its config.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("lab.{field}: {reason}")]
-pub struct WrongLab {
-    /// The field in the table, as a path.
-    pub field: String,
-    /// The received and the expected value.
-    pub reason: String,
 }
 
 /// The config of a node as a file has it.
@@ -169,11 +159,11 @@ impl<C: WithLab> NodeFile<C> {
         // Without a folder, as in a text of a test, relative files have no place.
         if let Some(folder) = folder {
             lab.check_files(folder)
-                .map_err(|wrong| ConfigError::whole(file, wrong.within(LAB)))?;
+                .map_err(|wrong| wrong.within(LAB).in_file(file))?;
         }
         config
             .set_lab(lab)
-            .map_err(|wrong| ConfigError::whole(file, wrong))?;
+            .map_err(|wrong| wrong.within(LAB).in_file(file))?;
         let lab = Some(fields);
         Ok(Self { config, lab })
     }
@@ -192,7 +182,7 @@ fn refuse_lab_fields(file: &str, schema: &Value, table: &toml::Table) -> Result<
         let reason = format!(
             "what is injected or simulated lives in [lab]: write {in_lab}, and start the node with --lab"
         );
-        (field, reason)
+        Wrong::with_reason(field, reason)
     });
     Err(ConfigError::fields(file, wrong))
 }

@@ -39,7 +39,7 @@ struct PartLab {
 }
 
 impl LabTable for ToyLab {
-    fn check_files(&self, folder: &Path) -> Result<(), WrongTerm> {
+    fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)
     }
 }
@@ -47,13 +47,16 @@ impl LabTable for ToyLab {
 impl WithLab for Toy {
     type Lab = ToyLab;
 
-    fn set_lab(&mut self, lab: ToyLab) -> Result<(), WrongLab> {
+    fn set_lab(&mut self, lab: ToyLab) -> Result<(), Wrong> {
         self.clock = lab.clock;
         for (n, PartLab { name, fault }) in lab.parts.into_iter().enumerate() {
             let part = self.parts.iter_mut().find(|part| part.name == name);
-            let part = part.ok_or_else(|| WrongLab {
-                field: format!("parts[{n}].name"),
-                reason: format!("received {name:?}, expected a part"),
+            let part = part.ok_or_else(|| {
+                Wrong::of(
+                    format!("parts[{n}].name"),
+                    format_args!("{name:?}"),
+                    "a part",
+                )
             })?;
             part.fault = Some(fault);
         }

@@ -3,10 +3,10 @@
 use coaxle_clock::Instant;
 use coaxle_sim::{Breach, Violation, World};
 
-use crate::toy::{Memory, Wrong, at, toy, wrong_toy};
+use crate::toy::{Memory, Misbehaviour, at, toy, wrong_toy};
 
 /// Runs a node with this fault next to one without.
-fn run_with(wrong: Wrong) -> (Result<(), Violation>, Memory) {
+fn run_with(wrong: Misbehaviour) -> (Result<(), Violation>, Memory) {
     let mut world = World::new();
     world.add_node(toy("good", "", &[])).expect("no files");
     world.add_node(wrong_toy("bad", wrong)).expect("no files");
@@ -15,7 +15,7 @@ fn run_with(wrong: Wrong) -> (Result<(), Violation>, Memory) {
     (result, memory)
 }
 
-fn breach_of(wrong: Wrong) -> Breach {
+fn breach_of(wrong: Misbehaviour) -> Breach {
     let violation = run_with(wrong).0.expect_err("it breaks the contract");
     assert_eq!(violation.node, "bad");
     violation.breach
@@ -23,7 +23,7 @@ fn breach_of(wrong: Wrong) -> Breach {
 
 #[test]
 fn who_keeps_the_contract_runs_to_the_end() {
-    let (result, memory) = run_with(Wrong::Nothing);
+    let (result, memory) = run_with(Misbehaviour::Nothing);
     assert_eq!(result, Ok(()));
     assert_eq!(memory.cycles.len(), 20);
 }
@@ -35,13 +35,13 @@ fn each_way_of_breaking_it_is_noticed_in_the_cycle_it_happens() {
         count: 1,
         elapsed: 0,
     };
-    assert_eq!(breach_of(Wrong::Miscounts), miscounted);
+    assert_eq!(breach_of(Misbehaviour::Miscounts), miscounted);
     assert_eq!(
-        breach_of(Wrong::StandsStill),
+        breach_of(Misbehaviour::StandsStill),
         Breach::BackInTime { count: 1 }
     );
     assert_eq!(
-        breach_of(Wrong::IsDueAtOnce),
+        breach_of(Misbehaviour::IsDueAtOnce),
         Breach::NextNotLater { count: 0 }
     );
 }
@@ -50,7 +50,7 @@ fn each_way_of_breaking_it_is_noticed_in_the_cycle_it_happens() {
 fn a_node_that_would_catch_up_with_a_burst_is_noticed() {
     let mut world = World::new();
     let node = world
-        .add_node(wrong_toy("bad", Wrong::CatchesUp))
+        .add_node(wrong_toy("bad", Misbehaviour::CatchesUp))
         .expect("no files");
     let mut memory = Memory::default();
     // Frozen over the start of its first cycle, it wakes late.

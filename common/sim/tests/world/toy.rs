@@ -36,12 +36,12 @@ pub(crate) struct Toy {
     /// Channels that it was notified to have a subscriber.
     pub(crate) subscribed: Vec<Channel>,
     /// Fault in a tick, or in the due time of the next cycle.
-    pub(crate) wrong: Wrong,
+    pub(crate) wrong: Misbehaviour,
 }
 
 /// Fault of a toy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wrong {
+pub(crate) enum Misbehaviour {
     Nothing,
     /// Reports that no cycle passed.
     Miscounts,
@@ -56,9 +56,9 @@ pub(crate) enum Wrong {
 impl Toy {
     fn wronged(&self, mut tick: Tick) -> Tick {
         match self.wrong {
-            Wrong::Miscounts => tick.elapsed = 0,
-            Wrong::StandsStill => tick.ideal_start = Instant::EPOCH,
-            Wrong::Nothing | Wrong::IsDueAtOnce | Wrong::CatchesUp => {}
+            Misbehaviour::Miscounts => tick.elapsed = 0,
+            Misbehaviour::StandsStill => tick.ideal_start = Instant::EPOCH,
+            Misbehaviour::Nothing | Misbehaviour::IsDueAtOnce | Misbehaviour::CatchesUp => {}
         }
         tick
     }
@@ -142,8 +142,8 @@ impl Node for Toy {
 
     fn next_cycle(&self) -> Instant<Local> {
         match (self.wrong, self.tick) {
-            (Wrong::IsDueAtOnce, Some(tick)) => tick.ideal_start,
-            (Wrong::CatchesUp, Some(tick)) => tick.ideal_start + Span::from_nanos(1),
+            (Misbehaviour::IsDueAtOnce, Some(tick)) => tick.ideal_start,
+            (Misbehaviour::CatchesUp, Some(tick)) => tick.ideal_start + Span::from_nanos(1),
             _ => self.schedule.next_start(),
         }
     }
@@ -181,13 +181,13 @@ pub(crate) fn seeded(name: &str, seed: u64, clock: &str, sends: &[Channel]) -> N
             executed: Vec::new(),
             arrivals: Vec::new(),
             subscribed: Vec::new(),
-            wrong: Wrong::Nothing,
+            wrong: Misbehaviour::Nothing,
         }),
     }
 }
 
 /// Creates a toy with a fault.
-pub(crate) fn wrong_toy(name: &str, wrong: Wrong) -> NodeSetup<Toy> {
+pub(crate) fn wrong_toy(name: &str, wrong: Misbehaviour) -> NodeSetup<Toy> {
     let mut setup = toy(name, "", &[]);
     let build = setup.build;
     setup.build = Box::new(move |start, run| Toy {

@@ -4,7 +4,7 @@ use std::num::{NonZeroU16, NonZeroU32};
 use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
-use coaxle_node::config::{Increment, Unit};
+use coaxle_node::config::{Increment, Unit, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -129,9 +129,9 @@ struct Written {
 }
 
 impl TryFrom<Written> for AxisConfig {
-    type Error = String;
+    type Error = Wrong;
 
-    fn try_from(written: Written) -> Result<Self, String> {
+    fn try_from(written: Written) -> Result<Self, Wrong> {
         let Written {
             id,
             name,
@@ -141,8 +141,10 @@ impl TryFrom<Written> for AxisConfig {
         } = written;
         // Characters, not bytes: a name in any script has the same room.
         if !(1..=64).contains(&name.chars().count()) {
-            return Err(format!(
-                "name: received {name:?}, expected 1 to 64 characters"
+            return Err(Wrong::of(
+                "name",
+                format_args!("{name:?}"),
+                "1 to 64 characters",
             ));
         }
         // A table per kind reads better than a tagged one, but types cannot say "exactly one": checked here.
@@ -168,7 +170,7 @@ impl TryFrom<Written> for AxisConfig {
     }
 }
 
-fn not_one_source(sources: &[(&str, bool)]) -> String {
+fn not_one_source(sources: &[(&str, bool)]) -> Wrong {
     let given: Vec<&str> = sources
         .iter()
         .filter_map(|(name, given)| given.then_some(*name))
@@ -178,7 +180,7 @@ fn not_one_source(sources: &[(&str, bool)]) -> String {
     } else {
         given.join(" and ")
     };
-    format!("received {received}, expected one of `program`, `encoder` and `replay`")
+    Wrong::value(received, "one of `program`, `encoder` and `replay`")
 }
 
 impl From<AxisConfig> for Written {

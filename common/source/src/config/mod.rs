@@ -4,6 +4,4 @@ mod axis;
 mod program;
 
 pub use axis::{AxisConfig, EncoderConfig, Interpolation, ReplayConfig, SourceConfig};
-pub use program::{
-    InvalidProgram, LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig,
-};
+pub use program::{LimitsConfig, MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};

@@ -6,11 +6,9 @@ use std::fmt;
 use std::num::NonZeroU32;
 
 use coaxle_curve::profile::Limits;
-use coaxle_node::config::{AtLeastZero, AxisLimit, Coordinate};
+use coaxle_node::config::{AtLeastZero, AxisLimit, Coordinate, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-
-pub use check::InvalidProgram;
 
 /// Greatest depth of nested loops.
 pub const MAX_LOOP_DEPTH: usize = 8;
@@ -230,9 +228,9 @@ struct Written {
 }
 
 impl TryFrom<Written> for ProgramConfig {
-    type Error = check::InvalidProgram;
+    type Error = Wrong;
 
-    fn try_from(written: Written) -> Result<Self, check::InvalidProgram> {
+    fn try_from(written: Written) -> Result<Self, Wrong> {
         let program = Self {
             start_position: written.start_position,
             start_velocity: written.start_velocity,

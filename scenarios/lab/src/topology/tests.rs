@@ -34,7 +34,7 @@ fn read(receivers: &[String]) -> Result<Topology, String> {
     let text = SENDER.to_owned() + &receivers.concat();
     let read = read::scenario("s.toml", text.parse().unwrap());
     let scenario = read.map_err(|error| error.to_string())?;
-    Topology::of(&scenario).map_err(|wrong| wrong.reason)
+    Topology::of(&scenario).map_err(|wrong| wrong.to_string())
 }
 
 #[test]

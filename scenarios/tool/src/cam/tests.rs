@@ -394,7 +394,7 @@ fn an_import_takes_the_place_of_nothing_and_says_where_the_table_is_wrong() {
         (
             "none.st",
             "x := 1;",
-            "none.st: array: received no name, the file has no array",
+            "none.st: array: received no name, expected one of MC_MotionFunctionPoint or of pairs of LREAL with values: the file has no array",
         ),
         (
             "big.csv",

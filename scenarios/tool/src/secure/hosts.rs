@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv6Addr};
 
 use coaxle_host::network::transport::host_and_port;
+use coaxle_node::config::Wrong;
 use coaxle_node::keys::NodeName;
 
 use super::member::Member;
@@ -12,59 +13,19 @@ use super::member::Member;
 #[derive(Clone, Debug, Default)]
 pub struct Addresses(BTreeMap<NodeName, BTreeSet<String>>);
 
-/// The address of a node cannot be determined.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongNodeAddress {
-    /// An address of an unknown node.
-    #[error("--at: received the node {node:?}, expected one whose config is given")]
-    UnknownNode {
-        /// Name of that node.
-        node: String,
-    },
-    /// A connection to an endpoint that no node listens on.
-    #[error(
-        "node {node:?} connects to {endpoint:?}, and no config that is given listens on that port, \
-         expected it among them"
-    )]
-    NoListener {
-        /// The connecting node.
-        node: String,
-        /// Endpoint of the connection.
-        endpoint: String,
-    },
-    /// A connection to an endpoint of more than one possible node.
-    #[error(
-        "node {node:?} connects to {endpoint:?}, where any of {candidates} may listen, expected --at \
-         NODE={host} for the one that does"
-    )]
-    Ambiguous {
-        /// The connecting node.
-        node: String,
-        /// Endpoint of the connection.
-        endpoint: String,
-        /// Host of the endpoint.
-        host: String,
-        /// Possible nodes.
-        candidates: String,
-    },
-}
-
 /// Addresses of a node for programs on its own PC.
 // Both: a connecting end compares the name as its config spells it.
 const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
 
 impl Addresses {
     /// Collects the given addresses, those where nodes listen, and those that others connect to.
-    pub(super) fn of(
-        nodes: &[Member],
-        given: &[(NodeName, String)],
-    ) -> Result<Self, WrongNodeAddress> {
+    pub(super) fn of(nodes: &[Member], given: &[(NodeName, String)]) -> Result<Self, Wrong> {
         let mut hosts = Self::default();
         // First, because a given address settles which of several nodes an endpoint is.
         for (name, host) in given {
             if !nodes.iter().any(|node| node.name == *name) {
-                let node = name.to_string();
-                return Err(WrongNodeAddress::UnknownNode { node });
+                let received = format!("the node {:?}", name.as_str());
+                return Err(Wrong::of("--at", received, "one whose config is given"));
             }
             hosts.add(name, host);
         }
@@ -125,12 +86,7 @@ impl Addresses {
     }
 
     /// Finds the node that is at an endpoint, if no node is known to be there yet.
-    fn attribute(
-        &mut self,
-        from: &Member,
-        endpoint: &str,
-        nodes: &[Member],
-    ) -> Result<(), WrongNodeAddress> {
+    fn attribute(&mut self, from: &Member, endpoint: &str, nodes: &[Member]) -> Result<(), Wrong> {
         let Some((host, port)) = host_and_port(endpoint) else {
             return Ok(());
         };
@@ -142,22 +98,30 @@ impl Addresses {
         if is_own_pc(host) || candidates.iter().any(is_known) {
             return Ok(());
         }
-        let (node, endpoint) = (from.name.to_string(), endpoint.to_owned());
         match candidates[..] {
             // An error and no guess: without the name in a certificate that connection would be refused later.
-            [] => Err(WrongNodeAddress::NoListener { node, endpoint }),
+            [] => Err(Wrong::with_reason(
+                format!("node {:?}", from.name.as_str()),
+                format_args!(
+                    "connects to {endpoint:?}, and no config that is given listens on that port, expected it \
+                     among them"
+                ),
+            )),
             [only] => {
                 self.add(&only.name, host);
                 Ok(())
             }
             _ => {
                 let names: Vec<_> = candidates.iter().map(|node| node.name.as_str()).collect();
-                Err(WrongNodeAddress::Ambiguous {
-                    node,
-                    endpoint,
-                    host: host.to_owned(),
-                    candidates: names.join(", "),
-                })
+                let reason = format!(
+                    "connects to {endpoint:?}, where any of {} may listen, expected --at NODE={host} for the one \
+                     that does",
+                    names.join(", ")
+                );
+                Err(Wrong::with_reason(
+                    format!("node {:?}", from.name.as_str()),
+                    reason,
+                ))
             }
         }
     }

@@ -16,8 +16,8 @@ mod samples;
 
 pub use coaxle_host::network::credentials::{Authority, Issued, Validity};
 pub use folder::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE, write_authority, write_role};
-pub use hosts::{Addresses, WrongNodeAddress};
+pub use hosts::Addresses;
 pub use member::{Member, Operator};
-pub use network::{SecureNetwork, WrongNetwork};
+pub use network::SecureNetwork;
 pub use profile::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, profile};
 pub use rights::{MessageDirection, Right};

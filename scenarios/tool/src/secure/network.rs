@@ -1,9 +1,10 @@
 //! Network of nodes and operators.
 
+use coaxle_node::config::Wrong;
 use coaxle_node::keys::NodeName;
 
 use super::folder::AUTHORITY_FOLDER;
-use super::hosts::{Addresses, WrongNodeAddress};
+use super::hosts::Addresses;
 use super::member::{Member, Operator};
 
 /// The nodes and the operators of a network.
@@ -14,59 +15,29 @@ pub struct SecureNetwork {
     pub(super) addresses: Addresses,
 }
 
-/// Members that make no network.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum WrongNetwork {
-    /// Two members share a name.
-    #[error("received the name {0:?} twice, expected one of its own for each node and operator")]
-    Duplicate(String),
-    /// A reserved name.
-    #[error(
-        "received the name {AUTHORITY_FOLDER:?}, expected another: the folder of that name is the authority's"
-    )]
-    Reserved,
-    /// A node follows one whose config is missing.
-    #[error("node {follower:?} hears node {followed:?}, expected its config among those given")]
-    Missing {
-        /// The follower.
-        follower: String,
-        /// The followed node.
-        followed: String,
-    },
-    /// An operator of a node that is not there.
-    #[error("operator {operator:?}: received the node {node:?}, expected some of: {known}")]
-    UnknownNode {
-        /// The operator.
-        operator: String,
-        /// Name of that node.
-        node: String,
-        /// Known nodes.
-        known: String,
-    },
-    /// An address cannot be determined.
-    #[error(transparent)]
-    Address(#[from] WrongNodeAddress),
-}
-
 impl SecureNetwork {
     /// Puts a network together; `given` are addresses of nodes besides those of the configs.
     ///
     /// # Errors
-    /// [`WrongNetwork`]: the member that is missing or there twice.
+    /// [`Wrong`]: the member that is missing or there twice.
     pub fn new(
         nodes: Vec<Member>,
         operators: Vec<Operator>,
         given: &[(NodeName, String)],
-    ) -> Result<Self, WrongNetwork> {
+    ) -> Result<Self, Wrong> {
         let mut names: Vec<&NodeName> = nodes.iter().map(|node| &node.name).collect();
         names.extend(operators.iter().map(|operator| &operator.name));
         // Nodes and operators together: both names are those of certificates, and of folders.
         names.sort();
         if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(WrongNetwork::Duplicate(pair[0].to_string()));
+            let received = format!("the name {:?} twice", pair[0].as_str());
+            let expected = "one of its own for each node and operator";
+            return Err(Wrong::value(received, expected));
         }
         if names.iter().any(|name| name.as_str() == AUTHORITY_FOLDER) {
-            return Err(WrongNetwork::Reserved);
+            let received = format!("the name {AUTHORITY_FOLDER:?}");
+            let expected = "another: the folder of that name is the authority's";
+            return Err(Wrong::value(received, expected));
         }
         // Without the config of a followed node its addresses and rights are unknown.
         check_followed(&nodes)?;
@@ -99,30 +70,33 @@ impl SecureNetwork {
     }
 }
 
-fn check_followed(nodes: &[Member]) -> Result<(), WrongNetwork> {
+fn check_followed(nodes: &[Member]) -> Result<(), Wrong> {
     for node in nodes {
         for followed in &node.wiring.subscriptions {
             if !nodes.iter().any(|other| other.name == followed.node) {
-                return Err(WrongNetwork::Missing {
-                    follower: node.name.to_string(),
-                    followed: followed.node.to_string(),
-                });
+                let reason = format!(
+                    "hears node {:?}, expected its config among those given",
+                    followed.node.as_str()
+                );
+                return Err(Wrong::with_reason(
+                    format!("node {:?}", node.name.as_str()),
+                    reason,
+                ));
             }
         }
     }
     Ok(())
 }
 
-fn check_commanded(nodes: &[Member], operators: &[Operator]) -> Result<(), WrongNetwork> {
+fn check_commanded(nodes: &[Member], operators: &[Operator]) -> Result<(), Wrong> {
     let names: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
     for operator in operators {
         for node in &operator.nodes {
             if !names.contains(&node.as_str()) {
-                return Err(WrongNetwork::UnknownNode {
-                    operator: operator.name.to_string(),
-                    node: node.to_string(),
-                    known: names.join(", "),
-                });
+                let field = format!("operator {:?}", operator.name.as_str());
+                let received = format!("the node {:?}", node.as_str());
+                let expected = format!("some of: {}", names.join(", "));
+                return Err(Wrong::of(field, received, expected));
             }
         }
     }
@@ -151,7 +125,7 @@ mod tests {
             (
                 &[SAW],
                 &[],
-                "\"saw\" hears node \"line\", expected its config",
+                "node \"saw\": hears node \"line\", expected its config",
             ),
             (
                 &[LINE],

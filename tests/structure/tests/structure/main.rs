@@ -170,7 +170,7 @@ fn bounds(figures: &Figures) -> [Bound<'_>; 9] {
         bound(
             "type names stand for several types",
             number(&figures.shared_names),
-            113.0,
+            110.0,
             &figures.shared_names,
         ),
         bound(

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use coaxle_node::config::ConfigError;
+use coaxle_node::config::{ConfigError, Wrong};
 use coaxle_plate::WrittenPoint;
 
 use crate::point_table::field::{Field, Value, default_point};
@@ -105,14 +105,14 @@ impl Array {
     }
 
     /// Appends an element of an initial value this number of times.
-    pub(super) fn push(&mut self, times: f64, element: Element) -> Result<(), String> {
+    pub(super) fn push(&mut self, times: f64, element: Element) -> Result<(), Wrong> {
         // Two numbers for each row: a point counts as two.
         let room = (2 * MOST_ROWS).saturating_sub(self.numbers + 2 * self.points.len());
         // Before the loop: `1000000000(0.0)` would fill the memory. A fraction or `NaN` is no count.
         if !(0.0..=room as f64).contains(&times) || times.fract() != 0.0 {
-            return Err(format!(
-                "received {times} elements, expected at most {MOST_ROWS} rows"
-            ));
+            let received = format!("{times} elements");
+            let expected = format!("at most {MOST_ROWS} rows");
+            return Err(Wrong::value(received, expected));
         }
         for _ in 0..times as usize {
             match (&element, self.kind) {
@@ -128,10 +128,10 @@ impl Array {
                     self.numbers += 1;
                 }
                 (Element::Number(number), Kind::Points) => {
-                    return Err(format!("received {number}, expected a point in brackets"));
+                    return Err(Wrong::value(number, "a point in brackets"));
                 }
                 (Element::Point(_), Kind::Positions) => {
-                    return Err("received a structure, expected a number".to_owned());
+                    return Err(Wrong::value("a structure", "a number"));
                 }
             }
         }
@@ -143,17 +143,15 @@ impl Array {
         row: i64,
         column: i64,
         number: f64,
-    ) -> Result<(), String> {
+    ) -> Result<(), Wrong> {
         // A column below the first becomes negative, and is refused by the conversion.
         let place = usize::try_from(column - self.first[1])
             .ok()
             .filter(|place| *place < 2);
         let place = place.ok_or_else(|| {
             let first = self.first[1];
-            format!(
-                "received column {column}, expected {first} or {}",
-                first + 1
-            )
+            let expected = format!("{first} or {}", first + 1);
+            Wrong::value(format_args!("column {column}"), expected)
         })?;
         check_room(&self.rows, row)?;
         self.rows.entry(row).or_default()[place] = Some(number);
@@ -165,7 +163,7 @@ impl Array {
         row: i64,
         field: Field,
         value: Value<'_>,
-    ) -> Result<(), String> {
+    ) -> Result<(), Wrong> {
         check_room(&self.points, row)?;
         field.set(self.points.entry(row).or_insert_with(default_point), value)
     }
@@ -173,10 +171,9 @@ impl Array {
     /// The table of this array, without a gap.
     pub(super) fn table(self, file: &str) -> Result<PointTable, ConfigError> {
         let line = self.line;
-        let wrong =
-            |reason: String| ConfigError::field(file, format!("array of line {line}"), reason);
         let missing = |index: i64, what: &str| {
-            wrong(format!("element {index}: received no {what}, expected one"))
+            let field = format!("array of line {line}: element {index}");
+            Wrong::of(field, format_args!("no {what}"), "one").in_file(file)
         };
         let indices: Vec<i64> = match self.kind {
             Kind::Points => self.points.keys().copied().collect(),
@@ -211,12 +208,13 @@ impl Array {
 }
 
 /// Checks that an assignment to this row exceeds the bound of the rows by none: one that is there takes no room.
-fn check_room<T>(rows: &BTreeMap<i64, T>, row: i64) -> Result<(), String> {
+fn check_room<T>(rows: &BTreeMap<i64, T>, row: i64) -> Result<(), Wrong> {
     if rows.len() < MOST_ROWS || rows.contains_key(&row) {
         return Ok(());
     }
-    Err(format!(
-        "received more than {MOST_ROWS} rows, expected at most that many"
+    Err(Wrong::value(
+        format_args!("more than {MOST_ROWS} rows"),
+        "at most that many",
     ))
 }
 
@@ -225,7 +223,7 @@ mod tests {
     use super::*;
 
     /// Assigns both columns of this number of rows, or two fields of this number of points.
-    fn assigned(kind: Kind, rows: usize) -> Result<Array, String> {
+    fn assigned(kind: Kind, rows: usize) -> Result<Array, Wrong> {
         let mut array = Array::new(kind, [0, 0], 1);
         for row in 0..rows as i64 {
             for column in 0..2 {
@@ -248,9 +246,10 @@ mod tests {
         for kind in [Kind::Positions, Kind::Points] {
             let array = assigned(kind, MOST_ROWS).unwrap();
             assert!(array.table("t.st").is_ok());
-            let Err(reason) = assigned(kind, MOST_ROWS + 1) else {
+            let Err(wrong) = assigned(kind, MOST_ROWS + 1) else {
                 panic!("one row more than there may be");
             };
+            let reason = wrong.to_string();
             assert!(
                 reason.starts_with("received more than 1000000 rows"),
                 "{reason}"

@@ -9,7 +9,7 @@ mod parser;
 mod token;
 mod write;
 
-use coaxle_node::config::ConfigError;
+use coaxle_node::config::{ConfigError, Wrong};
 use parser::Parser;
 
 use super::PointTable;
@@ -22,7 +22,7 @@ pub(super) fn read(
 ) -> Result<PointTable, ConfigError> {
     let mut arrays = Parser::new(text)
         .arrays(wanted)
-        .map_err(|wrong| ConfigError::field(file, format!("line {}", wrong.line), wrong.reason))?;
+        .map_err(|wrong| wrong.in_file(file))?;
     // Named: any array of the file. Not named: the only one that has values.
     let found = match wanted {
         Some(name) => arrays.take(name),
@@ -33,20 +33,13 @@ pub(super) fn read(
         Some(array) => array.table(file),
         None => {
             let names: Vec<_> = arrays.names().collect();
-            let (field, received) = match wanted {
-                Some(name) => ("array", format!("received {name:?}")),
-                None => ("array", "received no name".to_owned()),
-            };
+            let received = wanted.map_or("no name".to_owned(), |name| format!("{name:?}"));
             let expected = match &names[..] {
+                [] => "one of MC_MotionFunctionPoint or of pairs of LREAL with values: the file has no array of them".to_owned(),
                 // Names of others help a person who misspelt one.
-                [] => "the file has no array of MC_MotionFunctionPoint or of pairs of LREAL with values".to_owned(),
-                names => format!("expected one of: {}", names.join(", ")),
+                names => format!("one of: {}", names.join(", ")),
             };
-            Err(ConfigError::field(
-                file,
-                field,
-                format!("{received}, {expected}"),
-            ))
+            Err(Wrong::of("array", received, expected).in_file(file))
         }
     }
 }

@@ -2,15 +2,11 @@
 
 use std::iter::Peekable;
 
+use coaxle_node::config::Wrong;
+
 use super::arrays::{Array, Arrays, Element, Kind};
 use super::token::{Token, Tokens};
 use crate::point_table::field::{Field, Value, default_point};
-
-/// An error and its line.
-pub(super) struct Wrong {
-    pub(super) line: usize,
-    pub(super) reason: String,
-}
 
 pub(super) struct Parser<'a> {
     tokens: Peekable<Tokens<'a>>,
@@ -122,7 +118,7 @@ impl<'a> Parser<'a> {
                     (element, _) => (1.0, element),
                 };
                 let pushed = array.push(times, element);
-                pushed.map_err(|reason| self.wrong(reason))?;
+                pushed.map_err(|wrong| self.in_line(wrong))?;
             }
             // At the end of the file neither comes, so that the loop ends with an error.
             if !self.take_sign(',') && self.peek() != Some(Token::Sign(']')) {
@@ -133,10 +129,10 @@ impl<'a> Parser<'a> {
     }
 
     fn position(&mut self) -> Result<Element, Wrong> {
-        match self.value()? {
-            Value::Number(number) => Ok(Element::Number(number)),
-            value => Err(self.wrong(value.number().err().unwrap_or_default())),
-        }
+        let number = self.value()?.number();
+        number
+            .map(Element::Number)
+            .map_err(|wrong| self.in_line(wrong))
     }
 
     /// `(PointIndex := 1, …)`.
@@ -148,7 +144,7 @@ impl<'a> Parser<'a> {
             self.expect('=')?;
             let value = self.value()?;
             let set = field.set(&mut point, value);
-            set.map_err(|reason| self.wrong(format!("{}: {reason}", field.plc_name())))?;
+            set.map_err(|wrong| self.in_line(wrong.within(field.plc_name())))?;
             if !self.take_sign(',') && self.peek() != Some(Token::Sign(')')) {
                 return Err(self.unexpected("',' or ')'"));
             }
@@ -170,11 +166,11 @@ impl<'a> Parser<'a> {
                 return Ok(());
             };
             let value = self.value()?;
-            let number = value.number().map_err(|reason| self.wrong(reason))?;
+            let number = value.number().map_err(|wrong| self.in_line(wrong))?;
             let array = arrays.assigned(name, Kind::Positions, self.line);
             return array
                 .assign_position(row, column, number)
-                .map_err(|reason| self.wrong(reason));
+                .map_err(|wrong| self.in_line(wrong));
         }
         // Other structures have fields with other names.
         if !(self.take_sign(']') && self.take_sign('.')) {
@@ -190,19 +186,16 @@ impl<'a> Parser<'a> {
         let array = arrays.assigned(name, Kind::Points, self.line);
         array
             .assign_field(row, field, value)
-            .map_err(|reason| self.wrong(format!("{}: {reason}", field.plc_name())))
+            .map_err(|wrong| self.in_line(wrong.within(field.plc_name())))
     }
 
     fn field(&mut self) -> Result<Field, Wrong> {
         match self.next() {
             Some(Token::Word(word)) => Field::called(word).ok_or_else(|| {
-                let known = Field::ALL.map(Field::plc_name).join(", ");
-                self.wrong(format!("received field {word:?}, expected some of {known}"))
+                let expected = format!("some of {}", Field::ALL.map(Field::plc_name).join(", "));
+                self.in_line(Wrong::value(format_args!("field {word:?}"), expected))
             }),
-            _ => {
-                Err(self
-                    .wrong("received no field, expected one of MC_MotionFunctionPoint".to_owned()))
-            }
+            _ => Err(self.in_line(Wrong::value("no field", "one of MC_MotionFunctionPoint"))),
         }
     }
 
@@ -227,9 +220,9 @@ impl<'a> Parser<'a> {
                 Ok(Value::Word(word))
             }
             Some(Token::Garbled(text)) => {
-                Err(self.wrong(format!("received {text:?}, expected a number")))
+                Err(self.in_line(Wrong::value(format_args!("{text:?}"), "a number")))
             }
-            _ => Err(self.wrong("received no value, expected a number or a name".to_owned())),
+            _ => Err(self.in_line(Wrong::value("no value", "a number or a name"))),
         }
     }
 
@@ -292,14 +285,13 @@ impl<'a> Parser<'a> {
             Some(Token::Sign(sign)) => format!("{sign:?}"),
             None => "the end of the file".to_owned(),
         };
-        self.wrong(format!("received {received}, expected {expected}"))
+        self.in_line(Wrong::value(received, expected))
     }
 
-    const fn wrong(&self, reason: String) -> Wrong {
-        Wrong {
-            line: self.line,
-            reason,
-        }
+    /// Adds the line of the last token taken.
+    fn in_line(&self, wrong: Wrong) -> Wrong {
+        // Behind a colon: the field of a point is no part of the line's place.
+        Wrong::with_reason(format!("line {}", self.line), wrong)
     }
 }
 

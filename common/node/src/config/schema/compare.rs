@@ -5,18 +5,11 @@ use toml::{Table, Value};
 
 use super::expected::{expected, variant};
 use super::{LAB_MARK, alternatives, resolved};
-use crate::config::did_you_mean;
-
-/// A field that is missing or unknown, and why.
-#[derive(Debug, PartialEq, Eq)]
-pub(in crate::config) struct Finding {
-    pub(in crate::config) field: String,
-    pub(in crate::config) reason: String,
-}
+use crate::config::{Wrong, did_you_mean};
 
 /// Finds all missing or unknown fields of a document. Where a value allows several alternatives and
 /// it is ambiguous which is meant, no field is reported.
-pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Finding> {
+pub(in crate::config) fn compare(root: &Schema, document: &Table) -> Vec<Wrong> {
     Comparison::of(root, document).findings
 }
 
@@ -41,7 +34,7 @@ const MOST_FINDINGS: usize = 20;
 
 struct Comparison<'s> {
     root: &'s Schema,
-    findings: Vec<Finding>,
+    findings: Vec<Wrong>,
     lab_fields: Vec<LabField>,
 }
 
@@ -134,7 +127,7 @@ impl<'s> Comparison<'s> {
 
     fn find(&mut self, field: String, reason: String) {
         if self.findings.len() < MOST_FINDINGS {
-            self.findings.push(Finding { field, reason });
+            self.findings.push(Wrong::with_reason(field, reason));
         }
     }
 

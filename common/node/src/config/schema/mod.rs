@@ -7,7 +7,7 @@ use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde_json::{Map, Value};
 
-pub(super) use compare::{Finding, compare};
+pub(super) use compare::compare;
 pub(crate) use compare::{LabField, lab_fields};
 pub(super) use expected::readable;
 pub use expected::{expected, kind};

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::table::Table;
-use crate::config::{ConfigError, OutOfRange, Term};
+use crate::config::{ConfigError, Term, Wrong};
 
 /// A function of time.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ impl Curve {
     /// Creates the curve of a term; noise is represented by a constant zero.
     pub(super) fn open<V>(term: &Term<V>) -> Result<Self, ConfigError>
     where
-        V: Copy + Into<f64> + TryFrom<f64, Error = OutOfRange>,
+        V: Copy + Into<f64> + TryFrom<f64, Error = Wrong>,
     {
         Ok(match term {
             Term::Constant(value) => Self::Constant((*value).into()),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::config::{Between, ConfigError, FaultSeconds, OutOfRange};
+use crate::config::{Between, ConfigError, FaultSeconds, Wrong};
 use crate::two_columns;
 
 /// A function of time through the rows of a table. Its first value holds before them, its last one after.
@@ -27,34 +27,32 @@ impl Table {
     /// Reads a CSV file of seconds since the start and values, each of which has to be a valid `V`.
     pub(super) fn read<V>(path: &Path, between: Between) -> Result<Self, ConfigError>
     where
-        V: TryFrom<f64, Error = OutOfRange>,
+        V: TryFrom<f64, Error = Wrong>,
     {
         let (rows, source) = two_columns::read(path, COLUMNS)?;
+        let file = source.file.as_str();
         if rows.is_empty() {
-            let reason = "received no rows, expected at least 1: seconds and value";
-            return Err(ConfigError::whole(&source.file, reason));
+            let wrong = Wrong::value("no rows", "at least 1: seconds and value");
+            return Err(wrong.in_file(file));
         }
         let mut table = Self {
             rows: Vec::with_capacity(rows.len()),
             between,
         };
         for ((at, value), line) in rows.into_iter().zip(&source.lines) {
-            let wrong = |column: usize, reason: String| {
+            let in_column = |column: usize| {
                 let place = format!("line {line}, {}", COLUMNS[column]);
-                ConfigError::field(&source.file, place, reason)
+                move |wrong: Wrong| wrong.within(place).in_file(file)
             };
             // As the limits of a term in the config: a table must not exceed them either.
-            FaultSeconds::new(at).map_err(|reason| wrong(0, reason.to_string()))?;
-            V::try_from(value).map_err(|reason| wrong(1, reason.to_string()))?;
+            FaultSeconds::new(at).map_err(in_column(0))?;
+            V::try_from(value).map_err(in_column(1))?;
             if let Some(last) = table.rows.last()
                 // Equal times have no slope.
                 && at <= last.at
             {
-                let reason = format!(
-                    "received {at}, expected more than {}, the row before",
-                    last.at
-                );
-                return Err(wrong(0, reason));
+                let expected = format!("more than {}, the row before", last.at);
+                return Err(in_column(0)(Wrong::value(at, expected)));
             }
             table.push(at, value);
         }

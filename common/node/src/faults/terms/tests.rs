@@ -184,11 +184,9 @@ fn a_file_that_is_no_term_is_refused_by_its_line() {
     let clock: ClockConfig = parse("t", missing).unwrap();
     let wrong = check_clock(&clock).unwrap_err().within("clock");
     assert_eq!(wrong.field(), "clock.drift-terms-ppm[1].file.path");
-    let reason = wrong.reason().to_string();
-    assert!(
-        reason.starts_with("no/such.csv: cannot be read: "),
-        "{reason}"
-    );
+    let text = wrong.to_string();
+    let expected = "clock.drift-terms-ppm[1].file.path: no/such.csv: cannot be read: ";
+    assert!(text.starts_with(expected), "{text}");
 }
 
 /// Functions of time of every kind.

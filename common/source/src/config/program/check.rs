@@ -1,21 +1,12 @@
 //! Checks of the steps of a program against each other.
 
-use coaxle_node::config::AxisLimit;
+use coaxle_node::config::{AxisLimit, Wrong};
 
 use super::{MAX_LOOP_DEPTH, ProgramConfig, Repeat, StepConfig};
 
-/// A program that no axis can run.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field}: received {received}, expected {expected}")]
-pub struct InvalidProgram {
-    field: String,
-    received: String,
-    expected: String,
-}
-
 /// Checks a program: its velocities keep to its limits, it moves the axis only while it is enabled, and
 /// running it for ever takes time.
-pub(super) fn program(program: &ProgramConfig) -> Result<(), InvalidProgram> {
+pub(super) fn program(program: &ProgramConfig) -> Result<(), Wrong> {
     let check = ProgramCheck {
         fastest: program.limits.velocity.get(),
     };
@@ -23,11 +14,8 @@ pub(super) fn program(program: &ProgramConfig) -> Result<(), InvalidProgram> {
     check.signed_velocity("start-velocity", start_velocity)?;
     // Endless passes without duration would never reach the end of a cycle.
     if program.repeat == Repeat::Forever && !program.steps.iter().any(takes_time) {
-        return Err(InvalidProgram {
-            field: "steps".to_owned(),
-            received: "none that takes time".to_owned(),
-            expected: "at least one with `repeat = true`".to_owned(),
-        });
+        let expected = "at least one with `repeat = true`";
+        return Err(Wrong::of("steps", "none that takes time", expected));
     }
     let twice = program.repeat != Repeat::ONCE;
     // An axis that moves at the start is enabled, as a motion cannot be otherwise.
@@ -63,7 +51,7 @@ impl ProgramCheck {
         enabled: bool,
         twice: bool,
         depth: usize,
-    ) -> Result<bool, InvalidProgram> {
+    ) -> Result<bool, Wrong> {
         let mut left = enabled;
         for (i, step) in steps.iter().enumerate() {
             left = self.step(&format!("{path}[{i}]"), step, left, depth)?;
@@ -82,7 +70,7 @@ impl ProgramCheck {
         step: &StepConfig,
         enabled: bool,
         depth: usize,
-    ) -> Result<bool, InvalidProgram> {
+    ) -> Result<bool, Wrong> {
         let moving = |name: &str| require_enabled(&format!("{path}.{name}"), enabled);
         match step {
             StepConfig::Enable(enable) => return Ok(*enable),
@@ -111,50 +99,44 @@ impl ProgramCheck {
         Ok(enabled)
     }
 
-    fn speed(&self, field: &str, speed: Option<AxisLimit>) -> Result<(), InvalidProgram> {
+    fn speed(&self, field: &str, speed: Option<AxisLimit>) -> Result<(), Wrong> {
         match speed {
-            Some(speed) if speed.get() > self.fastest => Err(InvalidProgram {
-                field: field.to_owned(),
-                received: speed.get().to_string(),
-                expected: format!("at most {}, the limit", self.fastest),
-            }),
+            Some(speed) if speed.get() > self.fastest => {
+                let expected = format!("at most {}, the limit", self.fastest);
+                Err(Wrong::of(field, speed.get(), expected))
+            }
             _ => Ok(()),
         }
     }
 
-    fn signed_velocity(&self, field: &str, velocity: f64) -> Result<(), InvalidProgram> {
+    fn signed_velocity(&self, field: &str, velocity: f64) -> Result<(), Wrong> {
         // In this direction NaN is refused too.
         if velocity.abs() <= self.fastest {
             return Ok(());
         }
-        Err(InvalidProgram {
-            field: field.to_owned(),
-            received: velocity.to_string(),
-            expected: format!("{} to {}, the limit", -self.fastest, self.fastest),
-        })
+        let expected = format!("{} to {}, the limit", -self.fastest, self.fastest);
+        Err(Wrong::of(field, velocity, expected))
     }
 }
 
-fn require_enabled(field: &str, enabled: bool) -> Result<(), InvalidProgram> {
+fn require_enabled(field: &str, enabled: bool) -> Result<(), Wrong> {
     if enabled {
         return Ok(());
     }
-    Err(InvalidProgram {
-        field: field.to_owned(),
-        received: "a motion of an axis that is not enabled".to_owned(),
-        expected: "`{ enable = true }` before it".to_owned(),
-    })
+    let received = "a motion of an axis that is not enabled";
+    Err(Wrong::of(field, received, "`{ enable = true }` before it"))
 }
 
-fn require_depth(field: &str, depth: usize) -> Result<(), InvalidProgram> {
+fn require_depth(field: &str, depth: usize) -> Result<(), Wrong> {
     if depth <= MAX_LOOP_DEPTH {
         return Ok(());
     }
-    Err(InvalidProgram {
-        field: field.to_owned(),
-        received: format!("a loop nested {depth} deep"),
-        expected: format!("at most {MAX_LOOP_DEPTH}"),
-    })
+    let received = format!("a loop nested {depth} deep");
+    Err(Wrong::of(
+        field,
+        received,
+        format_args!("at most {MAX_LOOP_DEPTH}"),
+    ))
 }
 
 #[cfg(test)]

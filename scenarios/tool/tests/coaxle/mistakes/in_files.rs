@@ -282,7 +282,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "x.toml",
         "at-most = 9\n",
         "",
-        "x.toml:16:9: expect[0].field: expected at least one of at-most, at-least, equals, at-most-share",
+        "x.toml:16:9: expect[0].field: received no bound of it, expected at least one of at-most, at-least, equals, at-most-share",
     ),
     (
         "x.toml",
