@@ -172,7 +172,8 @@ signals! {
         /// Expected messages, by the sender's count: from the first of each run to the newest. They
         /// are in order, late or lost.
         expected: u64 [""],
-        /// Missing messages, by the sender's count.
+        /// Missing messages, by the sender's count: lost on the way, or of cycles that the sender skipped. No frame
+        /// tells which; the sender counts the latter as `overruns`.
         lost: u64 [""] last "messages lost",
         /// Duplicate messages.
         duplicates: u64 [""] last,

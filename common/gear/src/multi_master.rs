@@ -205,6 +205,15 @@ struct Engaged {
     approach: Approach,
 }
 
+impl MultiMasterGear {
+    /// Returns true if it follows the master of this number, from 0: one with a ratio other than 0.
+    #[must_use]
+    pub fn follows(&self, number: usize) -> bool {
+        let ratios = self.engaged.as_ref().map(|engaged| engaged.ratios.all);
+        ratios.is_some_and(|all| all.get(number).is_some_and(|ratio| *ratio != 0.0))
+    }
+}
+
 /// Motion of the slave to the masters.
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated in a cycle")]
 #[derive(Clone, Copy, Debug, PartialEq)]

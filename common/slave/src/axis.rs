@@ -275,6 +275,18 @@ impl SlaveAxis {
         self.jobs.motion()
     }
 
+    /// Returns true if its motion depends on the master of this number, from 0. One that is not coupled is to be led by the first.
+    #[must_use]
+    pub fn follows_master(&self, number: usize) -> bool {
+        match self.motion {
+            Motion::Coupled(Kind::MultiMasterGear) => {
+                self.couplings.multi_master_gear.follows(number)
+            }
+            // All other couplings have a single master.
+            Motion::Coupled(_) | Motion::Own(_) => number == 0,
+        }
+    }
+
     /// Further course of the motion without a command.
     #[must_use]
     pub fn outlook(&self) -> Outlook {

@@ -1,9 +1,12 @@
 //! The jobs of a slave axis: the current motion, and the ended ones.
 
+mod ended;
+
 use coaxle_axis::{CommandState, Job, Origin};
 
 use super::error::SlaveError;
 use super::refusal::Refusal;
+use ended::EndedJobs;
 
 /// Reason why a job ended without success.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -45,10 +48,6 @@ pub struct EndedJob {
     pub state: JobState,
 }
 
-/// Number of ended jobs that are kept.
-// A command ends four at most: that of the motion, those of two offsets, and its own if it is done at once.
-const REMEMBERED: usize = 4;
-
 /// The job that moves the axis, and those that have ended.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Jobs {
@@ -56,11 +55,7 @@ pub(super) struct Jobs {
     /// Current or last job of motion.
     motion: Option<Job>,
     state: JobState,
-    ended: [Option<EndedJob>; REMEMBERED],
-    /// Index of the next ended job.
-    next: usize,
-    /// Number of ended jobs that were not taken.
-    untaken: usize,
+    ended: EndedJobs,
     /// Number of the last job aborted because its master ran back; 0: none.
     rolled_back: u32,
 }
@@ -131,18 +126,12 @@ impl Jobs {
 
     /// Notes the end of a job.
     pub(super) fn end(&mut self, job: Job, state: JobState) {
-        self.ended[self.next] = Some(EndedJob { job, state });
-        self.next = (self.next + 1) % REMEMBERED;
-        // More than are remembered have overwritten the oldest.
-        self.untaken = (self.untaken + 1).min(REMEMBERED);
+        self.ended.push(job, state);
     }
 
     /// Takes the next ended job.
     pub(super) fn take_ended(&mut self) -> Option<EndedJob> {
-        // The oldest that was not taken. The addend keeps the difference from falling below 0.
-        let place = (self.next + REMEMBERED - self.untaken) % REMEMBERED;
-        self.untaken = self.untaken.checked_sub(1)?;
-        self.ended[place]
+        self.ended.take()
     }
 
     pub(super) const fn is_busy(&self) -> bool {
@@ -164,9 +153,7 @@ impl Jobs {
         if self.motion == Some(job) {
             return Some(self.state);
         }
-        let is_it = |ended: &&EndedJob| ended.job == job;
-        let ended = self.ended.iter().flatten().find(is_it);
-        ended.map(|ended| ended.state)
+        self.ended.state_of(job)
     }
 }
 

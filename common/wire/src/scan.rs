@@ -7,6 +7,7 @@ use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
 
 use crate::beacon::{BeaconRequest, BeaconResponse};
+use crate::circle_change::{CircleChange, CircleOnWire};
 use crate::command::CommandOrder;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame, FrameHeader};
@@ -15,13 +16,17 @@ use crate::rejection::Rejection;
 
 /// The first byte of a scan.
 pub const SCAN_VERSION: u8 = 1;
+/// The first byte of a scan that ends with changes of circles. Others are written as before, for older tools.
+const VERSION_WITH_CIRCLES: u8 = 2;
 
 /// Scan with all inputs of the node before it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeScan {
     /// The messages, one after the other.
     pub received: Vec<ReceivedMessage>,
-    /// The orders after them.
+    /// Changes of the circles across nodes after them.
+    pub circles: Vec<CircleChange>,
+    /// The orders after those.
     pub orders: Vec<CommandOrder>,
     /// Real start of the scan, in the node's own clock.
     pub now: Instant<Local>,
@@ -42,13 +47,13 @@ pub struct ReceivedMessage {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidScan {
     /// Bytes of another format or another version.
-    #[error("received version {received:?}, expected {SCAN_VERSION}")]
+    #[error("received version {received:?}, expected {SCAN_VERSION} or {VERSION_WITH_CIRCLES}")]
     WrongVersion {
         /// First byte, if there is one.
         received: Option<u8>,
     },
     /// Bytes that end too soon, go on too long, or hold an impossible value.
-    #[error("received bytes that are no scan of version {SCAN_VERSION}")]
+    #[error("received bytes that are no scan of their version")]
     Malformed,
     /// Order that no node takes.
     #[error("an order: {0}")]
@@ -64,8 +69,11 @@ impl NodeScan {
             orders: self.orders.iter().map(CommandOrder::to_json).collect(),
             now: self.now.as_nanos(),
         };
-        let version = vec![SCAN_VERSION];
-        postcard::to_extend(&on_wire, version).expect("a vector takes whatever comes")
+        if self.circles.is_empty() {
+            return bytes(SCAN_VERSION, &on_wire);
+        }
+        let circles: Vec<_> = self.circles.iter().map(CircleOnWire::from).collect();
+        bytes(VERSION_WITH_CIRCLES, &(on_wire, circles))
     }
 
     /// Reads the scan from bytes.
@@ -73,16 +81,15 @@ impl NodeScan {
     /// # Errors
     /// [`InvalidScan`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidScan> {
-        let rest = match bytes {
-            [SCAN_VERSION, rest @ ..] => rest,
+        let (on_wire, circles) = match bytes {
+            [SCAN_VERSION, rest @ ..] => (whole::<ScanOnWire>(rest)?, Vec::new()),
+            [VERSION_WITH_CIRCLES, rest @ ..] => whole::<(ScanOnWire, Vec<CircleOnWire>)>(rest)?,
             other => {
                 let received = other.first().copied();
                 return Err(InvalidScan::WrongVersion { received });
             }
         };
-        let Ok((on_wire, [])) = postcard::take_from_bytes::<ScanOnWire>(rest) else {
-            return Err(InvalidScan::Malformed);
-        };
+        let circles = circles.iter().map(CircleOnWire::change);
         let orders = on_wire.orders.iter().map(|json| {
             let order = CommandOrder::from_json(json.as_bytes());
             order.map_err(|wrong| InvalidScan::Order(wrong.to_string()))
@@ -90,9 +97,22 @@ impl NodeScan {
         let received = on_wire.received.into_iter().map(ReceivedMessage::try_from);
         Ok(Self {
             received: received.collect::<Result<_, _>>()?,
+            circles: (circles.collect::<Option<_>>()).ok_or(InvalidScan::Malformed)?,
             orders: orders.collect::<Result<_, _>>()?,
             now: Instant::from_nanos(on_wire.now),
         })
+    }
+}
+
+fn bytes(version: u8, content: &impl Serialize) -> Vec<u8> {
+    postcard::to_extend(content, vec![version]).expect("a vector takes whatever comes")
+}
+
+/// Reads a value that takes all of the bytes.
+fn whole<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, InvalidScan> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(InvalidScan::Malformed),
     }
 }
 
@@ -300,6 +320,8 @@ impl From<AxisOnWire> for AxisSample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::channel::Channel;
+    use coaxle_slave::CircleState;
     use proptest::prelude::*;
 
     fn scan() -> NodeScan {
@@ -352,6 +374,7 @@ mod tests {
         let order = r#"{"version":1,"slave":"saw","command":{"home":{"position":3}}}"#;
         NodeScan {
             received: received.collect(),
+            circles: Vec::new(),
             orders: vec![CommandOrder::from_json(order.as_bytes()).unwrap()],
             now: Instant::from_nanos(12),
         }
@@ -372,12 +395,36 @@ mod tests {
     }
 
     #[test]
+    fn circles_come_back_and_without_them_older_tools_read_the_scan() {
+        assert_eq!(scan().to_bytes()[0], 1);
+        let change = |channel, state| CircleChange {
+            channel,
+            id: 7,
+            state,
+        };
+        let scan = NodeScan {
+            circles: vec![
+                change(Channel::Slaves, CircleState::Open),
+                change(Channel::FarAxes, CircleState::Closed),
+                change(Channel::Slaves, CircleState::None),
+            ],
+            ..scan()
+        };
+        let bytes = scan.to_bytes();
+        assert_eq!(NodeScan::from_bytes(&bytes), Ok(scan));
+        // The last byte is a state.
+        let wrong = [&bytes[..bytes.len() - 1], &[3]].concat();
+        assert_eq!(NodeScan::from_bytes(&wrong), Err(InvalidScan::Malformed));
+    }
+
+    #[test]
     fn other_bytes_are_named() {
         let bytes = scan().to_bytes();
         let of = |bytes: &[u8]| NodeScan::from_bytes(bytes).unwrap_err().to_string();
-        assert_eq!(of(&[]), "received version None, expected 1");
-        assert_eq!(of(&[2]), "received version Some(2), expected 1");
-        let malformed = "received bytes that are no scan of version 1";
+        assert_eq!(of(&[]), "received version None, expected 1 or 2");
+        assert_eq!(of(&[3]), "received version Some(3), expected 1 or 2");
+        let malformed = "received bytes that are no scan of their version";
+        assert_eq!(of(&[2]), malformed);
         assert_eq!(of(&bytes[..bytes.len() - 1]), malformed);
         assert_eq!(of(&[bytes.as_slice(), &[0]].concat()), malformed);
     }

@@ -112,14 +112,16 @@ impl Frames {
             Some((oldest, _)) if kept().filter(|(_, kept)| is_due(kept)).count() > 1 => {
                 Some(oldest)
             }
+            // At most one is due, and the image of the next cycle is not given up for a later one.
             _ => {
-                let waiting = kept().map(|(place, kept)| (place, kept.waiting()));
+                let later = || kept().filter(|(_, kept)| !is_due(kept));
+                let waiting = later().map(|(place, kept)| (place, kept.waiting()));
                 if let Some(spare) = held_back::spare(waiting, due) {
                     return Some(spare);
                 }
                 let (first, kept) =
-                    kept().min_by(|(_, a), (_, b)| a.at.cmp(&b.at).then_with(|| a.age(b)))?;
-                (kept.at <= new.at).then_some(first)
+                    later().min_by(|(_, a), (_, b)| a.at.cmp(&b.at).then_with(|| a.age(b)))?;
+                (is_due(new) || kept.at <= new.at).then_some(first)
             }
         }
     }
@@ -194,6 +196,27 @@ mod tests {
         }
         let kept = counts(&frames);
         assert!(kept.len() == 3 && kept.contains(&1_099), "{kept:?}");
+        assert!(kept.contains(&999), "{kept:?}");
+    }
+
+    #[test]
+    fn the_only_one_that_is_due_stays_and_finds_room_among_later_ones() {
+        for room in [1, 3] {
+            // First, and then later ones in any number.
+            let mut frames = Frames::new(room, 2);
+            keep(&mut frames, 900, 1, 1_000);
+            for count in 2..20 {
+                keep(&mut frames, 1_000 + count as i64, count, 1_000);
+            }
+            assert!(counts(&frames).contains(&1), "{:?}", counts(&frames));
+            // Last: it overtook those that arrive in later cycles.
+            let mut frames = Frames::new(room, 2);
+            for count in 2..20 {
+                keep(&mut frames, 2_000 + count as i64, count, 1_000);
+            }
+            keep(&mut frames, 950, 1, 1_000);
+            assert!(counts(&frames).contains(&1), "{:?}", counts(&frames));
+        }
     }
 
     #[test]

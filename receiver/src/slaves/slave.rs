@@ -89,9 +89,11 @@ impl Slave {
         self.master_position = masters.first().map(|master| master.set.position);
         // Before the axis moves, so that a step takes effect in the cycle in which its conditions hold.
         self.run_program(plates, masters, elapsed);
-        self.error_of_master = match masters.first() {
-            Some(master) if self.follows => master.error_code,
-            _ => 0,
+        // Of every master that counts: a sum is as wrong by its second part as by its first.
+        self.error_of_master = if self.follows {
+            masters.error_code(|number| self.axis.follows_master(number))
+        } else {
+            0
         };
         // The start has placed the axis for this cycle. A second update would move it by a cycle.
         if self.start(plates, masters) {

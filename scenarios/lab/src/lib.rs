@@ -45,6 +45,7 @@ pub mod router;
 pub mod row;
 pub mod run;
 pub mod scenario;
+pub mod shell;
 pub mod soak;
 pub mod stage;
 pub mod summary;

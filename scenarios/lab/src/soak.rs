@@ -22,6 +22,7 @@ use crate::invariants::Invariant;
 use crate::junit::{self, JunitCase};
 use crate::results_folder::ResultsFolder;
 use crate::run::{Options, TraceFormat};
+use crate::shell;
 use crate::stage::Stage;
 use crate::summary::World;
 use crate::virtual_time;
@@ -198,7 +199,7 @@ impl Soak<'_> {
             out,
             trace: Some(TraceFormat::Mcap),
         };
-        let command = format!("coaxle run {}", file.display());
+        let command = format!("coaxle run {}", shell::word(&file.display().to_string()));
         (self.leave)(&source(text), &options, &command)
     }
 }

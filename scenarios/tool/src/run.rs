@@ -7,6 +7,7 @@ use clap::Args;
 use coaxle_lab::catalog;
 use coaxle_lab::junit::{self, JunitCase};
 use coaxle_lab::run::{Options, TraceFormat, prepare, trace_warning};
+use coaxle_lab::shell::{in_quotes, word};
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_lab::summary::World;
 use coaxle_lab::verdict::Verdict;
@@ -188,16 +189,16 @@ fn print_results(outcome: &Outcome) -> anyhow::Result<()> {
 
 /// The command that repeats a run, but for the folder.
 fn command_of(args: &RunArgs) -> String {
-    let mut words = vec!["coaxle".to_owned(), "run".to_owned(), args.scenario.clone()];
+    let mut words = vec!["coaxle".to_owned(), "run".to_owned(), word(&args.scenario)];
     if args.processes {
         words.push("--processes".to_owned());
     }
     if let Some(seed) = args.seed {
         words.push(format!("--seed {seed}"));
     }
-    words.extend(args.overrides.iter().map(|set| format!("--set '{set}'")));
+    words.extend((args.overrides.iter()).map(|set| format!("--set {}", in_quotes(set))));
     if !args.receivers.is_empty() {
-        words.push(format!("--receivers {}", args.receivers.join(",")));
+        words.push(format!("--receivers {}", word(&args.receivers.join(","))));
     }
     words.join(" ")
 }

@@ -10,6 +10,7 @@ use coaxle_clock::Instant;
 use coaxle_lab::catalog;
 use coaxle_lab::finished::Progress;
 use coaxle_lab::junit::{self, JunitCase};
+use coaxle_lab::shell::{in_quotes, word};
 use coaxle_lab::sweep::{MOST_RUNS, Options, Prepared, Setup, SweepAxis, SweepProgress, prepare};
 use coaxle_os::exit::Exit;
 use coaxle_os::machine::{self, Machine};
@@ -105,23 +106,21 @@ impl SweepArgs {
 
     /// The command that repeats it, but for the folder.
     fn command(&self) -> String {
-        let mut words = vec![format!("coaxle sweep {}", self.scenario)];
-        let over = self.over.iter();
+        let mut words = vec![format!("coaxle sweep {}", word(&self.scenario))];
         // In quotes: values may hold brackets and blanks, which a shell would take apart.
-        words.extend(over.map(|axis| format!("--over '{}={}'", axis.field, axis.values.join(","))));
+        words.extend(self.over.iter().map(|axis| {
+            let over = format!("{}={}", axis.field, axis.values.join(","));
+            format!("--over {}", in_quotes(&over))
+        }));
         // Defaults are left out, so that the command is as the user would type it.
         if self.seeds.get() > 1 {
             words.push(format!("--seeds {}", self.seeds));
         }
-        words.extend(self.overrides.iter().map(|set| format!("--set '{set}'")));
+        words.extend((self.overrides.iter()).map(|set| format!("--set {}", in_quotes(set))));
         if !self.receivers.is_empty() {
-            words.push(format!("--receivers {}", self.receivers.join(",")));
+            words.push(format!("--receivers {}", word(&self.receivers.join(","))));
         }
-        words.extend(
-            self.figure
-                .iter()
-                .map(|figure| format!("--figure {figure}")),
-        );
+        words.extend((self.figure.iter()).map(|figure| format!("--figure {}", word(figure))));
         words.join(" ")
     }
 }
@@ -256,5 +255,38 @@ impl ProgressLines {
         Some(format!(
             "{over:7} of {runs}, {failed} failed, {rate:.2} a second, {left:.0} s to go"
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        sweep: SweepArgs,
+    }
+
+    #[test]
+    fn the_command_is_quoted_for_a_shell() {
+        let words = [
+            "",
+            "my saw.toml",
+            "--over",
+            "receiver.mode='sync',0",
+            "--set",
+            "x=[1, 2]",
+            "--receivers",
+            "saw,press",
+            "--figure",
+            "slave.cut_length_error_max",
+        ];
+        let Line { sweep } = Line::try_parse_from(words).unwrap();
+        assert_eq!(
+            sweep.command(),
+            r"coaxle sweep 'my saw.toml' --over 'receiver.mode='\''sync'\'',0' --set 'x=[1, 2]' --receivers saw,press --figure slave.cut_length_error_max"
+        );
     }
 }

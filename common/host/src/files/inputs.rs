@@ -5,6 +5,7 @@
 //! out, and the next one is marked as after a gap.
 
 use coaxle_clock::{Instant, Local};
+use coaxle_node::circles::CircleChange;
 use coaxle_node::command::CommandOrder;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::{AxisSample, KeptMessage, Message, NodeScan, ReceivedMessage};
@@ -42,6 +43,7 @@ enum InputEntry {
         message: Message<'static>,
         axes: usize,
     },
+    Circle(CircleChange),
     Order,
     Scan {
         ideal_start: Instant<Machine>,
@@ -101,6 +103,11 @@ impl InputTap {
         message: &Message<'_>,
     ) {
         self.is_whole &= self.try_received(at, subscription, message).is_some();
+    }
+
+    /// Records a circle across nodes that the node takes.
+    pub(crate) fn circle(&mut self, change: CircleChange) {
+        self.is_whole &= self.entries.push(InputEntry::Circle(change)).is_ok();
     }
 
     /// Records an order that the node executes. The copy shares the plate that may come with the
@@ -171,6 +178,7 @@ impl Inputs {
                         message: KeptMessage::new(&message.with_axes(&axes)),
                     });
                 }
+                InputEntry::Circle(change) => self.open.circles.push(change),
                 InputEntry::Order => self.open.orders.extend(self.orders.pop().ok()),
                 InputEntry::Scan {
                     ideal_start,
@@ -202,7 +210,8 @@ mod tests {
     use super::*;
     use assert_no_alloc::assert_no_alloc;
     use coaxle_clock::{CycleIndex, CycleTime, Span};
-    use coaxle_node::{Frame, FrameHeader, Rejection};
+    use coaxle_node::circles::CircleState;
+    use coaxle_node::{Channel, Frame, FrameHeader, Rejection};
 
     const REFUSED: Message<'static> = Message::Rejected(Rejection::Malformed);
 
@@ -232,9 +241,15 @@ mod tests {
         let (mut tap, mut inputs) = inputs();
         let axes = [Some(AxisSample::default()), None];
         let order = order();
+        let circle = CircleChange {
+            channel: Channel::Slaves,
+            id: 1,
+            state: CircleState::Closed,
+        };
         assert_no_alloc(|| {
             tap.received(at(1), 0, &frame(&axes));
             tap.received(at(2), 3, &REFUSED);
+            tap.circle(circle);
             tap.ordered(&order);
             tap.scan(at(10), at(11), at(12));
             tap.scan(at(20), at(21), at(22));
@@ -243,6 +258,7 @@ mod tests {
         assert_eq!((first.ideal_start, first.woke), (at(10), at(11)));
         assert_eq!(first.scan.now, at(12));
         assert_eq!((first.scan.orders, first.after_gap), (vec![order], false));
+        assert_eq!(first.scan.circles, [circle]);
         let received = &first.scan.received;
         assert_eq!(received[0].message.get(), frame(&axes));
         assert_eq!((received[1].at, received[1].subscription), (at(2), 3));

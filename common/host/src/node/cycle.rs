@@ -129,6 +129,9 @@ impl<N: Node> Cycle<N> {
             });
         }
         while let Ok(change) = circles.pop() {
+            if let Some(inputs) = inputs {
+                inputs.circle(change);
+            }
             node.set_circle(change);
         }
         orders.execute_all(woke, |order, cargo| {

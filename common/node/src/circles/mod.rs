@@ -7,8 +7,9 @@ mod reading;
 mod watch;
 
 pub use coaxle_slave::{CIRCLE_CODE, CircleState};
+pub use coaxle_wire::CircleChange;
 pub use reading::followers_of;
-pub use watch::{CircleChange, CircleFinding, CircleWatch};
+pub use watch::{CircleFinding, CircleWatch};
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;

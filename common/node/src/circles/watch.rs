@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use coaxle_slave::CircleState;
-use coaxle_wire::Channel;
 use coaxle_wire::keys::NodeName;
+use coaxle_wire::{Channel, CircleChange};
 use serde_json::{Map, Value, json};
 
 use super::reading::{Upstream, followers_of, upstream_of, upstream_to_json};
@@ -39,17 +39,6 @@ pub struct CircleFinding {
     /// Nodes that are followed, directly or through others, and whose axes are not known.
     pub unknown: Vec<NodeName>,
     upstream: Vec<Upstream>,
-}
-
-/// The circle that an axis of a node is in from now on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CircleChange {
-    /// Channel on which the node publishes the axis.
-    pub channel: Channel,
-    /// Axis id on that channel.
-    pub id: u32,
-    /// The circle.
-    pub state: CircleState,
 }
 
 impl CircleWatch {

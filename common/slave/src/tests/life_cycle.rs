@@ -273,3 +273,25 @@ fn without_power_wanted_a_reset_leaves_the_axis_disabled() {
     axis.command(&Command::Power(true)).unwrap();
     assert_eq!(axis.status(), Standstill);
 }
+
+/// A node executes up to 16 orders in a cycle. With four ended jobs kept, ends were not reported, and a
+/// job that was done counted as aborted.
+#[test]
+fn the_end_of_a_job_is_known_after_all_the_orders_of_a_cycle() {
+    let mut axis = powered(&PARAMETERS);
+    let done = start(&mut axis, &move_absolute(1.0));
+    while axis.progress(done) == CommandState::Active {
+        run(&mut axis, 1);
+    }
+    let mut jobs: Vec<_> = (0..17)
+        .map(|place| start(&mut axis, &move_absolute(100.0 + f64::from(place))))
+        .collect();
+    let last = jobs.pop().expect("seventeen");
+    run(&mut axis, 1);
+    assert_eq!(axis.progress(last), CommandState::Active);
+    assert_eq!(axis.progress(done), CommandState::Done);
+    let reported: Vec<_> = core::iter::from_fn(|| axis.take_ended()).collect();
+    assert_eq!(reported[0].job, done);
+    let aborted: Vec<_> = reported[1..].iter().map(|ended| ended.job).collect();
+    assert_eq!(aborted, jobs);
+}

@@ -140,6 +140,10 @@ fn a_master_counts_if_its_ratio_does() {
     let refused = axis.plan(&gear(&[1.0, 0.5])).unwrap_err();
     assert_eq!(refused, Refusal::NoMaster);
     start(&mut axis, &gear(&[1.0, 0.0]));
+    assert_eq!(
+        [0, 1].map(|number| axis.follows_master(number)),
+        [true, false]
+    );
     axis.update(one, CYCLE);
     assert_eq!(axis.error(), None);
     axis.update(None, CYCLE);
@@ -147,6 +151,10 @@ fn a_master_counts_if_its_ratio_does() {
     let fast = Masters::of([Some(Master::at(0.0, 600.0).0); 2]);
     let mut axis = powered(&PARAMETERS);
     axis.update(fast, CYCLE);
+    assert_eq!(
+        [0, 1].map(|number| axis.follows_master(number)),
+        [true, false]
+    );
     assert_eq!(axis.plan(&gear(&[1.0, 1.0])).unwrap_err().code(), 0x42dd);
     assert!(Ratios::new(&[]).is_err() && Ratios::new(&[1.0; 5]).is_err());
     assert!(Ratios::new(&[f64::NAN]).is_err());

@@ -16,7 +16,7 @@ use super::{load, new_file};
 pub struct CamExportArgs {
     /// Cam file, TOML
     file: PathBuf,
-    /// Format [default: by the ending of the output's name, CSV without one]
+    /// Format [default: by the ending of the output's name: .st, .exp, .scl, .il, .TcGVL and .TcPOU are a PLC's, others CSV]
     #[arg(long, value_enum)]
     format: Option<FormatArg>,
     /// The name of the array in structured text

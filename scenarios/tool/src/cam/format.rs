@@ -14,6 +14,9 @@ pub(super) enum FormatArg {
     Plc,
 }
 
+/// Endings of files that PLC projects have.
+pub(super) const OF_PLC: [&str; 6] = ["st", "exp", "scl", "il", "TcGVL", "TcPOU"];
+
 impl FormatArg {
     pub(super) const fn format(self) -> Format {
         match self {
@@ -25,12 +28,10 @@ impl FormatArg {
     /// Format of a file by its name: CSV unless the ending is one that PLC projects have.
     pub(super) fn of(path: &Path) -> Self {
         let ending = path.extension().and_then(|ending| ending.to_str());
+        // Programs on Windows write `.TcGVL` as well as `.tcgvl`.
         let is_plc = |ending: &str| {
-            let of_plc = ["st", "exp", "tcgvl", "tcpou", "il", "scl"];
-            of_plc
-                .iter()
-                // Programs on Windows write `.TcGVL` as well as `.tcgvl`.
-                .any(|known| known.eq_ignore_ascii_case(ending))
+            let mut of_plc = OF_PLC.iter();
+            of_plc.any(|known| known.eq_ignore_ascii_case(ending))
         };
         if ending.is_some_and(is_plc) {
             Self::Plc

@@ -20,7 +20,7 @@ use super::{mistake, new_file};
 pub struct ImportArgs {
     /// Point table: CSV, or structured text of a PLC
     table: PathBuf,
-    /// Format of the table [default: by the ending of its name; .st, .exp, .TcGVL and .TcPOU are a PLC's]
+    /// Format of the table [default: by the ending of its name: .st, .exp, .scl, .il, .TcGVL and .TcPOU are a PLC's, others CSV]
     #[arg(long, value_enum)]
     format: Option<FormatArg>,
     /// Name of the array in the structured text, if there are several

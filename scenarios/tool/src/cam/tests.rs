@@ -505,3 +505,21 @@ fn a_law_is_advised_that_the_slave_can_follow() {
         "{nothing}"
     );
 }
+
+#[test]
+fn help_names_every_ending_of_a_plc() {
+    use clap::Args;
+    for command in [
+        import::ImportArgs::augment_args(clap::Command::new("import")),
+        export::CamExportArgs::augment_args(clap::Command::new("export")),
+    ] {
+        let mut arguments = command.get_arguments();
+        let format = arguments.find(|argument| argument.get_id() == "format");
+        let help = format.unwrap().get_help().unwrap().to_string();
+        for ending in format::OF_PLC {
+            assert!(help.contains(&format!(".{ending}")), "{ending}: {help}");
+            let path = Path::new("cam").with_extension(ending.to_lowercase());
+            assert_eq!(format::FormatArg::of(&path), format::FormatArg::Plc);
+        }
+    }
+}

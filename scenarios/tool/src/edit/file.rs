@@ -1,6 +1,6 @@
 //! A file that is edited, and its text when it was last read or written.
 
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -92,9 +92,7 @@ impl EditedFile {
     fn replace(&self, text: &str) -> std::io::Result<()> {
         // Through a link: renaming onto the link itself would replace the link.
         let path = fs::canonicalize(&self.path)?;
-        let mut new = path.clone().into_os_string();
-        new.push(".new");
-        let mut file = OpenOptions::new().write(true).create_new(true).open(&new)?;
+        let (mut file, new) = create_beside(&path)?;
         let written = (file.write_all(text.as_bytes()))
             // Renaming replaces the file together with its permissions.
             .and_then(|()| file.set_permissions(fs::metadata(&path)?.permissions()))
@@ -106,5 +104,45 @@ impl EditedFile {
             let _ = fs::remove_file(&new);
         }
         written
+    }
+}
+
+/// Creates a file beside this one, as a rename does not cross file systems.
+fn create_beside(path: &Path) -> std::io::Result<(File, PathBuf)> {
+    // Counted up: a program that was killed between creation and rename left its file, and another designer may be about to rename its own.
+    for number in 1_u64.. {
+        let mut new = path.as_os_str().to_owned();
+        new.push(format!(".{number}.new"));
+        match File::create_new(&new) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            created => return created.map(|file| (file, new.into())),
+        }
+    }
+    // Unreachable in practice: the numbers end after 1.8e19 files.
+    Err(ErrorKind::AlreadyExists.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_a_killed_program_left_does_not_prevent_saving() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.toml");
+        fs::write(&path, "a").unwrap();
+        let left = ["x.toml.new", "x.toml.1.new", "x.toml.2.new"];
+        for name in left {
+            fs::write(folder.path().join(name), "left").unwrap();
+        }
+        let mut file = EditedFile::open(&path, 100).unwrap();
+        file.save("b").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "b");
+        // Those of others stay as they are, and its own is gone.
+        for name in left {
+            let text = fs::read_to_string(folder.path().join(name)).unwrap();
+            assert_eq!(text, "left");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
     }
 }

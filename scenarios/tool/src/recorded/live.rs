@@ -111,7 +111,10 @@ fn take(
     let end = args.record_for.map(|span| machine::now() + span);
     let mut watch = GrowthWatch::default();
     loop {
-        watch.update(machine::now(), &files.path);
+        let file = files.finished.len();
+        if let Some(growth) = watch.update(machine::now(), file, &files.path) {
+            tracing::info!("{}: {growth}", files.path.display());
+        }
         if interrupt.is_received() {
             // Without a time limit, an interrupt is the usual end.
             let is_early = end.is_some();
@@ -138,30 +141,35 @@ const BEGINNING: Span = Span::from_secs(1);
 #[derive(Default)]
 struct GrowthWatch {
     started: Option<Instant<Machine>>,
+    /// Number of the file that is watched.
+    file: usize,
     /// Beginning of the measurement and the file's length then; absent again once logged.
     from: Option<(Instant<Machine>, u64)>,
 }
 
 impl GrowthWatch {
-    fn update(&mut self, now: Instant<Machine>, path: &Path) {
-        let since = now - *self.started.get_or_insert(now);
+    /// Looks at the length of a file, the `file`th of the recording; returns its growth once it is known.
+    fn update(&mut self, now: Instant<Machine>, file: usize, path: &Path) -> Option<Growth> {
+        let mut since = now - *self.started.get_or_insert(now);
+        let is_over = self.from.is_none() && since >= WATCHED;
+        if file != self.file && !is_over {
+            // The lengths of two files have no difference: the measurement begins again.
+            (self.started, self.from, since) = (Some(now), None, Span::ZERO);
+        }
+        self.file = file;
         let is_due = match self.from {
             // The upper bound keeps it from beginning again once the growth was logged.
             None => since >= BEGINNING && since < WATCHED,
             Some((at, _)) => now - at >= WATCHED,
         };
-        let Some(length) = is_due.then(|| path.metadata().ok()).flatten() else {
-            return;
+        let length = is_due.then(|| path.metadata().ok()).flatten()?.len();
+        let Some((at, before)) = self.from.take() else {
+            self.from = Some((now, length));
+            return None;
         };
-        match self.from.take() {
-            None => self.from = Some((now, length.len())),
-            Some((at, before)) => {
-                // The recording may have gone on in another file, which is shorter.
-                let more = length.len().saturating_sub(before);
-                let growth = Growth::measured(more, (now - at).as_secs_f64());
-                tracing::info!("{}: {growth}", path.display());
-            }
-        }
+        // Somebody may have cut the file.
+        let more = length.saturating_sub(before);
+        Some(Growth::measured(more, (now - at).as_secs_f64()))
     }
 }
 
@@ -296,6 +304,36 @@ mod tests {
         let row = vec![NodeSignals::default(); instances];
         pieces.row(&encoder.encode(0, 0, &row).unwrap()).unwrap();
         pieces.take().unwrap().unwrap()
+    }
+
+    #[test]
+    fn growth_is_that_of_one_file_though_the_recording_went_on_in_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut watch = GrowthWatch::default();
+        let begin = machine::now();
+        let mut logged = Vec::new();
+        for tick in 0..100_i64 {
+            // From the third second on in another file; both grow by 1000 bytes in 0.1 s, 36 MB in an hour.
+            let file = usize::from(tick >= 25);
+            let path = folder.path().join(file.to_string());
+            let length = 1_000 * (tick - 25 * i64::from(file == 1));
+            std::fs::write(&path, vec![0; length.try_into().unwrap()]).unwrap();
+            let now = begin + Span::from_millis(100 * tick);
+            logged.extend(watch.update(now, file, &path));
+        }
+        let [growth] = logged[..] else {
+            panic!("{logged:?}");
+        };
+        assert_eq!(
+            growth.to_string(),
+            Growth::measured(10_000, 1.0).to_string()
+        );
+        // Later files begin no other measurement.
+        for tick in 100..200 {
+            let now = begin + Span::from_millis(100 * tick);
+            let path = folder.path().join("1");
+            assert!(watch.update(now, 2, &path).is_none());
+        }
     }
 
     #[test]

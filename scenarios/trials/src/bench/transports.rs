@@ -114,11 +114,13 @@ pub(super) fn measure(
         Ok(namespace) => (Some(namespace), None),
         Err(missing) => (None, Some(format!("{missing:#}"))),
     };
+    let all = losses;
     let losses = match namespace {
         Some(_) => losses,
         // Without a namespace there is a comparison without loss, and the reason is printed.
         None => &[0.0],
     };
+    turns.forgo(planned(settings, all) - planned(settings, losses));
     let scratch = Scratch::new()?;
     let cases: Vec<_> = cases(losses).collect();
     let mut found = vec![TransportRounds::default(); cases.len()];
@@ -132,12 +134,17 @@ pub(super) fn measure(
             let place = EndpointPair::of(*way, namespace.as_ref());
             // A new pair of processes each time: a connection that has slowed down after losses would carry over.
             let pair = pair(*way, settings, bytes, &place, &scratch)?;
+            let end = turns.done() + WARM_UP + turn;
             match pair.measure(turn, turns) {
                 Ok(measured) => case.add(&measured),
                 Err(error) if error.is::<super::turns::MeasurementInterrupted>() => {
                     return Err(error);
                 }
-                Err(error) => case.failed = Some(format!("{error:#}")),
+                Err(error) => {
+                    case.failed = Some(format!("{error:#}"));
+                    // Its turn is over, whenever it failed: the bar goes on with the next one.
+                    turns.passed(end - turns.done())?;
+                }
             }
         }
     }

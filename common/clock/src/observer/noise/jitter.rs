@@ -437,6 +437,8 @@ impl Jitter {
             TUNING.least_width.max(least * self.exponential),
             TUNING.greatest_ratio * self.exponential,
         );
+        // The lower one is below the upper one, as the exponential width is at least `least_width` and the greatest ratio is above 1. With
+        // constants perturbed by more (feature `perturb`) they could cross, and `clamp` would panic.
         self.normal = normal.clamp(bounds.0.min(bounds.1), bounds.1);
         self.ratio = self.normal / self.exponential;
         self.information = self.table.at(self.ratio_logarithm.of(self.ratio));

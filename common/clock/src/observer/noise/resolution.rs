@@ -109,8 +109,10 @@ pub(in crate::observer) struct Widths {
 
 /// Normal widths on the early side beyond which only the normal part counts, …
 const EARLY: f64 = -7.0;
-/// … and exponential ones on the late side beyond which only the tail does.
-const LATE: f64 = 40.0;
+/// … and on the late side beyond which only the tail of the exponential one does, counted from where the normal one has moved its density to.
+// The density of the sum is that of the tail times Φ(z − σ/τ), and Φ(6) is 1 to 1e-9. Farther out the difference of two values of the distribution
+// near 1, each rounded to 1e-16, loses its digits: at σ = 3 τ six of them are left here, and at 35 τ and any ratio the scores were off by half.
+const TAIL: f64 = 6.0;
 /// Relative change of the widths for numerical derivatives.
 const STEP: f64 = 1e-3;
 
@@ -141,7 +143,8 @@ impl Widths {
         }
         let ((from, below_from), (to, below_to)) = (self.at(residual), self.at(end));
         let within = below_to - below_from;
-        if residual > LATE * self.exponential + 8.0 * self.normal || within < 1e-200 {
+        let is_in_tail = residual / self.normal - self.normal / self.exponential > TAIL;
+        if is_in_tail || within < 1e-200 {
             return CellScores {
                 location: 1.0 / self.exponential,
                 curvature: 0.0,
@@ -257,6 +260,28 @@ mod tests {
                 (scores.curvature - bend).abs() < tolerance,
                 "{residual}: {bend}"
             );
+        }
+    }
+
+    #[test]
+    fn far_on_the_late_side_the_scores_are_those_of_the_tail() {
+        for ratio in [0.02, 0.25, 1.0, 3.0] {
+            let widths = Widths {
+                normal: 2e-6 * ratio,
+                exponential: 2e-6,
+            };
+            for part in [0.01, 0.3, 3.0] {
+                for later in 0..600 {
+                    let begin = (5.0 + ratio) * widths.normal;
+                    let residual = begin + 0.1 * f64::from(later) * 2e-6;
+                    let scores = widths.cell(residual, part * 2e-6);
+                    let location = scores.location * 2e-6;
+                    let curvature = scores.curvature * 4e-12;
+                    // Of an exponential tail, 1/τ and 0.
+                    let is_of_tail = (location - 1.0).abs() < 1e-3 && curvature < 1e-2;
+                    assert!(is_of_tail, "{ratio} {part} {later}: {location} {curvature}");
+                }
+            }
         }
     }
 

@@ -61,8 +61,11 @@ impl<W: Write> ReplayedReceiver<W> {
     pub(super) fn scan(&mut self, at_ns: i64, woke_ns: i64, scan: &NodeScan) -> anyhow::Result<()> {
         let receiver = &mut self.receiver;
         for received in &scan.received {
-            // Messages first, then orders, then the cycle: the order in which a host hands them over.
+            // Messages first, then circles, then orders, then the cycle: the order in which a host hands them over.
             receiver.receive(received.at, received.subscription, &received.message.get());
+        }
+        for change in &scan.circles {
+            receiver.set_circle(*change);
         }
         for order in &scan.orders {
             let _ = receiver.execute(order);
@@ -102,4 +105,40 @@ fn notes(config: &ReceiverConfig) -> Vec<String> {
             )
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::Channel;
+    use coaxle_node::circles::{CircleChange, CircleState};
+    use coaxle_receiver::HealthName;
+
+    #[test]
+    fn a_circle_in_which_the_receiver_was_is_replayed() {
+        let text = "name = 'a'\ncycle-time-us = 2000\n\
+             [[far]]\nnode = 'b'\nchannel = 'slaves'\naxes = [{ id = 1, name = 'far' }]\n\
+             [[slave]]\nname = 'loop'\nid = 1\nmaster = 'far'\ncouple = 'off'\n\
+             limits = { velocity = 1000, acceleration = 5000, jerk = 100000 }\n";
+        let config = coaxle_node::config::parse("a", text).unwrap();
+        let mut replayed = ReplayedReceiver::start(&config, 1, Vec::new(), &Facts::new()).unwrap();
+        let mut health = |circles: &[CircleState], cycle: i64| {
+            let change = |state: &CircleState| CircleChange {
+                channel: Channel::Slaves,
+                id: 1,
+                state: *state,
+            };
+            let scan = NodeScan {
+                circles: circles.iter().map(change).collect(),
+                now: Instant::from_nanos(2_000_000 * cycle),
+                ..NodeScan::default()
+            };
+            replayed.scan(0, 0, &scan).unwrap();
+            replayed.receiver.snapshot().signals.node.health
+        };
+        assert_ne!(health(&[], 1), HealthName::Circle);
+        assert_eq!(health(&[CircleState::Open], 2), HealthName::Circle);
+        assert_eq!(health(&[], 3), HealthName::Circle);
+        assert_ne!(health(&[CircleState::None], 4), HealthName::Circle);
+    }
 }
