@@ -29,6 +29,9 @@ const ROUND: Span = Span::from_millis(600);
 // A hundredth of a second is not noticed by people, and costs little for five seconds.
 const LOOK: Duration = Duration::from_millis(10);
 
+/// Operator's name of the page that a node serves of itself; a secure network gives it to nobody else.
+pub const PAGE: &str = "page";
+
 /// Client that sends orders; its calls block until the response.
 pub struct Commander {
     transport: Arc<dyn Transport>,
@@ -61,8 +64,16 @@ impl Commander {
         })
     }
 
+    /// Sends the orders of a page that a node serves of itself, over the node's own transport. They carry the
+    /// name [`PAGE`].
+    ///
+    /// # Errors
+    /// Never: the name is one.
+    pub fn of_page(transport: &Arc<dyn Transport>) -> anyhow::Result<Self> {
+        Ok(Self::named(Arc::clone(transport), NodeName::new(PAGE)?))
+    }
+
     /// Creates a commander with an operator's name that is not authenticated.
-    #[cfg(test)]
     pub(crate) fn named(transport: Arc<dyn Transport>, operator: NodeName) -> Self {
         Self {
             transport,

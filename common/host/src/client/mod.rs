@@ -3,5 +3,5 @@
 mod commander;
 mod watcher;
 
-pub use commander::Commander;
+pub use commander::{Commander, PAGE};
 pub use watcher::{SeenNode, Watcher};

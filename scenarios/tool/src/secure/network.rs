@@ -1,5 +1,6 @@
 //! Network of nodes and operators.
 
+use coaxle_host::client::PAGE;
 use coaxle_node::keys::NodeName;
 
 use super::folder::AUTHORITY_FOLDER;
@@ -25,6 +26,11 @@ pub enum WrongNetwork {
         "received the name {AUTHORITY_FOLDER:?}, expected another: the folder of that name is the authority's"
     )]
     Reserved,
+    /// An operator with the name of nodes' own pages.
+    #[error(
+        "operator: received the name {PAGE:?}, expected another: a node logs orders of its own page under that name"
+    )]
+    NameOfPages,
     /// A node follows one whose config is missing.
     #[error("node {follower:?} hears node {followed:?}, expected its config among those given")]
     Missing {
@@ -67,6 +73,12 @@ impl SecureNetwork {
         }
         if names.iter().any(|name| name.as_str() == AUTHORITY_FOLDER) {
             return Err(WrongNetwork::Reserved);
+        }
+        if operators
+            .iter()
+            .any(|operator| operator.name.as_str() == PAGE)
+        {
+            return Err(WrongNetwork::NameOfPages);
         }
         // Without the config of a followed node its addresses and rights are unknown.
         check_followed(&nodes)?;
