@@ -12,9 +12,10 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 use coaxle_os::machine;
 
+use crate::client::session::session;
 use crate::client::watcher::Watcher;
 use crate::network::credentials::{BadCredentials, Credentials};
-use crate::network::transport::{Client, OverZenoh, Transport};
+use crate::network::transport::{Client, Transport};
 
 /// Longest time to wait for a node to appear.
 // Longer than Zenoh's scouting delay (0.5 s) and the first round of its retries (0.25, 0.5 and 1 s).
@@ -47,7 +48,7 @@ impl Commander {
     pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
         let operator = holder_of(transport.secure.as_deref())?;
         Ok(Self {
-            transport: Arc::new(OverZenoh::open_and_wait(transport)?),
+            transport: Arc::new(session(transport)?),
             operator,
         })
     }

@@ -18,7 +18,7 @@ use clap::Args;
 use coaxle_host::cli::NetworkArgs;
 use coaxle_host::client::{Commander, Watcher};
 use coaxle_host::network::transport::Transport;
-use coaxle_host::node::TransportService;
+use coaxle_host::node::{StartService, TransportService};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 use coaxle_os::exit::Exit;
@@ -68,7 +68,7 @@ impl OwnPageArgs {
             page: self.page?,
             commands: self.commands,
         };
-        Some(Box::new(move |transport| {
+        let start: StartService = Box::new(move |transport| {
             // Over the node's own session: a second one would need a port and rights of its own.
             // Orders of the node's own page have its name in the log.
             let commander = page.commands.then(|| Commander::of_page(&transport));
@@ -76,7 +76,12 @@ impl OwnPageArgs {
             let scope = Scope::open(Watcher::over(transport, &[])?, commander, &page)?;
             tracing::info!("the page is at {}", scope.url());
             Ok(Box::new(scope))
-        }))
+        });
+        Some(TransportService {
+            files: PageServer::MOST_FILES,
+            threads: PageServer::MOST_THREADS,
+            start,
+        })
     }
 }
 

@@ -39,6 +39,11 @@ pub(crate) struct PageServer {
 }
 
 impl PageServer {
+    /// Descriptors of a page at most: its listener, its runtime, its connections, and one that is just accepted.
+    pub(crate) const MOST_FILES: usize = connections::MOST_CONNECTIONS + 8;
+    /// Threads of a page at most.
+    pub(crate) const MOST_THREADS: usize = 1 + MOST_WAITING_THREADS;
+
     /// Serves these routes to requests that name the host by its address or as `localhost`. Changes are accepted from the
     /// page itself only, and with this token. Without a token the routes refuse them.
     ///
