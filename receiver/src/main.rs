@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_host::cli::{LogArgs, exit_code, run_program};
 use coaxle_os::exit::EXIT_CODES;
 use coaxle_receiver::run::{Args, run};
 
@@ -18,8 +18,9 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    tune_transport();
-    let cli = Cli::parse();
-    let logging = cli.log.init();
-    exit_code(run(&cli.args), logging)
+    run_program(|| {
+        let cli = Cli::parse();
+        let logging = cli.log.init();
+        exit_code(run(&cli.args), logging)
+    })
 }

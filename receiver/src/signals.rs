@@ -101,6 +101,9 @@ signals! {
         drift_sigma_ppm: Option<f64> ["ppm"] last,
         /// Estimated minus shown far time: the remainder to be slewed.
         slew_remaining_us: Option<f64> ["µs"],
+        /// Configured offset of the correction time in force (`fDelayTimeOffset`): its axes are ahead by it,
+        /// beside any error; none where the mode uses no correction time.
+        time_offset_us: Option<f64> ["µs"],
         /// Normal part of the jitter of the arrivals, standard deviation.
         normal_jitter_us: Option<f64> ["µs"],
         /// Exponential part of the jitter of the arrivals, mean.

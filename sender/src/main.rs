@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use coaxle_host::cli::{LogArgs, exit_code, tune_transport};
+use coaxle_host::cli::{LogArgs, exit_code, run_program};
 use coaxle_os::exit::EXIT_CODES;
 use coaxle_sender::run::{Args, run};
 
@@ -19,8 +19,9 @@ struct Cli {
 
 fn main() -> ExitCode {
     // Before anything else: the runtimes of the transport read their settings once.
-    tune_transport();
-    let cli = Cli::parse();
-    let logging = cli.log.init();
-    exit_code(run(&cli.args), logging)
+    run_program(|| {
+        let cli = Cli::parse();
+        let logging = cli.log.init();
+        exit_code(run(&cli.args), logging)
+    })
 }

@@ -7,7 +7,7 @@
 //! | room | contents |
 //! |--|--|
 //! | [`network`] | the [`Transport`](network::transport::Transport) to other nodes, and credentials for a secure network |
-//! | [`machine`] | this PC: real-time settings, fitness for cycles, memory shared with a drive process |
+//! | [`machine`] | this PC: real-time settings, fitness for cycles, resources that a program needs, memory shared with a drive process |
 //! | [`files`] | files of a run: traces and recordings |
 //! | [`node`] | a node in real time: cycle thread, rings, command server, status |
 //! | [`client`] | running nodes from outside: who is there, their statuses, commands to them |

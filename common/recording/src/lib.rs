@@ -40,6 +40,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod claims;
+mod damage_list;
 mod encoded_row;
 #[cfg(test)]
 mod example;
@@ -64,6 +66,8 @@ mod tests;
 mod value;
 mod writer;
 
+pub use claims::TooLongPart;
+pub use damage_list::DamageList;
 pub use encoded_row::{EncodedRow, RowError};
 pub use growth::Growth;
 pub use join::{Join, JoinError, JoinedNode};

@@ -12,7 +12,7 @@ use crate::format::{
 use crate::log::{self, LogLine};
 use crate::protobuf::InvalidMessage;
 use crate::read_table::{Column, ReadTable, Row};
-use crate::records::{Damage, Fault, MOST_SIGNALS, RecordReader};
+use crate::records::{Damage, Fault, MOST_BYTES, MOST_SIGNALS, RecordReader};
 use crate::row_assembly::{OpenInstance, OpenTable};
 use crate::schema::{SchemaField, fields_of};
 use crate::writer::Facts;
@@ -68,6 +68,8 @@ pub struct Reader<R> {
     open: Vec<OpenTable>,
     /// Number of signals of all channels.
     signals: usize,
+    /// Length of the names of all columns.
+    name_bytes: usize,
     /// Number of incomplete rows.
     incomplete: u64,
 }
@@ -97,6 +99,7 @@ impl<R: Read> Reader<R> {
             tables: Vec::new(),
             open: Vec::new(),
             signals: 0,
+            name_bytes: 0,
             incomplete: 0,
         }
     }
@@ -215,12 +218,13 @@ impl<R: Read> Reader<R> {
         if self.signals > MOST_SIGNALS {
             return Err(Fault::TooManySignals);
         }
+        self.count_names(channel, &fields)?;
         let table = self.table(&text(TABLE), &text(ROLE), of);
         let columns = fields.iter().map(|field| Column {
             instance: text(INSTANCE),
             group: text(GROUP),
             signal: field.name.clone(),
-            unit: text(&format!("{UNIT}{}", field.name)),
+            unit: text(&unit_key(field)),
             kind: field.kind,
         });
         let instance = OpenInstance::new(columns.collect(), fields);
@@ -242,6 +246,21 @@ impl<R: Read> Reader<R> {
             place,
             topic,
         })
+    }
+
+    /// Counts the names of the columns, each of which has those of its channel.
+    fn count_names(&mut self, channel: &Channel, fields: &[SchemaField]) -> Result<(), Fault> {
+        let length = |key: &str| channel.metadata.get(key).map_or(0, String::len);
+        let of_channel = length(INSTANCE) + length(GROUP);
+        let names = fields
+            .iter()
+            .map(|field| of_channel + field.name.len() + length(&unit_key(field)));
+        self.name_bytes += names.sum::<usize>();
+        // Before they are copied: one long name of a channel can stand in very many columns.
+        if self.name_bytes > MOST_BYTES {
+            return Err(Fault::TooManyDescriptions);
+        }
+        Ok(())
     }
 
     /// Returns the table of this name, a new one if there is none yet.
@@ -308,6 +327,11 @@ impl<R: Read> Reader<R> {
         let time = i64::try_from(time).unwrap_or(i64::MAX);
         time.saturating_sub(self.clock_offset_ns)
     }
+}
+
+/// Key of a signal's unit in the metadata of its channel.
+fn unit_key(field: &SchemaField) -> String {
+    format!("{UNIT}{}", field.name)
 }
 
 impl<R: Read> Iterator for Reader<R> {

@@ -6,7 +6,8 @@ use mcap::records::Record;
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError};
 
-use crate::records::{Damage, RecordReader};
+use crate::damage_list::DamageList;
+use crate::records::RecordReader;
 use crate::writer::{WriteError, options};
 
 /// Recovered part of a file.
@@ -19,29 +20,14 @@ pub struct Recovered {
     /// Time range of the messages, ns since 1970 as in the file.
     pub span_ns: Option<(u64, u64)>,
     /// Damage with its places; the last one is the end of a truncated file.
-    pub damage: Vec<Damage>,
-    /// Further damage beyond that list.
-    pub more_damage: u64,
+    pub damage: DamageList,
 }
-
-/// Greatest length of the list of damage.
-const MOST_DAMAGE: usize = 20;
 
 impl Recovered {
     /// True if it was undamaged.
     #[must_use]
     pub const fn was_whole(&self) -> bool {
-        self.damage.is_empty()
-    }
-
-    fn note(&mut self, damage: Damage) {
-        if self.damage.len() == MOST_DAMAGE {
-            // The newest replaces the last of the list: the end of the file, mostly the cause of interest, stays
-            // visible.
-            self.damage.pop();
-            self.more_damage += 1;
-        }
-        self.damage.push(damage);
+        self.damage.listed().is_empty()
     }
 
     fn keep(&mut self, time: u64) {
@@ -61,7 +47,7 @@ pub fn recover(from: impl Read, to: impl Write) -> Result<Recovered, WriteError>
     for record in RecordReader::new(from) {
         match record {
             Ok(record) => copy(record, &mut writer, &mut recovered)?,
-            Err(damage) => recovered.note(damage),
+            Err(damage) => recovered.damage.note(damage),
         }
     }
     writer.finish()?;

@@ -5,6 +5,7 @@ use coaxle_node::signal::{Group, Instance, Kind, Signal};
 use crate::protobuf::{
     InvalidMessage, MessageFields, WireValue, put_bytes, put_count, put_message, put_varint,
 };
+use crate::records::MOST_SIGNALS;
 
 /// A schema, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -181,6 +182,10 @@ pub(crate) fn fields_of(name: &str, data: &[u8]) -> Result<Vec<SchemaField>, Inv
 fn signals_of(message: &[u8]) -> Result<Vec<SchemaField>, InvalidMessage> {
     let mut fields = Vec::new();
     for field in inner(message, 2) {
+        // The caller refuses one too many, so that no more are read.
+        if fields.len() > MOST_SIGNALS {
+            break;
+        }
         let field = field?;
         let kind = count_in(field, 5)?.and_then(kind_of);
         let number = count_in(field, 3)?.and_then(|number| u32::try_from(number).ok());

@@ -329,6 +329,9 @@ impl Candidate {
             if let Some(observed) = self.clock.observation() {
                 show_observation(observed, signals);
             }
+            let offset = self.clock.parameters().time_sync.delay_time_offset;
+            // A part of that time, and in force with it.
+            signals.time_offset_us = signals.correction_us.map(|_| offset.as_micros());
             self.synced = signals.synced;
         }
         let cycle_time = self.clock.data_cycle_time();

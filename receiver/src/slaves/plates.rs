@@ -96,3 +96,19 @@ fn add(plates: &mut Tables, source: &CamSource) -> Result<(), Wrong> {
     let inserted = plates.insert(id, plate);
     inserted.map_err(|error| Wrong::with_reason("", error))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_plates_have_four_million_points_and_rows_at_most() {
+        let plates = Tables::new(MOST_TABLES);
+        assert!(check_room(&plates, 4_000_000, "cams[0]").is_ok());
+        let wrong = check_room(&plates, 4_000_001, "cams[0]").unwrap_err();
+        assert_eq!(
+            wrong.reason,
+            "received 4000001 points and rows with it, expected at most 4000000 in a receiver"
+        );
+    }
+}

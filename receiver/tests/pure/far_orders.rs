@@ -145,6 +145,26 @@ fn no_order_makes_a_step_whether_it_is_entered_left_or_interrupted() {
 }
 
 #[test]
+fn a_configured_offset_is_shown_while_it_is_a_part_of_the_correction() {
+    const AHEAD: &str = r#"{ "set-parameters": { "time-sync": { "delay-time-offset-s": 0.03 } } }"#;
+    const BYPASS: &str = r#"{ "filter-mode": "bypass" }"#;
+    let mut pair = Pair::observing();
+    pair.run_for(3_000);
+    let shown = |pair: &Pair| pair.last().counters.time_offset_us;
+    assert_eq!(shown(&pair), Some(0.0));
+    let before = pair.last().counters.correction_us.unwrap();
+    let _ = accepted(&mut pair.near, AHEAD);
+    pair.run_for(500);
+    assert_eq!(shown(&pair), Some(30_000.0));
+    // The phase of both clocks changes by 20 ppm of half a second meanwhile, 10 µs.
+    let ahead = pair.last().counters.correction_us.unwrap() - before;
+    assert!((ahead - 30_000.0).abs() < 1_000.0, "{ahead}");
+    let _ = accepted(&mut pair.near, BYPASS);
+    pair.run_for(10);
+    assert_eq!(shown(&pair), None);
+}
+
+#[test]
 fn in_sync_mode_neither() {
     const MORE: &str = r#"{ "set-parameters": { "time-sync": {
         "no-of-periods-for-mean-drift": 2, "end-of-transition-limit": 50 } } }"#;

@@ -3,6 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    coaxle_host::cli::tune_transport();
-    coaxle::cli::main()
+    coaxle_host::cli::run_program(coaxle::cli::main)
 }

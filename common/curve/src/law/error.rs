@@ -73,6 +73,14 @@ pub enum LawError {
         /// Value received.
         received: f64,
     },
+    /// A segment so short that a derivative is not finite.
+    #[error(
+        "length of the segment: received {received:e}, expected one over which velocity, acceleration and jerk are finite"
+    )]
+    TooShort {
+        /// Length of the segment.
+        received: f64,
+    },
     /// A point that contradicts a condition of the law.
     #[error("{quantity} at the {side}: received {received}, expected {expected} for {}", .law.name())]
     Boundary {

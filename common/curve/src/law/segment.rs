@@ -50,7 +50,7 @@ impl Segment {
     /// Compiles a law from one point to the next, with the turning point of a harmonic combination.
     ///
     /// # Errors
-    /// [`LawError`] if a number is not finite, the segment has no length, a point contradicts the law's
+    /// [`LawError`] if a number is not finite, the segment has no length or too little of it, a point contradicts the law's
     /// condition there (to 1e-9 of the stroke), no such turning point exists, or the law is a spline.
     pub fn with_turn(
         law: MotionLaw,
@@ -87,13 +87,24 @@ impl Segment {
                 received: component(&knot.motion, quantity),
             }
         })?;
-        Ok(Self {
+        let segment = Self {
             from: from.master,
             to: to.master,
             // Kept, so that a cycle multiplies instead of dividing.
             rate: 1.0 / length,
             shape: shape(law, &points, turn, length)?,
-        })
+        };
+        // Below some 1e-103 the cube of the rate overflows: 0 at an end of a law times it is no number, and anything
+        // else inside is infinite.
+        if [0.0, 0.25, 0.5, 1.0]
+            .iter()
+            .any(|z| !is_finite(&segment.at_z(*z)))
+        {
+            return Err(LawError::TooShort {
+                received: length.abs(),
+            });
+        }
+        Ok(segment)
     }
 
     /// Makes a cubic, by its `coefficients` of the powers 0 to 3 of (master − `start_master`): a piece
@@ -337,6 +348,18 @@ fn shares_at<const N: usize>(polynomial: &Polynomial<N>, position: f64) -> Roots
         target: position,
     };
     roots_between_extremes(&less_target, &turns, 0.0, 1.0)
+}
+
+fn is_finite(motion: &Motion) -> bool {
+    let Motion {
+        position,
+        velocity,
+        acceleration,
+        jerk,
+    } = *motion;
+    [position, velocity, acceleration, jerk]
+        .iter()
+        .all(|value| value.is_finite())
 }
 
 const fn motion([position, velocity, acceleration, jerk]: [f64; 4]) -> Motion {

@@ -12,6 +12,7 @@ use coaxle_os::{Os, System};
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
 
+use crate::machine::needs::Needs;
 use crate::network::transport::ZENOH_RUNTIME;
 
 pub use network_args::NetworkArgs;
@@ -86,13 +87,25 @@ pub fn exit_code(result: anyhow::Result<Exit>, logging: Logging) -> ExitCode {
     ExitCode::from(exit as u8)
 }
 
+/// Runs a program, as the only call in its `main`: with the threads of the transport as in [`ZENOH_RUNTIME`], and only if
+/// the system gives what any program needs.
+pub fn run_program(program: impl FnOnce() -> ExitCode) -> ExitCode {
+    tune_transport();
+    if let Err(missing) = Needs::PROGRAM.check() {
+        // Before there is a log, which needs memory and a thread.
+        let _ = writeln!(std::io::stderr(), "error: {missing}");
+        return ExitCode::from(Exit::Failed as u8);
+    }
+    program()
+}
+
 /// Restarts the calling program with Zenoh's threads set as in [`ZENOH_RUNTIME`], unless the
-/// environment sets them already. To be called first in `main`.
+/// environment sets them already.
 ///
 /// Zenoh reads only the environment for this, and a program cannot safely change its own. The
 /// process, its id, its arguments and its open files stay the same. Where a restart is not possible
 /// the program continues with Zenoh's defaults.
-pub fn tune_transport() {
+fn tune_transport() {
     let (name, value) = ZENOH_RUNTIME;
     // An operator's own setting wins. The second start ends here, too: otherwise the program would restart for ever.
     if std::env::var_os(name).is_some() {

@@ -12,9 +12,10 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 use coaxle_os::machine;
 
+use crate::client::session::session;
 use crate::client::watcher::Watcher;
 use crate::network::credentials::{BadCredentials, Credentials};
-use crate::network::transport::{Client, OverZenoh, Transport};
+use crate::network::transport::{Client, Transport};
 
 /// Longest time to wait for a node to appear.
 // Longer than Zenoh's scouting delay (0.5 s) and the first round of its retries (0.25, 0.5 and 1 s).
@@ -28,6 +29,9 @@ const ROUND: Span = Span::from_millis(600);
 /// Interval between checks for the node.
 // A hundredth of a second is not noticed by people, and costs little for five seconds.
 const LOOK: Duration = Duration::from_millis(10);
+
+/// Operator's name of the page that a node serves of itself; a secure network gives it to nobody else.
+pub const PAGE: &str = "page";
 
 /// Client that sends orders; its calls block until the response.
 pub struct Commander {
@@ -44,7 +48,7 @@ impl Commander {
     pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
         let operator = holder_of(transport.secure.as_deref())?;
         Ok(Self {
-            transport: Arc::new(OverZenoh::open_and_wait(transport)?),
+            transport: Arc::new(session(transport)?),
             operator,
         })
     }
@@ -61,8 +65,16 @@ impl Commander {
         })
     }
 
+    /// Sends the orders of a page that a node serves of itself, over the node's own transport. They carry the
+    /// name [`PAGE`].
+    ///
+    /// # Errors
+    /// Never: the name is one.
+    pub fn of_page(transport: &Arc<dyn Transport>) -> anyhow::Result<Self> {
+        Ok(Self::named(Arc::clone(transport), NodeName::new(PAGE)?))
+    }
+
     /// Creates a commander with an operator's name that is not authenticated.
-    #[cfg(test)]
     pub(crate) fn named(transport: Arc<dyn Transport>, operator: NodeName) -> Self {
         Self {
             transport,

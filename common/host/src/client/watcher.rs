@@ -10,7 +10,8 @@ use coaxle_node::keys::{ANY_ALIVE_KEY, ANY_STATUS_KEY, NodeName};
 use coaxle_os::machine::{self, Machine};
 use serde_json::{Map, Value};
 
-use crate::network::transport::{Declared, InvisibilityReason, OverZenoh, Transport};
+use crate::client::session::session;
+use crate::network::transport::{Declared, InvisibilityReason, Transport};
 
 /// Longest status accepted, bytes: that of a node with thousands of axes.
 // 4 KiB of JSON for each of 4096 axes.
@@ -77,7 +78,7 @@ impl Watcher {
     /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
     /// endpoints.
     pub fn open(transport: &TransportConfig, nodes: &[NodeName]) -> anyhow::Result<Self> {
-        Self::over(Arc::new(OverZenoh::open_and_wait(transport)?), nodes)
+        Self::over(Arc::new(session(transport)?), nodes)
     }
 
     /// Watches nodes over an existing transport.

@@ -38,6 +38,11 @@ pub(crate) struct Mailbox {
     frame: Box<[Option<AxisSample>]>,
 }
 
+/// Memory of a mailbox with room for this number of messages and of axes, bytes.
+pub(crate) const fn mailbox_bytes(messages: usize, axes: usize) -> usize {
+    messages * size_of::<Stored>() + axes * size_of::<Option<AxisSample>>()
+}
+
 /// Creates a mailbox with room for this number of messages and of axes in all of them. Every
 /// message that finds it full increments `rejected`.
 #[must_use]

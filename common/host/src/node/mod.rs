@@ -31,6 +31,6 @@ mod timing;
 #[cfg(test)]
 mod toy;
 
-pub use run::{BuildNode, Outcome, Setup, TransportService, run, run_over};
+pub use run::{BuildNode, Outcome, Setup, StartService, TransportService, run, run_over};
 pub use status::Health;
 pub use telemetry::{ArrivalRecord, Record, Recorder};

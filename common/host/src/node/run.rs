@@ -1,6 +1,7 @@
 //! Running a node in the real world, from its set-up to its outcome.
 
 mod connect;
+mod needs;
 mod rings;
 mod running;
 
@@ -61,8 +62,18 @@ pub struct Setup<N: Node> {
     pub transport_service: Option<TransportService>,
 }
 
-/// Starts a service on the transport of a node; it ends when the result is dropped.
-pub type TransportService = Box<dyn FnOnce(Arc<dyn Transport>) -> anyhow::Result<Declared> + Send>;
+/// A service on the transport of a node.
+pub struct TransportService {
+    /// Descriptors that it opens at most.
+    pub files: usize,
+    /// Threads that it starts at most.
+    pub threads: usize,
+    /// Starts it; it ends when the result is dropped.
+    pub start: StartService,
+}
+
+/// Starts a service on this transport.
+pub type StartService = Box<dyn FnOnce(Arc<dyn Transport>) -> anyhow::Result<Declared> + Send>;
 
 /// Builds a node from the ideal start of its first cycle, in its own clock, and the run's epoch.
 pub type BuildNode<N> = Box<dyn FnOnce(Instant<Local>, u64) -> anyhow::Result<N>>;
@@ -97,12 +108,16 @@ pub struct Outcome {
 /// Runs a node over Zenoh until its time is up or a Ctrl-C or SIGTERM, and ends it cleanly.
 ///
 /// # Errors
-/// The node cannot be built, the session cannot be opened, a thread died, or the recorder could
+/// The system does not give what the node needs, the node cannot be built, the session cannot be opened, a thread died, or the recorder could
 /// not keep what it recorded.
 pub fn run<N>(setup: Setup<N>) -> anyhow::Result<Outcome>
 where
     N: Node + Send + 'static,
 {
+    // Before anything is opened, by whatever the start would end otherwise.
+    needs::of(&setup)
+        .check()
+        .with_context(|| format!("cannot start node {}", setup.name))?;
     // Before the session opens: the warning stands above the first failure of a network.
     warn_of_exposure(&setup.name, &setup.transport)?;
     let config = setup.transport.clone();

@@ -109,6 +109,13 @@ fn motion_functions() {
              point 1 to point 2",
         ),
         (
+            // A jerk of 1e915.
+            with(rest(2, 1e-300, 1e15)),
+            0x42DA,
+            "0x42da: law \"polynom5\" from point 1 to point 2: length of the segment: received 1e-300, expected one over \
+             which velocity, acceleration and jerk are finite",
+        ),
+        (
             with(by(Spline, rest(2, 10.0, 5.0))),
             0x42DA,
             "0x42da: point 2: received an inner spline point, expected it after the first point of a spline",

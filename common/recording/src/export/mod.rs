@@ -12,9 +12,9 @@ use std::io::{self, Read, Write};
 use coaxle_node::signal::Kind;
 
 pub use self::parquet_table::{ParquetTable, TypedColumn};
+use crate::damage_list::DamageList;
 use crate::read_table::{ReadTable, Row};
 use crate::reader::{Item, Reader};
-use crate::records::Damage;
 use crate::value::Value;
 use crate::writer::Facts;
 
@@ -33,7 +33,7 @@ pub struct Exported {
     /// The tables, with their numbers of rows.
     pub rows: Vec<(String, u64)>,
     /// Damage of the recording, with its places.
-    pub damage: Vec<Damage>,
+    pub damage: DamageList,
     /// Incomplete rows, which were left out.
     pub incomplete: u64,
 }
@@ -91,7 +91,7 @@ pub fn export<R: Read, W: Write + Send + 'static>(
             }
             Ok(Item::Facts(more)) => facts.extend(more),
             Ok(_) => {}
-            Err(damage) => exported.damage.push(damage),
+            Err(damage) => exported.damage.note(damage),
         }
     }
     exported.incomplete = reader.incomplete_rows();
@@ -188,7 +188,7 @@ mod tests {
         let shared = Shared::default();
         let exported = export(file.as_slice(), format, |_, _| Ok(shared.clone())).unwrap();
         assert_eq!(exported.rows, [("boiler".to_owned(), rows)]);
-        assert!(exported.damage.is_empty());
+        assert!(exported.damage.listed().is_empty());
         let bytes = shared.0.lock().unwrap();
         bytes.clone()
     }

@@ -4,6 +4,7 @@ use coaxle_clock::delay::DelayState;
 use coaxle_receiver::config::GearConfig;
 
 use super::moments::Moments;
+use super::watch::wanted_offset;
 use crate::record::ReceiverCycle;
 use crate::row::Row;
 use crate::summary::ReceiverSummary;
@@ -45,7 +46,7 @@ impl MasterLag {
         }
         if let Some(error) = row.time_error_us {
             self.far_time_us.push(error);
-            self.judge_uncertainty(record, error);
+            self.judge_uncertainty(record, error - wanted_offset(row));
         }
     }
 

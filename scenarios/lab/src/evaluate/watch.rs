@@ -19,7 +19,7 @@ use crate::event::Event;
 use crate::invariants::{InvariantViolation, WatchedPart};
 use crate::summary::World;
 use axis::AxisWatch;
-pub(super) use far_error::FarErrorWatch;
+pub(super) use far_error::{FarErrorWatch, wanted_offset};
 use far_node::FarNodeWatch;
 pub(super) use far_position::FarPositionWatch;
 use motion::MotionWatch;

@@ -46,6 +46,26 @@ fn every_cam_file_that_is_shipped_is_valid_and_has_a_title() {
 }
 
 #[test]
+fn a_check_refuses_a_plate_whose_slave_would_have_no_finite_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("steep.toml");
+    let points = [
+        ("polynom5", "0", "0"),
+        ("polynom9", "1e-300", "1e15"),
+        ("polynom5", "180", "0"),
+    ];
+    let points = points.map(|(law, master, slave)| {
+        format!("[[point]]\nlaw = {law:?}\nmaster = {master}\nslave = {slave}\n")
+    });
+    std::fs::write(&file, points.concat()).unwrap();
+    let mut out = Vec::new();
+    let is_good = check(&[file], &mut out).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    assert!(!is_good && text.contains("0x42da: law"), "{text}");
+    assert!(text.contains("received 1e-300, expected"), "{text}");
+}
+
+#[test]
 fn every_law_is_in_a_shipped_file() {
     let mut laws = BTreeSet::new();
     for file in shipped() {

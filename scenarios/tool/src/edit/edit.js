@@ -27,13 +27,16 @@ function ask(what, change, gesture) {
   sendNext();
 }
 
+// The right to change the file, as a part of the address that was printed when the page started.
+const TOKEN = new URLSearchParams(location.search).get('token') ?? '';
+
 async function sendNext() {
   if (page.isBusy || page.queue.length === 0) return;
   page.isBusy = true;
   const { what, change, gesture } = page.queue.shift();
   const body = JSON.stringify({ asked: page.asked, change: change ?? null, gesture: gesture ?? null });
   try {
-    const response = await fetch(`do/${what}`, { method: 'POST', headers: { 'x-coaxle-page': '1' }, body });
+    const response = await fetch(`do/${what}`, { method: 'POST', headers: { 'x-coaxle-page': TOKEN }, body });
     if (!response.ok) throw new Error(await response.text());
     page.answer = await response.json();
     showState(page.answer);

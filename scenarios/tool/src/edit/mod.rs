@@ -18,7 +18,7 @@ use coaxle_os::exit::Exit;
 use coaxle_report::inspect;
 use serde_json::Value;
 
-use crate::web::PageServer;
+use crate::web::{PageServer, PageToken};
 use file::EditedFile;
 pub(crate) use server::PageParts;
 
@@ -73,7 +73,7 @@ pub(crate) fn edit(args: &EditArgs, design: impl Design, parts: PageParts) -> an
     // Before the page is there, so that Ctrl-C is not missed meanwhile.
     let interrupt = Interrupt::listen()?;
     let served = open(args, design, parts)?;
-    inspect::print_text(&format!("the page is at http://{}", served.address()))?;
+    inspect::print_text(&format!("the page is at {}", served.url()))?;
     while !interrupt.is_received() {
         std::thread::park_timeout(POLL_INTERVAL);
     }
@@ -89,13 +89,17 @@ pub(crate) fn open<D: Design>(
     design: D,
     parts: PageParts,
 ) -> anyhow::Result<PageServer> {
-    // There is no password: reaching the address is the right to write.
+    // The token in the address is the right to write. It is not encrypted on its way.
     if !args.page.ip().is_loopback() {
-        tracing::warn!("whoever reaches {} changes the file", args.page);
+        tracing::warn!(
+            "{} can be reached by others, who see the file; those who see the traffic change it",
+            args.page
+        );
     }
     // Before the port is taken: a file that cannot be read needs no page.
     let file = EditedFile::open(&args.file, D::MOST_BYTES)?;
-    PageServer::open(args.page, server::routes(file, design, parts))
+    let token = PageToken::draw()?;
+    PageServer::open(args.page, Some(token), server::routes(file, design, parts))
 }
 
 #[cfg(test)]

@@ -66,8 +66,18 @@ fn asked(address: SocketAddr, request: &str, headers: &str, body: &str) -> Strin
     answer
 }
 
+fn token(page: &PageServer) -> String {
+    let url = page.url();
+    let (_, token) = url.split_once("/?token=").unwrap();
+    token.to_owned()
+}
+
 fn done(page: &PageServer, what: &str, said: &Value) -> Value {
-    let headers = format!("Host: {}\r\nx-coaxle-page: 1\r\n", page.address());
+    let headers = format!(
+        "Host: {}\r\nx-coaxle-page: {}\r\n",
+        page.address(),
+        token(page)
+    );
     let answer = asked(
         page.address(),
         &format!("POST /do/{what}"),
@@ -161,7 +171,10 @@ fn other_pages_neither_look_nor_change() {
         |request: &str, headers: &str, body: &str| asked(page.address(), request, headers, body);
     assert!(ask("GET /", "Host: evil.example\r\n", "").contains(" 403 "));
     assert!(ask("POST /do/undo", &host, "{}").contains(" 403 "));
-    let own = format!("{host}x-coaxle-page: 1\r\n");
+    // Nor any other program on this PC.
+    let unknown = format!("{host}x-coaxle-page: 1\r\n");
+    assert!(ask("POST /do/undo", &unknown, "{}").contains("with ?token="));
+    let own = format!("{host}x-coaxle-page: {}\r\n", token(&page));
     assert!(ask("POST /do/undo", &own, "{}").contains(" 200 "));
     assert!(ask("POST /do/undo", &own, "{").contains(" 400 "));
     assert!(ask("POST /do/undo", &own, "{\"chnge\":1}").contains("unknown field"));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use coaxle_node::one_line;
-use coaxle_recording::{Damage, Facts, Item, ReadTable, Reader, Row};
+use coaxle_recording::{Damage, DamageList, Facts, Item, ReadTable, Reader, Row};
 
 use super::{damage, open};
 
@@ -25,7 +25,7 @@ struct RecordingContent {
     lines: u64,
     statuses: u64,
     inputs: u64,
-    damage: Vec<Damage>,
+    damage: DamageList,
 }
 
 /// The rows of a table.
@@ -63,7 +63,7 @@ impl RecordingContent {
             Ok(Item::Log(_)) => self.lines += 1,
             Ok(Item::Status { .. }) => self.statuses += 1,
             Ok(Item::Inputs { .. }) => self.inputs += 1,
-            Err(damage) => self.damage.push(damage),
+            Err(damage) => self.damage.note(damage),
         }
     }
 
@@ -108,7 +108,7 @@ impl RecordingContent {
                 self.inputs
             ));
         }
-        lines.extend(damage(&self.damage, 0));
+        lines.extend(damage(&self.damage));
         lines
     }
 }

@@ -15,7 +15,7 @@ use coaxle_host::files::create_new;
 use coaxle_node::text_file;
 use coaxle_os::exit::{wrong_argument, wrong_file};
 use coaxle_recording::export::{Exported, Format};
-use coaxle_recording::{Damage, Recovered};
+use coaxle_recording::{DamageList, Recovered};
 
 pub(crate) use info::{InfoArgs, info};
 pub(crate) use live::{RecordArgs, record};
@@ -72,7 +72,7 @@ pub(crate) fn recover(args: &RecoverArgs) -> anyhow::Result<String> {
     let recovered = coaxle_recording::recover(from, writing);
     let recovered = recovered.with_context(|| to.display().to_string())?;
     let mut lines = vec![kept(&recovered)];
-    lines.extend(damage(&recovered.damage, recovered.more_damage));
+    lines.extend(damage(&recovered.damage));
     if recovered.lost > 0 {
         let lost = recovered.lost;
         lines.push(format!(
@@ -159,7 +159,7 @@ fn export_text(exported: &Exported, written: &[PathBuf]) -> String {
     for ((table, rows), path) in exported.rows.iter().zip(written) {
         lines.push(format!("{table}, {rows} rows: {}", path.display()));
     }
-    lines.extend(damage(&exported.damage, 0));
+    lines.extend(damage(&exported.damage));
     if exported.incomplete > 0 {
         lines.push(format!(
             "{} rows are left out: not all of them is there",
@@ -191,10 +191,11 @@ fn beside(path: &Path, behind: &str, ending: &str) -> PathBuf {
 }
 
 /// A line for each damaged piece.
-fn damage(damage: &[Damage], more: u64) -> impl Iterator<Item = String> {
-    let hidden = damage.len().saturating_sub(MOST_LINES) as u64 + more;
+fn damage(damage: &DamageList) -> impl Iterator<Item = String> {
+    let listed = damage.listed();
+    let hidden = listed.len().saturating_sub(MOST_LINES) as u64 + damage.more();
     let more = (hidden > 0).then(|| format!("and {hidden} more"));
-    let shown = damage.iter().take(MOST_LINES);
+    let shown = listed.iter().take(MOST_LINES);
     shown.map(ToString::to_string).chain(more)
 }
 

@@ -11,7 +11,6 @@ mod stream;
 mod tests;
 
 use std::net::SocketAddr;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,13 +18,13 @@ use clap::Args;
 use coaxle_host::cli::NetworkArgs;
 use coaxle_host::client::{Commander, Watcher};
 use coaxle_host::network::transport::Transport;
-use coaxle_host::node::TransportService;
+use coaxle_host::node::{StartService, TransportService};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 use coaxle_os::exit::Exit;
 use coaxle_report::inspect;
 
-use crate::web::PageServer;
+use crate::web::{PageServer, PageToken};
 use server::ScopePage;
 
 /// The nodes, and the page.
@@ -46,7 +45,7 @@ pub(crate) struct PageArgs {
     /// Serve the page here; port 0 is any that is free
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7480")]
     pub(crate) page: SocketAddr,
-    /// Give the page buttons that command slaves. Who reaches the page can use them
+    /// Give the page buttons that command slaves, for those who open the address with the token that is printed
     #[arg(long)]
     pub(crate) commands: bool,
 }
@@ -57,7 +56,7 @@ pub(crate) struct OwnPageArgs {
     /// Serve a page here that shows the node's state, such as 127.0.0.1:7480: docs/SCOPE.md
     #[arg(long, value_name = "ADDRESS", conflicts_with = "check")]
     page: Option<SocketAddr>,
-    /// Give that page buttons that command slaves. Who reaches the page can use them
+    /// Give that page buttons that command slaves, for those who open the address with the token that is logged
     #[arg(long, requires = "page")]
     commands: bool,
 }
@@ -69,12 +68,20 @@ impl OwnPageArgs {
             page: self.page?,
             commands: self.commands,
         };
-        Some(Box::new(move |transport| {
+        let start: StartService = Box::new(move |transport| {
             // Over the node's own session: a second one would need a port and rights of its own.
-            let scope = Scope::open(Watcher::over(transport, &[])?, None, &page)?;
-            tracing::info!("the page is at http://{}", scope.address());
+            // Orders of the node's own page have its name in the log.
+            let commander = page.commands.then(|| Commander::of_page(&transport));
+            let commander = commander.transpose()?;
+            let scope = Scope::open(Watcher::over(transport, &[])?, commander, &page)?;
+            tracing::info!("the page is at {}", scope.url());
             Ok(Box::new(scope))
-        }))
+        });
+        Some(TransportService {
+            files: PageServer::MOST_FILES,
+            threads: PageServer::MOST_THREADS,
+            start,
+        })
     }
 }
 
@@ -90,8 +97,13 @@ pub(crate) fn scope(args: &ScopeArgs) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::listen()?;
     let watcher = args.network.watch(&args.nodes)?;
     let secure = args.network.transport()?.secure;
-    let scope = Scope::open(watcher, secure.as_deref(), &args.page)?;
-    inspect::print_text(&format!("the page is at http://{}", scope.address()))?;
+    let transport: &Arc<dyn Transport> = watcher.transport();
+    // Not made without the option, so that no route can send an order by mistake.
+    let commander = (args.page.commands)
+        .then(|| Commander::over(Arc::clone(transport), secure.as_deref()))
+        .transpose()?;
+    let scope = Scope::open(watcher, commander, &args.page)?;
+    inspect::print_text(&format!("the page is at {}", scope.url()))?;
     while !interrupt.is_received() {
         std::thread::park_timeout(POLL_INTERVAL);
     }
@@ -106,42 +118,44 @@ pub(crate) struct Scope {
 }
 
 impl Scope {
-    /// Serves a page of the watched nodes; its commands bear the name of the operator with this folder.
+    /// Serves a page of the watched nodes; its orders are sent by this commander, if they carry the token of the page.
     ///
     /// # Errors
-    /// The address is not available, or certificates cannot be read.
+    /// The address is not available.
     pub(crate) fn open(
         watcher: Watcher,
-        secure: Option<&Path>,
+        commander: Option<Commander>,
         page: &PageArgs,
     ) -> anyhow::Result<Self> {
         if !page.page.ip().is_loopback() {
             tracing::warn!(
                 "whoever reaches {} sees all{}",
                 page.page,
-                if page.commands {
-                    " and commands slaves"
+                if commander.is_some() {
+                    ", and whoever sees its traffic commands slaves"
                 } else {
                     ""
                 }
             );
         }
         let watcher = Arc::new(watcher);
-        let transport: &Arc<dyn Transport> = watcher.transport();
-        // Not made without the option, so that no route can send an order by mistake.
-        let commander = page
-            .commands
-            .then(|| Commander::over(Arc::clone(transport), secure))
-            .transpose()?;
+        // Any process of this PC reaches a page on loopback.
+        let token = commander.is_some().then(PageToken::draw).transpose()?;
         let routes = ScopePage {
             watcher: Arc::clone(&watcher),
             commander: commander.map(Arc::new),
         };
-        let served = PageServer::open(page.page, routes)?;
+        let served = PageServer::open(page.page, token, routes)?;
         Ok(Self { watcher, served })
     }
 
-    /// Address of the page.
+    /// Address of the page, with the token of its commands.
+    pub(crate) fn url(&self) -> String {
+        self.served.url()
+    }
+
+    /// Socket address of the page.
+    #[cfg(test)]
     pub(crate) const fn address(&self) -> SocketAddr {
         self.served.address()
     }

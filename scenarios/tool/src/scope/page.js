@@ -493,9 +493,12 @@ const FAR_BUTTONS = [
   ['Initialise again', { 're-initialise': {} }],
 ];
 
+// The right to command, as a part of the address that was printed or logged when the page started.
+const TOKEN = new URLSearchParams(location.search).get('token') ?? '';
+
 async function order(node, addressee, command, isTrial) {
   const body = JSON.stringify({ version: 1, ...addressee, command, 'dry-run': isTrial });
-  const headers = { 'x-coaxle-page': '1' };
+  const headers = { 'x-coaxle-page': TOKEN };
   const answer = await fetch(`orders/${node}`, { method: 'POST', headers, body });
   if (!answer.ok) return { outcome: 'not-taken', text: await answer.text() };
   return answer.json();
@@ -541,7 +544,9 @@ function showSlaves() {
     }
   }
   if (!parts.length) parts.push(make('p', 'No node with slaves or far clocks is there.'));
-  if (!state.commands) parts.push(make('p', 'Commands are off: start it with --commands to have buttons.', { className: 'quiet' }));
+  const why = !state.commands ? 'Commands are off: start it with --commands to have buttons.'
+    : !TOKEN ? 'Commands need the address with ?token=, which was printed or logged when the page started.' : undefined;
+  if (why) parts.push(make('p', why, { className: 'quiet' }));
   $('slaves').replaceChildren(...parts);
 }
 
@@ -567,7 +572,7 @@ function quantity(value, unit, digits = 7) {
 
 function buttons(node, addressee, all, stamp, isAlive) {
   const cell = make('td', '', { className: 'commands' });
-  if (!state.commands || !isAlive) return cell;
+  if (!state.commands || !TOKEN || !isAlive) return cell;
   const id = `${node}/${JSON.stringify(addressee)}`;
   ask(node, addressee, all, stamp, id);
   const asked = ASKED.get(id);

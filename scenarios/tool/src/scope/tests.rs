@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use coaxle_clock::Span;
-use coaxle_host::client::Watcher;
+use coaxle_host::client::{Commander, Watcher};
 use coaxle_host::network::transport::{InProcess, Transport, Urgency};
 use coaxle_node::signal::Instance;
 use coaxle_recording::{Facts, Level, LogLine, Pieces, RowEncoder, Table};
@@ -103,7 +103,8 @@ impl Shown {
             page: "127.0.0.1:0".parse().unwrap(),
             commands,
         };
-        let scope = Scope::open(watcher, None, &page).unwrap();
+        let commander = commands.then(|| Commander::of_page(watcher.transport()).unwrap());
+        let scope = Scope::open(watcher, commander, &page).unwrap();
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
         let node = std::thread::spawn(move || {
@@ -226,8 +227,22 @@ fn other_pages_neither_look_nor_command() {
     assert_eq!(status("GET /nodes", "Host: evil.example\r\n", ""), "403");
     // A form of another page can be sent, but not with a header of ours.
     assert_eq!(status("POST /orders/conveyor", &own, order), "403");
-    let ours = format!("{own}x-coaxle-page: 1\r\n");
+    // Nor by a program on this PC, which may send any header, but does not know the token.
+    for unknown in ["1", "", "0123456789abcdef0123456789abcdef"] {
+        let headers = format!("{own}x-coaxle-page: {unknown}\r\n");
+        let (head, why) = shown.ask("POST /orders/conveyor", &headers, order);
+        assert!(head.contains("403"), "{head}");
+        let why = String::from_utf8_lossy(&why).into_owned();
+        assert!(why.contains("at the address with ?token="), "{why}");
+    }
+    let url = shown.scope.as_ref().unwrap().url();
+    let (_, token) = url.split_once("/?token=").unwrap();
+    let ours = format!("{own}x-coaxle-page: {token}\r\n");
     assert_eq!(status("POST /orders/conveyor", &ours, "{}"), "400");
+    // No response has the token in it: reading is open.
+    for path in ["/", "/page.js", "/nodes", "/metrics"] {
+        assert!(!shown.get(path).1.contains(token), "{path}");
+    }
     assert_eq!(status("OPTIONS /orders/conveyor", &own, ""), "405");
 }
 

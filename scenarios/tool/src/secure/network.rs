@@ -1,5 +1,6 @@
 //! Network of nodes and operators.
 
+use coaxle_host::client::PAGE;
 use coaxle_node::config::Wrong;
 use coaxle_node::keys::NodeName;
 
@@ -38,6 +39,14 @@ impl SecureNetwork {
             let received = format!("the name {AUTHORITY_FOLDER:?}");
             let expected = "another: the folder of that name is the authority's";
             return Err(Wrong::value(received, expected));
+        }
+        if operators
+            .iter()
+            .any(|operator| operator.name.as_str() == PAGE)
+        {
+            let received = format!("the name {PAGE:?}");
+            let expected = "another: a node logs orders of its own page under that name";
+            return Err(Wrong::of("operator", received, expected));
         }
         // Without the config of a followed node its addresses and rights are unknown.
         check_followed(&nodes)?;

@@ -103,7 +103,7 @@ fn clocks(status: &StatusFields<'_>) -> Option<Table> {
             right(&or_unknown(beat, seconds)),
             right(&or_unknown(far.number("correction_us"), micros)),
             right(&or_unknown(far.number("offset_sigma_us"), micros)),
-            right(&or_unknown(largest_error(&far), micros)),
+            right(&error_bound(&far)),
             right(&delay(&far)),
             right(&or_unknown(age, |ms| micros(ms * 1e3))),
         ]);
@@ -121,6 +121,19 @@ pub(super) fn largest_error(far: &StatusFields<'_>) -> Option<f64> {
     // Far time is off by what is left of a correction that is spread over time.
     let slew = far.number("slew_remaining_us").unwrap_or_default();
     Some(known + slew.abs())
+}
+
+/// Largest error of far time in words, and the configured offset beside it.
+pub(super) fn error_bound(far: &StatusFields<'_>) -> String {
+    let error = or_unknown(largest_error(far), micros);
+    match far.number("time_offset_us") {
+        // Wanted, and so no error: the axes are as far ahead of the master, or behind it.
+        Some(offset) if offset != 0.0 => {
+            let way = if offset > 0.0 { "ahead" } else { "behind" };
+            format!("{error} beside {} {way}", micros(offset.abs()))
+        }
+        _ => error,
+    }
 }
 
 /// `observer, synced`, and whether another node is followed for it.

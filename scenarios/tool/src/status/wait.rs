@@ -9,9 +9,9 @@ use coaxle_os::exit::Exit;
 use coaxle_os::machine;
 use coaxle_report::inspect;
 
-use super::plain::{largest_error, state};
+use super::plain::{error_bound, largest_error, state};
 use super::reading::StatusFields;
-use super::words::{UNKNOWN, micros, or_unknown, seconds};
+use super::words::seconds;
 use super::{absent, reading};
 
 /// The receiver, its far node, the accuracy and the timeout.
@@ -104,11 +104,9 @@ impl WaitArgs {
             };
         }
         let one = |(name, far): &(&str, StatusFields<'_>)| {
-            let error = or_unknown(largest_error(far), micros);
-            let error = if error == UNKNOWN {
-                "not known how well".to_owned()
-            } else {
-                format!("± {error}")
+            let error = match largest_error(far) {
+                Some(_) => format!("± {}", error_bound(far)),
+                None => "not known how well".to_owned(),
             };
             format!("{name} {}, {error}", state(far))
         };
@@ -133,6 +131,20 @@ mod tests {
         Cli::try_parse_from(words)
             .unwrap_or_else(|e| panic!("{e}"))
             .wait
+    }
+
+    #[test]
+    fn a_configured_offset_is_beside_the_error() {
+        let status = STATUS.replace(
+            r#""offset_sigma_us": 1.0"#,
+            r#""offset_sigma_us": 1.0, "time_offset_us": 30000.0"#,
+        );
+        let status = object(&status);
+        let status = StatusFields::of(&status);
+        let told = args("saw --far a").progress_text(&status);
+        assert_eq!(told, "a observer, synced, ± 150.0 µs beside 30.00 ms ahead");
+        // Wanted, and so no part of the error that is waited for.
+        assert!(args("saw --far a --max-error 151us").is_met(&status));
     }
 
     const STATUS: &str = r#"{ "far": {

@@ -6,15 +6,32 @@ use std::net::IpAddr;
 use hyper::Method;
 use hyper::header::{self, HeaderMap};
 
-/// Header of the page's own requests that change anything. Another site's page cannot send it without a preflight, which
+use super::token::PageToken;
+
+/// Header of the page's own requests that change anything, with the token. Another site's page cannot send it without a preflight, which
 /// is not answered.
 const OWN_HEADER: &str = "x-coaxle-page";
 
-/// Refuses a change that another site's page may have sent: a form needs no preflight.
-pub(super) fn check_change(method: &Method, headers: &HeaderMap) -> Result<(), String> {
+/// Refuses a change that another site's page may have sent, as a form needs no preflight; and one without the token of
+/// the page, if it has one.
+pub(super) fn check_change(
+    method: &Method,
+    headers: &HeaderMap,
+    token: Option<&PageToken>,
+) -> Result<(), String> {
     // Reading is protected otherwise: a browser keeps responses from pages of other origins.
-    if method == Method::POST && !headers.contains_key(OWN_HEADER) {
+    if method != Method::POST {
+        return Ok(());
+    }
+    let Some(received) = headers.get(OWN_HEADER) else {
         return Err(format!("expected the header {OWN_HEADER}"));
+    };
+    if token.is_some_and(|token| !token.is(received.as_bytes())) {
+        return Err(
+            "received no token, or another one, expected that of the page: open it at the address with ?token=, which \
+             was printed or logged when the page started"
+                .to_owned(),
+        );
     }
     Ok(())
 }

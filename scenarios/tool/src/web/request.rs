@@ -1,5 +1,7 @@
 //! Requests of a page, read to their end.
 
+use std::time::Duration;
+
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::Incoming;
 use hyper::{Method, Request, StatusCode};
@@ -7,7 +9,10 @@ use hyper::{Method, Request, StatusCode};
 use super::answers::{Response, method_not_allowed, wrong};
 
 /// Greatest body of a request, bytes.
-const MOST_BODY_BYTES: usize = 2 << 20;
+pub(super) const MOST_BODY_BYTES: usize = 2 << 20;
+/// Longest time for a body to come.
+// 2 MiB at 2 Mbit/s, over a network that is as slow as any that shows a page.
+pub(super) const BODY_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Kind of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +47,11 @@ impl WebRequest {
         let path = parts.map(decoded).collect();
         let query = request.uri().query().unwrap_or_default().to_owned();
         let body = Limited::new(request.into_body(), MOST_BODY_BYTES).collect();
-        let body = body.await.map_err(|error| {
+        let Ok(body) = tokio::time::timeout(BODY_TIMEOUT, body).await else {
+            let why = format!("expected the body within {BODY_TIMEOUT:?}");
+            return Err(wrong(StatusCode::REQUEST_TIMEOUT, why));
+        };
+        let body = body.map_err(|error| {
             if error.is::<LengthLimitError>() {
                 let why = format!("expected a body of at most {MOST_BODY_BYTES} bytes");
                 return wrong(StatusCode::PAYLOAD_TOO_LARGE, why);

@@ -14,9 +14,15 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::TcpStream;
 
 use super::answers::{Response, wrong};
+use super::connections::{Connections, CountedBody, CountedResponse, UnderWay};
 use super::guard;
 use super::request::WebRequest;
+use super::token::PageToken;
+use super::write_limit::WriteLimit;
 
+/// Longest time for the head of a request to come, and for a connection to send another one.
+// A browser sends a head at once, in one packet. It opens an idle connection again when it needs one.
+pub(super) const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 /// Pause after a connection that could not be accepted for lack of something, such as open files.
 const PAUSE: Duration = Duration::from_secs(1);
 
@@ -26,16 +32,29 @@ pub(crate) trait Routes: Send + Sync + 'static {
     fn respond(&self, request: WebRequest) -> impl Future<Output = Response> + Send;
 }
 
-/// Serves each connection in a task of its own.
-pub(super) async fn serve(listener: TcpListener, routes: impl Routes) {
+/// A page and what it takes.
+struct ServedPage<R> {
+    routes: R,
+    token: Option<PageToken>,
+}
+
+/// Serves each connection in a task of its own, [`MOST_CONNECTIONS`](super::connections::MOST_CONNECTIONS) at a time.
+pub(super) async fn serve(listener: TcpListener, token: Option<PageToken>, routes: impl Routes) {
     let listener = match tokio::net::TcpListener::from_std(listener) {
         Ok(listener) => listener,
         Err(error) => return tracing::error!("the page is gone: {error}"),
     };
-    let routes = Arc::new(routes);
+    let page = Arc::new(ServedPage { routes, token });
+    let mut connections = Connections::default();
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => drop(tokio::spawn(converse(stream, Arc::clone(&routes)))),
+            Ok((stream, _)) if connections.make_room().await => {
+                let under_way = UnderWay::default();
+                let task = converse(stream, Arc::clone(&page), under_way.clone());
+                connections.add(tokio::spawn(task), under_way);
+            }
+            // A response is under way on each of the others.
+            Ok((stream, _)) => drop(stream.try_write(FULL)),
             Err(error) if is_of_the_browser(error.kind()) => {}
             Err(error) => {
                 tracing::warn!("the page accepts no connection: {error}");
@@ -53,12 +72,19 @@ fn is_of_the_browser(kind: ErrorKind) -> bool {
     )
 }
 
-async fn converse(stream: TcpStream, routes: Arc<impl Routes>) {
-    let service = service_fn(|request| respond(request, Arc::clone(&routes)));
-    // With a timer a connection that sends no request ends after half a minute.
+/// The response to a connection beyond the last one.
+const FULL: &[u8] =
+    b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Length: 0\r\n\r\n";
+
+async fn converse(stream: TcpStream, page: Arc<ServedPage<impl Routes>>, under_way: UnderWay) {
+    let service = service_fn(|request| {
+        let counted = under_way.count();
+        respond(request, Arc::clone(&page), counted)
+    });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .serve_connection(TokioIo::new(stream), service);
+        .header_read_timeout(HEAD_TIMEOUT)
+        .serve_connection(TokioIo::new(WriteLimit::of(stream)), service);
     if let Err(error) = connection.await {
         tracing::debug!(%error, "a connection to the page ended");
     }
@@ -66,15 +92,22 @@ async fn converse(stream: TcpStream, routes: Arc<impl Routes>) {
 
 async fn respond(
     request: Request<Incoming>,
-    routes: Arc<impl Routes>,
-) -> Result<Response, Infallible> {
+    page: Arc<ServedPage<impl Routes>>,
+    counted: CountedResponse,
+) -> Result<hyper::Response<CountedBody>, Infallible> {
+    let response = response(request, &page).await;
+    Ok(response.map(|body| CountedBody::of(body, counted)))
+}
+
+async fn response(request: Request<Incoming>, page: &ServedPage<impl Routes>) -> Response {
+    let token = page.token.as_ref();
     let admitted = guard::check_host(request.headers())
-        .and_then(|()| guard::check_change(request.method(), request.headers()));
+        .and_then(|()| guard::check_change(request.method(), request.headers(), token));
     if let Err(why) = admitted {
-        return Ok(wrong(StatusCode::FORBIDDEN, why));
+        return wrong(StatusCode::FORBIDDEN, why);
     }
-    Ok(match WebRequest::read(request).await {
-        Ok(request) => routes.respond(request).await,
+    match WebRequest::read(request).await {
+        Ok(request) => page.routes.respond(request).await,
         Err(refused) => refused,
-    })
+    }
 }

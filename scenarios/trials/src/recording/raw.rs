@@ -97,7 +97,9 @@ pub(crate) fn rows<T: DeserializeOwned>(
     let named = || format!("cannot read {}", path.display());
     let file = text_file::open(path, MOST_BYTES)?;
     let lines = whole_lines(file).with_context(named)?;
-    let csv = csv::Reader::from_reader(ShortLines::new(lines));
+    let mut csv = csv::Reader::from_reader(ShortLines::new(lines));
+    // The iterator below takes a header that cannot be read for the end of the file.
+    csv.headers().with_context(named)?;
     let rows = csv.into_deserialize();
     Ok(rows.map(move |row| row.with_context(named)))
 }

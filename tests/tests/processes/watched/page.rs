@@ -182,7 +182,8 @@ fn a_slave_is_told_only_what_it_would_take() {
         "{ node = 'belt', axis = 3 }\n[[slave]]\nname = 'gear'",
     );
     let scope = Scope::of(&line, &["--commands"]);
-    browser.open(&format!("{}/#tab=slaves", scope.address));
+    // The address has the token of the commands in its query.
+    browser.open(&format!("{}#tab=slaves", scope.address));
     let buttons = || {
         let script = "return [...document.querySelectorAll('#slaves button')].map((b) => b.textContent).join(' ')";
         browser.run(script).as_str().unwrap_or_default().to_owned()

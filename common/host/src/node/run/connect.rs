@@ -39,7 +39,7 @@ pub(super) fn connect<N: Node>(
         circle_names,
     } = incoming;
     let service = setup.transport_service.take();
-    let service = service.map(|start| start(Arc::clone(&transport)));
+    let service = service.map(|service| (service.start)(Arc::clone(&transport)));
     let service = service.transpose()?;
     // Bulk: rows for viewers never delay a frame.
     let rows = transport.publisher(&run.name.rows_key(), Urgency::Bulk)?;

@@ -13,7 +13,7 @@ use crate::files::inputs::{InputTap, inputs};
 use crate::node::circles::CircleNames;
 use crate::node::commands::{OrderQueue, RequestSender, commands};
 use crate::node::counters::Counters;
-use crate::node::mailbox::{Inbox, Mailbox, mailbox};
+use crate::node::mailbox::{Inbox, Mailbox, mailbox, mailbox_bytes};
 use crate::node::outbox::{Outbox, OutgoingFrames, outbox};
 use crate::node::telemetry::{ArrivalRecord, Records, Telemetry, telemetry};
 use crate::node::threads::start_server;
@@ -104,16 +104,30 @@ pub(super) fn open_rings<N: Node>(
     })
 }
 
+/// Memory of the rings, bytes.
+pub(super) fn memory_of(subscriptions: &[Subscription]) -> usize {
+    let mailboxes = subscriptions.iter().map(|subscription| {
+        let (messages, axes) = places(subscription);
+        mailbox_bytes(messages, axes)
+    });
+    OUTBOX_BYTES + mailboxes.sum::<usize>()
+}
+
 /// Creates a mailbox for each subscription: each is filled by one thread only.
 fn mailboxes(subscriptions: &[Subscription], counters: &Counters) -> (Vec<Inbox>, Vec<Mailbox>) {
     let mailbox = |subscription: &Subscription| {
-        let (messages, axes) = match subscription.reader.axes() {
-            // Time requests carry no axes, and come ten times a second instead of a thousand.
-            0 => (MAILBOX_EXCHANGES, 0),
-            // Few axes: as many places as all messages could fill.
-            axes => (MAILBOX_MESSAGES, MAILBOX_AXES.min(MAILBOX_MESSAGES * axes)),
-        };
+        let (messages, axes) = places(subscription);
         mailbox(messages, axes, Arc::clone(&counters.mailbox_dropped))
     };
     subscriptions.iter().map(mailbox).unzip()
+}
+
+/// Places of the messages of a subscription, and of the axes in them.
+fn places(subscription: &Subscription) -> (usize, usize) {
+    match subscription.reader.axes() {
+        // Time requests carry no axes, and come ten times a second instead of a thousand.
+        0 => (MAILBOX_EXCHANGES, 0),
+        // Few axes: as many places as all messages could fill.
+        axes => (MAILBOX_MESSAGES, MAILBOX_AXES.min(MAILBOX_MESSAGES * axes)),
+    }
 }

@@ -68,7 +68,8 @@ impl FarErrorWatch {
         })
     }
 
-    /// Checks a cycle: in sync with a measured delay, the error is at most the uncertainty and the rest of the slew.
+    /// Checks a cycle: in sync with a measured delay, the error beside the configured offset is at most the uncertainty
+    /// and the rest of the slew.
     pub(in super::super) fn push(&mut self, row: &Row) {
         let Some((error, bound)) = self.judged(row) else {
             return;
@@ -92,7 +93,7 @@ impl FarErrorWatch {
             Some(bound) => {
                 // Once the delay is measured the constant error is gone. After a loss of it another one begins.
                 self.settled = None;
-                Some((error?, bound))
+                Some((error? - wanted_offset(row), bound))
             }
             None => self.beside_settled(row).zip(self.steady),
         }
@@ -138,6 +139,11 @@ impl FarErrorWatch {
     pub(in super::super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> {
         self.found.violations(self.of.clone())
     }
+}
+
+/// Configured distance of the corrected time from far time, µs.
+pub(in super::super) fn wanted_offset(row: &Row) -> f64 {
+    row.record.far.time_offset_us.unwrap_or_default()
 }
 
 /// Greatest error that the receiver states, µs; none while it states none.

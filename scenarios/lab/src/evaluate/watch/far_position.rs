@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use coaxle_receiver::ReceiverConfig;
 
-use super::far_error::stated;
+use super::far_error::{stated, wanted_offset};
 use super::found::{Found, WatchedCycle};
 use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
 use crate::row::Row;
@@ -73,15 +73,17 @@ impl FarPositionWatch {
         }
         let age = axis.correction_us.unwrap_or_default().abs() * 1e-6;
         let late = bound * 1e-6;
-        let [hardest, changed, jumped] = self.since(row.t_s - age - late);
+        // The axis shows its master that much later, at the velocity that it has now.
+        let ahead = wanted_offset(row) * 1e-6;
+        let [hardest, changed, jumped] = self.since(row.t_s - age - late - ahead.abs());
         // A time that is off by `late` shows the master at another instant: v·t, with the greatest velocity within that time.
         let by_time = (velocity.abs() + hardest * late) * late;
         // A change within a cycle is averaged over it.
         let over = age.max(self.cycle_time);
         // Extrapolation with the acceleration of the newest frame: a change by Δa since then moves the master by ½·Δa·t².
         // A jump of the master is unknown until its frame comes.
-        let limit = by_time + 0.5 * changed * over * over + jumped;
-        let value = (corrected - position).abs();
+        let limit = by_time + 0.5 * (changed * over * over + hardest * ahead * ahead) + jumped;
+        let value = (corrected - position - velocity * ahead).abs();
         if value > limit + ROUNDING * position.abs() {
             let cycle = WatchedCycle {
                 number: row.record.node.cycle,

@@ -85,6 +85,19 @@ fn a_time_is_wrong_by_its_uncertainty_and_what_is_to_be_made_up_and_no_more() {
 }
 
 #[test]
+fn a_time_is_as_far_ahead_as_configured_and_wrong_by_no_more_than_its_uncertainty_beside_it() {
+    let is_found = |error: f64| {
+        let mut row = measured(1, 100.0);
+        row.time_error_us = Some(error);
+        row.record.far.time_offset_us = Some(30_000.0);
+        is_error_found([row])
+    };
+    assert!(!is_found(30_099.0) && !is_found(29_901.0));
+    // The offset has not been added, or twice.
+    assert!(is_found(0.0) && is_found(60_000.0) && is_found(30_101.0));
+}
+
+#[test]
 fn a_time_without_a_measured_delay_stays_where_it_was_but_for_what_is_to_be_made_up() {
     // Wrong by 700 µs from the start, as the delay is not measured; from 3 s on by this, µs.
     let is_found = |later: f64, slew: f64| {

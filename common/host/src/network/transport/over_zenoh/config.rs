@@ -12,7 +12,7 @@ use super::settings::{from_file, insert, unless_set};
 /// that suits a node.
 ///
 /// One thread to receive and one to send instead of six: a quarter less latency, a third less
-/// processor time. [`crate::cli::tune_transport`] sets it for the calling program; a program that
+/// processor time. [`crate::cli::run_program`] sets it for the calling program; a program that
 /// starts nodes as processes can put it into their environment.
 pub const ZENOH_RUNTIME: (&str, &str) = (
     "ZENOH_RUNTIME",
