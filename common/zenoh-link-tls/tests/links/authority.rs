@@ -84,6 +84,11 @@ impl Files {
         self
     }
 
+    /// Certificate of the authority, in PEM.
+    pub(crate) fn authority(&self) -> String {
+        std::fs::read_to_string(self.folder.path().join("ca.pem")).expect("a file")
+    }
+
     /// Returns the endpoint with certificates of both ends. `more` has settings that replace previous
     /// ones.
     pub(crate) fn endpoint(&self, address: &str, more: &str) -> EndPoint {
