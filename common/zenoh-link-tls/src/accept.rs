@@ -28,7 +28,7 @@ use crate::source_prefix::SourcePrefix;
 /// packets (RFC 6298). A new member must not wait longer for a place that a silent client holds.
 const LONGEST_HANDSHAKE: Duration = Duration::from_secs(3);
 
-/// The pause of accepting when the system gives no descriptor: it will not have one at once.
+/// The pause of accepting when the system gives no descriptor and no connection can make room: it will not have one at once.
 const WITHOUT_DESCRIPTORS: Duration = Duration::from_millis(100);
 
 /// Least time between two lines about that.
@@ -90,10 +90,11 @@ impl TlsListener {
                     // The listener stays: descriptors come back when connections end.
                     Err(error) => {
                         let now = Instant::now();
-                        if let Some(displaced) = open.displace() {
-                            refusals.add(now, displaced, DISPLACED.to_owned());
+                        pause.log(now, &error);
+                        match open.displace() {
+                            Some(displaced) => refusals.add(now, displaced, DISPLACED.to_owned()),
+                            None => pause.begin(now),
                         }
-                        pause.begin(now, &error);
                     }
                 },
                 () = wait_until(wake.into_iter().flatten().min()) => {}
@@ -197,6 +198,8 @@ struct Connections {
     admission: AdmissionControl,
     held: BTreeMap<ConnectionId, HeldConnection>,
     tasks: JoinSet<(ConnectionId, Ended)>,
+    /// The next connection is accepted after a task has ended.
+    awaits_end: bool,
 }
 
 impl Connections {
@@ -213,12 +216,16 @@ impl Connections {
     fn has_room(&self) -> bool {
         let without_task = |held: &&HeldConnection| matches!(held.state, PendingStep::Start(_));
         let waiting = self.held.values().filter(without_task).count();
-        self.tasks.len() + waiting < MOST_DESCRIPTORS
+        // Without tasks nothing is to be awaited.
+        let awaits_end = self.awaits_end && !self.tasks.is_empty();
+        !awaits_end && self.tasks.len() + waiting < MOST_DESCRIPTORS
     }
 
     /// Ends one connection, for want of a descriptor. Returns its address.
     fn displace(&mut self) -> Option<SocketAddr> {
         let displaced = self.admission.displace();
+        // Its descriptor is back when its task has ended; a further attempt would fail before.
+        self.awaits_end = true;
         self.end(displaced)
     }
 
@@ -247,6 +254,7 @@ impl Connections {
             // The other branches of the loop go on.
             return std::future::pending().await;
         };
+        self.awaits_end = false;
         let (id, ended) = match ended {
             Ok(ended) => ended,
             Err(error) => {
@@ -301,8 +309,11 @@ struct Pause {
 }
 
 impl Pause {
-    fn begin(&mut self, now: Instant, error: &io::Error) {
+    fn begin(&mut self, now: Instant) {
         self.until = Some(now + WITHOUT_DESCRIPTORS);
+    }
+
+    fn log(&mut self, now: Instant, error: &io::Error) {
         if self
             .logged
             .is_none_or(|logged| now >= logged + BETWEEN_LINES)

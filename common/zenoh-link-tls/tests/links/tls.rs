@@ -56,7 +56,7 @@ async fn linked(authority: &Authority) -> (Listening, LinkUnicast, LinkUnicast) 
     (listening, dialled, taken)
 }
 
-async fn dial(endpoint: EndPoint) -> zenoh_result::ZResult<LinkUnicast> {
+pub(crate) async fn dial(endpoint: EndPoint) -> zenoh_result::ZResult<LinkUnicast> {
     let (sender, _) = flume::unbounded();
     LinkManagerUnicastTls::new(sender).new_link(endpoint).await
 }
