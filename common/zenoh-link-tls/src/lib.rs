@@ -9,8 +9,10 @@
 //! Stricter for secure networks:
 //!
 //! * TLS 1.3 alone, and no authority but the one that the config names.
-//! * Handshakes run in parallel. A client that connects and sends nothing makes room for later ones
-//!   (`accept.rs`), and a failed handshake delays nobody.
+//! * Connections are accepted by a thread of their own (`accept_thread.rs`), and handshakes run in parallel: a
+//!   failed one delays nobody. A client that connects and sends nothing makes room for later ones, and each address has
+//!   its share of places and its pace of handshakes (`admission.rs`).
+//! * Refused connections are counted ([`refused_connections`]), and a flood of them is one line a minute.
 //! * IPv6 addresses are compared with certificates.
 //! * A link whose certificates have expired is closed at both ends, if the config says so.
 //!
@@ -18,15 +20,21 @@
 //! crate fits exactly one version.
 
 mod accept;
+mod accept_thread;
+mod admission;
 mod certificate;
 mod config;
+mod flood;
 mod link;
 mod manager;
 mod refusals;
+mod source_prefix;
 mod stream;
 
+pub use accept_thread::start_accept_thread;
 pub use config::TlsConfigurator;
 pub use manager::LinkManagerUnicastTls;
+pub use refusals::{RefusedConnections, refused_connections};
 
 use async_trait::async_trait;
 use zenoh_link_commons::LocatorInspector;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use async_trait::async_trait;
 use rustls::pki_types::ServerName;
-use tokio_rustls::{TlsAcceptor, TlsConnector, TlsStream};
+use tokio_rustls::{TlsConnector, TlsStream};
 use zenoh_link_commons::tcp::get_tcp_addrs;
 use zenoh_link_commons::{
     LinkManagerUnicastTrait, LinkUnicast, ListenersUnicastIP, NewLinkChannelSender,
@@ -13,6 +13,7 @@ use zenoh_protocol::core::{EndPoint, Locator};
 use zenoh_result::{ZResult, zerror};
 
 use crate::accept::TlsListener;
+use crate::accept_thread;
 use crate::config::{self, Common};
 use crate::link::{LinkAddresses, TlsLink};
 
@@ -83,12 +84,13 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
         // A child: closing all listeners ends this one, and not the other way round.
         let token = self.listeners.token.child_token();
         let listener = TlsListener {
-            socket,
-            acceptor: TlsAcceptor::from(server),
+            server,
             common: Arc::new(common),
             links: self.links.clone(),
         };
-        let listening = listener.run(token.clone());
+        let accepting = accept_thread::spawn(listener.run(socket.into_std()?, token.clone()))?;
+        // Zenoh awaits the end of the listener through this one.
+        let listening = async move { accepting.await? };
         self.listeners
             .add_listener(listened, address, listening, token)
             .await?;

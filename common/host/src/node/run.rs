@@ -20,7 +20,7 @@ use coaxle_os::{EndSignals, Os, System};
 
 use crate::machine::real_time;
 use crate::network::credentials::{Credentials, RENEW_WITHIN, date};
-use crate::network::transport::{Declared, Exposure, OverZenoh, Transport};
+use crate::network::transport::{Declared, Exposure, OverZenoh, Transport, start_accept_thread};
 use crate::node::counters::{Counters, read};
 use crate::node::cycle::NodeClock;
 use crate::node::panics::{PanicWatch, panics};
@@ -201,6 +201,10 @@ where
     let mut signals = Os::end_signals().context("cannot listen for signals")?;
     let (watch, mut panics) = panics();
     let (node, clock, run) = build(&mut setup, watch)?;
+    if setup.transport.secure.is_some() {
+        // Before the priority is raised: a flood of connects must not take the processor from frames.
+        start_accept_thread();
+    }
     let raised = real_time::raised(run.carriers);
     let transport: Arc<dyn Transport> = tokio::select! {
         opened = opening => Arc::new(opened?),

@@ -1,6 +1,6 @@
 //! An authority and the certificates that it issues, as files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
@@ -84,23 +84,38 @@ impl Files {
         self
     }
 
+    /// Folder of the files.
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Certificate of the authority, in PEM.
+    pub(crate) fn authority(&self) -> String {
+        std::fs::read_to_string(self.folder.path().join("ca.pem")).expect("a file")
+    }
+
     /// Returns the endpoint with certificates of both ends. `more` has settings that replace previous
     /// ones.
     pub(crate) fn endpoint(&self, address: &str, more: &str) -> EndPoint {
-        let file = |name: &str| -> PathBuf { self.folder.path().join(name) };
-        let mut settings = vec![
-            format!("root_ca_certificate_file={}", file("ca.pem").display()),
-            format!("listen_certificate_file={}", file("cert.pem").display()),
-            format!("listen_private_key_file={}", file("key.pem").display()),
-            format!("connect_certificate_file={}", file("cert.pem").display()),
-            format!("connect_private_key_file={}", file("key.pem").display()),
-            "enable_mtls=true".to_owned(),
-        ];
-        if let Some((name, _)) = more.split_once('=') {
-            settings.retain(|setting| !setting.starts_with(&format!("{name}=")));
-            settings.push(more.to_owned());
-        }
-        let text = format!("tls/{address}#{}", settings.join(";"));
-        text.parse().expect("an endpoint")
+        endpoint_of(self.folder.path(), address, more)
     }
+}
+
+/// Returns the endpoint with the certificates of a folder.
+pub(crate) fn endpoint_of(folder: &Path, address: &str, more: &str) -> EndPoint {
+    let file = |name: &str| -> PathBuf { folder.join(name) };
+    let mut settings = vec![
+        format!("root_ca_certificate_file={}", file("ca.pem").display()),
+        format!("listen_certificate_file={}", file("cert.pem").display()),
+        format!("listen_private_key_file={}", file("key.pem").display()),
+        format!("connect_certificate_file={}", file("cert.pem").display()),
+        format!("connect_private_key_file={}", file("key.pem").display()),
+        "enable_mtls=true".to_owned(),
+    ];
+    if let Some((name, _)) = more.split_once('=') {
+        settings.retain(|setting| !setting.starts_with(&format!("{name}=")));
+        settings.push(more.to_owned());
+    }
+    let text = format!("tls/{address}#{}", settings.join(";"));
+    text.parse().expect("an endpoint")
 }

@@ -2,4 +2,5 @@
 
 mod authority;
 mod every_transport;
+mod floods;
 mod tls;

@@ -11,17 +11,17 @@ use zenoh_link_tls::LinkManagerUnicastTls;
 use zenoh_protocol::core::{EndPoint, Locator};
 
 /// Timeout on a busy machine for operations that take milliseconds.
-const LONG: Duration = Duration::from_secs(60);
+pub(crate) const LONG: Duration = Duration::from_secs(60);
 
 /// A listener and the links that it takes.
-struct Listening {
+pub(crate) struct Listening {
     _manager: LinkManagerUnicastTls,
-    links: flume::Receiver<LinkUnicast>,
+    pub(crate) links: flume::Receiver<LinkUnicast>,
     locator: Locator,
 }
 
 impl Listening {
-    async fn with(files: &Files, host: &str, more: &str) -> Self {
+    pub(crate) async fn with(files: &Files, host: &str, more: &str) -> Self {
         let (sender, links) = flume::unbounded();
         let manager = LinkManagerUnicastTls::new(sender);
         let endpoint = files.endpoint(&format!("{host}:0"), more);
@@ -33,15 +33,15 @@ impl Listening {
         }
     }
 
-    fn address(&self) -> String {
+    pub(crate) fn address(&self) -> String {
         self.locator.address().as_str().to_owned()
     }
 
-    async fn dialled(&self, files: &Files) -> zenoh_result::ZResult<LinkUnicast> {
+    pub(crate) async fn dialled(&self, files: &Files) -> zenoh_result::ZResult<LinkUnicast> {
         dial(files.endpoint(&self.address(), "")).await
     }
 
-    async fn taken(&self) -> LinkUnicast {
+    pub(crate) async fn taken(&self) -> LinkUnicast {
         let taken = timeout(LONG, self.links.recv_async()).await;
         taken.expect("in time").expect("a link")
     }
@@ -56,7 +56,7 @@ async fn linked(authority: &Authority) -> (Listening, LinkUnicast, LinkUnicast) 
     (listening, dialled, taken)
 }
 
-async fn dial(endpoint: EndPoint) -> zenoh_result::ZResult<LinkUnicast> {
+pub(crate) async fn dial(endpoint: EndPoint) -> zenoh_result::ZResult<LinkUnicast> {
     let (sender, _) = flume::unbounded();
     LinkManagerUnicastTls::new(sender).new_link(endpoint).await
 }

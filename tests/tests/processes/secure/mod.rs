@@ -5,6 +5,7 @@
 //! That a message does not arrive is judged by a later one on the same link that did arrive, so no test
 //! here waits for a time to pass.
 
+mod flood;
 mod network;
 mod processes;
 

@@ -12,7 +12,7 @@ const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\n\
 const SLAVE: &str = "master = { node = 'line' }\n[[slave]]\nname = 'carriage'\ncouple = 'off'\n\
     limits = { velocity = 500, acceleration = 2000, jerk = 1e5 }\n";
 
-fn coaxle(folder: &Path, line: &str) -> Command {
+pub(super) fn coaxle(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
     command
         .args(line.split_whitespace())
@@ -22,7 +22,7 @@ fn coaxle(folder: &Path, line: &str) -> Command {
 }
 
 /// Output of the tool, and whether it succeeded.
-fn output_of(folder: &Path, line: &str) -> (String, bool) {
+pub(super) fn output_of(folder: &Path, line: &str) -> (String, bool) {
     let Output {
         status,
         stdout,
@@ -33,7 +33,7 @@ fn output_of(folder: &Path, line: &str) -> (String, bool) {
 }
 
 /// A node that ends with the test.
-fn start(folder: &Path, role: &str, name: &str) -> Process {
+pub(super) fn start(folder: &Path, role: &str, name: &str) -> Process {
     let log = folder.join(format!("{name}.log"));
     // Longer than any wait: it is ended by the test.
     let mut command = coaxle(folder, &format!("{role} {name}.toml --for 600s"));

@@ -17,8 +17,8 @@ use coaxle_clock::Instant;
 use coaxle_os::machine::Machine;
 pub use in_process::InProcess;
 pub use over_zenoh::{
-    Exposure, OverZenoh, ZENOH_RUNTIME, endpoint, host_and_port, is_local, is_over_udp,
-    zenoh_config,
+    Exposure, OverZenoh, RefusedConnections, ZENOH_RUNTIME, endpoint, host_and_port, is_local,
+    is_over_udp, start_accept_thread, zenoh_config,
 };
 
 /// A way to other nodes.
@@ -75,6 +75,12 @@ pub trait Transport: Send + Sync {
     fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
         // Only a transport with endpoints can dial: the others have no reason to give.
         let _ = node;
+        None
+    }
+
+    /// Connections that were refused; none if the transport checks none.
+    fn refused_connections(&self) -> Option<RefusedConnections> {
+        // Only certificates decide about a connection.
         None
     }
 

@@ -21,6 +21,8 @@ pub enum Health {
     Refused,
     /// Another node of the same name is announced.
     NameTaken,
+    /// All is well, while somebody floods the node with connects that fail.
+    ConnectionFlood,
     /// The node has ended.
     Stopped,
 }
@@ -35,6 +37,7 @@ impl Health {
             Self::Waiting => "waiting",
             Self::Refused => "refused",
             Self::NameTaken => "name-taken",
+            Self::ConnectionFlood => "connection-flood",
             Self::Stopped => "stopped",
         }
     }

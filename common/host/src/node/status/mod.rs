@@ -111,6 +111,10 @@ impl Reporter {
             (0, Health::Waiting) if self.is_refused(source) => Health::Refused,
             // A subscriber is there, and access control drops the frames at either end.
             (0, Health::Ok) if self.unheard.reason().is_some() => Health::Refused,
+            // The least of all: established links are not affected by it.
+            (0, Health::Ok) if word_for(Health::Ok, &details) == "ok" && self.is_flooded() => {
+                Health::ConnectionFlood
+            }
             (0, health) => health,
             _ => Health::NameTaken,
         };
@@ -131,7 +135,8 @@ impl Reporter {
         let how_well = |evidence| match judge(evidence) {
             Health::Ok => 2,
             Health::NoData => 1,
-            Health::Waiting | Health::Refused | Health::NameTaken | Health::Stopped => 0,
+            // Evidence shows no other.
+            _ => 0,
         };
         let worst = evidence
             .zip(0..)
@@ -229,6 +234,11 @@ impl Reporter {
         )
     }
 
+    fn is_flooded(&self) -> bool {
+        let refused = self.session.transport().refused_connections();
+        refused.is_some_and(|refused| refused.flood_from.is_some())
+    }
+
     fn publish(
         &self,
         now: Instant<Machine>,
@@ -262,6 +272,10 @@ impl Reporter {
         );
         put("exchange_refused", json!(read(&counters.exchange_refused)));
         put("real_time", real_time_of(&self.granted));
+        if let Some(refused) = self.session.transport().refused_connections() {
+            put("connections_refused", json!(refused.count));
+            put("connection_flood", json!(refused.flood_from));
+        }
         if !self.identity.publishes.is_empty() {
             put("published", json!(read(&counters.published)));
             put("publish_dropped", json!(read(&counters.publish_dropped)));
@@ -309,7 +323,8 @@ impl Reporter {
                  give one of them another name, or end it",
                 node.as_str()
             ),
-            Note::Changed if health == Health::Ok => tracing::info!(%node, "health is {word}"),
+            // The listener itself logs the flood, with its origin.
+            Note::Changed if is_in_order(health) => tracing::info!(%node, "health is {word}"),
             Note::Changed => tracing::warn!(%node, "health is {word}: needs {wanted}"),
             Note::StillWaiting => tracing::warn!(%node, "still {word}: needs {wanted}"),
         }
@@ -407,6 +422,11 @@ fn word_for(health: Health, details: &Map<String, Value>) -> String {
     }
 }
 
+/// True if the node needs nothing.
+fn is_in_order(health: Health) -> bool {
+    matches!(health, Health::Ok | Health::ConnectionFlood)
+}
+
 /// Decides when a line about the health is due.
 struct HealthLog {
     last_word: Option<String>,
@@ -440,7 +460,7 @@ impl HealthLog {
             self.next_reminder = now + REMINDER;
             return Some(Note::Changed);
         }
-        if health != Health::Ok && now >= self.next_reminder {
+        if !is_in_order(health) && now >= self.next_reminder {
             self.next_reminder = now + REMINDER;
             return Some(Note::StillWaiting);
         }
@@ -496,6 +516,12 @@ mod tests {
             log.next(at(16.5), Health::NoData, "no-data"),
             Some(Note::Changed)
         );
+
+        // A flood is a change, and needs nothing of which to remind.
+        let flood = Health::ConnectionFlood;
+        let changed = log.next(at(17.0), flood, flood.as_str());
+        assert_eq!(changed, Some(Note::Changed));
+        assert_eq!(log.next(at(60.0), flood, flood.as_str()), None);
 
         // A counterpart within the grace: only its arrival is logged.
         let mut quick = HealthLog::new(start);

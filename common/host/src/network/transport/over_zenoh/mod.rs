@@ -28,6 +28,7 @@ use config::described;
 pub use config::{ZENOH_RUNTIME, zenoh_config};
 pub use endpoint::{endpoint, host_and_port, is_local, is_over_udp};
 pub use exposure::Exposure;
+pub use zenoh_link_tls::{RefusedConnections, start_accept_thread};
 
 use self::error::zenoh_error;
 use self::unseen::SessionEndpoints;
@@ -184,6 +185,11 @@ impl Transport for OverZenoh {
 
     fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
         self.session_endpoints.invisibility_reason(node)
+    }
+
+    fn refused_connections(&self) -> Option<RefusedConnections> {
+        let is_secure = self.session_endpoints.is_secure();
+        is_secure.then(zenoh_link_tls::refused_connections)
     }
 
     fn whereabouts(&self) -> &str {

@@ -28,6 +28,11 @@ impl SessionEndpoints {
         }
     }
 
+    /// True with a secure profile.
+    pub(super) const fn is_secure(&self) -> bool {
+        self.secure.is_some()
+    }
+
     /// Dials every endpoint; none if that shows no reason.
     pub(super) fn invisibility_reason(&self, node: &str) -> Option<InvisibilityReason> {
         // A folder that has become unreadable leaves no way to ask, and the session itself reports it.
