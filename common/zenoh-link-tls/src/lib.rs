@@ -12,6 +12,9 @@
 //! * Handshakes run in parallel. A client that connects and sends nothing makes room for later ones
 //!   (`accept.rs`), and a failed handshake delays nobody.
 //! * IPv6 addresses are compared with certificates.
+//! * A certificate that the authority has revoked is refused, and its links end within a second or two, without a
+//!   restart ([`RevocationWatch`]).
+//! * What was refused and what was ended is reported to the program around it ([`on_link_event`]).
 //! * A link whose certificates have expired is closed at both ends, if the config says so.
 //!
 //! The settings are Zenoh's own, below `transport/link/tls`. Zenoh's links are internal to it, so this
@@ -20,13 +23,19 @@
 mod accept;
 mod certificate;
 mod config;
+mod events;
 mod link;
 mod manager;
 mod refusals;
+mod revocation;
 mod stream;
 
 pub use config::TlsConfigurator;
+pub use events::{LinkEvent, LinkEventKind, on_link_event};
 pub use manager::LinkManagerUnicastTls;
+pub use revocation::{
+    InvalidRevocations, MOST_LIST_BYTES, REVOKED_FILE, RevocationList, RevocationWatch,
+};
 
 use async_trait::async_trait;
 use zenoh_link_commons::LocatorInspector;

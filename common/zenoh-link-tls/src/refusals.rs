@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::events::{LinkEventKind, report};
+
 /// Least time between two lines: a flood of connects must not be a flood of lines.
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
@@ -18,6 +20,7 @@ pub(crate) struct Refusals {
 
 impl Refusals {
     pub(crate) fn add(&mut self, from: SocketAddr, reason: String) {
+        report(&from.to_string(), LinkEventKind::Refused, &reason);
         self.count += 1;
         self.last = Some((from, reason));
     }

@@ -9,10 +9,10 @@ use super::network::free_ports;
 
 const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\n\
     program = { start-velocity = 5, limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n";
-const SLAVE: &str = "master = { node = 'line' }\n[[slave]]\nname = 'carriage'\ncouple = 'off'\n\
+pub(super) const SLAVE: &str = "master = { node = 'line' }\n[[slave]]\nname = 'carriage'\ncouple = 'off'\n\
     limits = { velocity = 500, acceleration = 2000, jerk = 1e5 }\n";
 
-fn coaxle(folder: &Path, line: &str) -> Command {
+pub(super) fn coaxle(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
     command
         .args(line.split_whitespace())
@@ -22,7 +22,7 @@ fn coaxle(folder: &Path, line: &str) -> Command {
 }
 
 /// Output of the tool, and whether it succeeded.
-fn output_of(folder: &Path, line: &str) -> (String, bool) {
+pub(super) fn output_of(folder: &Path, line: &str) -> (String, bool) {
     let Output {
         status,
         stdout,
@@ -33,20 +33,20 @@ fn output_of(folder: &Path, line: &str) -> (String, bool) {
 }
 
 /// A node that ends with the test.
-fn start(folder: &Path, role: &str, name: &str) -> Process {
+pub(super) fn start(folder: &Path, role: &str, name: &str) -> Process {
     let log = folder.join(format!("{name}.log"));
     // Longer than any wait: it is ended by the test.
     let mut command = coaxle(folder, &format!("{role} {name}.toml --for 600s"));
     Process::start(name, &mut command, &log)
 }
 
-fn write(folder: &Path, name: &str, text: &str) {
+pub(super) fn write(folder: &Path, name: &str, text: &str) {
     let text = format!("name = '{name}'\ncycle-time-us = 2000\n{text}");
     std::fs::write(folder.join(format!("{name}.toml")), text).expect("a config");
 }
 
 /// The sender that all tests have, which listens at this port.
-fn write_line(folder: &Path, port: u16) {
+pub(super) fn write_line(folder: &Path, port: u16) {
     let listen = format!("listen = ['tls/127.0.0.1:{port}']");
     let text = format!("{AXIS}[transport]\nsecure = 'net/line'\n{listen}");
     write(folder, "line", &text);
