@@ -16,6 +16,10 @@ pub(crate) const PIECE: &str = "piece";
 pub(crate) const INPUTS: &str = "inputs";
 pub(crate) const INPUTS_ENCODING: &str = "coaxle-scan";
 
+/// The last part of the topic of a node's audit, and the schema of its records.
+pub(crate) const AUDIT: &str = "audit";
+pub(crate) const AUDIT_SCHEMA: &str = "coaxle.Audit";
+
 // In the metadata of a channel:
 
 /// Name of its table.

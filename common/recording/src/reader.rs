@@ -7,7 +7,8 @@ use std::sync::Arc;
 use mcap::records::{Channel, MessageHeader, Record};
 
 use crate::format::{
-    ABOUT, CLOCK_OFFSET, GROUP, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE, TABLE, UNIT,
+    ABOUT, AUDIT_SCHEMA, CLOCK_OFFSET, GROUP, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE,
+    TABLE, UNIT,
 };
 use crate::log::{self, LogLine};
 use crate::protobuf::InvalidMessage;
@@ -42,6 +43,15 @@ pub enum Item {
         /// Time of the status, ns of the clock of the rows.
         at_ns: i64,
         /// The status.
+        json: String,
+    },
+    /// A record of the audit of a node, as JSON.
+    Audit {
+        /// Name of the node.
+        table: String,
+        /// Time of the record, ns of the clock of the rows.
+        at_ns: i64,
+        /// The record.
         json: String,
     },
     /// Inputs of a node before a scan.
@@ -84,6 +94,7 @@ enum ChannelContent {
     },
     Log,
     Status(Arc<str>),
+    Audit(Arc<str>),
     Inputs(Arc<str>),
     Other,
 }
@@ -191,6 +202,7 @@ impl<R: Read> Reader<R> {
         Ok(match schema {
             "foxglove.Log" => ChannelContent::Log,
             "coaxle.Status" => ChannelContent::Status(name.as_str().into()),
+            AUDIT_SCHEMA => ChannelContent::Audit(name.as_str().into()),
             _ => ChannelContent::Other,
         })
     }
@@ -286,6 +298,11 @@ impl<R: Read> Reader<R> {
             ChannelContent::Other => None,
             ChannelContent::Log => Some(Item::Log(log::decode(data, at_ns))),
             ChannelContent::Status(table) => Some(Item::Status {
+                table: table.to_string(),
+                at_ns,
+                json: String::from_utf8_lossy(data).into_owned(),
+            }),
+            ChannelContent::Audit(table) => Some(Item::Audit {
                 table: table.to_string(),
                 at_ns,
                 json: String::from_utf8_lossy(data).into_owned(),

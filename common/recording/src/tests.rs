@@ -124,6 +124,37 @@ fn assert_some_of_the_example(rows: &[&Row]) {
 }
 
 #[test]
+fn records_of_the_audit_have_a_channel_of_their_own() {
+    let tables = ["boiler", "stove"].map(|name| Table {
+        name: name.to_owned(),
+        ..boiler()
+    });
+    let mut writer = Writer::create(Vec::new(), &tables, &Facts::new(), 1_000).unwrap();
+    for (table, at_ns, json) in [
+        (0, 5, "{\"number\":1}"),
+        (1, 6, "{}"),
+        (0, 7, "{\"number\":2}"),
+    ] {
+        writer.audit(table, at_ns, json).unwrap();
+    }
+    let (items, damage) = read(&writer.finish().unwrap());
+    assert_eq!(damage, 0);
+    let noted: Vec<_> = items
+        .iter()
+        .filter_map(|item| match item {
+            Item::Audit { table, at_ns, json } => Some((table.as_str(), *at_ns, json.as_str())),
+            _ => None,
+        })
+        .collect();
+    let expected = [
+        ("boiler", 5, "{\"number\":1}"),
+        ("stove", 6, "{}"),
+        ("boiler", 7, "{\"number\":2}"),
+    ];
+    assert_eq!(noted, expected);
+}
+
+#[test]
 fn everything_comes_back() {
     let file = recording(&[boiler()], 60);
     let mut reader = Reader::new(file.as_slice());

@@ -11,8 +11,8 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 
 use crate::encoded_row::EncodedRow;
 use crate::format::{
-    ABOUT, CLOCK_OFFSET, FORMAT, GROUP, INPUTS, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE,
-    TABLE, UNIT, VERSION,
+    ABOUT, AUDIT, AUDIT_SCHEMA, CLOCK_OFFSET, FORMAT, GROUP, INPUTS, INPUTS_ENCODING, INSTANCE,
+    INSTANCES, PLACE, ROLE, TABLE, UNIT, VERSION,
 };
 use crate::log::{self, LogLine};
 use crate::schema::Schema;
@@ -33,6 +33,9 @@ pub struct WriteError(#[from] McapError);
 /// Facts about a recording as a whole, by name: scenario, seed, version, node, role.
 pub type Facts = BTreeMap<String, String>;
 
+/// Schema of the records of the audit, for viewers that make columns of it: the fields of docs/WIRE.md.
+const AUDIT_JSON_SCHEMA: &[u8] = br#"{"type":"object","properties":{"version":{"type":"integer"},"node":{"type":"string"},"run":{"type":"string"},"number":{"type":"integer"},"at_us":{"type":"integer"},"door":{"type":"string"},"actor":{"type":"string"},"action":{"type":"string"},"object":{"type":"string"},"outcome":{"type":"string"},"reason":{"type":"string"},"count":{"type":"integer"}}}"#;
+
 /// A recording that is being written. Flushed rows remain if the process is killed.
 pub struct Writer<W: Write> {
     mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
@@ -49,7 +52,9 @@ struct Channels {
     status: u16,
     /// Channel of the inputs; none before the first ones.
     inputs: Option<u16>,
-    /// Topic and metadata of `inputs`.
+    /// Channel of the audit; none before the first record.
+    audit: Option<u16>,
+    /// Topic and metadata of both.
     name: String,
     metadata: BTreeMap<String, String>,
     written: WrittenCount,
@@ -62,6 +67,7 @@ pub(crate) struct WrittenCount {
     statuses: u32,
     lines: u32,
     inputs: u32,
+    audit: u32,
 }
 
 impl WrittenCount {
@@ -70,6 +76,7 @@ impl WrittenCount {
         statuses: 0,
         lines: 0,
         inputs: 0,
+        audit: 0,
     };
 }
 
@@ -259,6 +266,37 @@ impl<W: Write> Writer<W> {
         Ok(self.mcap.write_to_known_channel(&header, bytes)?)
     }
 
+    /// Adds a record of the audit of the n-th table, as JSON.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn audit(&mut self, table: usize, at_ns: i64, json: &str) -> Result<(), WriteError> {
+        let time = self.log_time(at_ns);
+        let Some(channels) = self.tables.get_mut(table) else {
+            return Ok(());
+        };
+        let channel_id = match channels.audit {
+            Some(channel) => channel,
+            // Added with the first record: runs in virtual time have none, and their files stay as they are.
+            None => {
+                let schema =
+                    (self.mcap).add_schema(AUDIT_SCHEMA, "jsonschema", AUDIT_JSON_SCHEMA)?;
+                let topic = format!("{}/{AUDIT}", channels.name);
+                let metadata = &channels.metadata;
+                let added = self.mcap.add_channel(schema, &topic, "json", metadata)?;
+                *channels.audit.insert(added)
+            }
+        };
+        let header = MessageHeader {
+            channel_id,
+            sequence: channels.written.audit,
+            log_time: time,
+            publish_time: time,
+        };
+        channels.written.audit = channels.written.audit.wrapping_add(1);
+        Ok(self.mcap.write_to_known_channel(&header, json.as_bytes())?)
+    }
+
     /// Ends the recording with its summary, and returns its destination.
     ///
     /// # Errors
@@ -340,6 +378,7 @@ impl<W: Write> Writer<W> {
             log,
             status,
             inputs: None,
+            audit: None,
             name: table.name.clone(),
             metadata,
             written: WrittenCount::NOTHING,

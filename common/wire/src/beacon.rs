@@ -7,6 +7,8 @@
 //! are appended by the sending thread at the last moment ([`BeaconSeal::seal`]).
 
 mod body;
+mod hkdf;
+mod pair_keys;
 mod seal;
 mod secret;
 
@@ -14,6 +16,7 @@ pub use body::{
     BEACON_CAPACITY, BeaconLabel, BeaconResponseHeader, encode_beacon_request,
     encode_beacon_response,
 };
+pub use pair_keys::{InvalidPairKeys, PairKeys, TimingSecret};
 pub use seal::{BeaconSeal, Departure};
 pub use secret::{BeaconSecret, InvalidSecret, SECRET_LEN};
 

@@ -1,6 +1,6 @@
 //! Intake of beacons: checked, and refused or turned into messages.
 
-use crate::beacon::{BeaconLabel, BeaconSeal, BeaconSecret};
+use crate::beacon::{BeaconLabel, BeaconSeal, BeaconSecret, PairKeys};
 use crate::channel::Channel;
 use crate::frame::sender_id;
 use crate::keys::NodeName;
@@ -46,6 +46,13 @@ impl BeaconIntake {
     #[must_use]
     pub fn authenticated(self, secret: &BeaconSecret) -> Self {
         let seal = self.seal.authenticated(secret);
+        Self { seal, ..self }
+    }
+
+    /// Accepts only requests that are authenticated by the key of the pair with their requester.
+    #[must_use]
+    pub fn authenticated_by(self, keys: &PairKeys) -> Self {
+        let seal = self.seal.authenticated_by(keys);
         Self { seal, ..self }
     }
 

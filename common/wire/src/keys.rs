@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/command`, `/command/<operator>`, `/status`, `/rows`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
+//! `/command`, `/command/<operator>`, `/status`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
 
 use std::fmt;
 
@@ -93,6 +93,13 @@ impl NodeName {
         format!("coaxle/{self}/rows")
     }
 
+    /// Returns the key of its audit, see [`crate::audit`]: a record when it is made, and a queryable for
+    /// the newest ones.
+    #[must_use]
+    pub fn audit_key(&self) -> String {
+        format!("coaxle/{self}/audit")
+    }
+
     /// Returns the key of its liveliness token.
     #[must_use]
     pub fn alive_key(&self) -> String {
@@ -176,6 +183,7 @@ mod tests {
         );
         assert_eq!(name.operator_command_keys(), "coaxle/saw-1/command/*");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
+        assert_eq!(name.audit_key(), "coaxle/saw-1/audit");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
         assert_eq!(name.seen_by_key(&anna), "coaxle/saw-1/seen-by/anna");
         assert_eq!(name.seen_by_keys(), "coaxle/saw-1/seen-by/*");

@@ -5,6 +5,7 @@
 //! * [`beacon`]: time requests and responses near the wire, beside the transport.
 //!   [`BeaconServer`] responds.
 //! * [`command`]: orders to the slaves of a node from anywhere, and their results: JSON.
+//! * [`audit`]: who was refused what by a node, and who did what there: JSON.
 //! * [`keys`]: the key expressions under which all of it travels.
 //! * [`intake`]: arriving bytes become a [`Message`], or a [`Rejection`] with its reason.
 //!
@@ -37,6 +38,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod audit;
 pub mod beacon;
 pub mod beacon_intake;
 pub mod beacon_server;

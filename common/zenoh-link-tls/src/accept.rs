@@ -126,7 +126,7 @@ impl TlsListener {
             let (stream, here) = within_time(link.await)?;
             let ends = LinkAddresses { here, there: from };
             // Only now: the session exists, and the certificates of the peer are checked.
-            let link = TlsLink::open(stream, ends, common.closes_on_expiry);
+            let link = TlsLink::open(stream, ends, &common);
             let link: LinkUnicast = link.map_err(|error| error.to_string())?;
             let handed_over = links.send_async(link).await;
             handed_over.map_err(|_| "the session is being closed".to_owned())

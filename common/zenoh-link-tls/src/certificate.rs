@@ -5,12 +5,16 @@ use time::OffsetDateTime;
 use x509_parser::prelude::{FromDer, X509Certificate};
 use zenoh_result::{ZResult, zerror};
 
+use crate::revocation::RevocationList;
+
 /// The peer of a link, and the end of its validity.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct CertifiedPeer {
     /// The common name of its certificate, used by Zenoh's access control. None without a certificate, or
     /// without a name in it.
     pub(crate) name: Option<String>,
+    /// The beginning of the validity of its own certificate, seconds since 1970.
+    pub(crate) issued: u64,
     /// The earliest end of validity in its chain; none without a certificate.
     pub(crate) expires: Option<OffsetDateTime>,
 }
@@ -33,8 +37,18 @@ impl CertifiedPeer {
                 let mut names = certificate.subject().iter_common_name();
                 let name = names.next().and_then(|name| name.as_str().ok());
                 peer.name = name.map(str::to_owned);
+                let from = certificate.validity().not_before.timestamp();
+                // Before 1970 there is no certificate.
+                peer.issued = u64::try_from(from).unwrap_or_default();
             }
         }
         Ok(peer)
+    }
+
+    /// Returns the reason in words if the certificate is revoked.
+    pub(crate) fn revocation(&self, list: &RevocationList) -> Option<String> {
+        let name = self.name.as_deref()?;
+        let is_revoked = list.revokes(name, self.issued);
+        is_revoked.then(|| format!("the certificate of {name:?} is revoked"))
     }
 }

@@ -1,6 +1,7 @@
 //! Settings: from Zenoh's config to an endpoint, and from an endpoint to rustls.
 
 use std::net::SocketAddr;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -21,6 +22,8 @@ use zenoh_link_commons::{
 use zenoh_protocol::core::endpoint::Config;
 use zenoh_protocol::core::parameters;
 use zenoh_result::{ZResult, bail, zerror};
+
+use crate::revocation::{RevocationWatch, UnrevokedClients};
 
 /// The target of log lines that are for the operator of a node.
 pub(crate) const LOG: &str = "coaxle_link";
@@ -202,6 +205,8 @@ impl Pem {
 pub(crate) struct Common {
     /// A link is closed when a certificate of the other end expires.
     pub(crate) closes_on_expiry: bool,
+    /// Certificates that the authority has revoked; none if its certificate is no file.
+    pub(crate) revoked: Option<Arc<RevocationWatch>>,
     /// A handshake that takes longer has failed.
     pub(crate) handshake_timeout: Duration,
 }
@@ -216,6 +221,8 @@ impl Common {
                 key::TLS_CLOSE_LINK_ON_EXPIRATION,
                 key::TLS_CLOSE_LINK_ON_EXPIRATION_DEFAULT,
             )?,
+            revoked: (endpoint.get(AUTHORITY.file))
+                .map(|file| Arc::new(RevocationWatch::beside(Path::new(file)))),
             handshake_timeout: Duration::from_millis(milliseconds),
         })
     }
@@ -225,7 +232,7 @@ impl Common {
 ///
 /// # Errors
 /// A file that cannot be read; no authority if both ends need certificates; a key that does not fit.
-pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> {
+pub(crate) async fn server(endpoint: &Config<'_>, common: &Common) -> ZResult<Arc<ServerConfig>> {
     let chain = LISTEN_CERTIFICATE.certificates(endpoint).await?;
     let chain = chain.ok_or_else(|| LISTEN_CERTIFICATE.missing())?;
     let key = LISTEN_KEY.key(endpoint).await?;
@@ -236,7 +243,11 @@ pub(crate) async fn server(endpoint: &Config<'_>) -> ZResult<Arc<ServerConfig>> 
     let builder = if is_mutual(endpoint)? {
         let roots = Arc::new(authority(endpoint).await?);
         let verifier = WebPkiClientVerifier::builder_with_provider(roots, provider()).build();
-        builder.with_client_cert_verifier(verifier.map_err(|error| zerror!(error))?)
+        let verifier = verifier.map_err(|error| zerror!(error))?;
+        builder.with_client_cert_verifier(match &common.revoked {
+            Some(watch) => Arc::new(UnrevokedClients::new(verifier, Arc::clone(watch))),
+            None => verifier,
+        })
     } else {
         builder.with_no_client_auth()
     };

@@ -14,6 +14,9 @@
 //!   its share of places and its pace of handshakes (`admission.rs`).
 //! * Refused connections are counted ([`refused_connections`]), and a flood of them is one line a minute.
 //! * IPv6 addresses are compared with certificates.
+//! * A certificate that the authority has revoked is refused, and its links end within a second or two, without a
+//!   restart ([`RevocationWatch`]).
+//! * What was refused and what was ended is reported to the program around it ([`on_link_event`]).
 //! * A link whose certificates have expired is closed at both ends, if the config says so.
 //!
 //! The settings are Zenoh's own, below `transport/link/tls`. Zenoh's links are internal to it, so this
@@ -24,17 +27,23 @@ mod accept_thread;
 mod admission;
 mod certificate;
 mod config;
+mod events;
 mod flood;
 mod link;
 mod manager;
 mod refusals;
+mod revocation;
 mod source_prefix;
 mod stream;
 
 pub use accept_thread::start_accept_thread;
 pub use config::TlsConfigurator;
+pub use events::{LinkEvent, LinkEventKind, on_link_event};
 pub use manager::LinkManagerUnicastTls;
 pub use refusals::{RefusedConnections, refused_connections};
+pub use revocation::{
+    InvalidRevocations, MOST_LIST_BYTES, REVOKED_FILE, RevocationList, RevocationWatch,
+};
 
 use async_trait::async_trait;
 use zenoh_link_commons::LocatorInspector;

@@ -16,11 +16,17 @@ use zenoh_protocol::transport::BatchSize;
 use zenoh_result::{ZResult, zerror};
 
 use crate::certificate::CertifiedPeer;
+use crate::config::Common;
+use crate::events::{LinkEventKind, report};
+use crate::revocation::RevocationWatch;
 use crate::stream::SharedStream;
 use crate::{TLS_LOCATOR_PREFIX, config};
 
 /// The longest sleep until a certificate expires: the machine's clock may be set meanwhile.
 const LONGEST_SLEEP: Duration = Duration::from_secs(600);
+
+/// Interval between two looks at the list of revoked certificates, which itself looks at its file as often.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// A TLS connection to a peer whose certificate was checked.
 pub(crate) struct TlsLink {
@@ -29,7 +35,7 @@ pub(crate) struct TlsLink {
     source: Locator,
     destination: Locator,
     authenticated: LinkAuthId,
-    expiry: Option<AbortHandle>,
+    watch: Option<AbortHandle>,
 }
 
 /// The addresses of a connection.
@@ -40,15 +46,15 @@ pub(crate) struct LinkAddresses {
 }
 
 impl TlsLink {
-    /// Takes a connection whose handshake is done. `expires`: closes it when a certificate of the peer
-    /// expires.
+    /// Takes a connection whose handshake is done. It ends when the certificate of the peer is revoked, and with
+    /// `closes_on_expiry` when a certificate of its chain expires.
     ///
     /// # Errors
-    /// A certificate of the peer that cannot be read; an invalid address.
+    /// A certificate of the peer that cannot be read or is revoked; an invalid address.
     pub(crate) fn open(
         stream: TlsStream<TcpStream>,
         ends: LinkAddresses,
-        expires: bool,
+        common: &Common,
     ) -> ZResult<LinkUnicast> {
         let (socket, session) = stream.get_ref();
         // A batch is sent when it is complete; Nagle's algorithm would hold it back for the acknowledgement of the last one.
@@ -57,8 +63,17 @@ impl TlsLink {
         let locator =
             |address: SocketAddr| Locator::new(TLS_LOCATOR_PREFIX, address.to_string(), "");
         let (source, destination) = (locator(ends.here)?, locator(ends.there)?);
-        let until = peer.expires.filter(|_| expires);
-        // The task of the expiry needs the link, but must not keep it alive: a weak reference made before the link
+        let revocation = |watch: &Arc<RevocationWatch>| peer.revocation(&watch.list());
+        if let Some(reason) = common.revoked.as_ref().and_then(revocation) {
+            return Err(zerror!("{reason}").into());
+        }
+        let end = LinkEnd {
+            expires: peer.expires.filter(|_| common.closes_on_expiry),
+            // A peer without a certificate has none that could be revoked.
+            revoked: common.revoked.clone().filter(|_| peer.name.is_some()),
+            peer: peer.clone(),
+        };
+        // The task that ends it needs the link, but must not keep it alive: a weak reference made before the link
         // is.
         let link = Arc::new_cyclic(|link: &Weak<Self>| Self {
             stream: SharedStream::new(stream),
@@ -66,7 +81,7 @@ impl TlsLink {
             source,
             destination,
             authenticated: LinkAuthId::Tls(peer.name),
-            expiry: until.map(|until| abort_at(until, link.clone())),
+            watch: end.is_possible().then(|| end.watch(link.clone())),
         });
         Ok(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>))
     }
@@ -77,19 +92,55 @@ impl TlsLink {
     }
 }
 
-/// Ends a link that still exists when a certificate of the peer expires.
-fn abort_at(until: OffsetDateTime, link: Weak<TlsLink>) -> AbortHandle {
-    let wait = async move {
-        while let Some(left) = remaining(until) {
-            // Sleeps measure monotonic time, certificates the time of day: asked again after each piece.
-            tokio::time::sleep(left.min(LONGEST_SLEEP)).await;
-        }
-        if let Some(link) = link.upgrade() {
-            tracing::warn!(target: config::LOG, "{link}: the certificate of the other end has expired: link closed");
-            link.stream.abort();
-        }
-    };
-    zenoh_runtime::ZRuntime::Acceptor.spawn(wait).abort_handle()
+/// What ends a link that still exists.
+struct LinkEnd {
+    peer: CertifiedPeer,
+    expires: Option<OffsetDateTime>,
+    revoked: Option<Arc<RevocationWatch>>,
+}
+
+impl LinkEnd {
+    const fn is_possible(&self) -> bool {
+        self.expires.is_some() || self.revoked.is_some()
+    }
+
+    /// Ends the link when its time has come.
+    fn watch(self, link: Weak<TlsLink>) -> AbortHandle {
+        let wait = async move {
+            let reason = loop {
+                if let Some(reason) = self.reason() {
+                    break reason;
+                }
+                // Sleeps measure monotonic time, certificates the time of day: asked again after each piece.
+                let left = self.expires.and_then(remaining).unwrap_or(LONGEST_SLEEP);
+                let longest = if self.revoked.is_some() {
+                    LOOK
+                } else {
+                    LONGEST_SLEEP
+                };
+                tokio::time::sleep(left.min(longest)).await;
+            };
+            if let Some(link) = link.upgrade() {
+                tracing::warn!(target: config::LOG, "{link}: {reason}: link closed");
+                let client = self
+                    .peer
+                    .name
+                    .unwrap_or_else(|| link.ends.there.to_string());
+                report(&client, LinkEventKind::Ended, &reason);
+                link.stream.abort();
+            }
+        };
+        zenoh_runtime::ZRuntime::Acceptor.spawn(wait).abort_handle()
+    }
+
+    fn reason(&self) -> Option<String> {
+        let list = self.revoked.as_ref().map(|watch| watch.list());
+        let revocation = list.and_then(|list| self.peer.revocation(&list));
+        let is_over = |until: &OffsetDateTime| remaining(*until).is_none();
+        let expiry = self.expires.filter(is_over);
+        let expiry = expiry.map(|_| "the certificate of the other end has expired".to_owned());
+        revocation.or(expiry)
+    }
 }
 
 /// Returns the remaining time; none when it is over.
@@ -158,9 +209,9 @@ impl LinkUnicastTrait for TlsLink {
 
 impl Drop for TlsLink {
     fn drop(&mut self) {
-        if let Some(expiry) = &self.expiry {
+        if let Some(watch) = &self.watch {
             // Otherwise a task per closed link would sleep until its certificate expires.
-            expiry.abort();
+            watch.abort();
         }
     }
 }

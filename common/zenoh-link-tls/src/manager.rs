@@ -15,6 +15,7 @@ use zenoh_result::{ZResult, zerror};
 use crate::accept::TlsListener;
 use crate::accept_thread;
 use crate::config::{self, Common};
+use crate::events::{LinkEventKind, report};
 use crate::link::{LinkAddresses, TlsLink};
 
 /// Opens links and accepts those of others.
@@ -57,7 +58,14 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
             .map_err(|_| failed(&"no handshake within its time"))?
             .map_err(|error| failed(&error))?;
         let ends = LinkAddresses { here, there };
-        TlsLink::open(TlsStream::Client(stream), ends, common.closes_on_expiry)
+        let link = TlsLink::open(TlsStream::Client(stream), ends, &common);
+        link.inspect_err(|error| {
+            report(
+                &there.to_string(),
+                LinkEventKind::Refused,
+                &error.to_string(),
+            )
+        })
     }
 
     async fn new_listener(&self, endpoint: EndPoint) -> ZResult<Locator> {
@@ -65,7 +73,7 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
         let failed =
             |error: &dyn std::fmt::Display| zerror!("listening on {endpoint} over TLS: {error}");
         let common = Common::of(&settings).map_err(|error| failed(&error))?;
-        let server = config::server(&settings).await;
+        let server = config::server(&settings, &common).await;
         let server = server.map_err(|error| failed(&error))?;
         let sockets = config::sockets(&settings).await;
         let sockets = sockets.map_err(|error| failed(&error))?;

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::events::{LinkEventKind, report};
 use crate::flood::FloodWatch;
 use crate::source_prefix::SourcePrefix;
 
@@ -55,6 +56,7 @@ pub(crate) struct Refusals {
 
 impl Refusals {
     pub(crate) fn add(&mut self, now: Instant, from: SocketAddr, reason: String) {
+        report(&from.to_string(), LinkEventKind::Refused, &reason);
         self.count += 1;
         self.last = Some((from, reason));
         self.flood.add(now, SourcePrefix::of(from));

@@ -4,6 +4,7 @@ use coaxle_clock::Instant;
 use coaxle_host::files::{InputRecord, Rows};
 use coaxle_host::network::transport::Publisher;
 use coaxle_host::node::{ArrivalRecord, Record, Recorder};
+use coaxle_node::audit::AuditRecord;
 use coaxle_os::{ArrivalsTrace, Machine};
 use serde_json::{Map, Value, json};
 
@@ -51,6 +52,10 @@ impl Recorder<ReceiverSnapshot> for ReceiverRecorder {
 
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
         self.rows.reported(at, status);
+    }
+
+    fn audited(&mut self, at: Instant<Machine>, record: &AuditRecord) {
+        self.rows.audited(at, record);
     }
 
     fn record(&mut self, record: &Record<ReceiverSnapshot>) {

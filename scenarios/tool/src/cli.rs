@@ -17,6 +17,7 @@ use coaxle_trials::conform::{self, ConformArgs};
 use coaxle_trials::recording;
 use coaxle_trials::scale::{self, ScaleArgs};
 
+use crate::audit::{self, AuditArgs};
 use crate::cam::{self, CamSubcommand};
 use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
@@ -98,6 +99,8 @@ enum CoaxleCommand {
     Nodes(NodesArgs),
     /// Show the status of running nodes: clocks, messages, axes, slaves
     Status(StatusArgs),
+    /// Show who was refused what by a node, and who did what there: of a recording, or of a running node; docs/SECURE.md
+    Audit(AuditArgs),
     /// Wait until a receiver knows the clocks that it follows
     WaitSync(WaitArgs),
     /// Check which rules of docs/WIRE.md a node keeps, in any implementation: docs/CONFORM.md
@@ -205,6 +208,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         Some(CoaxleCommand::Order(args)) => (command::print(&args)?, Exit::Refused),
         Some(CoaxleCommand::Nodes(args)) => return status::nodes(&args),
         Some(CoaxleCommand::Status(args)) => return status::status(&args),
+        Some(CoaxleCommand::Audit(args)) => return audit::audit(&args),
         Some(CoaxleCommand::WaitSync(args)) => return status::wait(&args),
         Some(CoaxleCommand::Conform(args)) => return conform::conform(&args),
         Some(CoaxleCommand::Secure(command)) => {

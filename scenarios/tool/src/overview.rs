@@ -17,6 +17,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         &[
             "nodes",
             "status",
+            "audit",
             "wait-sync",
             "scope",
             "record",

@@ -4,6 +4,7 @@ use coaxle_clock::Instant;
 use coaxle_host::files::Rows;
 use coaxle_host::network::transport::Publisher;
 use coaxle_host::node::{Record, Recorder};
+use coaxle_node::audit::AuditRecord;
 use coaxle_node::fields_of;
 use coaxle_os::Machine;
 use serde_json::{Map, Value, json};
@@ -73,6 +74,10 @@ impl Recorder<GatewaySnapshot> for GatewayRecorder {
 
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
         self.rows.reported(at, status);
+    }
+
+    fn audited(&mut self, at: Instant<Machine>, record: &AuditRecord) {
+        self.rows.audited(at, record);
     }
 
     fn record(&mut self, record: &Record<GatewaySnapshot>) {

@@ -11,9 +11,14 @@ use coaxle_os::exit::{Exit, exit_of, lines_of};
 use coaxle_os::{Os, System};
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{FilterExt, LevelFilter, Targets};
+use tracing_subscriber::layer::{Filter, Layer, SubscriberExt};
+use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::machine::needs::Needs;
 use crate::network::transport::ZENOH_RUNTIME;
+use crate::node::audit;
 
 pub use network_args::NetworkArgs;
 pub use node_args::NodeArgs;
@@ -21,10 +26,10 @@ pub use node_args::NodeArgs;
 /// Log verbosity; flatten it into the arguments of a program.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LogArgs {
-    /// Log more; twice for everything. RUST_LOG has the last word
+    /// Log more; twice for everything. RUST_LOG has the last word, except about the audit
     #[arg(short, long, action = clap::ArgAction::Count, global = true)]
     pub verbose: u8,
-    /// Log errors only
+    /// Log errors only, and the audit: who was refused what, and who did what
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
 }
@@ -41,22 +46,33 @@ impl LogArgs {
     /// A separate thread writes, so no caller waits for a log that is full, closed or not read.
     /// Lines without room are dropped.
     pub fn init(self) -> Logging {
-        let filter = match std::env::var("RUST_LOG") {
-            Ok(wish) if !wish.is_empty() => EnvFilter::new(wish),
-            _ => EnvFilter::new(self.filter()),
-        };
+        let wish = std::env::var("RUST_LOG").ok();
         let (writer, guard) = tracing_appender::non_blocking(std::io::stderr());
-        // A second call in the process, as in tests, is refused by the global subscriber, and changes nothing.
-        let _ = tracing_subscriber::fmt()
-            .with_env_filter(filter)
+        let lines = tracing_subscriber::fmt::layer()
             .with_writer(writer)
             // Standard error may be closed: an error about that, written to standard error, would panic.
             .log_internal_errors(false)
             .with_ansi(std::io::stderr().is_terminal())
             // The target names the module, which says something to people who look for a fault only.
             .with_target(self.verbose > 0)
-            .try_init();
+            .with_filter(self.admitted(wish.as_deref()));
+        // A second call in the process, as in tests, is refused by the global subscriber, and changes nothing.
+        let _ = tracing_subscriber::registry().with(lines).try_init();
         Logging { _writer: guard }
+    }
+
+    /// Lines that are written: those that the options or RUST_LOG ask for, and the audit whatever they ask for.
+    fn admitted<S>(self, wish: Option<&str>) -> impl Filter<S> + use<S>
+    where
+        S: tracing::Subscriber + for<'a> LookupSpan<'a>,
+    {
+        let wished = match wish {
+            Some(wish) if !wish.is_empty() => EnvFilter::new(wish),
+            _ => EnvFilter::new(self.filter()),
+        };
+        // An operator who silences a node must not silence who was refused what.
+        let audit = Targets::new().with_target(audit::LOG, LevelFilter::INFO);
+        audit.or(wished)
     }
 
     /// Zenoh's own warnings repeat at every connection attempt; the nodes report the fault once.
@@ -171,6 +187,7 @@ mod tests {
     use clap::Parser;
     use coaxle_node::config::ConfigError;
     use coaxle_os::exit::NodeNotFound;
+    use std::sync::{Arc, Mutex};
 
     #[derive(Parser)]
     struct Args {
@@ -225,6 +242,56 @@ mod tests {
         let error = Args::try_parse_from(["x", "--for", "soon"]).err().unwrap();
         assert!(error.to_string().contains("received \"soon\""), "{error}");
         assert!(Args::try_parse_from(["x", "-q", "-v"]).is_err());
+    }
+
+    #[test]
+    fn no_option_and_no_wish_silences_the_audit() {
+        for (quiet, wish) in [
+            (true, None),
+            (false, Some("off")),
+            (false, Some("audit=off")),
+            (true, Some("error,audit=error")),
+            (false, Some("coaxle_host=debug")),
+        ] {
+            let written = Written::default();
+            let args = LogArgs { verbose: 0, quiet };
+            let writer = written.clone();
+            let lines = tracing_subscriber::fmt::layer()
+                .with_writer(move || writer.clone())
+                .with_filter(args.admitted(wish));
+            let subscriber = tracing_subscriber::registry().with(lines);
+            tracing::subscriber::with_default(subscriber, || {
+                tracing::info!(target: audit::LOG, "audit 1: on record");
+                tracing::info!(target: "elsewhere", "chat");
+            });
+            let text = written.text();
+            assert!(
+                text.contains("audit 1: on record"),
+                "{quiet} {wish:?}: {text}"
+            );
+            assert!(!text.contains("chat"), "{quiet} {wish:?}: {text}");
+        }
+    }
+
+    /// Lines that were written.
+    #[derive(Clone, Default)]
+    struct Written(Arc<Mutex<Vec<u8>>>);
+
+    impl Written {
+        fn text(&self) -> String {
+            String::from_utf8_lossy(&self.0.lock().unwrap()).into_owned()
+        }
+    }
+
+    impl Write for Written {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
     }
 
     #[test]

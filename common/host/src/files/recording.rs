@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 
 use anyhow::{Context, anyhow};
 use coaxle_clock::Instant;
+use coaxle_node::audit::AuditRecord;
 use coaxle_os::machine::{self, Machine};
 use coaxle_recording::{EncodedRow, Facts, LogLine, RowEncoder, RowError, Table, Writer};
 use serde::Serialize;
@@ -51,6 +52,10 @@ enum RecordingEntry {
     },
     Log(LogLine),
     Status {
+        at_ns: i64,
+        json: String,
+    },
+    Audit {
         at_ns: i64,
         json: String,
     },
@@ -171,7 +176,13 @@ impl Recording {
         self.push(RecordingEntry::Status { at_ns, json });
     }
 
-    /// Number of rows, log lines and statuses that did not fit into the queue or came after a failure.
+    /// Adds a record of the node's audit.
+    pub fn audit(&mut self, at: Instant<Machine>, record: &AuditRecord) {
+        let (at_ns, json) = (at.as_nanos(), record.to_json());
+        self.push(RecordingEntry::Audit { at_ns, json });
+    }
+
+    /// Number of rows, log lines, statuses and records of the audit that did not fit into the queue or came after a failure.
     #[must_use]
     pub const fn dropped(&self) -> u64 {
         self.dropped
@@ -252,6 +263,7 @@ fn write(mut writer: Writer<SyncedFile>, entries: &Receiver<RecordingEntry>) -> 
             } => writer.inputs(0, at_ns, woke_ns, &bytes),
             RecordingEntry::Log(line) => writer.log(0, &line),
             RecordingEntry::Status { at_ns, json } => writer.status(0, at_ns, &json),
+            RecordingEntry::Audit { at_ns, json } => writer.audit(0, at_ns, &json),
             RecordingEntry::Facts(facts) => writer.facts(&facts),
         }?;
     }

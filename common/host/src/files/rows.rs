@@ -1,6 +1,7 @@
 //! Destinations of the rows of a node: a trace, a recording, and live viewers.
 
 use coaxle_clock::Instant;
+use coaxle_node::audit::AuditRecord;
 use coaxle_os::Trace;
 use coaxle_os::machine::{self, Machine};
 use coaxle_recording::{Facts, Level, LogLine, Pieces, Table};
@@ -104,6 +105,14 @@ impl Rows {
         }
         if let Some(stream) = &mut self.stream {
             stream.status(at, status);
+        }
+    }
+
+    /// Adds a record of the node's audit.
+    pub fn audited(&mut self, at: Instant<Machine>, record: &AuditRecord) {
+        // Not for live viewers, who may read rows only: the audit has a key of its own.
+        if let Some(recording) = &mut self.recording {
+            recording.audit(at, record);
         }
     }
 

@@ -199,6 +199,7 @@ fn wait_until(wake: Instant<Machine>, spin: Span, stop: &AtomicBool) -> bool {
 mod tests {
     use super::*;
     use crate::network::transport::Request;
+    use crate::node::audit::Audit;
     use crate::node::commands::{CommandServer, RequestSender, commands};
     use crate::node::mailbox::mailbox;
     use crate::node::outbox::{OutgoingFrames, outbox};
@@ -248,7 +249,8 @@ mod tests {
         let (inbox, mailbox) = mailbox(64, 64, Arc::clone(&counters.mailbox_dropped));
         let (outbox, frames) = outbox(4096);
         let (arrivals, arrived) = RingBuffer::new(64);
-        let (orders, server, requests) = commands(&NodeName::new("toy").expect("a name"));
+        let toy = NodeName::new("toy").expect("a name");
+        let (orders, server, requests) = commands(&toy, &Audit::new(&toy, 0));
         let cycle_time = CycleTime::new(Span::from_millis(1)).unwrap();
         let node = Toy::new(NodeClock::first_cycle(&config), cycle_time, 1);
         let (records, telemetry) = telemetry(node.snapshot(), usize::MAX, arrived);

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow};
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::Node;
+use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::config::{ClockConfig, RealTimeConfig, TimingEndpoints, TransportConfig};
 use coaxle_node::keys::NodeName;
 use coaxle_node::lab::LabFields;
@@ -21,6 +22,7 @@ use coaxle_os::{EndSignals, Os, System};
 use crate::machine::real_time;
 use crate::network::credentials::{Credentials, RENEW_WITHIN, date};
 use crate::network::transport::{Declared, Exposure, OverZenoh, Transport, start_accept_thread};
+use crate::node::audit::Audit;
 use crate::node::counters::{Counters, read};
 use crate::node::cycle::NodeClock;
 use crate::node::panics::{PanicWatch, panics};
@@ -183,9 +185,18 @@ struct RunContext {
     role: &'static str,
     epoch: u64,
     counters: Arc<Counters>,
+    audit: Audit,
     /// Priority of the threads that carry messages.
     carriers: Option<u8>,
     panics: PanicWatch,
+}
+
+impl RunContext {
+    /// Notes the start or the end of the run in the audit.
+    fn note(&self, action: &str, outcome: AuditOutcome, reason: &str) {
+        let entry = AuditEntry::new(AuditDoor::Run, Some(self.name.as_str()), action, outcome);
+        self.audit.note(entry.because(reason));
+    }
 }
 
 /// Runs a node in stages: builds it, opens its transport and its rings, connects it, starts its
@@ -222,6 +233,11 @@ where
     let _transport_service = connected.service.take();
     let mut running = start(setup, &run, (node, clock), cycle, outgoing, connected)?;
     running.report_start(&run).await;
+    run.note(
+        "start",
+        AuditOutcome::Accepted,
+        &format!("version {}", env!("CARGO_PKG_VERSION")),
+    );
 
     let mut service = Service::ready();
     let why = tokio::select! {
@@ -231,6 +247,12 @@ where
         never = service.notify_watchdog(&run.counters.cycles) => match never {},
     };
     service.stopping();
+    let reason = match &why {
+        Ok(why) => format!("{why:?}"),
+        Err(error) => error.to_string(),
+    };
+    // Before the telemetry thread ends, which records and publishes it.
+    run.note("run", AuditOutcome::Ended, &reason);
     running.stop().await?;
     let why = why?;
     tracing::info!(node = %run.name, ended = ?why, "stopped");
@@ -253,11 +275,13 @@ fn build<N: Node>(
         .with_context(|| format!("cannot build node {name}"))?;
     let clock = NodeClock::new(&setup.clock, setup.seed, Instant::EPOCH)
         .with_context(|| format!("cannot build node {name}: clock"))?;
+    let audit = Audit::new(&name, epoch);
     let run = RunContext {
         name,
         role: setup.role,
         epoch,
         counters: Arc::new(Counters::default()),
+        audit,
         carriers: real_time::carriers(&setup.real_time),
         panics,
     };

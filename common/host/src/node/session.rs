@@ -1,21 +1,24 @@
 //! A node's declarations on its transport: its channels, its status, its presence, and the
 //! subscriptions for frames and requests.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use coaxle_clock::Instant;
 use coaxle_node::CommandAnswer;
+use coaxle_node::audit::{AuditEntry, AuditQuery};
 use coaxle_node::command::InvalidOrder;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::{ANY_ALIVE_KEY, NodeName};
 use coaxle_node::wiring::{Publication, Subscription};
 use coaxle_os::machine::Machine;
+use serde_json::json;
 
 use crate::network::transport::{
     Declared, PresenceHandler, Publisher, Request, Transport, Urgency,
 };
-use crate::node::commands::{RequestSender, answer};
+use crate::node::audit::{Audit, FreshRecord};
+use crate::node::commands::{RequestSender, ambiguous, answer};
 use crate::node::counters::Counters;
 use crate::node::faults::Faults;
 use crate::node::mailbox::Inbox;
@@ -38,6 +41,8 @@ pub(crate) struct Session {
     seen_by: Keys,
     /// Other nodes, where access control permits listing them.
     neighbours: Keys,
+    /// The audit, and the publisher of its records.
+    audit: Option<(Audit, Box<dyn Publisher>)>,
     panics: PanicWatch,
 }
 
@@ -72,6 +77,7 @@ impl Session {
             namesakes,
             seen_by: Arc::default(),
             neighbours: Arc::default(),
+            audit: None,
             panics,
         })
     }
@@ -195,6 +201,45 @@ impl Session {
         Ok(())
     }
 
+    /// Publishes the records of the audit from now on, and answers queries of the newest ones.
+    pub(crate) fn serve_audit(&mut self, name: &NodeName, audit: Audit) -> anyhow::Result<()> {
+        let key = name.audit_key();
+        let publisher = self.transport.publisher(&key, Urgency::Ordinary)?;
+        let asked = audit.clone();
+        let on_request =
+            move |_, request: Box<dyn Request>| match AuditQuery::from_json(&request.payload()) {
+                Ok(query) => request.reply(asked.excerpt(&query).to_json(), true),
+                Err(error) => {
+                    request.reply(json!({ "error": error.to_string() }).to_string(), false)
+                }
+            };
+        let served = self.transport.serve(&key, Box::new(on_request))?;
+        self.declared.push(served);
+        self.audit = Some((audit, publisher));
+        Ok(())
+    }
+
+    /// Notes an entry in the audit, if it is served.
+    pub(crate) fn note(&self, entry: AuditEntry) {
+        if let Some((audit, _)) = &self.audit {
+            audit.note(entry);
+        }
+    }
+
+    /// Publishes the records of the audit since the last call, and returns them.
+    pub(crate) fn take_audit(&self) -> VecDeque<FreshRecord> {
+        let Some((audit, publisher)) = &self.audit else {
+            return VecDeque::new();
+        };
+        let fresh = audit.take();
+        for (_, record) in &fresh {
+            if let Err(error) = publisher.publish(record.to_json().into_bytes()) {
+                tracing::debug!(%error, "the transport refused a record of the audit");
+            }
+        }
+        fresh
+    }
+
     fn watch(&mut self, source: &NodeName, contact: Arc<Contact>) -> anyhow::Result<()> {
         let on_change = move |_: &str, alive| contact.set_alive(alive);
         let watched = self
@@ -251,7 +296,9 @@ impl Orders {
             None => {
                 let received = request.key().to_owned();
                 let many = InvalidOrder::AmbiguousKey { received };
-                answer(&*request, &CommandAnswer::malformed(&many));
+                let refusal = CommandAnswer::malformed(&many);
+                answer(&*request, &refusal);
+                (self.requests.audit()).note(ambiguous(request.key(), &refusal));
             }
         }
     }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Span};
 use coaxle_node::Arrival;
+use coaxle_node::audit::AuditRecord;
 use coaxle_os::machine::{self, Machine};
 use rtrb::{Consumer, Producer, RingBuffer};
 use serde_json::{Map, Value};
@@ -75,6 +76,11 @@ pub trait Recorder<S>: Send {
     /// Takes the node's whole status, as published at `at`: JSON.
     fn reported(&mut self, at: Instant<Machine>, status: &str) {
         let _ = (at, status);
+    }
+
+    /// Takes a record of the node's audit, made at `at`; each is passed once, in order.
+    fn audited(&mut self, at: Instant<Machine>, record: &AuditRecord) {
+        let _ = (at, record);
     }
 
     /// Ends the run: no more records follow.
@@ -210,6 +216,9 @@ pub(crate) fn observe<S>(
         }
         while let Some(input) = telemetry.input() {
             recorder.told(&input);
+        }
+        for (at, record) in reporter.take_audit() {
+            recorder.audited(at, &record);
         }
         if last_round {
             break;

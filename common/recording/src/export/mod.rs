@@ -36,6 +36,8 @@ pub struct Exported {
     pub damage: DamageList,
     /// Incomplete rows, which were left out.
     pub incomplete: u64,
+    /// Records of the audit, which are not rows of a table.
+    pub audit: u64,
 }
 
 /// Reason why a table could not be written.
@@ -90,6 +92,7 @@ pub fn export<R: Read, W: Write + Send + 'static>(
                 count(&mut exported.rows, &table.name);
             }
             Ok(Item::Facts(more)) => facts.extend(more),
+            Ok(Item::Audit { .. }) => exported.audit += 1,
             Ok(_) => {}
             Err(damage) => exported.damage.note(damage),
         }

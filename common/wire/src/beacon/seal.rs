@@ -3,9 +3,11 @@
 use coaxle_clock::Span;
 use serde::{Deserialize, Serialize};
 
-use super::body::{DepartureSpans, read_request, read_response};
+use super::body::{BeaconLabel, DepartureSpans, read_request, read_response};
+use super::pair_keys::PairKeys;
 use super::secret::{BeaconSecret, TAG_LEN};
 use super::{BeaconRequest, BeaconResponse, Stamps};
+use crate::channel::Channel;
 use crate::frame::{FORMAT_VERSION, KeySeal, read, write};
 use crate::rejection::Rejection;
 
@@ -32,6 +34,8 @@ pub struct BeaconSeal {
 enum Tag {
     CheckSum(KeySeal),
     Authentication(BeaconSecret),
+    /// By the key of the pair with the requester, of a node that responds to several.
+    ByRequester(PairKeys),
 }
 
 const DEPARTURE_CAPACITY: usize = 10 + 1 + 1 + 5 + 10;
@@ -60,8 +64,17 @@ impl BeaconSeal {
         Self { tag, ..self }
     }
 
-    /// Replaces the content of `out` by the complete beacon.
-    pub fn seal(&self, body: &[u8], departure: &Departure, out: &mut Vec<u8>) {
+    /// Seals the responses to each requester with the key that the two share, and accepts its requests with that
+    /// key only.
+    #[must_use]
+    pub fn authenticated_by(self, keys: &PairKeys) -> Self {
+        let tag = Tag::ByRequester(keys.clone());
+        Self { tag, ..self }
+    }
+
+    /// Replaces the content of `out` by the complete beacon. Returns false without a valid key of its pair: then
+    /// there is none to send.
+    pub fn seal(&self, body: &[u8], departure: &Departure, out: &mut Vec<u8>) -> bool {
         let fields = DepartureFields {
             left: departure.left,
             stamps: departure.stamps.code(),
@@ -72,13 +85,22 @@ impl BeaconSeal {
         out.clear();
         out.extend_from_slice(body);
         out.extend_from_slice(&written[..length]);
-        match &self.tag {
-            Tag::CheckSum(seal) => seal.append_checksum(out),
-            Tag::Authentication(secret) => {
-                let tag = secret.tag(&self.key, out);
-                out.extend_from_slice(&tag);
+        let secret = match &self.tag {
+            Tag::CheckSum(seal) => {
+                seal.append_checksum(out);
+                return true;
             }
-        }
+            Tag::Authentication(secret) => Some(secret),
+            Tag::ByRequester(keys) => BeaconLabel::of(Channel::BeaconResponses, body)
+                .and_then(|label| keys.of_requester(label.requester)),
+        };
+        let Some(secret) = secret.filter(|secret| !secret.is_withdrawn()) else {
+            out.clear();
+            return false;
+        };
+        let tag = secret.tag(&self.key, out);
+        out.extend_from_slice(&tag);
+        true
     }
 
     /// Checks and reads a request. Does not allocate.
@@ -110,16 +132,20 @@ impl BeaconSeal {
     ) -> Result<&'a [u8], Rejection> {
         let secret = match &self.tag {
             Tag::CheckSum(seal) => return seal.verify(payload, walk),
-            Tag::Authentication(secret) => secret,
+            Tag::Authentication(secret) => Some(secret),
+            // Requests only: a node hears responses of one other each.
+            Tag::ByRequester(keys) => BeaconLabel::of(Channel::BeaconRequests, payload)
+                .and_then(|label| keys.of_requester(label.requester)),
         };
         match payload.first() {
             None => Err(Rejection::Truncated),
             Some(&FORMAT_VERSION) => {
                 let split = payload.split_last_chunk::<TAG_LEN>();
                 let (content, tag) = split.ok_or(Rejection::Truncated)?;
-                match secret.fits(&self.key, content, tag) {
-                    true => Ok(content),
-                    false => Err(Rejection::WrongChecksum),
+                match secret {
+                    Some(secret) if secret.fits(&self.key, content, tag) => Ok(content),
+                    // Of a node without a pair, or of another one than it says.
+                    _ => Err(Rejection::WrongChecksum),
                 }
             }
             Some(_) => Err(Rejection::WrongVersion),

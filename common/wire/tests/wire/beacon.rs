@@ -9,7 +9,7 @@ use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_wire::beacon::{
     BEACON_CAPACITY, BeaconBefore, BeaconLabel, BeaconResponseHeader, BeaconSeal, BeaconSecret,
-    Departure, SECRET_LEN, encode_beacon_request, encode_beacon_response,
+    Departure, PairKeys, SECRET_LEN, TimingSecret, encode_beacon_request, encode_beacon_response,
 };
 use coaxle_wire::beacon_server::MAX_BEACONS;
 use coaxle_wire::frame::sender_id;
@@ -245,6 +245,97 @@ fn only_who_knows_the_secret_is_heard() {
     let secret = BeaconSecret::from_hex(&"a".repeat(2 * SECRET_LEN)).unwrap();
     let elsewhere = BeaconIntake::requests_to(&name("saw")).authenticated(&secret);
     assert_eq!(read(&elsewhere.into(), &sealed), wrong);
+}
+
+/// The keys of a node with these others, from the secret of the network.
+fn pair_keys(own: &str, others: &[&str]) -> PairKeys {
+    let others: Vec<_> = others.iter().map(|other| name(other)).collect();
+    PairKeys::derived(&TimingSecret::new([5; SECRET_LEN]), &name(own), &others)
+}
+
+/// A request of one node to `press`, sealed with the key of a pair.
+fn request_by(requester: &str, keys: &PairKeys, pair: &str) -> Vec<u8> {
+    let mut body = [0; BEACON_CAPACITY];
+    let id = sender_id(&name(requester));
+    let length = encode_beacon_request(id, 7, 1, Instant::EPOCH, &mut body);
+    let seal = seal_of(Channel::BeaconRequests);
+    let seal = seal.authenticated(keys.of(&name(pair)).expect("a key"));
+    let mut sealed = Vec::new();
+    assert!(seal.seal(&body[..length], &departure(0, None), &mut sealed));
+    sealed
+}
+
+#[test]
+fn a_member_cannot_forge_the_beacons_of_another_pair() {
+    let (press, saw, drill) = (
+        pair_keys("press", &["saw", "drill"]),
+        pair_keys("saw", &["press", "drill"]),
+        pair_keys("drill", &["press", "saw"]),
+    );
+    let reader: Reader = BeaconIntake::requests_to(&name("press"))
+        .authenticated_by(&press)
+        .into();
+    let refused = [Message::Rejected(Rejection::WrongChecksum)];
+    let good = request_by("saw", &saw, "press");
+    assert!(matches!(
+        read(&reader, &good)[..],
+        [Message::BeaconRequest(_)]
+    ));
+    // The drill has keys of its own pairs, and neither is that of the saw and the press.
+    assert_eq!(read(&reader, &request_by("saw", &drill, "press")), refused);
+    assert_eq!(read(&reader, &request_by("saw", &drill, "saw")), refused);
+    // A recorded beacon is none for another node, and a stranger has no pair.
+    let elsewhere: Reader = BeaconIntake::requests_to(&name("drill"))
+        .authenticated_by(&drill)
+        .into();
+    assert_eq!(read(&elsewhere, &good), refused);
+    assert_eq!(read(&reader, &request_by("mill", &drill, "press")), refused);
+
+    // Responses: sealed for their requester, with the key of its pair.
+    let response = |to: &str| {
+        let request = BeaconRequest {
+            requester: sender_id(&name(to)),
+            ..request(1)
+        };
+        let header = BeaconResponseHeader {
+            sender: sender_id(&name("press")),
+            epoch: 1,
+            count: 0,
+            cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+        };
+        let mut body = [0; BEACON_CAPACITY];
+        let length = encode_beacon_response(&header, &request, Span::ZERO, &mut body);
+        let seal = seal_of(Channel::BeaconResponses).authenticated_by(&press);
+        let mut sealed = Vec::new();
+        let is_sealed = seal.seal(&body[..length], &departure(0, None), &mut sealed);
+        (is_sealed, sealed)
+    };
+    let responses = |own: &str, keys: &PairKeys| -> Reader {
+        let intake = BeaconIntake::responses_of(&name("press"), &name(own));
+        let key = keys.of(&name("press")).expect("a key");
+        intake.authenticated(key).into()
+    };
+    let (_, to_saw) = response("saw");
+    assert!(matches!(
+        read(&responses("saw", &saw), &to_saw)[..],
+        [Message::BeaconResponse(_)]
+    ));
+    assert_eq!(read(&responses("drill", &drill), &to_saw), refused);
+    assert_eq!(response("mill"), (false, Vec::new()));
+
+    // Revoked: the key is withdrawn, except one that was made after that.
+    press.withdraw("saw", 0);
+    assert!(matches!(
+        read(&reader, &good)[..],
+        [Message::BeaconRequest(_)]
+    ));
+    press.withdraw("saw", 1);
+    assert_eq!(read(&reader, &good), refused);
+    assert_eq!(response("saw"), (false, Vec::new()));
+    assert!(matches!(
+        read(&reader, &request_by("drill", &drill, "press"))[..],
+        [Message::BeaconRequest(_)]
+    ));
 }
 
 #[test]

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
+use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair, SigningKey};
 use tempfile::TempDir;
 use time::OffsetDateTime;
+use zenoh_link_tls::{REVOKED_FILE, RevocationList};
 use zenoh_protocol::core::EndPoint;
 
 pub(crate) struct Authority {
@@ -57,11 +58,45 @@ impl Authority {
         )
     }
 
+    /// Issues a certificate that is valid from now on.
+    pub(crate) fn renew(&self, name: &str) -> Files {
+        let now = OffsetDateTime::now_utc();
+        let until = now + Duration::from_secs(86_400);
+        self.write_from(name, &["127.0.0.1"], now, until)
+    }
+
+    /// Writes the list beside the certificates of a node: those of these names from before now are revoked.
+    pub(crate) fn revoke(&self, number: u64, names: &[&str], at: &Files) {
+        let now = OffsetDateTime::now_utc().unix_timestamp().unsigned_abs();
+        let entry = |name: &&str| ((*name).to_owned(), now);
+        let list = RevocationList {
+            number,
+            before: names.iter().map(entry).collect(),
+        };
+        let signature = self.issuer.key().sign(list.unsigned().as_bytes());
+        let text = list.signed(&signature.expect("a signature"));
+        // By a rename, as the tool writes it: a reader sees the one or the other.
+        let new = at.folder.path().join("revoked.new");
+        std::fs::write(&new, text).expect("a file");
+        std::fs::rename(&new, at.folder.path().join(REVOKED_FILE)).expect("its name");
+    }
+
     fn write(&self, name: &str, hosts: &[&str], until: OffsetDateTime) -> Files {
+        let from = OffsetDateTime::now_utc() - Duration::from_secs(86_400);
+        self.write_from(name, hosts, from, until)
+    }
+
+    fn write_from(
+        &self,
+        name: &str,
+        hosts: &[&str],
+        from: OffsetDateTime,
+        until: OffsetDateTime,
+    ) -> Files {
         let hosts: Vec<_> = hosts.iter().map(|&host| host.to_owned()).collect();
         let mut params = CertificateParams::new(hosts).expect("names");
         params.distinguished_name.push(DnType::CommonName, name);
-        params.not_before = OffsetDateTime::now_utc() - Duration::from_secs(86_400);
+        params.not_before = from;
         params.not_after = until;
         let key = KeyPair::generate().expect("a key");
         let certificate = params.signed_by(&key, &self.issuer).expect("a certificate");

@@ -2,12 +2,13 @@
 
 use std::io::Write as _;
 use std::net::TcpStream as PlainStream;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use super::authority::{Authority, Files};
 use tokio::time::timeout;
 use zenoh_link_commons::{LinkAuthId, LinkManagerUnicastTrait, LinkUnicast};
-use zenoh_link_tls::LinkManagerUnicastTls;
+use zenoh_link_tls::{LinkManagerUnicastTls, on_link_event};
 use zenoh_protocol::core::{EndPoint, Locator};
 
 /// Timeout on a busy machine for operations that take milliseconds.
@@ -271,6 +272,67 @@ async fn a_link_ends_when_the_certificate_of_the_other_end_expires() {
     assert!(end.expect("it is ended").is_err());
     let end = timeout(LONG, dialled.read_exact(&mut [0; 1], None)).await;
     assert!(end.expect("at both ends").is_err());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_revoked_certificate_loses_its_links_and_gets_no_new_one() {
+    let events: Arc<Mutex<Vec<String>>> = Arc::default();
+    let noted = Arc::clone(&events);
+    on_link_event(move |event| {
+        let text = format!("{} {:?}: {}", event.client, event.kind, event.reason);
+        noted.lock().expect("no panic").push(text);
+    });
+    let authority = Authority::new();
+    let line = authority.issue("line");
+    let listening = Listening::with(&line, "127.0.0.1", "").await;
+    let (mill, press) = (authority.issue("mill"), authority.issue("press"));
+    let dialled = listening.dialled(&mill).await.expect("a link");
+    let taken = listening.taken().await;
+    let good = listening.dialled(&press).await.expect("a link");
+    let good_taken = listening.taken().await;
+
+    // A list of somebody else changes nothing, for longer than the interval of the looks.
+    Authority::new().revoke(9, &["mill", "press"], &line);
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    send(&dialled, 10, 1).await;
+    receive(&taken, 10, 1).await;
+
+    // That of the authority, while the listener runs.
+    authority.revoke(2, &["mill"], &line);
+    let end = timeout(LONG, taken.read_exact(&mut [0; 1], None)).await;
+    assert!(end.expect("it is ended").is_err());
+    let end = timeout(LONG, dialled.read_exact(&mut [0; 1], None)).await;
+    assert!(end.expect("at both ends").is_err());
+    if let Ok(link) = listening.dialled(&mill).await {
+        let read = timeout(LONG, link.read_exact(&mut [0; 1], None)).await;
+        let error = read.expect("in time").expect_err("it is revoked");
+        assert!(error.to_string().contains("CertificateRevoked"), "{error}");
+    }
+    send(&good, 1_000, 1).await;
+    receive(&good_taken, 1_000, 1).await;
+    let revoked = "the certificate of \"mill\" is revoked";
+    for kind in ["Ended", "Refused"] {
+        let event = format!("mill {kind}: {revoked}");
+        let events = events.lock().expect("no panic");
+        assert!(events.contains(&event), "{event}: {events:?}");
+    }
+
+    // An older list, or none, takes nothing back; a certificate from after that is good.
+    authority.revoke(1, &[], &line);
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    if let Ok(link) = listening.dialled(&mill).await {
+        let read = timeout(LONG, link.read_exact(&mut [0; 1], None)).await;
+        assert!(read.expect("in time").is_err());
+    }
+    let renewed = listening.dialled(&authority.renew("mill")).await;
+    assert!(renewed.is_ok());
+    assert_eq!(name_of(&listening.taken().await), Some("mill"));
+
+    // The end that dials has a list of its own.
+    authority.revoke(3, &["line"], &press);
+    let error = listening.dialled(&press).await.expect_err("it is revoked");
+    let expected = "the certificate of \"line\" is revoked";
+    assert!(error.to_string().contains(expected), "{error}");
 }
 
 #[tokio::test]

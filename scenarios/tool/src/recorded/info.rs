@@ -24,6 +24,7 @@ struct RecordingContent {
     rows: BTreeMap<usize, TableRows>,
     lines: u64,
     statuses: u64,
+    audit: u64,
     inputs: u64,
     damage: DamageList,
 }
@@ -62,6 +63,7 @@ impl RecordingContent {
             Ok(Item::Row(row)) => self.row(&row),
             Ok(Item::Log(_)) => self.lines += 1,
             Ok(Item::Status { .. }) => self.statuses += 1,
+            Ok(Item::Audit { .. }) => self.audit += 1,
             Ok(Item::Inputs { .. }) => self.inputs += 1,
             Err(damage) => self.damage.note(damage),
         }
@@ -102,6 +104,12 @@ impl RecordingContent {
             "{} lines of log, {} times its status",
             self.lines, self.statuses
         ));
+        if self.audit > 0 {
+            lines.push(format!(
+                "{} records of the audit, for `coaxle audit`",
+                self.audit
+            ));
+        }
         if self.inputs > 0 {
             lines.push(format!(
                 "inputs of {} cycles, for `coaxle replay`",

@@ -6,7 +6,7 @@ mod live;
 mod replay;
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -15,7 +15,7 @@ use coaxle_host::files::create_new;
 use coaxle_node::text_file;
 use coaxle_os::exit::{wrong_argument, wrong_file};
 use coaxle_recording::export::{Exported, Format};
-use coaxle_recording::{DamageList, Recovered};
+use coaxle_recording::{DamageList, Item, Reader, Recovered};
 
 pub(crate) use info::{InfoArgs, info};
 pub(crate) use live::{RecordArgs, record};
@@ -128,7 +128,26 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     }
     let exported = exported.with_context(|| one.display().to_string())?;
     name_all(&one, &exported, &mut written)?;
-    Ok(export_text(&exported, &written))
+    let mut text = export_text(&exported, &written);
+    if exported.audit > 0 {
+        let path = beside(&one, "-audit", "jsonl");
+        export_audit(&args.file, &path)?;
+        text += &format!("\naudit, {} records: {}", exported.audit, path.display());
+    }
+    Ok(text)
+}
+
+/// Writes the records of the audit, one JSON object on a line.
+fn export_audit(from: &Path, to: &Path) -> anyhow::Result<()> {
+    let mut out = BufWriter::new(create(from, to)?);
+    // Read once more: a recording of a day does not fit into memory.
+    for item in Reader::new(open(from)?) {
+        // Damage was listed with the tables.
+        if let Ok(Item::Audit { json, .. }) = item {
+            writeln!(out, "{json}").with_context(|| cannot_write(to))?;
+        }
+    }
+    out.flush().with_context(|| cannot_write(to))
 }
 
 /// In a recording of several nodes the second table may turn up when the first one has got its file already.
@@ -199,7 +218,7 @@ fn damage(damage: &DamageList) -> impl Iterator<Item = String> {
     shown.map(ToString::to_string).chain(more)
 }
 
-fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
+pub(crate) fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
     // The file is read piece by piece: it may be of any length.
     let mut file = BufReader::new(text_file::open(path, u64::MAX)?);
     let begins = file
@@ -282,6 +301,30 @@ mod tests {
             assert_eq!(text.lines().count(), 1 + 3);
             assert!(text.starts_with("at_ns,woke_ns,cycle,"), "{text}");
         }
+    }
+
+    #[test]
+    fn the_audit_is_counted_and_exported_line_by_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("saw.mcap");
+        let table = Table {
+            name: "saw".to_owned(),
+            role: "receiver".to_owned(),
+            instances: vec![Instance::of::<NodeSignals>("")],
+        };
+        let out = File::create(&file).unwrap();
+        let mut writer = Writer::create(out, &[table], &Facts::new(), 0).unwrap();
+        for n in 1..=3 {
+            writer.audit(0, n, &format!("{{\"number\":{n}}}")).unwrap();
+        }
+        writer.finish().unwrap();
+        let content = info(&InfoArgs { file: file.clone() }).unwrap();
+        assert!(content.contains("3 records of the audit"), "{content}");
+        let text = export(&exporting(&file)).unwrap();
+        assert!(text.contains("audit, 3 records: "), "{text}");
+        let lines = std::fs::read_to_string(folder.path().join("saw-audit.jsonl")).unwrap();
+        let expected = "{\"number\":1}\n{\"number\":2}\n{\"number\":3}\n";
+        assert_eq!(lines, expected);
     }
 
     #[test]

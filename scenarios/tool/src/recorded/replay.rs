@@ -111,7 +111,7 @@ fn run(args: &ReplayArgs, out: &Path) -> anyhow::Result<ReplayResult> {
                 };
                 node.scan(at_ns, woke_ns, &scan)?;
             }
-            Ok(Item::Row(_) | Item::Log(_) | Item::Status { .. }) => {}
+            Ok(Item::Row(_) | Item::Log(_) | Item::Status { .. } | Item::Audit { .. }) => {}
             // The end of a file that was not ended properly: it is replayed up to here.
             Err(damage) => broken = Some(damage),
         }

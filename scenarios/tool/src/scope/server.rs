@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use coaxle_host::client::{Commander, SeenNode, Watcher};
 use coaxle_host::network::transport::{Declared, Transport};
+use coaxle_host::node::audit;
 use coaxle_node::CommandOrder;
+use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine;
 use coaxle_report::plotting::AXES_JS;
@@ -151,6 +153,9 @@ async fn order(shared: &ScopePage, node: &str, body: &str) -> Response {
     // First of all: without commands not even a wrong order gets a different answer.
     let Some(commander) = shared.commander.clone() else {
         let why = "commands are off: start it with --commands";
+        let entry = AuditEntry::new(AuditDoor::Page, None, "order", AuditOutcome::Refused);
+        // On record at the node whose page it is; the scope itself has none.
+        audit::note(&entry.on(node).because(why));
         return wrong(StatusCode::FORBIDDEN, why);
     };
     let node = match NodeName::new(node) {

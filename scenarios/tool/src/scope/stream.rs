@@ -121,7 +121,10 @@ impl Blocks {
                     level: level(line.level),
                     text: line.text,
                 }),
-                Item::Attachment { .. } | Item::Status { .. } | Item::Inputs { .. } => {}
+                Item::Attachment { .. }
+                | Item::Status { .. }
+                | Item::Audit { .. }
+                | Item::Inputs { .. } => {}
             }
         }
         // Between rows there may be pieces with log lines alone.

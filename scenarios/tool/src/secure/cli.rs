@@ -13,12 +13,14 @@ use coaxle_os::machine;
 use coaxle_report::inspect;
 
 use super::folder::{
-    AUTHORITY_FOLDER, read_authority, timing_key, write_authority, write_role, write_timing_key,
+    AUTHORITY_FOLDER, read_authority, read_revoked, timing_secret, write_authority, write_revoked,
+    write_role, write_timing_keys,
 };
 use super::member::{Member, Operator};
 use super::network::SecureNetwork;
 use super::profile::profile;
-use coaxle_host::network::credentials::{Authority, Validity};
+use super::timing;
+use coaxle_host::network::credentials::{Authority, REVOKED_FILE, RevocationList, Validity};
 
 /// Commands of `coaxle secure`.
 #[derive(Debug, Subcommand)]
@@ -58,6 +60,10 @@ pub struct RenewArgs {
     /// Write the folders of these nodes and operators only [default: of all]
     #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = |name: &str| NodeName::new(name))]
     only: Vec<NodeName>,
+    /// Revoke the certificates of these nodes and operators from before now: a stolen key, or a member that has left.
+    /// Running nodes obey the list once it is in their folder
+    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = |name: &str| NodeName::new(name))]
+    revoke: Vec<NodeName>,
 }
 
 /// Validity of the authority. It outlives what it signs: all folders are to be copied again when it ends.
@@ -69,23 +75,32 @@ const AUTHORITY_DAYS: u16 = 20 * 365;
 /// A wrong config, members that make no network, folders that are there already or cannot be written.
 pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
     let now = machine::wall_clock();
-    let (args, authority, only) = match command {
+    let (args, authority, only, revoke) = match command {
         SecureSubcommand::Init(args) => {
             let network = args.network()?;
             // Before the authority is written: members of two authorities refuse each other.
             refuse_to_overwrite(&args.out, &network)?;
             let authority = Authority::new(Validity::days(now, AUTHORITY_DAYS))?;
             write_authority(&args.out, &authority)?;
-            (args, authority, &[][..])
+            (args, authority, &[][..], &[][..])
         }
-        SecureSubcommand::Renew(RenewArgs { network, only }) => {
-            (network, read_authority(&network.out)?, &only[..])
-        }
+        SecureSubcommand::Renew(RenewArgs {
+            network,
+            only,
+            revoke,
+        }) => (
+            network,
+            read_authority(&network.out)?,
+            &only[..],
+            &revoke[..],
+        ),
     };
     let network = args.network()?;
     check_known(&network, only)?;
     // The same instant for all, so that no member expires before the others by seconds.
     let validity = Validity::days(now, args.valid_days);
+    // Read before anything is written: a damaged list stops all of it.
+    let revoked = revoked(args, revoke, validity)?;
     let is_meant = |name: &NodeName| only.is_empty() || only.contains(name);
     for name in members(&network).filter(|name| is_meant(name)) {
         // For operators as well, who have no address but their own PC.
@@ -94,15 +109,80 @@ pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
         let profile = profile(&network, name).context("a member has rights")?;
         write_role(&args.out.join(name.as_str()), &authority, &issued, &profile)?;
     }
-    // A single key for all nodes (docs/SECURE.md): both ends of a timing channel must have it.
-    let timing_key = timing_key(&args.out)?;
+    distribute(&revoked, args, &network, &authority)?;
+    let secret = timing_secret(&args.out)?;
     for node in network.nodes().iter().filter(|node| is_meant(&node.name)) {
-        write_timing_key(&args.out.join(node.name.as_str()), &timing_key)?;
+        let keys = timing::keys_of(&network, node, &secret, &revoked);
+        write_timing_keys(&args.out.join(node.name.as_str()), &keys)?;
     }
     inspect::print(|out| {
         write_instructions(&args.out, &network, is_meant, out)?;
+        write_revocations(&revoked, revoke, out)?;
         Ok(true)
     })
+}
+
+/// The list of revoked certificates that the authority keeps, with these members added.
+fn revoked(
+    args: &SecureArgs,
+    revoke: &[NodeName],
+    validity: Validity,
+) -> anyhow::Result<RevocationList> {
+    let mut list = read_revoked(&args.out)?;
+    if !revoke.is_empty() {
+        list.number += 1;
+        // The certificates that are issued with the list begin then, and all earlier ones before.
+        let before = validity.from_s();
+        list.before
+            .extend(revoke.iter().map(|name| (name.to_string(), before)));
+    }
+    Ok(list)
+}
+
+/// Writes the list into the folders of the authority and of all members, also beside `--only`: each node has to know
+/// whom it must refuse.
+fn distribute(
+    list: &RevocationList,
+    args: &SecureArgs,
+    network: &SecureNetwork,
+    authority: &Authority,
+) -> anyhow::Result<()> {
+    if list.number == 0 {
+        return Ok(());
+    }
+    let signed = authority.sign(list)?;
+    let names = members(network).map(NodeName::as_str);
+    let folders = names
+        .chain([AUTHORITY_FOLDER])
+        .map(|name| args.out.join(name));
+    for folder in folders.filter(|folder| folder.exists()) {
+        write_revoked(&folder, &signed)?;
+    }
+    Ok(())
+}
+
+fn write_revocations(
+    list: &RevocationList,
+    revoke: &[NodeName],
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
+    if list.number == 0 {
+        return Ok(());
+    }
+    let names: Vec<_> = list.before.keys().map(String::as_str).collect();
+    writeln!(
+        out,
+        "{REVOKED_FILE}, number {}, in each folder: earlier certificates of {} are revoked",
+        list.number,
+        names.join(", ")
+    )?;
+    if !revoke.is_empty() {
+        writeln!(
+            out,
+            "    Copy it to each PC now: running nodes obey it within two seconds, without a restart."
+        )?;
+    }
+    Ok(())
 }
 
 impl SecureArgs {

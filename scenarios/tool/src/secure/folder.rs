@@ -6,9 +6,10 @@ use std::path::Path;
 
 use anyhow::Context;
 use coaxle_host::network::credentials::{
-    AUTHORITY_FILE, Authority, CERTIFICATE_FILE, Issued, KEY_FILE, PROFILE_FILE, TIMING_KEY_FILE,
+    AUTHORITY_FILE, Authority, CERTIFICATE_FILE, Issued, KEY_FILE, OLD_TIMING_KEY_FILE,
+    PROFILE_FILE, REVOKED_FILE, RevocationList, TIMING_KEYS_FILE,
 };
-use coaxle_node::beacon::{BeaconSecret, SECRET_LEN};
+use coaxle_node::beacon::{SECRET_LEN, TimingSecret};
 use coaxle_os::exit::wrong_file;
 use coaxle_os::{Os, Readers, System};
 
@@ -16,6 +17,8 @@ use coaxle_os::{Os, Readers, System};
 pub const AUTHORITY_FOLDER: &str = "authority";
 /// The authority's key in it.
 pub const AUTHORITY_KEY_FILE: &str = "ca.key";
+/// The secret of the timing channels in it.
+const TIMING_SECRET_FILE: &str = "timing.secret";
 
 /// Writes the authority's folder under `out`.
 ///
@@ -36,36 +39,72 @@ pub fn write_authority(out: &Path, authority: &Authority) -> anyhow::Result<()> 
     )
 }
 
-/// The secret that the beacons of all nodes are authenticated by, as its file has it: that of the authority's folder, which is
-/// drawn if there is none as yet.
+/// The secret from which the keys of all timing channels are derived: that of the authority's folder, which is drawn if
+/// there is none as yet. It is in no other folder.
 ///
 /// # Errors
 /// Names the file that cannot be read or written, or the system gives no random bytes.
-pub(super) fn timing_key(out: &Path) -> anyhow::Result<String> {
-    let file = out.join(AUTHORITY_FOLDER).join(TIMING_KEY_FILE);
+pub(super) fn timing_secret(out: &Path) -> anyhow::Result<TimingSecret> {
+    let folder = out.join(AUTHORITY_FOLDER);
+    let file = folder.join(TIMING_SECRET_FILE);
     // Kept by `renew`: nodes that are restarted one by one must understand the beacons of the others meanwhile.
     if file.exists() {
         let text = fs::read_to_string(&file);
         let text = text.with_context(|| format!("cannot read {}", file.display()))?;
-        // Read here, so that a damaged file is noticed before it is copied to every node.
-        BeaconSecret::from_hex(&text).with_context(|| file.display().to_string())?;
-        return Ok(text);
+        return TimingSecret::from_hex(&text).with_context(|| file.display().to_string());
     }
     let mut secret = [0; SECRET_LEN];
     // From the system: a generator with a seed could be repeated by an attacker.
     getrandom::fill(&mut secret).context("the system gives no random bytes")?;
-    let digits: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
-    let text = digits + "\n";
-    write(&file, &text, Readers::Owner)?;
-    Ok(text)
+    let secret = TimingSecret::new(secret);
+    write(&file, &secret.to_hex(), Readers::Owner)?;
+    // Every node had that one: keys derived from it would be no secret of two.
+    remove_if_there(&folder.join(OLD_TIMING_KEY_FILE))?;
+    Ok(secret)
 }
 
-/// Writes that secret into the folder of a node.
+/// Writes the keys of the timing channels of a node into its folder.
+///
+/// # Errors
+/// Names the file that cannot be written or removed.
+pub(super) fn write_timing_keys(folder: &Path, keys: &str) -> anyhow::Result<()> {
+    write(&folder.join(TIMING_KEYS_FILE), keys, Readers::Owner)?;
+    remove_if_there(&folder.join(OLD_TIMING_KEY_FILE))
+}
+
+fn remove_if_there(file: &Path) -> anyhow::Result<()> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", file.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The list of revoked certificates that the authority keeps; an empty one if nothing was revoked.
+///
+/// # Errors
+/// Names the file that cannot be read, or is not a list of this authority.
+pub(super) fn read_revoked(out: &Path) -> anyhow::Result<RevocationList> {
+    let folder = out.join(AUTHORITY_FOLDER);
+    let file = folder.join(REVOKED_FILE);
+    if !file.exists() {
+        return Ok(RevocationList::default());
+    }
+    let text = |file: &Path| {
+        let text = fs::read_to_string(file);
+        text.with_context(|| format!("cannot read {}", file.display()))
+    };
+    RevocationList::read_pem(&text(&file)?, &text(&folder.join(AUTHORITY_FILE))?)
+        .or_else(|wrong| wrong_file(format!("{}: {wrong}", file.display())))
+}
+
+/// Writes the signed list into a folder, for its owner to copy.
 ///
 /// # Errors
 /// Names the file that cannot be written.
-pub(super) fn write_timing_key(folder: &Path, key: &str) -> anyhow::Result<()> {
-    write(&folder.join(TIMING_KEY_FILE), key, Readers::Owner)
+pub(super) fn write_revoked(folder: &Path, signed: &str) -> anyhow::Result<()> {
+    write(&folder.join(REVOKED_FILE), signed, Readers::All)
 }
 
 /// Reads the authority of the folder under `out`.

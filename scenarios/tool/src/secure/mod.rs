@@ -13,6 +13,7 @@ mod profile;
 mod rights;
 #[cfg(test)]
 mod samples;
+mod timing;
 
 pub use coaxle_host::network::credentials::{Authority, Issued, Validity};
 pub use folder::{AUTHORITY_FOLDER, AUTHORITY_KEY_FILE, write_authority, write_role};

@@ -23,6 +23,9 @@ const MAX_ANSWER_BYTES: usize = MAX_PLATE_ORDER_BYTES;
 /// Orders per second and operator. An order that follows another one sooner is dropped.
 // Ten milliseconds apart: faster than a person or a page, slow enough that a flood costs a node little.
 const ORDERS_PER_S: f64 = 100.0;
+/// Queries of the audit per second and operator.
+// As for orders, but a reply may have half a megabyte.
+const AUDIT_QUERIES_PER_S: f64 = 20.0;
 /// Time requests per second of each neighbour: some ten are sent.
 // Twenty times as often: the network may bunch two requests, and the later one would be dropped.
 const TIME_REQUESTS_PER_S: f64 = 200.0;
@@ -108,6 +111,7 @@ fn rates(of: &NodeName, operator: bool) -> Vec<String> {
     let requests = of.channel_key(coaxle_node::Channel::TimeRequests);
     vec![
         rate("orders", "query", &of.operator_command_keys(), ORDERS_PER_S),
+        rate("audit", "query", &of.audit_key(), AUDIT_QUERIES_PER_S),
         rate("time requests", "put", &requests, TIME_REQUESTS_PER_S),
     ]
 }

@@ -138,7 +138,7 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
     let answers = opposite(orders);
     let own = node.name.operator_command_key(&operator.name);
     let (status, alive) = (node.name.status_key(), node.name.alive_key());
-    let rows = node.name.rows_key();
+    let (rows, audit) = (node.name.rows_key(), node.name.audit_key());
     vec![
         // The operator's own name is part of the key, so nobody sends orders in the name of another.
         right(of, orders, ORDER, &own),
@@ -149,6 +149,12 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
         right(of, answers, PUBLISH, &status),
         right(of, orders, SUBSCRIBE, &rows),
         right(of, answers, PUBLISH, &rows),
+        // Records as they are made, and queries of the newest ones: for operators, and nobody else.
+        right(of, orders, SUBSCRIBE, &audit),
+        right(of, answers, PUBLISH, &audit),
+        right(of, orders, ORDER, &audit),
+        right(of, answers, REPLY, &audit),
+        right(of, answers, SERVE, &audit),
         right(of, orders, WATCH, &alive),
         right(of, answers, ANNOUNCE, &alive),
     ]
@@ -307,6 +313,11 @@ mod tests {
                 "Egress put coaxle/saw/status",
                 "Ingress declare_subscriber coaxle/saw/rows",
                 "Egress put coaxle/saw/rows",
+                "Ingress declare_subscriber coaxle/saw/audit",
+                "Egress put coaxle/saw/audit",
+                "Ingress query coaxle/saw/audit",
+                "Egress reply coaxle/saw/audit",
+                "Egress declare_queryable coaxle/saw/audit",
                 "Ingress declare_liveliness_subscriber coaxle/saw/alive",
                 "Ingress liveliness_query coaxle/saw/alive",
                 "Egress liveliness_token coaxle/saw/alive",

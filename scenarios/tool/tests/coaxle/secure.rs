@@ -84,6 +84,67 @@ fn a_network_is_made_once_and_renewed_with_its_authority() {
 }
 
 #[test]
+fn a_pair_has_its_timing_key_and_a_revocation_goes_to_every_folder() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let folder = folder.path();
+    let members = "line.toml saw.toml --out net --operator anna";
+    let (text, code) = said(folder, &format!("secure init {members}"));
+    assert_eq!(code, Some(0), "{text}");
+    let key = |file: &str| {
+        let text = read(folder, file);
+        let last = text.lines().last().expect("a key").to_owned();
+        last.split_once(' ')
+            .map(|(node, key)| (node.to_owned(), key.to_owned()))
+    };
+    let (line, saw) = (key("net/line/timing.keys"), key("net/saw/timing.keys"));
+    let ((follower, of_line), (followed, of_saw)) = line.zip(saw).expect("two keys");
+    assert_eq!((follower.as_str(), followed.as_str()), ("saw", "line"));
+    assert_eq!(of_line, of_saw);
+    let secret = read(folder, "net/authority/timing.secret");
+    assert!(!of_line.contains(secret.trim()), "the secret stays there");
+    for file in ["authority/timing.secret", "line/timing.keys"] {
+        let file = folder.join("net").join(file);
+        let mode = file.metadata().expect("a key").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600, "{}", file.display());
+    }
+    assert!(!folder.join("net/anna/timing.keys").exists());
+    assert!(!folder.join("net/saw/revoked.list").exists());
+
+    // A network of an earlier version: its secret was in every folder, so it is drawn again.
+    for node in ["authority", "saw"] {
+        let file = folder.join(format!("net/{node}/timing.key"));
+        std::fs::write(file, &secret).expect("a file");
+    }
+    std::fs::remove_file(folder.join("net/authority/timing.secret")).expect("it is there");
+    let (text, code) = said(folder, &format!("secure renew {members} --revoke saw,bert"));
+    assert_eq!(code, Some(0), "{text}");
+    assert!(
+        text.contains("earlier certificates of bert, saw are revoked"),
+        "{text}"
+    );
+    assert!(!folder.join("net/saw/timing.key").exists());
+    assert_ne!(read(folder, "net/authority/timing.secret"), secret);
+    let list = read(folder, "net/authority/revoked.list");
+    for member in ["line", "saw", "anna"] {
+        assert_eq!(read(folder, &format!("net/{member}/revoked.list")), list);
+    }
+    // The list stays, and a later one has a higher number.
+    let (text, code) = said(folder, &format!("secure renew {members} --only line"));
+    assert!(code == Some(0) && text.contains("number 1"), "{text}");
+    let (text, code) = said(folder, &format!("secure renew {members} --revoke line"));
+    assert!(code == Some(0) && text.contains("number 2"), "{text}");
+    assert!(read(folder, "net/saw/revoked.list").contains(" bert\n"));
+    std::fs::write(
+        folder.join("net/authority/revoked.list"),
+        list.replace("bert", "anna"),
+    )
+    .expect("a file");
+    let (text, code) = said(folder, &format!("secure renew {members}"));
+    assert_eq!(code, Some(78), "{text}");
+    assert!(text.contains("it is not signed by the authority"), "{text}");
+}
+
+#[test]
 fn what_makes_no_network_is_said_and_nothing_is_written() {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let folder = folder.path();

@@ -8,6 +8,7 @@
 mod flood;
 mod network;
 mod processes;
+mod revocation;
 
 use coaxle::secure::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
 use coaxle_host::network::credentials::Authority;
@@ -247,6 +248,48 @@ fn an_operator_commands_where_it_may_and_as_itself() {
             "{:?}",
             victim.seen()
         );
+    }
+}
+
+#[test]
+fn the_audit_of_a_node_is_for_operators_of_it_and_nobody_else() {
+    let network = TestNetwork::new();
+    let (mut line, saw) = (line(&network), saw(&network));
+    line.serve("coaxle/line/audit");
+    let mut anna = network.member("anna");
+    anna.record("coaxle/line/audit");
+    until("anna reads the audit of line", || {
+        line.publish("coaxle/line/audit", "record");
+        anna.saw("coaxle/line/audit record")
+            && anna.request("coaxle/line/audit", "newest").is_some()
+    });
+    // A follower, another sender, and an operator of other nodes only; links of each to its victim are there.
+    let mut press = network.rogue("press", "saw");
+    until("saw hears press", || {
+        press.publish("coaxle/press/axes", "its own");
+        saw.saw("coaxle/press/axes its own")
+    });
+    follows(&saw, &mut line);
+    let mut follower = network.rogue("saw", "line");
+    follower.record("coaxle/line/audit");
+    follower.record("coaxle/line/axes");
+    until("the follower hears line", || {
+        line.publish("coaxle/line/axes", "frame");
+        line.publish("coaxle/line/audit", "record");
+        follower.saw("coaxle/line/axes frame")
+    });
+    assert_eq!(follower.request("coaxle/line/audit", "stolen"), None);
+    assert!(
+        !follower.seen().iter().any(|seen| seen.contains("audit")),
+        "{:?}",
+        follower.seen()
+    );
+    // Nor does a node believe records of another one, or an operator those of somebody else.
+    press.publish("coaxle/line/audit", "forged");
+    assert_eq!(press.request("coaxle/saw/audit", "stolen"), None);
+    for seen in [line.seen(), saw.seen(), anna.seen()] {
+        let is_bad = |seen: &String| seen.contains("stolen") || seen.contains("forged");
+        assert!(!seen.iter().any(is_bad), "{seen:?}");
     }
 }
 

@@ -9,7 +9,7 @@ use super::network::free_ports;
 
 const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\n\
     program = { start-velocity = 5, limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n";
-const SLAVE: &str = "master = { node = 'line' }\n[[slave]]\nname = 'carriage'\ncouple = 'off'\n\
+pub(super) const SLAVE: &str = "master = { node = 'line' }\n[[slave]]\nname = 'carriage'\ncouple = 'off'\n\
     limits = { velocity = 500, acceleration = 2000, jerk = 1e5 }\n";
 
 pub(super) fn coaxle(folder: &Path, line: &str) -> Command {
@@ -40,13 +40,13 @@ pub(super) fn start(folder: &Path, role: &str, name: &str) -> Process {
     Process::start(name, &mut command, &log)
 }
 
-fn write(folder: &Path, name: &str, text: &str) {
+pub(super) fn write(folder: &Path, name: &str, text: &str) {
     let text = format!("name = '{name}'\ncycle-time-us = 2000\n{text}");
     std::fs::write(folder.join(format!("{name}.toml")), text).expect("a config");
 }
 
 /// The sender that all tests have, which listens at this port.
-fn write_line(folder: &Path, port: u16) {
+pub(super) fn write_line(folder: &Path, port: u16) {
     let listen = format!("listen = ['tls/127.0.0.1:{port}']");
     let text = format!("{AXIS}[transport]\nsecure = 'net/line'\n{listen}");
     write(folder, "line", &text);

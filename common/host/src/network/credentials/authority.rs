@@ -6,9 +6,10 @@ use anyhow::Context;
 use coaxle_node::keys::NodeName;
 use rcgen::{
     BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa,
-    Issuer, KeyPair, KeyUsagePurpose, PKCS_ECDSA_P256_SHA256, SanType,
+    Issuer, KeyPair, KeyUsagePurpose, PKCS_ECDSA_P256_SHA256, SanType, SigningKey,
 };
 use time::OffsetDateTime;
+use zenoh_link_tls::RevocationList;
 
 use super::certificate::common_name_in_pem;
 
@@ -45,6 +46,15 @@ impl Validity {
             from: now - DAY,
             until: now + DAY * u32::from(days),
         }
+    }
+
+    /// Start of the validity in seconds since 1970, as a certificate has it.
+    #[must_use]
+    pub fn from_s(self) -> u64 {
+        self.from
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default()
+            .as_secs()
     }
 
     fn dates(self) -> anyhow::Result<[OffsetDateTime; 2]> {
@@ -112,6 +122,16 @@ impl Authority {
     #[must_use]
     pub fn key(&self) -> String {
         self.issuer.key().serialize_pem()
+    }
+
+    /// Signs a list of revoked certificates, and returns its file.
+    ///
+    /// # Errors
+    /// The system provides no random numbers.
+    pub fn sign(&self, list: &RevocationList) -> anyhow::Result<String> {
+        let signature = self.issuer.key().sign(list.unsigned().as_bytes());
+        let signature = signature.context("the signature of the revoked certificates")?;
+        Ok(list.signed(&signature))
     }
 
     /// Issues a certificate for a node or an operator that is reached under these addresses.

@@ -4,13 +4,13 @@
 mod authority;
 mod certificate;
 mod error;
+mod timing_keys;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use coaxle_node::beacon::BeaconSecret;
 use coaxle_node::keys::NodeName;
 use coaxle_node::text_file::{self, MOST_CONFIG_BYTES};
 use coaxle_os::exit::wrong_file;
@@ -26,6 +26,8 @@ pub use authority::{Authority, Issued, Validity};
 pub(crate) use certificate::common_name;
 pub use certificate::{common_name_in_pem, date};
 pub use error::{BadCredentials, CredentialsFault};
+pub use timing_keys::{OLD_TIMING_KEY_FILE, TIMING_KEYS_FILE, TimingKeys, timing_keys};
+pub use zenoh_link_tls::{REVOKED_FILE, RevocationList, RevocationWatch};
 
 /// The Zenoh config of the profile, with the access control rules.
 pub const PROFILE_FILE: &str = "zenoh.json5";
@@ -36,31 +38,9 @@ pub const CERTIFICATE_FILE: &str = "cert.pem";
 /// The private key of that certificate.
 pub const KEY_FILE: &str = "key.pem";
 
-/// The secret that authenticates beacons of timing channels: all nodes of the network share it.
-pub const TIMING_KEY_FILE: &str = "timing.key";
-
 /// Time before its end from which a certificate should be renewed.
 // A month: the new folders are carried to each PC by hand.
 pub const RENEW_WITHIN: Duration = Duration::from_secs(30 * 24 * 60 * 60);
-
-/// Returns the secret that authenticates beacons; none in a folder from before beacons existed.
-///
-/// # Errors
-/// [`BadCredentials`] names the file that is not a key or cannot be read.
-pub fn timing_secret(folder: &Path) -> Result<Option<BeaconSecret>, BadCredentials> {
-    let file = folder.join(TIMING_KEY_FILE);
-    if !file.exists() {
-        return Ok(None);
-    }
-    let text = match text_file::read(&file, MOST_KEY_BYTES) {
-        Ok(text) => text,
-        Err(error) => return Err(BadCredentials::new(file, error)),
-    };
-    let secret = BeaconSecret::from_hex(&text);
-    secret
-        .map(Some)
-        .map_err(|error| BadCredentials::new(file, error))
-}
 
 /// Returns the nodes whose status the holder of a folder may read: those named in the rules of its
 /// profile.
@@ -82,10 +62,6 @@ pub fn known_nodes(folder: &Path) -> anyhow::Result<Vec<NodeName>> {
     }
     Ok(nodes.into_iter().collect())
 }
-
-/// Greatest length of a key file, bytes.
-// A secret has 64 hexadecimal digits and an end of line.
-const MOST_KEY_BYTES: u64 = 1024;
 
 /// The contents of a secure profile folder.
 #[derive(Debug)]

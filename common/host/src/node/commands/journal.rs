@@ -1,49 +1,68 @@
-//! Log lines of orders: their origin and their result.
+//! Audit of orders: their origin and their result.
 
+use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::command::CommandVerdict;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
 
-/// Logs an order that reached the cycle. A dry run moves no axis and is logged at debug level only.
+use crate::node::audit::Audit;
+
+/// Notes an order in the audit. A dry run moves no axis and is logged at debug level only.
 pub(super) fn log(
     node: &NodeName,
+    audit: &Audit,
     by: Option<&NodeName>,
     order: &CommandOrder,
     answer: &CommandAnswer,
 ) {
-    let line = line(by, order, answer);
-    match order.is_dry_run() {
-        // A dry run changes nothing, and a person who tries values out sends many in a row.
-        true => tracing::debug!(%node, "{line}"),
-        false => tracing::info!(%node, "{line}"),
+    // A dry run changes nothing, and a person who tries values out sends many in a row.
+    if order.is_dry_run() {
+        tracing::debug!(%node, "{}", line(by, order, answer));
+    } else {
+        audit.note(entry(by, order, answer));
     }
 }
 
+/// Entry about a request that was not read as an order.
+pub(super) fn unread(by: Option<&NodeName>, answer: &CommandAnswer) -> AuditEntry {
+    with_result(by, "request", &answer.verdict)
+}
+
+/// Entry about a request under a key of many nodes.
+pub(crate) fn ambiguous(key: &str, answer: &CommandAnswer) -> AuditEntry {
+    with_result(None, "request", &answer.verdict).on(key)
+}
+
+fn entry(by: Option<&NodeName>, order: &CommandOrder, answer: &CommandAnswer) -> AuditEntry {
+    with_result(by, order.command_name(), &answer.verdict).on(order.addressee())
+}
+
 fn line(by: Option<&NodeName>, order: &CommandOrder, answer: &CommandAnswer) -> String {
-    let by = match by {
-        // Zenoh without certificates names nobody.
-        Some(name) => format!("{:?}", name.as_str()),
-        None => "somebody without a name".to_owned(),
-    };
+    let entry = entry(by, order, answer);
     let dry_run = if order.is_dry_run() {
         ", a dry run"
     } else {
         ""
     };
-    format!(
-        "order of {by}: {} to {:?}{dry_run}: {}",
-        order.command_name(),
-        order.addressee(),
-        outcome(&answer.verdict)
-    )
+    let (client, request, result) = (entry.client(), entry.request(), entry.result());
+    format!("{client}: {request}{dry_run}: {result}")
 }
 
-fn outcome(verdict: &CommandVerdict) -> String {
-    match verdict {
-        CommandVerdict::Accepted { job: Some(job), .. } => format!("accepted, job {job}"),
-        CommandVerdict::Accepted { job: None, .. } => "accepted".to_owned(),
-        CommandVerdict::Refused { text, .. } => format!("refused, {text}"),
-        CommandVerdict::NotTaken { text, .. } => format!("not taken, {text}"),
+fn with_result(by: Option<&NodeName>, action: &str, verdict: &CommandVerdict) -> AuditEntry {
+    let (outcome, reason) = match verdict {
+        CommandVerdict::Accepted { job, .. } => {
+            let job = job.map(|job| format!("job {job}"));
+            (AuditOutcome::Accepted, job)
+        }
+        CommandVerdict::Refused { text, .. } => (AuditOutcome::Refused, Some(text.clone())),
+        CommandVerdict::NotTaken { text, .. } => (AuditOutcome::NotTaken, Some(text.clone())),
+    };
+    // Zenoh without certificates names nobody.
+    let by = by.map(NodeName::as_str);
+    let entry = AuditEntry::new(AuditDoor::Order, by, action, outcome);
+    match reason {
+        Some(reason) => entry.because(&reason),
+        None => entry,
     }
 }
 

@@ -18,6 +18,9 @@ mod tests;
 use coaxle_node::keys::NodeName;
 use rtrb::RingBuffer;
 
+use crate::node::audit::Audit;
+
+pub(crate) use journal::ambiguous;
 pub(crate) use queue::OrderQueue;
 pub(crate) use server::{CommandServer, RequestSender, answer};
 
@@ -25,15 +28,18 @@ pub(crate) use server::{CommandServer, RequestSender, answer};
 const MAX_WAITING: usize = 16;
 
 /// The cycle's end and the server's end of a node, and the sender that accepts requests.
-pub(crate) fn commands(node: &NodeName) -> (OrderQueue, CommandServer, RequestSender) {
+pub(crate) fn commands(
+    node: &NodeName,
+    audit: &Audit,
+) -> (OrderQueue, CommandServer, RequestSender) {
     let (order_in, order_out) = RingBuffer::new(MAX_WAITING);
     // As many places as for orders, so that executed orders find one.
     let (outcome_in, outcome_out) = RingBuffer::new(MAX_WAITING);
-    let (sender, requests) = server::requests(MAX_WAITING);
+    let (sender, requests) = server::requests(MAX_WAITING, audit);
     let queue = OrderQueue::new(order_out, outcome_in);
     (
         queue,
-        CommandServer::new(node.clone(), requests, order_in, outcome_out),
+        CommandServer::new(node.clone(), requests, order_in, outcome_out, audit.clone()),
         sender,
     )
 }

@@ -4,6 +4,7 @@ use std::thread::Thread;
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::command::{CommandOrder, CommandOutcome, OrderCargo};
+use coaxle_node::keys::NodeName;
 use coaxle_os::machine::Machine;
 use rtrb::{Consumer, Producer};
 
@@ -16,6 +17,8 @@ const EXECUTE_WITHIN: Span = Span::from_millis(900);
 #[derive(Debug)]
 pub(super) struct QueuedOrder {
     pub(super) number: u64,
+    /// The operator, if known.
+    pub(super) by: Option<NodeName>,
     pub(super) arrival: Instant<Machine>,
     pub(super) order: CommandOrder,
     pub(super) cargo: OrderCargo,

@@ -15,6 +15,7 @@ use super::MAX_WAITING;
 use super::journal;
 use super::queue::{QueuedOrder, ReturnedOrder};
 use crate::network::transport::Request;
+use crate::node::audit::Audit;
 use crate::node::circles::CircleNames;
 
 /// Time within which an order gets its response, even if the cycle hangs.
@@ -41,13 +42,18 @@ pub(super) struct ArrivedRequest {
 pub(crate) struct RequestSender {
     sender: SyncSender<ArrivedRequest>,
     server: Option<Thread>,
+    audit: Audit,
 }
 
-pub(super) fn requests(most: usize) -> (RequestSender, Receiver<ArrivedRequest>) {
+pub(super) fn requests(most: usize, audit: &Audit) -> (RequestSender, Receiver<ArrivedRequest>) {
     let (sender, receiver) = sync_channel(most);
     // The thread does not exist yet when the ends are created.
-    let server = None;
-    (RequestSender { sender, server }, receiver)
+    let sender = RequestSender {
+        sender,
+        server: None,
+        audit: audit.clone(),
+    };
+    (sender, receiver)
 }
 
 impl RequestSender {
@@ -74,7 +80,14 @@ impl RequestSender {
             Err(TrySendError::Full(arrived)) => (arrived, NotTaken::Busy),
             Err(TrySendError::Disconnected(arrived)) => (arrived, NotTaken::Stopped),
         };
-        answer(&*arrived.request, &CommandAnswer::not_taken(&reason));
+        let refusal = CommandAnswer::not_taken(&reason);
+        answer(&*arrived.request, &refusal);
+        (self.audit).note(journal::unread(arrived.by.as_ref(), &refusal));
+    }
+
+    /// The audit of the node.
+    pub(crate) const fn audit(&self) -> &Audit {
+        &self.audit
     }
 
     fn wake(&self) {
@@ -93,6 +106,7 @@ pub(crate) struct CommandServer {
     waiting: Vec<Waiting>,
     taken: u64,
     circles: CircleNames,
+    audit: Audit,
 }
 
 /// A request whose order is in the cycle.
@@ -100,7 +114,6 @@ struct Waiting {
     number: u64,
     arrival: Instant<Machine>,
     request: Box<dyn Request>,
-    by: Option<NodeName>,
 }
 
 impl CommandServer {
@@ -109,6 +122,7 @@ impl CommandServer {
         requests: Receiver<ArrivedRequest>,
         orders: Producer<QueuedOrder>,
         outcomes: Consumer<ReturnedOrder>,
+        audit: Audit,
     ) -> Self {
         Self {
             node,
@@ -119,6 +133,7 @@ impl CommandServer {
             waiting: Vec::with_capacity(MAX_WAITING),
             taken: 0,
             circles: CircleNames::default(),
+            audit,
         }
     }
 
@@ -170,21 +185,22 @@ impl CommandServer {
     /// Responds to an executed order. Its memory is freed here.
     fn finish(&mut self, returned: &ReturnedOrder) {
         let ReturnedOrder { queued, outcome } = returned;
+        let order = &queued.order;
         let Some(outcome) = outcome else {
             // The client has been answered by the timeout, or will be within a tenth of a second.
-            return;
+            let late = CommandAnswer::not_taken(&NotTaken::NoAnswer);
+            return journal::log(&self.node, &self.audit, queued.by.as_ref(), order, &late);
         };
+        let mut outcome = CommandAnswer::with_cargo(order, outcome, &queued.cargo);
+        self.name_circle(order, &mut outcome);
         let is_it = |waiting: &Waiting| waiting.number == queued.number;
-        // An order whose client was answered meanwhile is not in the list any more.
+        // An order whose client was answered meanwhile is not in the list any more. It was executed nevertheless.
         if let Some(place) = self.waiting.iter().position(is_it) {
-            let Waiting { request, by, .. } = self.waiting.remove(place);
-            let order = &queued.order;
-            let mut outcome = CommandAnswer::with_cargo(order, outcome, &queued.cargo);
-            self.name_circle(order, &mut outcome);
+            let Waiting { request, .. } = self.waiting.remove(place);
             answer(&*request, &outcome);
-            // After the response: a log that is slow delays no client.
-            journal::log(&self.node, by.as_ref(), order, &outcome);
         }
+        // After the response: a log that is slow delays no client.
+        journal::log(&self.node, &self.audit, queued.by.as_ref(), order, &outcome);
     }
 
     /// Adds the circle's text to a refusal: the cycle knows that there is a circle, but not the
@@ -209,7 +225,11 @@ impl CommandServer {
         } = arrived;
         let order = match CommandOrder::from_json(&request.payload()) {
             Ok(order) => order,
-            Err(error) => return answer(&*request, &CommandAnswer::malformed(&error)),
+            Err(error) => {
+                let refusal = CommandAnswer::malformed(&error);
+                answer(&*request, &refusal);
+                return self.audit.note(journal::unread(by.as_ref(), &refusal));
+            }
         };
         // The number is used up only by an order that was pushed.
         let number = self.taken;
@@ -219,6 +239,7 @@ impl CommandServer {
             let cargo = order.cargo();
             let queued = QueuedOrder {
                 number,
+                by,
                 arrival,
                 order,
                 cargo,
@@ -227,7 +248,6 @@ impl CommandServer {
                 number,
                 arrival,
                 request,
-                by,
             };
             // There is room: no other thread pushes orders.
             if self.orders.push(queued).is_ok() {
@@ -235,7 +255,9 @@ impl CommandServer {
                 self.waiting.push(waiting);
             }
         } else {
-            answer(&*request, &CommandAnswer::not_taken(&NotTaken::Busy));
+            let refusal = CommandAnswer::not_taken(&NotTaken::Busy);
+            answer(&*request, &refusal);
+            journal::log(&self.node, &self.audit, by.as_ref(), &order, &refusal);
         }
     }
 }

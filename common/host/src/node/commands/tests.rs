@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use coaxle_clock::{Instant, Span};
+use coaxle_node::audit::AuditDoor;
 use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
@@ -43,15 +44,19 @@ struct Bench {
     server: CommandServer,
     requests: RequestSender,
     answers: Answers,
+    audit: Audit,
 }
 
 fn bench() -> Bench {
-    let (queue, server, requests) = commands(&NodeName::new("toy").unwrap());
+    let toy = NodeName::new("toy").unwrap();
+    let audit = Audit::new(&toy, 0);
+    let (queue, server, requests) = commands(&toy, &audit);
     Bench {
         queue,
         server,
         requests,
         answers: Answers::default(),
+        audit,
     }
 }
 
@@ -180,6 +185,7 @@ fn a_node_that_ends_says_so_to_those_who_wait() {
         server,
         requests,
         answers,
+        ..
     } = bench;
     drop(queue);
     server.work();
@@ -201,4 +207,38 @@ fn a_node_that_ends_says_so_to_those_who_wait() {
         answers.lock().unwrap().last().map(reason).unwrap(),
         "stopped"
     );
+}
+
+#[test]
+fn each_request_has_one_record_of_the_audit_with_its_result() {
+    let mut bench = bench();
+    bench.ask(0, order(1.0));
+    bench.ask(0, "{".to_owned());
+    bench.server.round(at(1));
+    bench.scan(2);
+    bench.server.round(at(3));
+    // Too old when the cycle takes it.
+    bench.ask(3_000, order(2.0));
+    bench.server.round(at(3_001));
+    assert!(bench.scan(4_500).is_empty());
+    bench.server.round(at(4_501));
+    for k in 0..=MAX_WAITING {
+        bench.ask(5_000, order(k as f64));
+    }
+    let noted = bench.audit.take().into_iter();
+    let noted = noted.map(|(_, record)| record.entry);
+    // Other tests of this process may report connections.
+    let noted = noted.filter(|entry| entry.door == AuditDoor::Order);
+    let noted: Vec<_> = noted.map(|entry| entry.to_string()).collect();
+    let home = "order of somebody without a name: MC_Home to \"carriage\": not taken";
+    let request = "order of somebody without a name: request: not taken";
+    for (noted, expected) in noted.iter().zip([
+        format!("{request}, ?: EOF while"),
+        format!("{home}, the node has no slaves"),
+        format!("{home}, "),
+        format!("{request}, "),
+    ]) {
+        assert!(noted.starts_with(&expected), "{noted}: {expected}");
+    }
+    assert_eq!(noted.len(), 4, "{noted:?}");
 }

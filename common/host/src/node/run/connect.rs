@@ -8,12 +8,12 @@ use rtrb::Consumer;
 
 use super::rings::IncomingEnds;
 use super::{RunContext, Setup};
-use crate::network::credentials::{TIMING_KEY_FILE, timing_secret};
+use crate::network::credentials::{OLD_TIMING_KEY_FILE, TIMING_KEYS_FILE, timing_keys};
 use crate::network::transport::{Declared, Transport, Urgency};
 use crate::node::circles::CircleSearch;
 use crate::node::publisher::PublishedChannel;
 use crate::node::session::Session;
-use crate::node::timing::TimingChannel;
+use crate::node::timing::{SecuredBeacons, TimingChannel};
 
 /// A node on its transport.
 pub(super) struct Connected {
@@ -57,6 +57,7 @@ pub(super) fn connect<N: Node>(
         }
     }
     session.take_orders(&run.name, requests)?;
+    session.serve_audit(&run.name, run.audit.clone())?;
     session.watch_receivers(&run.name)?;
     // Access control gives no node the right to list all others.
     if setup.transport.secure.is_none() {
@@ -85,27 +86,38 @@ fn timing_channel<N: Node>(setup: &Setup<N>) -> anyhow::Result<Option<TimingChan
     if setup.timing.is_none() {
         return Ok(None);
     }
-    let mut secret = None;
-    // A plain network has no secret: its beacons carry a check sum, as its frames do.
+    let mut keys = None;
+    // A plain network has no keys: its beacons carry a check sum, as its frames do.
     if let Some(folder) = &setup.transport.secure {
-        secret = timing_secret(folder)?;
-        // A channel without authentication would let any datagram move the clock of a secured node.
-        if secret.is_none() {
+        let subscribed = setup.wiring.subscriptions.iter().map(|it| &it.node);
+        let published = setup.wiring.publications.iter().map(|it| &it.node);
+        let others = subscribed.chain(published).filter(|it| **it != setup.name);
+        let Some(found) = timing_keys(folder, &setup.name, others)? else {
+            // A channel without authentication would let any datagram move the clock of a secured node.
             tracing::warn!(
                 node = %setup.name,
-                "the timing channel stays off: {} has no {TIMING_KEY_FILE} to authenticate beacons with; \
-                 `coaxle secure renew` writes one",
+                "the timing channel stays off: {} has no {TIMING_KEYS_FILE} to authenticate beacons with; \
+                 `coaxle secure renew` writes it",
                 folder.display()
             );
             return Ok(None);
+        };
+        if found.from_shared_secret {
+            tracing::warn!(
+                node = %setup.name,
+                "{} has the {OLD_TIMING_KEY_FILE} of all nodes, by which any of them can forge the beacons of \
+                 every other: `coaxle secure renew` writes keys of each pair instead",
+                folder.display()
+            );
         }
+        keys = Some(SecuredBeacons::new(found.keys, folder));
     }
     TimingChannel::open(
         &setup.name,
         &setup.timing,
         &setup.wiring.publications,
         setup.seed,
-        secret,
+        keys,
     )
     .map(Some)
 }

@@ -76,7 +76,7 @@ pub(super) fn open_rings<N: Node>(
     // Copies of all messages cost memory and time: only a recording has a use for them.
     let (inputs, recorded) = setup.recorder.wants_inputs().then(inputs).unzip();
     telemetry.attach(recorded);
-    let (mut orders, server, mut requests) = commands(&setup.name);
+    let (mut orders, server, mut requests) = commands(&setup.name, &run.audit);
     let circle_names = server.circles();
     // Started before the rings have both ends: the others wake this thread by its handle.
     let server = start_server(server, &run.panics)?;

@@ -5,10 +5,11 @@ mod health;
 mod unseen;
 mod waiting;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use coaxle_clock::{Instant, Span};
+use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine::Machine;
 use coaxle_os::{Os, System};
@@ -16,6 +17,7 @@ use serde_json::{Map, Value, json};
 
 use crate::machine::real_time;
 use crate::network::transport::InvisibilityReason;
+use crate::node::audit::FreshRecord;
 use crate::node::circles::CircleSearch;
 use crate::node::counters::{Counters, read};
 use crate::node::reception::Contact;
@@ -122,6 +124,11 @@ impl Reporter {
         self.publish(now, health, details)
     }
 
+    /// Publishes the records of the audit since the last call, and returns them.
+    pub(crate) fn take_audit(&self) -> VecDeque<FreshRecord> {
+        self.session.take_audit()
+    }
+
     /// Publishes the last status.
     pub(crate) fn report_end(&mut self, now: Instant<Machine>, details: Map<String, Value>) {
         self.publish(now, Health::Stopped, details);
@@ -157,7 +164,9 @@ impl Reporter {
             let (source, reason) = (&self.identity.sources[n].0, unseen.reason());
             match unseen {
                 InvisibilityReason::Refused(_) => {
-                    tracing::error!(%node, "node {source} is not to be seen: {reason}")
+                    tracing::error!(%node, "node {source} is not to be seen: {reason}");
+                    let entry = refused_right(Some(node), "follow").on(source.as_str());
+                    self.session.note(entry.because(reason));
                 }
                 InvisibilityReason::Unreachable(_) => {
                     tracing::warn!(%node, "node {source} is not to be seen: {reason}")
@@ -222,6 +231,9 @@ impl Reporter {
             .find(Some(InvisibilityReason::Refused(reason.clone())))
         {
             tracing::error!(node = %self.identity.name, "{reason}");
+            // The subscriber is not known by name.
+            self.session
+                .note(refused_right(None, "follow").because(&reason));
         }
     }
 
@@ -425,6 +437,11 @@ fn word_for(health: Health, details: &Map<String, Value>) -> String {
 /// True if the node needs nothing.
 fn is_in_order(health: Health) -> bool {
     matches!(health, Health::Ok | Health::ConnectionFlood)
+}
+
+fn refused_right(of: Option<&NodeName>, action: &str) -> AuditEntry {
+    let of = of.map(NodeName::as_str);
+    AuditEntry::new(AuditDoor::Right, of, action, AuditOutcome::Refused)
 }
 
 /// Decides when a line about the health is due.

@@ -18,6 +18,7 @@ use super::{AXIS, body, following, name, order};
 use crate::client::Commander;
 use crate::network::transport::InProcess;
 use crate::network::transport::{Declared, Transport};
+use crate::node::audit::Audit;
 use crate::node::circles::CircleSearch;
 use crate::node::commands::{CommandServer, commands};
 use crate::node::counters::{Counters, count};
@@ -111,6 +112,7 @@ impl Stepped {
         let mut session =
             Session::open(Arc::new(network.transport.clone()), &node, 0xab, panics().0).unwrap();
         let channels = session.publish(publishes, 1).unwrap();
+        let audit = Audit::new(&node, 0xab);
         let mut mailboxes = Vec::new();
         for subscription in subscriptions {
             let (inbox, mailbox) = mailbox(64, 64, Arc::clone(&counters.mailbox_dropped));
@@ -119,7 +121,8 @@ impl Stepped {
                 .unwrap();
             mailboxes.push(mailbox);
         }
-        let (orders, server, requests) = commands(&node);
+        let (orders, server, requests) = commands(&node, &audit);
+        session.serve_audit(&node, audit).unwrap();
         session.take_orders(&node, requests).unwrap();
         session.watch_receivers(&node).unwrap();
         let session = Arc::new(session);

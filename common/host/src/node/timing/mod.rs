@@ -5,6 +5,7 @@
 //! addresses of the requesters.
 
 mod receiver;
+mod secured;
 mod sender;
 #[cfg(test)]
 mod tests;
@@ -13,13 +14,14 @@ use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::Context;
-use coaxle_node::beacon::{BeaconLabel, BeaconSeal, BeaconSecret};
+use coaxle_node::beacon::{BeaconLabel, BeaconSeal, PairKeys};
 use coaxle_node::config::TimingEndpoints;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription};
 use coaxle_node::{Channel, Reader, Stamps};
 use coaxle_os::{Os, StampedSocket, System};
 
+use crate::network::credentials::TIMING_KEYS_FILE;
 use crate::node::counters::Counters;
 use crate::node::faults::Faults;
 use crate::node::mailbox::Inbox;
@@ -28,6 +30,7 @@ use receiver::BeaconPath;
 use sender::BeaconChannel;
 
 pub(crate) use receiver::BeaconReceiver;
+pub(crate) use secured::SecuredBeacons;
 pub(crate) use sender::BeaconSender;
 
 /// The socket of the system this was built for.
@@ -42,12 +45,12 @@ pub(crate) struct TimingChannel {
     sender: BeaconSender<Socket>,
     receiver: BeaconReceiver<Socket>,
     endpoints: TimingEndpoints,
-    secret: Option<BeaconSecret>,
+    keys: Option<PairKeys>,
 }
 
 impl TimingChannel {
-    /// Opens the channel for the beacons that the node sends. With a secret, its beacons are
-    /// authenticated, and all others are rejected.
+    /// Opens the channel for the beacons that the node sends. With keys, its beacons are
+    /// authenticated, each with that of its pair, and all others are rejected.
     ///
     /// # Errors
     /// The address, or a file that faults name, cannot be used.
@@ -56,7 +59,7 @@ impl TimingChannel {
         endpoints: &TimingEndpoints,
         publications: &[Publication],
         seed: u64,
-        secret: Option<BeaconSecret>,
+        secured: Option<SecuredBeacons>,
     ) -> anyhow::Result<Self> {
         // A node that only asks needs no known port: the response goes to the source of its datagram.
         let address = endpoints.listen.unwrap_or_else(|| any_like(endpoints));
@@ -71,6 +74,7 @@ impl TimingChannel {
         let stamps = stamped_by(socket.stamps());
         tracing::info!(%node, "timing channel on UDP {bound}, stamped by {stamps}");
         let peers = Peers::default();
+        let keys = secured.as_ref().map(SecuredBeacons::keys).cloned();
         let mut sender = BeaconSender::new(other, peers.clone());
         // Requests to several nodes, and responses, share the socket.
         for publication in publications.iter().filter(|p| p.channel.is_timing()) {
@@ -85,18 +89,27 @@ impl TimingChannel {
                 channel: *channel,
                 far: *far,
                 to: address_of(endpoints, true, *channel, *far),
-                seal: match &secret {
-                    Some(secret) => BeaconSeal::new(&key).authenticated(secret),
-                    None => BeaconSeal::new(&key),
+                seal: match (&keys, channel) {
+                    (None, _) => BeaconSeal::new(&key),
+                    (Some(keys), Channel::BeaconResponses) => {
+                        BeaconSeal::new(&key).authenticated_by(keys)
+                    }
+                    (Some(keys), _) => match keys.of(&publication.node) {
+                        Some(secret) => BeaconSeal::new(&key).authenticated(secret),
+                        None => {
+                            warn_of_missing_key(node, &publication.node);
+                            continue;
+                        }
+                    },
                 },
                 faults: Faults::new(faults, seed, &key, *channel, *far)?,
             });
         }
         Ok(Self {
             sender,
-            receiver: BeaconReceiver::new(socket, peers),
+            receiver: BeaconReceiver::new(socket, peers, secured),
             endpoints: endpoints.clone(),
-            secret,
+            keys,
         })
     }
 
@@ -114,9 +127,14 @@ impl TimingChannel {
         let Subscription { channel, far, .. } = *subscription;
         let contact = Contact::new();
         let mut subscription = subscription.clone();
-        if let (Reader::Beacons(intake), Some(secret)) = (&mut subscription.reader, &self.secret) {
-            // Without this a datagram of anybody with a right check sum would be accepted.
-            *intake = intake.clone().authenticated(secret);
+        // Without this a datagram of anybody with a right check sum would be accepted.
+        if let (Reader::Beacons(intake), Some(keys)) = (&mut subscription.reader, &self.keys) {
+            *intake = match (channel, keys.of(&subscription.node)) {
+                (Channel::BeaconRequests, _) => intake.clone().authenticated_by(keys),
+                (_, Some(secret)) => intake.clone().authenticated(secret),
+                // Without a key no request was sent either: `open` has logged it.
+                (_, None) => return Ok(()),
+            };
         }
         self.receiver.add(BeaconPath {
             channel,
@@ -130,6 +148,14 @@ impl TimingChannel {
     pub(crate) fn ends(self) -> (BeaconSender<Socket>, BeaconReceiver<Socket>) {
         (self.sender, self.receiver)
     }
+}
+
+fn warn_of_missing_key(node: &NodeName, other: &NodeName) {
+    tracing::warn!(
+        %node,
+        "no timing channel with {other}: {TIMING_KEYS_FILE} has no key of the pair; `coaxle secure renew` with the \
+         configs of both writes it"
+    );
 }
 
 const fn stamped_by(stamps: Stamps) -> &'static str {

@@ -9,7 +9,7 @@ use coaxle_node::beacon::BeaconLabel;
 use coaxle_os::machine;
 use coaxle_os::stamped_socket::{ReceivedDatagram, StampedSocket};
 
-use super::{LONGEST_BEACON, Peers};
+use super::{LONGEST_BEACON, Peers, SecuredBeacons};
 use crate::node::reception::Reception;
 
 /// Pause after a datagram that could not be received.
@@ -29,14 +29,17 @@ pub(crate) struct BeaconReceiver<S> {
     socket: S,
     peers: Peers,
     paths: Vec<BeaconPath>,
+    /// Keys and revocations in a secure network.
+    secured: Option<SecuredBeacons>,
 }
 
 impl<S: StampedSocket> BeaconReceiver<S> {
-    pub(super) const fn new(socket: S, peers: Peers) -> Self {
+    pub(super) const fn new(socket: S, peers: Peers, secured: Option<SecuredBeacons>) -> Self {
         Self {
             socket,
             peers,
             paths: Vec::new(),
+            secured,
         }
     }
 
@@ -50,6 +53,10 @@ impl<S: StampedSocket> BeaconReceiver<S> {
         // A byte more than allowed, so that a longer datagram is seen as such.
         let mut buffer = [0; LONGEST_BEACON + 1];
         while !stop.load(Ordering::Relaxed) {
+            if let Some(secured) = &mut self.secured {
+                // The wait below has a limit, so that a list is obeyed even where nothing arrives.
+                secured.obey();
+            }
             match self.socket.receive(&mut buffer) {
                 // The length that the kernel states may exceed what the buffer took.
                 Ok(Some(came)) => self.take(&came, &buffer[..came.length.min(buffer.len())]),
@@ -80,6 +87,9 @@ impl<S: StampedSocket> BeaconReceiver<S> {
             return;
         };
         let is_good = path.reception.take(Instant::from_nanos(at), bytes);
+        if !is_good && self.secured.is_some() {
+            SecuredBeacons::note_refused(came.from);
+        }
         // Only a good request sets the address: a forged one would lead the responses away.
         if is_good
             && path.channel == Channel::BeaconRequests

@@ -121,7 +121,10 @@ impl<S: StampedSocket> BeaconSender<S> {
                 )
             }),
         };
-        channel.seal.seal(body, &departure, &mut self.sealed);
+        if !channel.seal.seal(body, &departure, &mut self.sealed) {
+            // The key of the pair has been withdrawn.
+            return false;
+        }
         if let Err(error) = self.socket.send(&self.sealed, to) {
             tracing::debug!(%error, "the timing channel refused a beacon");
             return false;

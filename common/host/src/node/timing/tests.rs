@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::beacon::{
-    BEACON_CAPACITY, BeaconLabel, BeaconResponseHeader, BeaconSeal, encode_beacon_request,
-    encode_beacon_response,
+    BEACON_CAPACITY, BeaconLabel, BeaconResponseHeader, BeaconSeal, PairKeys,
+    encode_beacon_request, encode_beacon_response,
 };
 use coaxle_node::config::LinkConfig;
 use coaxle_node::frame::sender_id;
@@ -20,7 +20,10 @@ use coaxle_os::stamped_socket::{ReceivedDatagram, StampedSocket};
 
 use super::receiver::{BeaconPath, BeaconReceiver};
 use super::sender::{BeaconChannel, BeaconSender};
-use super::{Peers, Socket};
+use super::{Peers, SecuredBeacons, Socket};
+use crate::network::credentials::{
+    AUTHORITY_FILE, Authority, REVOKED_FILE, RevocationList, Validity,
+};
 use crate::node::counters::Counters;
 use crate::node::faults::Faults;
 use crate::node::mailbox::{Mailbox, mailbox};
@@ -232,7 +235,7 @@ fn came(length: usize, from: SocketAddr, at_ns: Option<i64>) -> ReceivedDatagram
 fn answers_go_to_where_the_newest_good_beacon_came_from() {
     let paper = Paper::default();
     let peers = Peers::default();
-    let mut receiver = BeaconReceiver::new(Paper::default(), peers.clone());
+    let mut receiver = BeaconReceiver::new(Paper::default(), peers.clone(), None);
     let (requests, mut mailbox) = way(Channel::BeaconRequests, None);
     receiver.add(requests);
     let mut sender = BeaconSender::new(paper.clone(), peers);
@@ -292,7 +295,7 @@ fn answers_go_to_where_the_newest_good_beacon_came_from() {
 
 #[test]
 fn answers_are_taken_from_where_the_beacons_went() {
-    let mut receiver = BeaconReceiver::new(Paper::default(), Peers::default());
+    let mut receiver = BeaconReceiver::new(Paper::default(), Peers::default(), None);
     let (responses, mut mailbox) = way(Channel::BeaconResponses, Some(at(7)));
     receiver.add(responses);
     let bytes = [1, 2, 3];
@@ -301,6 +304,44 @@ fn answers_are_taken_from_where_the_beacons_went() {
     receiver.take(&came(3, at(7), Some(50)), &bytes);
     // Three bytes are no beacon: refused, but taken.
     assert_eq!(messages(&mut mailbox), [(50, false)]);
+}
+
+#[test]
+fn the_key_of_a_revoked_member_is_withdrawn_while_the_node_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let authority = Authority::new(Validity::days(machine::wall_clock(), 1)).unwrap();
+    std::fs::write(folder.path().join(AUTHORITY_FILE), authority.certificate()).unwrap();
+    let mut keys = PairKeys::default();
+    for node in ["saw", "press"] {
+        keys.add(name(node), 0, &[1; 32]);
+    }
+    let seal_for = |node: &str| {
+        let secret = keys.of(&name(node)).unwrap();
+        BeaconSeal::new(&key(Channel::BeaconRequests)).authenticated(secret)
+    };
+    let (saw, press) = (seal_for("saw"), seal_for("press"));
+    let departure = coaxle_node::beacon::Departure {
+        left: Span::ZERO,
+        stamps: Stamps::Kernel,
+        before: None,
+    };
+    let seals = |seal: &BeaconSeal| seal.seal(&request(1), &departure, &mut Vec::new());
+    let mut secured = SecuredBeacons::new(keys.clone(), folder.path());
+    secured.obey();
+    assert!(seals(&saw) && seals(&press));
+    let list = RevocationList {
+        number: 1,
+        before: [("saw".to_owned(), 7)].into(),
+    };
+    let signed = authority.sign(&list).unwrap();
+    std::fs::write(folder.path().join(REVOKED_FILE), signed).unwrap();
+    // The file is looked at once a second.
+    let tries = (0..6_000).find(|_| {
+        secured.obey();
+        std::thread::park_timeout(std::time::Duration::from_millis(10));
+        !seals(&saw)
+    });
+    assert!(tries.is_some() && seals(&press));
 }
 
 #[test]

@@ -123,6 +123,7 @@ fn refused(error: &rustls::Error) -> DialResult {
                 "it does not know the authority of the certificate here".to_owned()
             }
             Alert::CertificateExpired => "the certificate here has expired".to_owned(),
+            Alert::CertificateRevoked => "the certificate here is revoked".to_owned(),
             other => format!("it refuses the certificate here: {other:?}"),
         },
         rustls::Error::InvalidCertificate(found) => match found {

@@ -1,0 +1,82 @@
+//! The audit of a running node, from outside.
+
+use std::time::Duration;
+
+use anyhow::{anyhow, bail};
+use coaxle_clock::Span;
+use coaxle_node::audit::{AuditExcerpt, AuditQuery};
+use coaxle_node::config::TransportConfig;
+use coaxle_node::keys::NodeName;
+use coaxle_os::machine;
+
+use crate::network::transport::{Client, OverZenoh, Transport};
+
+/// Longest time to wait for a node to appear.
+// As for orders: longer than Zenoh's scouting delay and the first round of its retries.
+const SEARCH: Span = Span::from_secs(5);
+/// Response timeout.
+// Nodes respond within milliseconds; the rest is for a slow network.
+const ANSWER: Duration = Duration::from_secs(3);
+/// Interval between checks for the node.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Client that reads the audit of nodes; its calls block until the response.
+pub struct AuditReader {
+    transport: OverZenoh,
+}
+
+impl AuditReader {
+    /// Joins the network.
+    ///
+    /// # Errors
+    /// A wrong transport section, certificates that cannot be read, or a session that cannot be opened, with the
+    /// endpoints.
+    pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
+        Ok(Self {
+            transport: OverZenoh::open_and_wait(transport)?,
+        })
+    }
+
+    /// Sends a query to a node, and waits for its response.
+    ///
+    /// # Errors
+    /// The node does not appear within five seconds, does not respond within three, or responds with something
+    /// else; with the node's name and the searched endpoints.
+    pub fn ask(&self, node: &NodeName, query: &AuditQuery) -> anyhow::Result<AuditExcerpt> {
+        let key = node.audit_key();
+        let client = self.transport.client(&key, ANSWER)?;
+        let place = format!("asked under {key}, {}", self.transport.whereabouts());
+        if !is_there(&*client) {
+            let why = self.transport.invisibility_reason(node.as_str());
+            let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+            bail!("node {node} shows no audit: it is not there after {SEARCH}, {place}{why}");
+        }
+        let Some(payload) = client.request(query.to_json())? else {
+            bail!("node {node} did not answer; {place}");
+        };
+        AuditExcerpt::from_json(&payload).map_err(|error| {
+            let text = String::from_utf8_lossy(&payload);
+            let text = coaxle_node::one_line(&text);
+            anyhow!("node {node} answered {text:?}, which is no audit: {error}; {place}")
+        })
+    }
+
+    /// Leaves the network.
+    pub fn close(self) {
+        self.transport.close();
+    }
+}
+
+fn is_there(client: &dyn Client) -> bool {
+    let end = machine::now() + SEARCH;
+    loop {
+        // Asked before the clock: a busy machine that slept past the end still finds the server.
+        if client.has_server() {
+            return true;
+        }
+        if machine::now() >= end {
+            return false;
+        }
+        std::thread::park_timeout(LOOK);
+    }
+}
