@@ -8,6 +8,7 @@ mod orders;
 mod receiver;
 mod sender;
 mod slave;
+mod swarm;
 mod wide;
 
 use std::fmt::Write as _;
@@ -26,8 +27,35 @@ const QUIET_FROM: f64 = 8.0;
 /// began to lock while frames came half a second late needs half a minute.
 const QUIET_FOR: f64 = 32.0;
 
-/// Length of a schedule, s.
-pub const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
+/// Length of a schedule that is not a swarm's, s.
+const DURATION_S: f64 = QUIET_FROM + QUIET_FOR;
+
+/// A kind of schedules.
+#[derive(Clone, Copy, Debug)]
+pub struct ScheduleKind {
+    /// The scenario of a seed.
+    pub text: fn(u64) -> String,
+    /// Length of each, s.
+    pub length_s: f64,
+}
+
+/// Schedules of one or two lines and followers, with all faults.
+pub const PLAIN: ScheduleKind = ScheduleKind {
+    text: of,
+    length_s: DURATION_S,
+};
+
+/// Schedules that draw more than usual.
+pub const WIDE: ScheduleKind = ScheduleKind {
+    text: wide,
+    length_s: DURATION_S,
+};
+
+/// Schedules that switch whole features on and off, and whose liveness is judged.
+pub const SWARM: ScheduleKind = ScheduleKind {
+    text: swarm::written,
+    length_s: swarm::LENGTH,
+};
 
 /// Cam plates for the slaves of a receiver.
 const PLATES: &str = "cams = [{ table-id = 10, course = 'cyclic', point = [{ master = 0, slave = 0, law = 'polynom5' }, \

@@ -5,7 +5,21 @@ use coaxle_node::faults::Random;
 use super::{Draw as _, QUIET_FROM, SoakSchedule};
 
 impl SoakSchedule {
+    /// All faults of a link.
     pub(super) fn faults(&mut self) -> String {
+        let mut faults = self.delays_and_losses();
+        if !self.random.chance(0.6) {
+            self.forged(&mut faults);
+        }
+        faults.extend(self.extra_draws.delay_terms());
+        format!(
+            "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
+            faults.join(", ")
+        )
+    }
+
+    /// Loss, duplication, order and delays of a link.
+    pub(super) fn delays_and_losses(&mut self) -> Vec<String> {
         let mut faults = Vec::new();
         let mut share = |name: &str, random: &mut Random, most: f64| {
             if random.chance(0.5) {
@@ -51,12 +65,7 @@ impl SoakSchedule {
             ));
         }
         self.losses_and_delays(&mut faults);
-        self.forgeries(&mut faults);
-        faults.extend(self.extra_draws.delay_terms());
-        format!(
-            "faults = {{ {}, faults-until-s = {QUIET_FROM} }}\n",
-            faults.join(", ")
-        )
+        faults
     }
 
     fn losses_and_delays(&mut self, faults: &mut Vec<String>) {
@@ -92,10 +101,8 @@ impl SoakSchedule {
         }
     }
 
-    fn forgeries(&mut self, faults: &mut Vec<String>) {
-        if self.random.chance(0.6) {
-            return;
-        }
+    /// Messages that no node has sent.
+    pub(super) fn forged(&mut self, faults: &mut Vec<String>) {
         let forgeries: Vec<_> = (0..self.random.whole(1, 3))
             .map(|_| {
                 let (at, length) = (self.moment(QUIET_FROM - 1.0), self.random.between(0.0, 1.0));
