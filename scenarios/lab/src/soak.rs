@@ -4,6 +4,7 @@
 //! long as it fails, and left as a scenario file that repeats it.
 
 mod at_end;
+mod liveness;
 pub mod schedule;
 mod shrink;
 
@@ -25,7 +26,10 @@ use crate::run::{Options, TraceFormat};
 use crate::shell;
 use crate::stage::Stage;
 use crate::summary::World;
+use crate::topology::Topology;
 use crate::virtual_time;
+use liveness::Liveness;
+use schedule::ScheduleKind;
 
 /// Schedules to run, and their results' destination.
 #[derive(Clone)]
@@ -34,8 +38,8 @@ pub struct Soak<'a> {
     pub stage: &'a dyn Stage,
     /// The schedules.
     pub seeds: Range<u64>,
-    /// Schedule of a seed: [`schedule::of`] or [`schedule::wide`].
-    pub schedule: fn(u64) -> String,
+    /// Kind of the schedules: [`schedule::PLAIN`], [`schedule::WIDE`] or [`schedule::SWARM`].
+    pub schedule: ScheduleKind,
     /// Folder for files of failures, and of processes.
     pub out: PathBuf,
     /// Path of a report in JUnit's format.
@@ -60,6 +64,9 @@ pub struct SoakResult {
     pub took_s: f64,
     /// Failures, by seed.
     pub failures: Vec<SoakFailure>,
+    /// Slaves that wait at the end of a schedule that is judged for liveness, a line each, by seed: no failure, as an order may name
+    /// a position that its master does not reach.
+    pub waits: Vec<(u64, String)>,
 }
 
 /// A schedule that failed.
@@ -73,11 +80,11 @@ pub struct SoakFailure {
     pub file: PathBuf,
 }
 
-/// Seeds of the schedules for this many hours, from the first seed on.
+/// Seeds of the schedules of a kind for this many hours, from the first seed on.
 #[must_use]
-pub fn seeds_of_hours(hours: f64, first: u64) -> Range<u64> {
+pub fn seeds_of_hours(hours: f64, first: u64, schedule: &ScheduleKind) -> Range<u64> {
     // At least one schedule, as a soak of none would pass.
-    let count = (hours * 3_600.0 / schedule::DURATION_S).ceil().max(1.0);
+    let count = (hours * 3_600.0 / schedule.length_s).ceil().max(1.0);
     first..first.saturating_add(count as u64)
 }
 
@@ -96,7 +103,7 @@ impl Soak<'_> {
         // Held to the end: two soaks would write the same files of seeds.
         let _held = ResultsFolder::hold(&self.out)?;
         let next = AtomicU64::new(self.seeds.start);
-        let results = Mutex::new((BTreeSet::new(), Vec::new()));
+        let results = Mutex::new((BTreeSet::new(), Vec::new(), Vec::new()));
         let work = || -> anyhow::Result<()> {
             loop {
                 // The counter alone hands out the seeds, and the lock orders the results.
@@ -105,13 +112,14 @@ impl Soak<'_> {
                     return Ok(());
                 }
                 // An interrupted schedule has no result.
-                let Some(failed) = self.run_one(seed, goes_on)? else {
+                let Some(ScheduleResult { failure, waits }) = self.run_one(seed, goes_on)? else {
                     return Ok(());
                 };
                 let mut results = results.lock().expect("no worker panics");
-                let (done, failures) = &mut *results;
+                let (done, failures, all_waits) = &mut *results;
                 done.insert(seed);
-                failures.extend(failed);
+                failures.extend(failure);
+                all_waits.extend(waits.into_iter().map(|line| (seed, line)));
                 progress(done.len() as u64, failures.len());
             }
         };
@@ -127,17 +135,19 @@ impl Soak<'_> {
                 .map(|one| one.join().expect("no worker panics"));
             ended.collect::<anyhow::Result<Vec<()>>>()
         })?;
-        let (done, mut failures) = results.into_inner().expect("no worker panics");
+        let (done, mut failures, mut waits) = results.into_inner().expect("no worker panics");
         // Workers end in any order.
         failures.sort();
+        waits.sort();
         // Schedules that were under way at an interruption have not been judged.
         let schedules = done.len() as u64;
         let soaked = SoakResult {
             schedules,
             of: self.seeds.end - self.seeds.start,
-            simulated_s: schedules as f64 * schedule::DURATION_S,
+            simulated_s: schedules as f64 * self.schedule.length_s,
             took_s: (machine::now() - begin).as_secs_f64(),
             failures,
+            waits,
         };
         if let Some(path) = &self.junit {
             let cases = cases(&done, &soaked);
@@ -152,13 +162,13 @@ impl Soak<'_> {
         format!("soak {}", self.stage.world().name())
     }
 
-    /// The failure, if any; the outer option is absent if it was interrupted.
+    /// The result of a schedule; absent if it was interrupted.
     fn run_one(
         &self,
         seed: u64,
         goes_on: &dyn Fn() -> bool,
-    ) -> anyhow::Result<Option<Option<SoakFailure>>> {
-        let text = (self.schedule)(seed);
+    ) -> anyhow::Result<Option<ScheduleResult>> {
+        let text = (self.schedule.text)(seed);
         let outcome = match self.stage.world() {
             World::Virtual => outcome_of(&text, goes_on),
             World::Processes => {
@@ -166,13 +176,15 @@ impl Soak<'_> {
                 outcome_on(self.stage, &text, &out, goes_on)
             }
         };
-        let (wrong, is_refused) = match outcome {
+        let (found, is_refused) = match outcome {
             ScheduleOutcome::Ended => return Ok(None),
-            ScheduleOutcome::Run(wrong) => (wrong, false),
-            ScheduleOutcome::Refused(reason) => (vec![reason], true),
+            ScheduleOutcome::Run(found) => (found, false),
+            ScheduleOutcome::Refused(reason) => (FoundAtEnd::wrong(vec![reason]), true),
         };
+        let FoundAtEnd { wrong, waits } = found;
         if wrong.is_empty() {
-            return Ok(Some(None));
+            let failure = None;
+            return Ok(Some(ScheduleResult { failure, waits }));
         }
         let (text, wrong) = match self.stage.world() {
             World::Virtual => shrink::shrunk(text, wrong, goes_on),
@@ -185,7 +197,8 @@ impl Soak<'_> {
         if self.stage.world() == World::Virtual && !is_refused {
             self.leave_rows(&file, text)?;
         }
-        Ok(Some(Some(SoakFailure { seed, wrong, file })))
+        let failure = Some(SoakFailure { seed, wrong, file });
+        Ok(Some(ScheduleResult { failure, waits }))
     }
 
     /// Leaves the rows of a failure, and its report, beside its file.
@@ -230,23 +243,45 @@ fn source(text: String) -> Source {
     }
 }
 
-/// Result of a schedule.
+/// Result of a schedule that was run to its end.
+struct ScheduleResult {
+    failure: Option<SoakFailure>,
+    waits: Vec<String>,
+}
+
+/// Findings of a run, a line each.
+#[derive(Debug, Default, PartialEq)]
+struct FoundAtEnd {
+    /// Faults.
+    wrong: Vec<String>,
+    /// Slaves that still wait.
+    waits: Vec<String>,
+}
+
+impl FoundAtEnd {
+    const fn wrong(wrong: Vec<String>) -> Self {
+        let waits = Vec::new();
+        Self { wrong, waits }
+    }
+}
+
+/// Outcome of a schedule.
 #[derive(Debug, PartialEq)]
 enum ScheduleOutcome {
-    /// Run to its end: its faults, a line each.
-    Run(Vec<String>),
+    /// Run to its end.
+    Run(FoundAtEnd),
     /// Not run: a config refuses a drawn value, or a node breaks its contract.
     Refused(String),
     /// Ended before its time.
     Ended,
 }
 
-/// Faults of a scenario in virtual time, a line each: a violated invariant, a receiver that is not in sync at the end, or
-/// the error that prevents the run.
+/// Faults of a scenario in virtual time, a line each: a violated invariant, a receiver that is not in sync at the end, a relation that
+/// does not hold then, or the error that prevents the run.
 #[must_use]
 pub fn faults_of(text: &str) -> Vec<String> {
     match outcome_of(text, &|| true) {
-        ScheduleOutcome::Run(wrong) => wrong,
+        ScheduleOutcome::Run(found) => found.wrong,
         ScheduleOutcome::Refused(reason) => vec![reason],
         ScheduleOutcome::Ended => Vec::new(),
     }
@@ -265,14 +300,18 @@ impl Progress for RunWhile<'_> {
 fn outcome_of(text: &str, goes_on: &dyn Fn() -> bool) -> ScheduleOutcome {
     let run = || {
         let scenario = source(text.to_owned()).read(&[])?;
-        let finished = virtual_time::run(&scenario, &mut (), &mut RunWhile(goes_on))?;
+        let topology = Topology::of(&scenario).map_err(|wrong| wrong.in_file("schedule"))?;
+        let mut liveness = Liveness::new(&scenario, &topology);
+        let finished = virtual_time::run(&scenario, &mut liveness, &mut RunWhile(goes_on))?;
         if finished.interrupted_at_s.is_some() {
             return Ok(ScheduleOutcome::Ended);
         }
         let lost = at_end::out_of_sync(&scenario, &finished);
-        anyhow::Ok(ScheduleOutcome::Run(
-            violations(&finished).chain(lost).collect(),
-        ))
+        let found = violations(&finished).chain(lost);
+        anyhow::Ok(ScheduleOutcome::Run(FoundAtEnd {
+            wrong: found.chain(liveness.broken()).collect(),
+            waits: liveness.waits().collect(),
+        }))
     };
     run().unwrap_or_else(refused)
 }
@@ -292,9 +331,8 @@ fn outcome_on(
             return Ok(ScheduleOutcome::Ended);
         }
         let deaths = finished.deaths.iter().map(ToString::to_string);
-        anyhow::Ok(ScheduleOutcome::Run(
-            deaths.chain(violations(&finished)).collect(),
-        ))
+        let wrong = deaths.chain(violations(&finished)).collect();
+        anyhow::Ok(ScheduleOutcome::Run(FoundAtEnd::wrong(wrong)))
     };
     run().unwrap_or_else(refused)
 }
@@ -320,7 +358,7 @@ mod tests {
         Soak {
             stage: &VirtualTime,
             seeds: 0..3,
-            schedule: schedule::of,
+            schedule: schedule::PLAIN,
             out: folder.join("out"),
             junit: Some(folder.join("junit.xml")),
             leave: &|_, _, _| Ok(()),
@@ -337,7 +375,7 @@ mod tests {
         // A schedule that was ended is no case, neither a failed one nor a passed one.
         assert!(report.contains("tests=\"0\" failures=\"0\""), "{report}");
         assert_eq!(
-            outcome_of(&schedule::of(1), &|| false),
+            outcome_of(&(schedule::PLAIN.text)(1), &|| false),
             ScheduleOutcome::Ended
         );
     }
@@ -351,10 +389,13 @@ mod tests {
     fn a_schedule_that_a_config_refuses_is_a_failure_of_its_seed_and_the_others_are_run() {
         let folder = tempfile::tempdir().unwrap();
         let soak = Soak {
-            schedule: |seed| match seed {
-                // A field that no network has.
-                1 => SHORT.replace("latency-us = 200", "mtu = 9000"),
-                _ => SHORT.to_owned(),
+            schedule: ScheduleKind {
+                text: |seed| match seed {
+                    // A field that no network has.
+                    1 => SHORT.replace("latency-us = 200", "mtu = 9000"),
+                    _ => SHORT.to_owned(),
+                },
+                length_s: 1.0,
             },
             leave: &|source, _, _| source.read(&[]).map(|_| ()),
             ..soak(folder.path())

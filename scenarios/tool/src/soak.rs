@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Args;
 use coaxle_lab::junit;
-use coaxle_lab::soak::schedule::{self, DURATION_S};
+use coaxle_lab::soak::schedule::{self, ScheduleKind};
 use coaxle_lab::soak::{Soak, SoakResult, seeds_of_hours};
 use coaxle_lab::stage::{Stage, VirtualTime};
 use coaxle_os::exit::Exit;
@@ -17,7 +17,7 @@ use coaxle_trials::processes::Processes;
 /// Arguments of a soak.
 #[derive(Debug, Args)]
 pub(crate) struct SoakArgs {
-    /// Hours of schedules, 40 s each: of virtual time, or with --processes of real time
+    /// Hours of schedules, 40 s each, of a swarm 100 s: of virtual time, or with --processes of real time
     #[arg(long, default_value_t = 1.0, value_parser = hours)]
     hours: f64,
     /// In virtual time, as fast as it goes (the default)
@@ -33,6 +33,10 @@ pub(crate) struct SoakArgs {
     /// receivers that are stopped again and again
     #[arg(long)]
     wide: bool,
+    /// Switch whole features on and off in each schedule, among them modulo and virtual masters, standbys, chains, plates, strategies,
+    /// routers and timing channels, and judge at the end that every axis is where it should be
+    #[arg(long, conflicts_with_all = ["wide", "processes"])]
+    swarm: bool,
     /// Write a report in JUnit's format: a case for each schedule that was run
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -48,6 +52,14 @@ fn hours(text: &str) -> Result<f64, String> {
     hours.ok_or_else(|| format!("received {text}, expected hours above 0, at most 100000"))
 }
 
+fn kind(args: &SoakArgs) -> ScheduleKind {
+    match (args.swarm, args.wide) {
+        (true, _) => schedule::SWARM,
+        (false, true) => schedule::WIDE,
+        (false, false) => schedule::PLAIN,
+    }
+}
+
 /// Soaks until all schedules have run or Ctrl-C comes, and prints the results up to then.
 pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let stage: &dyn Stage = if args.processes {
@@ -55,13 +67,12 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     } else {
         &VirtualTime
     };
+    let kind = kind(args);
+    let length = kind.length_s;
     let soak = Soak {
         stage,
-        seeds: seeds_of_hours(args.hours, args.seed),
-        schedule: match args.wide {
-            true => schedule::wide,
-            false => schedule::of,
-        },
+        seeds: seeds_of_hours(args.hours, args.seed, &kind),
+        schedule: kind,
         out: args.out.clone(),
         junit: args.junit.clone(),
         leave: &reported::leave,
@@ -69,7 +80,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
     let all = soak.seeds.end - soak.seeds.start;
     let (seeds, name) = (&soak.seeds, stage.world().name());
     print_progress(&format!(
-        "{all} random schedules of {DURATION_S} s, seeds {} to {}, {name}",
+        "{all} random schedules of {length} s, seeds {} to {}, {name}",
         seeds.start,
         seeds.end - 1
     ));
@@ -82,7 +93,7 @@ pub(crate) fn run(args: &SoakArgs) -> anyhow::Result<Exit> {
         // Several threads report: only the one that raises the part prints its line.
         if told.fetch_max(part, Ordering::Relaxed) < part {
             let took = (machine::now() - begin).as_secs_f64();
-            let rate = done as f64 * DURATION_S / took;
+            let rate = done as f64 * length / took;
             // `part` is at least 1 here, and so `done` is not 0.
             let left = took / done as f64 * (all - done) as f64;
             print_progress(&format!(
@@ -124,6 +135,14 @@ fn print_summary(soaked: &SoakResult) -> anyhow::Result<()> {
             failure.seed
         ));
         lines.extend(failure.wrong.iter().map(|line| format!("  {line}")));
+    }
+    if !soaked.waits.is_empty() {
+        lines.push(format!(
+            "{} slaves wait at the end, which is no failure:",
+            soaked.waits.len()
+        ));
+        let waits = soaked.waits.iter();
+        lines.extend(waits.map(|(seed, line)| format!("  seed {seed}: {line}")));
     }
     inspect::print_text(&lines.join("\n"))
 }

@@ -74,6 +74,22 @@ fn without(table: &Table, place: usize) -> Option<Table> {
                     places.push(path.to_vec());
                 }
             }
+            // In the long form faults belong to a followed node.
+            for at in 0..list_of(one, "far").len() {
+                let far = [
+                    ShrinkStep::Key(list),
+                    ShrinkStep::At(number),
+                    ShrinkStep::Key("far"),
+                    ShrinkStep::At(at),
+                ];
+                let faults = list_of(one, "far")[at].get("faults");
+                for (key, _) in faults.and_then(Value::as_table).into_iter().flatten() {
+                    let mut path = far.to_vec();
+                    path.push(ShrinkStep::Key("faults"));
+                    path.push(ShrinkStep::Owned(key.clone()));
+                    places.push(path);
+                }
+            }
             for name in maps {
                 let keys = one.get(*name).and_then(Value::as_table).into_iter();
                 // Without a drift there are no beats, and TS5066 has nothing to synchronise by.
@@ -149,18 +165,19 @@ mod tests {
         let table: Table = "duration-s = 3\n\
              [[sender]]\nname = 's'\nclock = { drift-ppm = 3, start-phase-us = 1 }\n\
              [[receiver]]\nname = 'r'\nfaults = { loss = 0.5 }\n\
+             [[receiver.far]]\nnode = 's'\nfaults = { reorder = 0.5 }\n\
              [[receiver.slave]]\nname = 'a'\n[[receiver.slave]]\nname = 'b'\n\
              [[event]]\nat-s = 1\n[[event]]\nat-s = 2\n"
             .parse()
             .unwrap();
         let smaller: Vec<_> = (0..).map_while(|place| without(&table, place)).collect();
-        // A receiver, its two slaves and its fault; a sender and its phase, not its drift; two events.
-        assert_eq!(smaller.len(), 8);
+        // A receiver, its two slaves and its two faults; a sender and its phase, not its drift; two events.
+        assert_eq!(smaller.len(), 9);
         for one in &smaller {
             assert_ne!(*one, table);
         }
         assert_eq!(list_of(&smaller[0], "receiver").len(), 0);
-        assert_eq!(list_of(&smaller[7], "event").len(), 1);
+        assert_eq!(list_of(&smaller[8], "event").len(), 1);
     }
 
     #[test]

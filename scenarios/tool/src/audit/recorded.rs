@@ -5,7 +5,7 @@ use std::path::Path;
 
 use coaxle_node::audit::AuditRecord;
 use coaxle_os::exit::Exit;
-use coaxle_recording::{Item, Reader};
+use coaxle_recording::{DamageList, Item, Reader};
 use coaxle_report::inspect;
 
 use super::AuditArgs;
@@ -19,7 +19,7 @@ use crate::recorded;
 pub(super) fn print(args: &AuditArgs, file: &Path) -> anyhow::Result<Exit> {
     let reader = Reader::new(recorded::open(file)?);
     let mut lines = RecordLines::default();
-    let (mut damage, mut unread) = (Vec::new(), 0_u64);
+    let (mut damage, mut unread) = (DamageList::default(), 0_u64);
     inspect::print(|out| {
         for item in reader {
             match item {
@@ -34,7 +34,7 @@ pub(super) fn print(args: &AuditArgs, file: &Path) -> anyhow::Result<Exit> {
         // For people only: programs expect records on all lines.
         if !args.json {
             write_rest(&lines, unread, out)?;
-            recorded::damage(&damage, 0).try_for_each(|line| writeln!(out, "{line}"))?;
+            recorded::damage(&damage).try_for_each(|line| writeln!(out, "{line}"))?;
         }
         Ok(true)
     })?;

@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use coaxle_lab::soak::{Soak, schedule};
+use coaxle_lab::soak::Soak;
+use coaxle_lab::soak::schedule::{PLAIN, SWARM, ScheduleKind, WIDE};
 use coaxle_lab::stage::VirtualTime;
 use coaxle_report::reported;
 
@@ -70,22 +71,43 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
     ),
 ];
 
+/// Seeds of swarm schedules that once failed, with the reasons.
+const SWARM_REGRESSIONS: &[(u64, &str)] = &[];
+
 /// Seeds of every test run.
 const FEW: Range<u64> = 0..100;
+/// Seeds of swarm schedules of every test run: a second each.
+const FEW_OF_SWARM: Range<u64> = 0..8;
 
 #[test]
 fn some_random_schedules() {
-    run_all(schedule::of, asked_for().unwrap_or(FEW), "random-schedules");
+    run_all(PLAIN, asked_for().unwrap_or(FEW), "random-schedules");
     // Each on its own: they lie far apart, and a range would run all between.
     for (seed, _) in REGRESSIONS {
-        run_all(schedule::of, *seed..*seed + 1, "random-schedules");
+        run_all(PLAIN, *seed..*seed + 1, "random-schedules");
     }
 }
 
 #[test]
 fn wide_schedules_that_once_failed() {
     for (seed, _) in WIDE_REGRESSIONS {
-        run_all(schedule::wide, *seed..*seed + 1, "wide-schedules");
+        run_all(WIDE, *seed..*seed + 1, "wide-schedules");
+    }
+}
+
+#[test]
+fn some_swarm_schedules() {
+    run_all(SWARM, FEW_OF_SWARM, "swarm-schedules");
+    for (seed, _) in SWARM_REGRESSIONS {
+        run_all(SWARM, *seed..*seed + 1, "swarm-schedules");
+    }
+}
+
+/// A seed repeats a failure only if it gives the same schedule on every machine, and with every version that did not mean to change it.
+#[test]
+fn a_seed_gives_the_same_swarm_schedule() {
+    for seed in [3, 17] {
+        insta::assert_snapshot!(format!("swarm-schedule-{seed}"), (SWARM.text)(seed));
     }
 }
 
@@ -102,7 +124,7 @@ fn asked_for() -> Option<Range<u64>> {
     })
 }
 
-fn run_all(schedule: fn(u64) -> String, seeds: Range<u64>, folder: &str) {
+fn run_all(schedule: ScheduleKind, seeds: Range<u64>, folder: &str) {
     // Kept for the files of failures; of each process its own, as two checkouts may be tested at a time.
     let out = std::env::temp_dir().join(format!("{folder}-{}", std::process::id()));
     let soak = Soak {

@@ -28,6 +28,19 @@ impl Wide {
         Self::new(seed, false)
     }
 
+    /// Draws of other schedules whose events meet at one instant.
+    pub(super) fn in_one_instant(seed: u64) -> Self {
+        let Self { random, .. } = Self::none(seed);
+        // In the middle of the faulty phase: absences may begin there, too, and are over in time.
+        let together = Some(QUIET_FROM / 2.0);
+        Self {
+            random,
+            is_on: false,
+            together,
+            modulo: None,
+        }
+    }
+
     fn new(seed: u64, is_on: bool) -> Self {
         let mut random = Random::new(seed_of(seed, "wide"));
         let at = random.between(1.0, QUIET_FROM - 1.0);

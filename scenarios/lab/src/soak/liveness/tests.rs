@@ -1,0 +1,171 @@
+//! Axes and slaves that are still on their way, and those that have had time enough.
+
+use coaxle_axis::AxisStatus;
+use coaxle_node::config::parse;
+use coaxle_receiver::ContinuityState;
+use coaxle_receiver::signals::{FarAxisSignals, SlaveSignals};
+
+use super::*;
+use crate::record::ReceiverCycle;
+
+const CONFIG: &str = "name = 'r'\ncycle-time-us = 1000\nmaster = { node = 'a' }\n[[slave]]\nname = 'x'\n\
+                      limits = { velocity = 500, acceleration = 1000, jerk = 1e5 }\n";
+
+fn config() -> ReceiverConfig {
+    parse("r.toml", CONFIG).expect("a config")
+}
+
+fn row(t_s: f64, axis: FarAxisSignals) -> Row {
+    Row {
+        t_s,
+        record: Box::new(ReceiverCycle {
+            axis,
+            ..ReceiverCycle::default()
+        }),
+        truth: None,
+        set_velocity: None,
+        time_error_us: None,
+        evaluated: true,
+    }
+}
+
+fn beside(continuity: ContinuityState, distance: f64, velocity: f64) -> FarAxisSignals {
+    FarAxisSignals {
+        continuity,
+        received_position: Some(0.0),
+        received_velocity: Some(velocity),
+        corrected_position: Some(distance),
+        ..FarAxisSignals::default()
+    }
+}
+
+/// The fault of an axis after these rows, at their times.
+fn fault_of_axis(rows: impl IntoIterator<Item = (f64, FarAxisSignals)>) -> Option<String> {
+    let mut watch = AxisLiveness::new(&config(), &View::of_first_axis(1)).expect("a far axis");
+    for (t_s, axis) in rows {
+        watch.push(&row(t_s, axis));
+    }
+    watch.broken()
+}
+
+#[test]
+fn an_axis_on_its_way_back_has_the_time_that_its_way_takes() {
+    use ContinuityState::{Following, Rejoining};
+    // 100 u, and 50 u of delay, at 50 u/s of a master that once had 100 u/s: 1.875 · 150/50 + 0.6 = 6.225 s.
+    let until = |end: f64| {
+        fault_of_axis([
+            (0.0, beside(Following, 0.0, 100.0)),
+            (10.0, beside(Rejoining, 100.0, 10.0)),
+            (end, beside(Rejoining, 1.0, 10.0)),
+        ])
+    };
+    assert_eq!(until(16.2), None);
+    let fault = until(16.3).expect("a fault");
+    assert!(
+        fault.contains("it takes 6.225 s at most, and had 6.300 s"),
+        "{fault}"
+    );
+}
+
+#[test]
+fn an_axis_without_a_master_is_a_fault_unless_that_is_in_error() {
+    let braking = beside(ContinuityState::Braking, 0.0, 0.0);
+    assert!(fault_of_axis([(1.0, braking)]).is_some());
+    let in_error = FarAxisSignals {
+        received_error: 0x4655,
+        ..braking
+    };
+    assert_eq!(fault_of_axis([(1.0, in_error)]), None);
+}
+
+#[test]
+fn at_rest_an_axis_is_where_its_master_is() {
+    let at_rest = |distance: f64| {
+        let rows = [0.0, 5.1].map(|t_s| (t_s, beside(ContinuityState::Following, distance, 0.0)));
+        fault_of_axis(rows)
+    };
+    assert_eq!(at_rest(0.0005), None);
+    assert!(at_rest(-0.002).is_some());
+}
+
+fn coupled(position: f64, distance: f64) -> SlaveSignals {
+    SlaveSignals {
+        position: Some(position),
+        distance,
+        state: AxisStatus::SynchronizedMotion,
+        ..SlaveSignals::default()
+    }
+}
+
+/// The fault of a slave after these rows, at their times.
+fn fault_of_slave(rows: impl IntoIterator<Item = (f64, SlaveSignals)>) -> Option<String> {
+    let mut watch = SlaveLiveness::new(&config().slaves[0], None);
+    for (t_s, slave) in rows {
+        watch.push(t_s, 0, &slave);
+    }
+    watch.broken(false)
+}
+
+#[test]
+fn a_coupled_slave_is_where_its_coupling_has_it_or_on_the_way_there() {
+    // (10 + 500 · 0.51)/250 + 2 · 0.51 = 2.08 s.
+    let behind = |end: f64, distance: f64| {
+        fault_of_slave([
+            (1.0, coupled(0.0, 0.0)),
+            (1.1, coupled(0.0, -10.0)),
+            (end, coupled(0.0, distance)),
+        ])
+    };
+    assert_eq!(behind(9.0, 0.0005), None);
+    assert_eq!(behind(3.0, -10.0), None);
+    let fault = behind(3.1, -10.0).expect("a fault");
+    assert!(fault.contains("10.000000 u away at the end"), "{fault}");
+    // Without power it may be anywhere.
+    let off = SlaveSignals {
+        state: AxisStatus::Disabled,
+        ..coupled(0.0, -10.0)
+    };
+    assert_eq!(fault_of_slave([(0.0, off), (9.0, off)]), None);
+}
+
+#[test]
+fn a_slave_begins_to_make_up_its_distance_when_its_target_is_slow_enough() {
+    // The target goes at 300 u/s up to 8 s, more than half of the limit, and stands from then on.
+    let target = |t_s: f64| 300.0 * t_s.min(8.0);
+    let rows = |end: f64| {
+        let times = (0_u32..).map(|k| 0.1 * f64::from(k));
+        let times = times.take_while(move |t_s| *t_s <= end);
+        times.map(move |t_s| (t_s, coupled(target(t_s) - 10.0, -10.0)))
+    };
+    assert_eq!(fault_of_slave(rows(9.5)), None);
+    assert!(fault_of_slave(rows(10.5)).is_some());
+}
+
+#[test]
+fn a_target_that_jumps_is_a_fault_where_its_master_moves_evenly() {
+    let mut watch = SlaveLiveness::new(&config().slaves[0], None);
+    // A millimetre each second, 10 mm/s in ten cycles, would be followed; at once it is 1000 mm/s for a cycle of 1 ms.
+    for k in 0..20_000_u32 {
+        let t_s = 1e-3 * f64::from(k);
+        watch.push(t_s, 0, &coupled(t_s.floor() - 0.01, -0.01));
+    }
+    assert_eq!(watch.broken(false), None, "in beats, or on the way");
+    let fault = watch.broken(true).expect("a fault");
+    assert!(fault.contains("moved at 1000.000 u/s"), "{fault}");
+}
+
+#[test]
+fn masters_that_move_for_ever_are_not_judged() {
+    let scenario = |seed: u64, kind: crate::soak::ScheduleKind| {
+        let scenario = crate::soak::source((kind.text)(seed)).read(&[]);
+        scenario.unwrap_or_else(|error| panic!("{error:#}"))
+    };
+    assert!(is_steady_at_the_end(&scenario(
+        1,
+        crate::soak::schedule::SWARM
+    )));
+    assert!(!is_steady_at_the_end(&scenario(
+        1,
+        crate::soak::schedule::PLAIN
+    )));
+}
