@@ -28,7 +28,7 @@ pub(super) fn print(args: &AuditArgs, file: &Path) -> anyhow::Result<Exit> {
                     Err(_) => unread += 1,
                 },
                 Ok(_) => {}
-                Err(found) => damage.push(found),
+                Err(found) => damage.note(found),
             }
         }
         // For people only: programs expect records on all lines.

@@ -210,7 +210,7 @@ fn beside(path: &Path, behind: &str, ending: &str) -> PathBuf {
 }
 
 /// A line for each damaged piece.
-fn damage(damage: &DamageList) -> impl Iterator<Item = String> {
+pub(crate) fn damage(damage: &DamageList) -> impl Iterator<Item = String> {
     let listed = damage.listed();
     let hidden = listed.len().saturating_sub(MOST_LINES) as u64 + damage.more();
     let more = (hidden > 0).then(|| format!("and {hidden} more"));
