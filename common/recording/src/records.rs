@@ -43,7 +43,7 @@ pub enum Fault {
     #[error("the file ends within a record")]
     CutOff,
     /// End of the file without an end record.
-    #[error("the file ends without its summary: whoever wrote it did not end it")]
+    #[error("the file ends without its summary: its writer did not end it")]
     Unfinished,
     /// A length that no record has.
     #[error("received a record of {0} bytes, expected at most {MOST_BYTES}")]

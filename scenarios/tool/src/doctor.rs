@@ -234,7 +234,7 @@ fn of_transport(exposure: &Exposure) -> Vec<ConfigFinding> {
     let listens = exposure.without_mutual_tls(&exposure.listens);
     if !listens.is_empty() {
         let text = format!(
-            "whoever reaches {} commands this node and publishes as any other",
+            "everybody who reaches {} commands this node and publishes as any other",
             listens.join(", ")
         );
         findings.push(open(text, MAKE_SECURE));
@@ -242,14 +242,14 @@ fn of_transport(exposure: &Exposure) -> Vec<ConfigFinding> {
     let connects = exposure.without_mutual_tls(&exposure.connects);
     if !connects.is_empty() {
         let text = format!(
-            "whoever answers at {} is believed, and whoever is on the way reads and changes everything",
+            "any answer at {} is believed, and anybody on the way reads and changes everything",
             connects.join(", ")
         );
         findings.push(open(text, MAKE_SECURE));
     }
     // TLS alone lets every certificate of the authority do everything.
     if !exposure.denies_by_default && !is_local {
-        let text = "no access control: whoever has a link may do everything".to_owned();
+        let text = "no access control: everybody with a link may do everything".to_owned();
         findings.push(open(text, MAKE_SECURE));
     }
     if exposure.multicast {
@@ -412,7 +412,7 @@ mod tests {
             (
                 "listen = ['tcp/0.0.0.0:7448']",
                 &[
-                    "whoever reaches tcp/0.0.0.0:7448",
+                    "everybody who reaches tcp/0.0.0.0:7448",
                     "no access control",
                     "1073741824 bytes",
                 ],
@@ -420,8 +420,8 @@ mod tests {
             (
                 "connect = ['tcp/10.0.0.1:7448']\nmulticast = true",
                 &[
-                    "whoever reaches tcp/[::]:0",
-                    "whoever answers at tcp/10.0.0.1:7448",
+                    "everybody who reaches tcp/[::]:0",
+                    "any answer at tcp/10.0.0.1:7448",
                     "no access control",
                     "multicast",
                     "bytes",

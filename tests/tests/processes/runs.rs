@@ -54,7 +54,7 @@ fn all_kept_their_cycles(summary: &Value) -> bool {
 
 #[expect(
     clippy::print_stdout,
-    reason = "whoever reads the output sees what was not judged"
+    reason = "a reader of the output sees what was not judged"
 )]
 fn is_rare(receiver: &Value, field: &str) -> bool {
     let count = |field: &str| receiver[field].as_u64().expect(field);

@@ -146,7 +146,7 @@ fn warn_of_exposure(node: &NodeName, transport: &TransportConfig) -> anyhow::Res
     if !open.is_empty() {
         tracing::warn!(
             %node,
-            "whoever reaches {} can command this node and publish as any other: see docs/SECURE.md",
+            "everybody who reaches {} can command this node and publish as any other: see docs/SECURE.md",
             open.join(", ")
         );
     }

@@ -129,10 +129,10 @@ impl Scope {
     ) -> anyhow::Result<Self> {
         if !page.page.ip().is_loopback() {
             tracing::warn!(
-                "whoever reaches {} sees all{}",
+                "everybody who reaches {} sees all{}",
                 page.page,
                 if commander.is_some() {
-                    ", and whoever sees its traffic commands slaves"
+                    ", and everybody who sees its traffic commands slaves"
                 } else {
                     ""
                 }

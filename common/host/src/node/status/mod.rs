@@ -331,7 +331,7 @@ impl Reporter {
             // First of all: the health may be good, and the name taken nevertheless.
             _ if health == Health::NameTaken => tracing::error!(
                 %node,
-                "another node is called {:?} too: whoever follows it keeps to the one that was there first; \
+                "another node has the name {:?}, too: its followers keep to the one that was there first; \
                  give one of them another name, or end it",
                 node.as_str()
             ),
