@@ -19,14 +19,15 @@ use zenoh_result::ZResult;
 use zenoh_runtime::ZRuntime;
 
 use crate::admission::{AdmissionControl, ConnectionId, MOST_GREETED, MOST_SILENT};
-use crate::config::{self, Common};
+use crate::config::Common;
+use crate::events;
 use crate::link::{LinkAddresses, TlsLink};
 use crate::refusals::Refusals;
 use crate::source_prefix::SourcePrefix;
 
 /// Greatest duration of a handshake, whatever the config permits: two round trips, and a second for each of two lost
 /// packets (RFC 6298). A new member must not wait longer for a place that a silent client holds.
-const LONGEST_HANDSHAKE: Duration = Duration::from_secs(3);
+pub(crate) const LONGEST_HANDSHAKE: Duration = Duration::from_secs(3);
 
 /// The pause of accepting when the system gives no descriptor and no connection can make room: it will not have one at once.
 const WITHOUT_DESCRIPTORS: Duration = Duration::from_millis(100);
@@ -36,7 +37,7 @@ const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
 /// Greatest number of descriptors of connections without a complete handshake, including displaced ones whose task has
 /// not ended yet: a quarter of the 1024 that a process usually has.
-const MOST_DESCRIPTORS: usize = 256;
+pub(crate) const MOST_DESCRIPTORS: usize = 256;
 // Otherwise no connection would be accepted, and none displaced, while all places are taken.
 const _: () = assert!(MOST_DESCRIPTORS > MOST_SILENT + MOST_GREETED);
 
@@ -56,7 +57,7 @@ impl TlsListener {
     ) -> ZResult<()> {
         // Of no runtime before: here it is registered with the one that accepts.
         let socket = TcpListener::from_std(socket)?;
-        let mut open = Connections::default();
+        let mut open = PendingConnections::default();
         let mut refusals = Refusals::default();
         let mut pause = Pause::default();
         loop {
@@ -65,7 +66,7 @@ impl TlsListener {
                 open.start(id, |greeted, held| self.handshake(greeted, held));
             }
             if let Some(line) = refusals.line(now) {
-                tracing::warn!(target: config::LOG, "{line}");
+                tracing::warn!(target: events::LOG, "{line}");
             }
             let wake = [
                 // The pace of an origin may hold a handshake up.
@@ -76,7 +77,7 @@ impl TlsListener {
             ];
             tokio::select! {
                 () = token.cancelled() => return Ok(()),
-                // Connections are served beside the loop: one that waits for its client delays no other.
+                // PendingConnections are served beside the loop: one that waits for its client delays no other.
                 refused = open.next() => if let Some((from, reason)) = refused {
                     refusals.add(Instant::now(), from, reason);
                 },
@@ -192,9 +193,9 @@ impl HeldConnection {
     }
 }
 
-/// Connections without a complete handshake, and the tasks that serve them.
+/// PendingConnections without a complete handshake, and the tasks that serve them.
 #[derive(Default)]
-struct Connections {
+struct PendingConnections {
     admission: AdmissionControl,
     held: BTreeMap<ConnectionId, HeldConnection>,
     tasks: JoinSet<(ConnectionId, Ended)>,
@@ -202,7 +203,7 @@ struct Connections {
     awaits_end: bool,
 }
 
-impl Connections {
+impl PendingConnections {
     /// Takes a connection. Returns the address of the one that it displaces.
     fn admit(&mut self, socket: TcpStream, from: SocketAddr, ends: Instant) -> Option<SocketAddr> {
         let (id, displaced) = self.admission.admit(SourcePrefix::of(from));
@@ -296,7 +297,7 @@ impl Connections {
         let id = id.map(|(id, _)| *id);
         self.end(id);
         if error.is_panic() {
-            tracing::error!(target: config::LOG, "a handshake panicked: {error}");
+            tracing::error!(target: events::LOG, "a handshake panicked: {error}");
         }
     }
 }
@@ -320,7 +321,7 @@ impl Pause {
         {
             self.logged = Some(now);
             tracing::error!(
-                target: config::LOG,
+                target: events::LOG,
                 "no connection can be taken: {error} (each open link takes a descriptor: ulimit -n)"
             );
         }

@@ -26,21 +26,21 @@ pub(crate) const MOST_GREETED: usize = 64;
 
 /// Handshakes of one origin: as many at once as a PC has nodes, then 50 a second. A handshake takes some 0.5 ms of a
 /// processor (two verified and one made signature over P-256, one key agreement): 2.5 % of it.
-const OF_ORIGIN: HandshakeRate = HandshakeRate {
+pub(crate) const OF_ORIGIN: HandshakeRate = HandshakeRate {
     interval: Duration::from_millis(20),
     burst: 32,
 };
 
 /// Handshakes of all origins: as many at once as a node may have followers, then 200 a second, a tenth of a processor.
-const OF_ALL: HandshakeRate = HandshakeRate {
+pub(crate) const OF_ALL: HandshakeRate = HandshakeRate {
     interval: Duration::from_millis(5),
     burst: 128,
 };
 
 /// A rate with a burst.
-struct HandshakeRate {
-    interval: Duration,
-    burst: u32,
+pub(crate) struct HandshakeRate {
+    pub(crate) interval: Duration,
+    pub(crate) burst: u32,
 }
 
 /// Use of a [`HandshakeRate`]: the generic cell rate algorithm (ITU-T I.371), whose state is one instant.

@@ -5,8 +5,6 @@ use time::OffsetDateTime;
 use x509_parser::prelude::{FromDer, X509Certificate};
 use zenoh_result::{ZResult, zerror};
 
-use crate::revocation::RevocationList;
-
 /// The peer of a link, and the end of its validity.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct CertifiedPeer {
@@ -43,12 +41,5 @@ impl CertifiedPeer {
             }
         }
         Ok(peer)
-    }
-
-    /// Returns the reason in words if the certificate is revoked.
-    pub(crate) fn revocation(&self, list: &RevocationList) -> Option<String> {
-        let name = self.name.as_deref()?;
-        let is_revoked = list.revokes(name, self.issued);
-        is_revoked.then(|| format!("the certificate of {name:?} is revoked"))
     }
 }

@@ -25,9 +25,6 @@ use zenoh_result::{ZResult, bail, zerror};
 
 use crate::revocation::{RevocationWatch, UnrevokedClients};
 
-/// The target of log lines that are for the operator of a node.
-pub(crate) const LOG: &str = "coaxle_link";
-
 /// Puts `transport/link/tls` of Zenoh's config into each endpoint.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TlsConfigurator;

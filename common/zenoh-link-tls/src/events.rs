@@ -2,6 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
+/// Target of log lines that are for the operator of a node.
+pub(crate) const LOG: &str = "coaxle_link";
+
 /// An event of a link.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkEvent<'a> {

@@ -34,7 +34,7 @@ const OF_ALL: Leak = Leak {
 /// Greatest number of origins that are counted one by one. Further ones take the place of the one with the lowest
 /// level and continue with it, so that the busiest stays (Metwally et al., "Efficient computation of
 /// frequent and top-k elements in data streams", 2005).
-const MOST_ORIGINS: usize = 64;
+pub(crate) const MOST_ORIGINS: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
 struct LeakyLevel {

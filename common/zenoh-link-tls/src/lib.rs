@@ -25,6 +25,8 @@
 mod accept;
 mod accept_thread;
 mod admission;
+#[cfg(test)]
+mod bounds;
 mod certificate;
 mod config;
 mod events;

@@ -15,12 +15,12 @@ use zenoh_protocol::core::{Locator, Priority};
 use zenoh_protocol::transport::BatchSize;
 use zenoh_result::{ZResult, zerror};
 
+use crate::TLS_LOCATOR_PREFIX;
 use crate::certificate::CertifiedPeer;
 use crate::config::Common;
-use crate::events::{LinkEventKind, report};
+use crate::events::{self, LinkEventKind, report};
 use crate::revocation::RevocationWatch;
 use crate::stream::SharedStream;
-use crate::{TLS_LOCATOR_PREFIX, config};
 
 /// The longest sleep until a certificate expires: the machine's clock may be set meanwhile.
 const LONGEST_SLEEP: Duration = Duration::from_secs(600);
@@ -63,7 +63,7 @@ impl TlsLink {
         let locator =
             |address: SocketAddr| Locator::new(TLS_LOCATOR_PREFIX, address.to_string(), "");
         let (source, destination) = (locator(ends.here)?, locator(ends.there)?);
-        let revocation = |watch: &Arc<RevocationWatch>| peer.revocation(&watch.list());
+        let revocation = |watch: &Arc<RevocationWatch>| watch.list().revocation(&peer);
         if let Some(reason) = common.revoked.as_ref().and_then(revocation) {
             return Err(zerror!("{reason}").into());
         }
@@ -121,7 +121,7 @@ impl LinkEnd {
                 tokio::time::sleep(left.min(longest)).await;
             };
             if let Some(link) = link.upgrade() {
-                tracing::warn!(target: config::LOG, "{link}: {reason}: link closed");
+                tracing::warn!(target: events::LOG, "{link}: {reason}: link closed");
                 let client = self
                     .peer
                     .name
@@ -135,7 +135,7 @@ impl LinkEnd {
 
     fn reason(&self) -> Option<String> {
         let list = self.revoked.as_ref().map(|watch| watch.list());
-        let revocation = list.and_then(|list| self.peer.revocation(&list));
+        let revocation = list.and_then(|list| list.revocation(&self.peer));
         let is_over = |until: &OffsetDateTime| remaining(*until).is_none();
         let expiry = self.expires.filter(is_over);
         let expiry = expiry.map(|_| "the certificate of the other end has expired".to_owned());

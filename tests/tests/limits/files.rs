@@ -5,7 +5,12 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 
 use coaxle_cam::MOST_POINTS_REPLACED_IN_USE;
+use coaxle_clock::Span;
+use coaxle_host::network::credentials::{TIMING_KEYS_FILE, timing_keys};
 use coaxle_node::CommandOrder;
+use coaxle_node::audit::{
+    AuditDoor, AuditEntry, AuditExcerpt, AuditOutcome, AuditQuery, AuditTime, AuditTrail,
+};
 use coaxle_node::circles::CircleWatch;
 use coaxle_node::command::{
     MAX_ORDER_BYTES, MAX_PLATE_ORDER_BYTES, MAX_POINTS_READ, MAX_VALUES_READ,
@@ -69,6 +74,12 @@ pub(crate) const ROWS: &[ProbedRow] = &[
         "a point table of `coaxle cam import`",
         "64 MiB, a million points or rows; a result beyond the 4 MiB of a cam file is written to a CSV file beside it",
         imports,
+    ),
+    ("timing keys of a node (`timing.keys`)", "1 MiB", keys),
+    (
+        "records of an [audit](SECURE.md#audit) that a node keeps; a reply about them; a name and a reason in them",
+        "1024; 512 KiB; 64 and 240 characters",
+        audit,
     ),
     (
         "requests to a page (`scope`, `--page`, `cam edit`, `saw edit`)",
@@ -254,6 +265,58 @@ fn upstream(_: &Bench) {
     assert_eq!(passed_on(4096, 1), Some(4096));
     assert_eq!(passed_on(5000, 1), Some(4096));
     assert_eq!((passed_on(1, 63), passed_on(1, 64)), (Some(1), Some(0)));
+}
+
+fn keys(bench: &Bench) {
+    let saw = NodeName::new("saw").expect("a name");
+    let read = |bytes| {
+        bench.file(TIMING_KEYS_FILE, padded("", bytes, "#"));
+        let keys = timing_keys(&bench.path("."), &saw, []);
+        keys.map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(read(MIB), Ok(()));
+    let refused = read(MIB + 1).expect_err("too long");
+    assert!(
+        refused.contains("received 1048577 bytes, expected at most 1048576"),
+        "{refused}"
+    );
+}
+
+fn audit(_: &Bench) {
+    let mut trail = AuditTrail::new(NodeName::new("saw").expect("a name"), 1);
+    for n in 0..1100 {
+        let at = AuditTime {
+            wall_us: n,
+            since_start: Span::from_millis(n),
+        };
+        let (name, reason) = ("n".repeat(1000), "r".repeat(1000));
+        let entry = AuditEntry::new(
+            AuditDoor::Order,
+            Some(&name),
+            "MC_Power",
+            AuditOutcome::Accepted,
+        );
+        trail.note(at, entry.because(&reason), &mut |_| {});
+    }
+    let kept: Vec<_> = trail.after(0).collect();
+    assert_eq!(kept.len(), 1024);
+    let text = kept[0].to_json();
+    // And the sign that something was cut off.
+    assert!(text.contains(&format!("\"{}…\"", "n".repeat(64))), "{text}");
+    assert!(
+        text.contains(&format!("\"{}…\"", "r".repeat(240))),
+        "{text}"
+    );
+    let query = AuditQuery {
+        newest: Some(1024),
+        ..AuditQuery::default()
+    };
+    let reply = AuditExcerpt::of(&trail, &query).to_json();
+    assert!(
+        reply.len() > 500 << 10 && reply.len() < 513 << 10,
+        "{}",
+        reply.len()
+    );
 }
 
 fn values_read(_: &Bench) {

@@ -18,7 +18,7 @@ const KEPT_ERRORS: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct EndedJobs {
     jobs: [Option<Job>; KEPT],
-    ends: [End; KEPT],
+    ends: [JobEnd; KEPT],
     /// Index of the next ended job.
     next: u8,
     /// Number of ended jobs that were not taken.
@@ -30,7 +30,7 @@ pub(super) struct EndedJobs {
 
 /// End of a job.
 #[derive(Clone, Copy, Debug, Default)]
-enum End {
+enum JobEnd {
     Done,
     #[default]
     Aborted,
@@ -44,13 +44,13 @@ impl EndedJobs {
         let place = usize::from(self.next);
         self.jobs[place] = Some(job);
         self.ends[place] = match state {
-            CommandState::Done => End::Done,
+            CommandState::Done => JobEnd::Done,
             CommandState::Failed(error) => {
                 self.errors[usize::from(self.next_error)] = Some((job.number, error));
                 self.next_error = (self.next_error + 1) % KEPT_ERRORS as u8;
-                End::Failed
+                JobEnd::Failed
             }
-            _ => End::Aborted,
+            _ => JobEnd::Aborted,
         };
         self.next = (self.next + 1) % KEPT as u8;
         // More than are kept have overwritten the oldest.
@@ -74,9 +74,9 @@ impl EndedJobs {
     fn at(&self, place: usize) -> Option<EndedJob> {
         let job = self.jobs[place]?;
         let state = match self.ends[place] {
-            End::Done => CommandState::Done,
-            End::Aborted => CommandState::Aborted,
-            End::Failed => {
+            JobEnd::Done => CommandState::Done,
+            JobEnd::Aborted => CommandState::Aborted,
+            JobEnd::Failed => {
                 let mut errors = self.errors.iter().flatten();
                 let (_, error) = errors.find(|(number, _)| *number == job.number)?;
                 CommandState::Failed(*error)

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::record::{AUDIT_VERSION, AuditRecord};
+use super::invalid::{AUDIT_VERSION, InvalidAudit};
+use super::record::AuditRecord;
 use super::trail::AuditTrail;
 use crate::keys::NodeName;
 
@@ -132,26 +133,6 @@ impl AuditExcerpt {
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("all keys of an excerpt are texts")
-    }
-}
-
-/// Bytes that are not a record, a query or a reply of this version.
-#[derive(Debug, thiserror::Error)]
-pub enum InvalidAudit {
-    /// No such object.
-    #[error("{0}")]
-    Json(#[from] serde_json::Error),
-    /// Another version.
-    #[error("version: received {0}, expected {AUDIT_VERSION}")]
-    Version(u32),
-}
-
-impl InvalidAudit {
-    pub(super) const fn check(version: u32) -> Result<(), Self> {
-        match version {
-            AUDIT_VERSION => Ok(()),
-            other => Err(Self::Version(other)),
-        }
     }
 }
 

@@ -5,9 +5,11 @@
 //! `coaxle/<node>/audit`, and so does each [`AuditRecord`] when it is made: `docs/WIRE.md`.
 
 mod excerpt;
+mod invalid;
 mod record;
 mod trail;
 
-pub use excerpt::{AuditExcerpt, AuditQuery, InvalidAudit, MAX_EXCERPT_BYTES};
-pub use record::{AUDIT_VERSION, AuditDoor, AuditEntry, AuditOutcome, AuditRecord};
+pub use excerpt::{AuditExcerpt, AuditQuery, MAX_EXCERPT_BYTES};
+pub use invalid::{AUDIT_VERSION, InvalidAudit};
+pub use record::{AuditDoor, AuditEntry, AuditOutcome, AuditRecord};
 pub use trail::{AuditTime, AuditTrail, KEPT_RECORDS, REFUSALS_PER_SECOND};

@@ -4,12 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::InvalidAudit;
+use super::invalid::InvalidAudit;
 use crate::keys::NodeName;
 use crate::one_line::one_line;
-
-/// Version of records, queries and excerpts.
-pub const AUDIT_VERSION: u32 = 1;
 
 /// Greatest length of a name in a record, in characters: that of a node's name, or an IPv6 address with its port.
 const NAME_CHARACTERS: usize = 64;
@@ -237,6 +234,7 @@ fn clipped(text: &str, characters: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::AUDIT_VERSION;
     use super::*;
 
     fn record(entry: AuditEntry, count: u64) -> AuditRecord {

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use coaxle_clock::Span;
 
-use super::record::{AUDIT_VERSION, AuditDoor, AuditEntry, AuditRecord};
+use super::invalid::AUDIT_VERSION;
+use super::record::{AuditDoor, AuditEntry, AuditRecord};
 use crate::keys::NodeName;
 
 /// Number of records kept for queries.

@@ -8,6 +8,8 @@ use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, alg_id};
 use x509_parser::prelude::{FromDer, X509Certificate};
 
+use crate::certificate::CertifiedPeer;
+
 /// Name of the file in the folder of a member.
 pub const REVOKED_FILE: &str = "revoked.list";
 
@@ -51,6 +53,13 @@ impl RevocationList {
     #[must_use]
     pub fn revokes(&self, name: &str, from: u64) -> bool {
         self.before.get(name).is_some_and(|before| from < *before)
+    }
+
+    /// Returns the reason in words if the certificate of a peer is revoked.
+    pub(crate) fn revocation(&self, peer: &CertifiedPeer) -> Option<String> {
+        let name = peer.name.as_deref()?;
+        let is_revoked = self.revokes(name, peer.issued);
+        is_revoked.then(|| format!("the certificate of {name:?} is revoked"))
     }
 
     /// Returns the text that the authority signs.

@@ -47,7 +47,7 @@ impl ClientCertVerifier for UnrevokedClients {
         let verified = (self.verifier).verify_client_cert(certificate, intermediates, now)?;
         let peer = CertifiedPeer::of(Some(std::slice::from_ref(certificate)));
         let peer = peer.map_err(|_| Error::InvalidCertificate(CertificateError::BadEncoding))?;
-        match peer.revocation(&self.watch.list()) {
+        match self.watch.list().revocation(&peer) {
             None => Ok(verified),
             Some(reason) => {
                 // The listener reports the address only: TLS tells it no name.

@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 use tokio::time::Instant;
 
 use super::list::{MOST_LIST_BYTES, REVOKED_FILE, RevocationList};
-use crate::config;
+use crate::events;
 
 /// Interval between two looks at the file.
 const LOOK: Duration = Duration::from_secs(1);
@@ -78,14 +78,20 @@ impl RevocationWatch {
         let text = |file: &Path| {
             let mut text = String::new();
             let opened = fs::File::open(file).map_err(|error| error.to_string())?;
-            let read = opened.take(MOST_LIST_BYTES).read_to_string(&mut text);
-            read.map(|_| text).map_err(|error| error.to_string())
+            // One more, so that a longer file is seen to be one.
+            let read = opened.take(MOST_LIST_BYTES + 1).read_to_string(&mut text);
+            match read.map_err(|error| error.to_string())? as u64 {
+                0..=MOST_LIST_BYTES => Ok(text),
+                _ => Err(format!(
+                    "received more than {MOST_LIST_BYTES} bytes, expected at most that"
+                )),
+            }
         };
         let list = RevocationList::read_pem(&text(&self.file)?, &text(&self.authority)?);
         list.map_err(|error| error.to_string())
     }
 
     fn complain(&self, error: &str) {
-        tracing::error!(target: config::LOG, "{}: {error}", self.file.display());
+        tracing::error!(target: events::LOG, "{}: {error}", self.file.display());
     }
 }

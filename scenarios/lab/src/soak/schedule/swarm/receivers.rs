@@ -19,7 +19,7 @@ struct Followed {
 }
 
 /// A node that a receiver follows.
-enum Upstream {
+enum FollowedSource {
     Sender { line: u64, cycle: u64 },
     Receiver(Followed),
 }
@@ -35,29 +35,29 @@ impl SwarmSchedule {
         let mut last: Option<Followed> = None;
         for receiver in 0..count {
             let upstream = match &last {
-                Some(last) if is_chain => Upstream::Receiver(last.clone()),
+                Some(last) if is_chain => FollowedSource::Receiver(last.clone()),
                 _ => {
                     let line = self.base.random.below(cycles.len() as u64);
                     let cycle = cycles[line as usize];
-                    Upstream::Sender { line, cycle }
+                    FollowedSource::Sender { line, cycle }
                 }
             };
             last = Some(self.receiver(receiver, &upstream));
         }
     }
 
-    fn receiver(&mut self, receiver: u64, upstream: &Upstream) -> Followed {
+    fn receiver(&mut self, receiver: u64, upstream: &FollowedSource) -> Followed {
         let name = format!("follower{receiver}");
         let drift = match (self.base.random.between(-100.0, 100.0), upstream) {
-            (drift, Upstream::Sender { .. }) => drift,
+            (drift, FollowedSource::Sender { .. }) => drift,
             // Far enough from the clock that it follows for a beat every few seconds, and to the other side of the next one.
-            (drift, Upstream::Receiver(_)) if receiver.is_multiple_of(2) => drift,
-            (drift, Upstream::Receiver(_)) => (500.0 + 3.0 * drift.abs()).copysign(drift),
+            (drift, FollowedSource::Receiver(_)) if receiver.is_multiple_of(2) => drift,
+            (drift, FollowedSource::Receiver(_)) => (500.0 + 3.0 * drift.abs()).copysign(drift),
         };
         let clock = self.clock(drift);
         let cycle = match upstream {
-            Upstream::Sender { cycle, .. } => *cycle,
-            Upstream::Receiver(followed) => followed.cycle,
+            FollowedSource::Sender { cycle, .. } => *cycle,
+            FollowedSource::Receiver(followed) => followed.cycle,
         };
         let cycle = match self.features.has(Feature::CycleTimes) {
             true => cycle_time_beside(&mut self.base.random, cycle),
@@ -97,7 +97,7 @@ impl SwarmSchedule {
     }
 
     /// Writes the followed node; returns its name, the mode and the number of followed axes.
-    fn far(&mut self, upstream: &Upstream) -> (String, &'static str, u64) {
+    fn far(&mut self, upstream: &FollowedSource) -> (String, &'static str, u64) {
         // The observer is the default, and is drawn three times as often.
         let mode = *self.base.random.one_of(&[
             "observer", "observer", "observer", "sync", "time", "bypass", "pt1",
@@ -111,11 +111,13 @@ impl SwarmSchedule {
             _ => "'measured'".to_owned(),
         };
         let (node, channel, all) = match upstream {
-            Upstream::Sender { line, .. } => (format!("line{line}"), "axes", 2),
-            Upstream::Receiver(followed) if followed.publishes_far_axes => {
+            FollowedSource::Sender { line, .. } => (format!("line{line}"), "axes", 2),
+            FollowedSource::Receiver(followed) if followed.publishes_far_axes => {
                 (followed.name.clone(), "far-axes", 1)
             }
-            Upstream::Receiver(followed) => (followed.name.clone(), "slaves", followed.slaves),
+            FollowedSource::Receiver(followed) => {
+                (followed.name.clone(), "slaves", followed.slaves)
+            }
         };
         let count = match self.features.has(Feature::TwoMasters) {
             true => all.min(2),
@@ -138,7 +140,7 @@ impl SwarmSchedule {
         if mode == "observer" {
             let _ = writeln!(text, "delay = {delay}");
         }
-        if let Upstream::Sender { line, .. } = upstream {
+        if let FollowedSource::Sender { line, .. } = upstream {
             if self.features.has(Feature::Standby) && random.chance(0.8) {
                 let _ = writeln!(
                     text,
