@@ -170,6 +170,13 @@ fn only_who_has_the_token_commands_a_secure_node_by_its_page() {
         );
     }
     assert!(!paged.node.logged("order of"), "{}", paged.node.log());
+    until("each refusal is on record", || {
+        let refusals = paged.node.log();
+        let refusals = refusals.lines().filter(|line| {
+            line.contains("page of \"127.0.0.1:") && line.contains("POST /orders/saw: refused")
+        });
+        refusals.count() == 3
+    });
     let taken = paged.power(&paged.token);
     assert!(
         taken.contains(" 200 ") && taken.contains("accepted"),

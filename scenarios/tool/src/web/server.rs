@@ -2,10 +2,12 @@
 
 use std::convert::Infallible;
 use std::io::ErrorKind;
-use std::net::TcpListener;
+use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 
+use coaxle_host::node::audit;
+use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -48,9 +50,9 @@ pub(super) async fn serve(listener: TcpListener, token: Option<PageToken>, route
     let mut connections = Connections::default();
     loop {
         match listener.accept().await {
-            Ok((stream, _)) if connections.make_room().await => {
+            Ok((stream, from)) if connections.make_room().await => {
                 let under_way = UnderWay::default();
-                let task = converse(stream, Arc::clone(&page), under_way.clone());
+                let task = converse(stream, from, Arc::clone(&page), under_way.clone());
                 connections.add(tokio::spawn(task), under_way);
             }
             // A response is under way on each of the others.
@@ -76,10 +78,15 @@ fn is_of_the_browser(kind: ErrorKind) -> bool {
 const FULL: &[u8] =
     b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Length: 0\r\n\r\n";
 
-async fn converse(stream: TcpStream, page: Arc<ServedPage<impl Routes>>, under_way: UnderWay) {
+async fn converse(
+    stream: TcpStream,
+    from: SocketAddr,
+    page: Arc<ServedPage<impl Routes>>,
+    under_way: UnderWay,
+) {
     let service = service_fn(|request| {
         let counted = under_way.count();
-        respond(request, Arc::clone(&page), counted)
+        respond(request, from, Arc::clone(&page), counted)
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
@@ -92,22 +99,36 @@ async fn converse(stream: TcpStream, page: Arc<ServedPage<impl Routes>>, under_w
 
 async fn respond(
     request: Request<Incoming>,
+    from: SocketAddr,
     page: Arc<ServedPage<impl Routes>>,
     counted: CountedResponse,
 ) -> Result<hyper::Response<CountedBody>, Infallible> {
-    let response = response(request, &page).await;
+    let response = response(request, from, &page).await;
     Ok(response.map(|body| CountedBody::of(body, counted)))
 }
 
-async fn response(request: Request<Incoming>, page: &ServedPage<impl Routes>) -> Response {
+async fn response(
+    request: Request<Incoming>,
+    from: SocketAddr,
+    page: &ServedPage<impl Routes>,
+) -> Response {
     let token = page.token.as_ref();
     let admitted = guard::check_host(request.headers())
         .and_then(|()| guard::check_change(request.method(), request.headers(), token));
     if let Err(why) = admitted {
+        note_refusal(&request, from, &why);
         return wrong(StatusCode::FORBIDDEN, why);
     }
     match WebRequest::read(request).await {
         Ok(request) => page.routes.respond(request).await,
         Err(refused) => refused,
     }
+}
+
+/// Notes a refused request in the audit of the node whose page it is.
+fn note_refusal(request: &Request<Incoming>, from: SocketAddr, why: &str) {
+    let action = format!("{} {}", request.method(), request.uri().path());
+    let from = from.to_string();
+    let entry = AuditEntry::new(AuditDoor::Page, Some(&from), &action, AuditOutcome::Refused);
+    audit::note(&entry.because(why));
 }
