@@ -12,9 +12,13 @@ pub(crate) const EPOCH: &str = "epoch";
 /// In it, the number of a piece of a recording, from 0.
 pub(crate) const PIECE: &str = "piece";
 
-/// The last part of the topic of a node's inputs, and their encoding, which no schema describes.
+/// The last part of the topic of a node's inputs, and the schema of their messages.
 pub(crate) const INPUTS: &str = "inputs";
-pub(crate) const INPUTS_ENCODING: &str = "coaxle-scan";
+pub(crate) const INPUTS_SCHEMA: &str = "coaxle.Inputs";
+/// Number of the bytes of a scan in them.
+pub(crate) const SCAN_FIELD: u32 = 1;
+/// Encoding of inputs without a schema, which earlier versions wrote: the bytes of the scan alone.
+pub(crate) const BARE_INPUTS: &str = "coaxle-scan";
 
 /// The last part of the topic of a node's audit, and the schema of its records.
 pub(crate) const AUDIT: &str = "audit";

@@ -49,6 +49,7 @@ mod example;
 pub mod export;
 mod format;
 mod growth;
+mod inputs;
 mod join;
 mod log;
 mod pieces;

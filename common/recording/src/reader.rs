@@ -7,9 +7,10 @@ use std::sync::Arc;
 use mcap::records::{Channel, MessageHeader, Record};
 
 use crate::format::{
-    ABOUT, AUDIT_SCHEMA, CLOCK_OFFSET, GROUP, INPUTS_ENCODING, INSTANCE, INSTANCES, PLACE, ROLE,
-    TABLE, UNIT,
+    ABOUT, AUDIT_SCHEMA, BARE_INPUTS, CLOCK_OFFSET, GROUP, INPUTS, INPUTS_SCHEMA, INSTANCE,
+    INSTANCES, PLACE, ROLE, TABLE, UNIT,
 };
+use crate::inputs::scan_in;
 use crate::log::{self, LogLine};
 use crate::protobuf::InvalidMessage;
 use crate::read_table::{Column, ReadTable, Row};
@@ -96,6 +97,7 @@ enum ChannelContent {
     Status(Arc<str>),
     Audit(Arc<str>),
     Inputs(Arc<str>),
+    BareInputs(Arc<str>),
     Other,
 }
 
@@ -195,13 +197,14 @@ impl<R: Read> Reader<R> {
             })?;
             return self.instance(channel, fields);
         }
-        if channel.message_encoding == INPUTS_ENCODING {
-            return Ok(ChannelContent::Inputs(name.as_str().into()));
+        if channel.message_encoding == BARE_INPUTS {
+            return Ok(ChannelContent::BareInputs(name.as_str().into()));
         }
         // Channels of other programs are no error: any MCAP file can be read.
         Ok(match schema {
             "foxglove.Log" => ChannelContent::Log,
             "coaxle.Status" => ChannelContent::Status(name.as_str().into()),
+            INPUTS_SCHEMA => ChannelContent::Inputs(name.as_str().into()),
             AUDIT_SCHEMA => ChannelContent::Audit(name.as_str().into()),
             _ => ChannelContent::Other,
         })
@@ -307,12 +310,13 @@ impl<R: Read> Reader<R> {
                 at_ns,
                 json: String::from_utf8_lossy(data).into_owned(),
             }),
-            ChannelContent::Inputs(table) => Some(Item::Inputs {
-                table: table.to_string(),
-                at_ns,
-                woke_ns: self.clock_ns(header.publish_time),
-                bytes: data.to_vec(),
-            }),
+            ChannelContent::BareInputs(table) => Some(self.inputs(&table, header, data)),
+            ChannelContent::Inputs(table) => {
+                let scan = scan_in(data).map_err(|InvalidMessage| Fault::Message {
+                    topic: format!("{table}/{INPUTS}"),
+                })?;
+                Some(self.inputs(&table, header, scan))
+            }
             ChannelContent::Instance {
                 table,
                 place,
@@ -336,6 +340,15 @@ impl<R: Read> Reader<R> {
                 open.take_row(table).map(Item::Row)
             }
         })
+    }
+
+    fn inputs(&self, table: &str, header: &MessageHeader, scan: &[u8]) -> Item {
+        Item::Inputs {
+            table: table.to_owned(),
+            at_ns: self.clock_ns(header.log_time),
+            woke_ns: self.clock_ns(header.publish_time),
+            bytes: scan.to_vec(),
+        }
     }
 
     /// Converts the time in the file to that of the clock of the rows.

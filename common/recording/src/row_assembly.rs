@@ -86,9 +86,11 @@ impl OpenTable {
                 continue;
             };
             let value = value(instance.fields[known].kind, wire).ok_or(InvalidMessage)?;
+            // No signal is NaN: it is written for an unknown number.
+            let is_known = !matches!(value, Value::Number(number) if number.is_nan());
             // No values of an incomplete table: its rows are incomplete, too.
             if let Some(place) = self.values.get_mut(instance.start + known) {
-                *place = Some(value);
+                *place = is_known.then_some(value);
             }
         }
         // A duplicate counts once, or a row would be complete without all of its instances.

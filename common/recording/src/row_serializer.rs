@@ -135,8 +135,14 @@ impl ser::Serializer for &mut RowSerializer<'_> {
     }
 
     fn serialize_none(self) -> Result<(), RowError> {
-        // Nothing is written: an absent optional field is the encoding of an unknown value.
-        self.value(None, |_, _| {})
+        let is_number = (self.slots.get(self.next)).is_some_and(|slot| slot.kind == Kind::Number);
+        self.value(None, |out, number| {
+            // PlotJuggler does not look at presence, and would plot an absent number as 0. An absent optional field is the
+            // encoding of other unknown values.
+            if is_number {
+                put_number(out, number, f64::NAN);
+            }
+        })
     }
 
     fn serialize_some<T: ?Sized + Serialize>(self, value: &T) -> Result<(), RowError> {

@@ -35,6 +35,7 @@ pub(crate) const ENUM: u64 = 14;
 pub(crate) const INT32: u64 = 5;
 pub(crate) const INT64: u64 = 3;
 pub(crate) const TEXT: u64 = STRING;
+pub(crate) const BYTES: u64 = 12;
 const SINT64: u64 = 18;
 
 const fn type_of(kind: Kind) -> u64 {

@@ -78,8 +78,8 @@ mod tests {
         let mut encoder = RowEncoder::of(&boiler());
         let encoded = encoder.encode(5, 6, &row(0)).unwrap();
         let lengths: Vec<_> = encoded.messages().map(<[u8]>::len).collect();
-        // Unknown values take no bytes.
-        assert_eq!(lengths, [2 + 5, 9 + 2 + 12, 9 + 2 + 2 + 12]);
+        // An unknown number is NaN, other unknown values take no bytes.
+        assert_eq!(lengths, [9 + 2 + 5, 9 + 2 + 12, 9 + 2 + 2 + 12]);
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 
-use crate::example::{BoilerRow, boiler, row};
+use crate::example::{BoilerRow, BoilerSignals, boiler, row};
+use crate::format::{BARE_INPUTS, TABLE};
+use crate::protobuf::{MessageFields, WireValue};
 use crate::{
     Facts, Item, Join, Level, LogLine, Pieces, Reader, Row, RowEncoder, Table, Value, Writer,
     recover,
@@ -58,6 +60,76 @@ fn the_messages_of_every_kind_are_numbered_from_0() {
         numbers.values().all(|of_topic| of_topic == &[0, 1]),
         "{numbers:?}"
     );
+}
+
+/// PlotJuggler before 3.17 throws at a channel without a schema, and no version looks at the presence of a field.
+#[test]
+fn every_channel_has_a_schema_and_an_unknown_number_is_a_gap() {
+    let mut writer = Writer::create(Vec::new(), &[boiler()], &Facts::new(), 0).unwrap();
+    let unknown = BoilerRow {
+        node: BoilerSignals {
+            temperature: None,
+            ..row(0).node
+        },
+        ..row(0)
+    };
+    let encoded = RowEncoder::of(&boiler()).encode(0, 0, &unknown).unwrap();
+    writer.row(0, &encoded).unwrap();
+    writer.log(0, &line(0)).unwrap();
+    writer.status(0, 0, "{}").unwrap();
+    writer.inputs(0, 0, 7, b"scan").unwrap();
+    writer.audit(0, 0, "{}").unwrap();
+    let file = writer.finish().unwrap();
+    let mut temperature = None;
+    for message in mcap::MessageStream::new(&file).unwrap() {
+        let message = message.unwrap();
+        assert!(
+            message.channel.schema.is_some(),
+            "{}",
+            message.channel.topic
+        );
+        if message.channel.topic == "boiler" {
+            let first = MessageFields(&message.data).next();
+            temperature = first.and_then(|first| match first {
+                Ok((1, WireValue::Fixed64(bits))) => Some(f64::from_bits(bits)),
+                _ => None,
+            });
+        }
+    }
+    assert!(temperature.is_some_and(f64::is_nan), "{temperature:?}");
+    // Here it is unknown again.
+    let (items, _) = read(&file);
+    assert_eq!(rows(&items)[0].values, values(&unknown));
+    let inputs = Item::Inputs {
+        table: "boiler".to_owned(),
+        at_ns: 0,
+        woke_ns: 7,
+        bytes: b"scan".to_vec(),
+    };
+    assert!(items.contains(&inputs));
+}
+
+#[test]
+fn inputs_of_earlier_versions_are_read() {
+    let mut writer = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
+    let metadata = BTreeMap::from([(TABLE.to_owned(), "boiler".to_owned())]);
+    let channel = writer.add_channel(0, "boiler/inputs", BARE_INPUTS, &metadata);
+    let header = mcap::records::MessageHeader {
+        channel_id: channel.unwrap(),
+        sequence: 0,
+        log_time: 5,
+        publish_time: 6,
+    };
+    writer.write_to_known_channel(&header, b"scan").unwrap();
+    writer.finish().unwrap();
+    let (items, damage) = read(writer.into_inner().get_ref());
+    let inputs = Item::Inputs {
+        table: "boiler".to_owned(),
+        at_ns: 5,
+        woke_ns: 6,
+        bytes: b"scan".to_vec(),
+    };
+    assert_eq!((items, damage), (vec![inputs], 0));
 }
 
 fn line(at_ns: i64) -> LogLine {

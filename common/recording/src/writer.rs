@@ -11,9 +11,10 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 
 use crate::encoded_row::EncodedRow;
 use crate::format::{
-    ABOUT, AUDIT, AUDIT_SCHEMA, CLOCK_OFFSET, FORMAT, GROUP, INPUTS, INPUTS_ENCODING, INSTANCE,
-    INSTANCES, PLACE, ROLE, TABLE, UNIT, VERSION,
+    ABOUT, AUDIT, AUDIT_SCHEMA, CLOCK_OFFSET, FORMAT, GROUP, INPUTS, INSTANCE, INSTANCES, PLACE,
+    ROLE, TABLE, UNIT, VERSION,
 };
+use crate::inputs;
 use crate::log::{self, LogLine};
 use crate::schema::Schema;
 use crate::table::Table;
@@ -43,6 +44,8 @@ pub struct Writer<W: Write> {
     tables: Vec<Channels>,
     /// Time of the last flush, on the clock of the rows.
     flushed_ns: Option<i64>,
+    /// The last message of inputs, kept for its memory.
+    message: Vec<u8>,
 }
 
 /// Channels of the messages of a table.
@@ -120,6 +123,7 @@ impl<W: Write> Writer<W> {
             clock_offset_ns,
             tables: Vec::new(),
             flushed_ns: None,
+            message: Vec::new(),
         };
         writer.facts(facts)?;
         let mut schemas = Schemas::default();
@@ -246,13 +250,11 @@ impl<W: Write> Writer<W> {
             Some(channel) => channel,
             // Added with the first inputs: only a receiver that records itself has any.
             None => {
+                let Schema { name, data } = inputs::schema();
+                let schema = self.mcap.add_schema(&name, "protobuf", &data)?;
                 let topic = format!("{}/{INPUTS}", channels.name);
                 let metadata = &channels.metadata;
-                let added = self
-                    .mcap
-                    // Schema 0 means none by the specification of MCAP: the bytes describe themselves to `coaxle
-                    // replay` only.
-                    .add_channel(0, &topic, INPUTS_ENCODING, metadata)?;
+                let added = (self.mcap).add_channel(schema, &topic, "protobuf", metadata)?;
                 *channels.inputs.insert(added)
             }
         };
@@ -263,7 +265,9 @@ impl<W: Write> Writer<W> {
             publish_time,
         };
         channels.written.inputs = channels.written.inputs.wrapping_add(1);
-        Ok(self.mcap.write_to_known_channel(&header, bytes)?)
+        self.message.clear();
+        inputs::put(&mut self.message, bytes);
+        Ok((self.mcap).write_to_known_channel(&header, &self.message)?)
     }
 
     /// Adds a record of the audit of the n-th table, as JSON.
