@@ -5,8 +5,8 @@ use std::path::Path;
 use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 
-use super::ConfigError;
 use super::schema::{compare, schema_of};
+use super::{ConfigError, check_kind};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
 /// Reads a config file.
@@ -46,7 +46,12 @@ pub fn from_table<T: DeserializeOwned + JsonSchema>(
     table: toml::Table,
 ) -> Result<T, ConfigError> {
     // Copied for errors only: the deserializer consumes its value.
-    part_of_table(file, "", table.clone().into(), &table, schema_of::<T>)
+    let read = part_of_table(file, "", table.clone().into(), &table, schema_of::<T>);
+    read.or_else(|error| {
+        // Nine unknown fields say less than that it is a sender's config.
+        check_kind(file, &schema_of::<T>(), &table)?;
+        Err(error)
+    })
 }
 
 /// Reads the part of a whole document that is at `path`, with errors that name all fields that are missing or unknown in the

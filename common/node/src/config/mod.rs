@@ -7,6 +7,7 @@ mod checked;
 mod clock;
 mod error;
 mod forgery;
+mod kind;
 mod link;
 mod list;
 mod load;
@@ -29,6 +30,7 @@ pub use checked::{
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub use error::{ConfigError, Mistake};
 pub use forgery::{Forged, Forgery, Times};
+pub(crate) use kind::check_kind;
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use list::at_most;
 pub(crate) use load::part_of_table;

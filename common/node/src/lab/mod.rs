@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 use crate::config::schema::{
     LabField, lab_fields, marked_schema_of, schema_of, schema_without_lab_fields,
 };
-use crate::config::{ClockConfig, ConfigError, Wrong, parse_table, part_of_table};
+use crate::config::{ClockConfig, ConfigError, Wrong, check_kind, parse_table, part_of_table};
 use crate::faults::check_clock;
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
@@ -145,7 +145,8 @@ impl<C: WithLab> NodeFile<C> {
         whole: toml::Table,
         folder: Option<&Path>,
     ) -> Result<Self, ConfigError> {
-        // First: a field at its old place gets an answer of its own, not that of an unknown field.
+        check_kind(file, &marked_schema_of::<C>(), &whole)?;
+        // Then: a field at its old place gets an answer of its own, not that of an unknown field.
         refuse_lab_fields(file, marked_schema_of::<C>().as_value(), &whole)?;
         let mut rest = whole.clone();
         let table = rest.remove(LAB);

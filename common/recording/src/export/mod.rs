@@ -1,6 +1,7 @@
 //! Tables of a recording, for other programs.
 //!
-//! Each table of a recording becomes one wide table, `at_ns`, `woke_ns` and a column for each signal. A
+//! Each table of a recording becomes one wide table, `at_ns`, `woke_ns` and a column for each signal; Parquet has the time of day
+//! (`time`) before them. A
 //! row is a cycle, so that values of one instant are beside each other, and no program has to join them
 //! by their time.
 
@@ -13,6 +14,7 @@ use coaxle_node::signal::Kind;
 
 pub use self::parquet_table::{ParquetTable, TypedColumn};
 use crate::damage_list::DamageList;
+use crate::format::CLOCK_OFFSET;
 use crate::read_table::{ReadTable, Row};
 use crate::reader::{Item, Reader};
 use crate::value::Value;
@@ -112,28 +114,48 @@ fn open<W: Write + Send + 'static>(
 ) -> Result<Box<dyn TableWriter>, ExportError> {
     Ok(match format {
         Format::Csv => Box::new(csv_table::CsvTable::new(to, table)?),
-        Format::Parquet => Box::new(ParquetTable::new(to, &typed_columns(table), facts)?),
+        Format::Parquet => Box::new(DatedTable {
+            table: ParquetTable::new(to, &typed_columns(table), facts)?,
+            clock_offset_ns: clock_offset_ns(facts),
+        }),
     })
 }
 
-impl<W: Write + Send> TableWriter for ParquetTable<W> {
+/// A table as Parquet, with the time of day of each row.
+struct DatedTable<W: Write + Send> {
+    table: ParquetTable<W>,
+    clock_offset_ns: i64,
+}
+
+impl<W: Write + Send> TableWriter for DatedTable<W> {
     fn row(&mut self, row: &Row) -> Result<(), ExportError> {
-        let when = [row.at_ns, row.woke_ns].map(Value::Integer);
+        let time = row.at_ns.saturating_add(self.clock_offset_ns);
+        let when = [time, row.at_ns, row.woke_ns].map(Value::Integer);
         let values = row.values.iter().map(Option::as_ref);
-        Self::row(self, when.iter().map(Some).chain(values))
+        self.table.row(when.iter().map(Some).chain(values))
     }
 
     fn finish(self: Box<Self>) -> Result<(), ExportError> {
-        Self::finish(*self)
+        self.table.finish()
     }
 }
 
+/// Returns the time of day at time 0 of the clock of the rows, ns; 0 as in virtual time without it.
+fn clock_offset_ns(facts: &Facts) -> i64 {
+    let offset = facts.get(CLOCK_OFFSET);
+    offset.and_then(|offset| offset.parse().ok()).unwrap_or(0)
+}
+
 fn typed_columns(table: &ReadTable) -> Vec<TypedColumn> {
-    // Both times are in every row, so that readers need no null for them.
-    let when = [(Kind::Integer, "", false); 2];
-    let kinds = (table.columns.iter()).map(|column| (column.kind, column.unit.as_str(), true));
-    let typed = when.into_iter().chain(kinds);
-    let typed = columns(table).zip(typed);
+    // All three times are in every row, so that readers need no null for them.
+    let time = (None, "", false);
+    let when = [(Some(Kind::Integer), "", false); 2];
+    let kinds =
+        (table.columns.iter()).map(|column| (Some(column.kind), column.unit.as_str(), true));
+    let typed = std::iter::once(time).chain(when).chain(kinds);
+    // Data tools look for a column of this name.
+    let names = std::iter::once("time".to_owned()).chain(columns(table));
+    let typed = names.zip(typed);
     let typed = typed.map(|(name, (kind, unit, is_optional))| TypedColumn {
         name,
         unit: unit.to_owned(),
@@ -162,6 +184,7 @@ mod tests {
     use super::*;
     use crate::example::{boiler, row};
     use crate::{RowEncoder, Writer};
+    use parquet::basic::{LogicalType, TimeUnit};
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
     use std::sync::{Arc, Mutex};
@@ -180,9 +203,13 @@ mod tests {
         }
     }
 
+    /// An hour after the beginning of 1970.
+    const CLOCK_OFFSET_NS: i64 = 3_600_000_000_000;
+
     fn exported(format: Format, rows: u64) -> Vec<u8> {
         let mut encoder = RowEncoder::of(&boiler());
-        let mut writer = Writer::create(Vec::new(), &[boiler()], &Facts::new(), 0).unwrap();
+        let mut writer =
+            Writer::create(Vec::new(), &[boiler()], &Facts::new(), CLOCK_OFFSET_NS).unwrap();
         for k in 0..rows {
             let encoded = encoder.encode(k as i64, k as i64 + 1, &row(k)).unwrap();
             writer.row(0, &encoded).unwrap();
@@ -231,15 +258,21 @@ mod tests {
             .collect();
         assert_eq!(rows.len(), 50);
         let (read, expected) = (&rows[49], row(49));
-        assert_eq!(read.get_long(0).unwrap(), 49);
+        let schema = reader.metadata().file_metadata().schema_descr();
+        let time = schema.column(0);
+        assert_eq!(time.name(), "time");
+        let utc = LogicalType::timestamp(true, TimeUnit::NANOS);
+        assert_eq!(time.logical_type_ref(), Some(&utc));
+        assert_eq!(read.get_long(0).unwrap(), CLOCK_OFFSET_NS + 49);
+        assert_eq!(read.get_long(1).unwrap(), 49);
         assert_eq!(
-            read.get_double(2).unwrap(),
+            read.get_double(3).unwrap(),
             expected.node.temperature.unwrap()
         );
-        assert_eq!(read.get_ulong(3).unwrap(), 49);
-        assert_eq!(read.get_string(4).unwrap(), "off");
-        assert_eq!(read.get_long(10).unwrap(), -49);
-        assert!(rows[0].get_double(2).is_err(), "not known");
-        assert!(rows[0].get_bool(7).unwrap());
+        assert_eq!(read.get_ulong(4).unwrap(), 49);
+        assert_eq!(read.get_string(5).unwrap(), "off");
+        assert_eq!(read.get_long(11).unwrap(), -49);
+        assert!(rows[0].get_double(3).is_err(), "not known");
+        assert!(rows[0].get_bool(8).unwrap());
     }
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::sync::Arc;
 
 use coaxle_node::signal::Kind;
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
 use parquet::errors::{ParquetError, Result as Written};
@@ -27,8 +27,8 @@ pub struct TypedColumn {
     pub name: String,
     /// Unit, stored in the file under `unit.NAME`; empty if it has none.
     pub unit: String,
-    /// Kind of its values.
-    pub kind: Kind,
+    /// Kind of its values; none for integers that are times, ns since 1970 (UTC).
+    pub kind: Option<Kind>,
     /// True if values may be missing.
     pub is_optional: bool,
 }
@@ -144,7 +144,11 @@ fn schema(columns: &[TypedColumn]) -> Written<TypePtr> {
     group.build().map(Arc::new)
 }
 
-fn types_of(kind: Kind) -> (Physical, Option<LogicalType>) {
+fn types_of(kind: Option<Kind>) -> (Physical, Option<LogicalType>) {
+    let Some(kind) = kind else {
+        let time = LogicalType::timestamp(true, TimeUnit::NANOS);
+        return (Physical::INT64, Some(time));
+    };
     match kind {
         Kind::Number => (Physical::DOUBLE, None),
         // Parquet has no unsigned integers on disk; the logical type makes readers interpret the same bits so.
@@ -158,10 +162,10 @@ fn types_of(kind: Kind) -> (Physical, Option<LogicalType>) {
 impl Cells {
     fn of(column: &TypedColumn) -> Self {
         let values = match column.kind {
-            Kind::Number => CellValues::Numbers(Vec::new()),
-            Kind::Count | Kind::Integer => CellValues::Integers(Vec::new()),
-            Kind::Flag => CellValues::Flags(Vec::new()),
-            Kind::Text => CellValues::Texts(Vec::new()),
+            Some(Kind::Number) => CellValues::Numbers(Vec::new()),
+            Some(Kind::Count | Kind::Integer) | None => CellValues::Integers(Vec::new()),
+            Some(Kind::Flag) => CellValues::Flags(Vec::new()),
+            Some(Kind::Text) => CellValues::Texts(Vec::new()),
         };
         Self {
             known: Vec::new(),

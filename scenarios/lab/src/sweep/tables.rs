@@ -148,7 +148,7 @@ fn columns(axes: &[SweepAxis], figures: &[SummaryFigure], units: &Units) -> Vec<
     let column = |name: &str, kind, is_optional| TypedColumn {
         name: name.to_owned(),
         unit: String::new(),
-        kind,
+        kind: Some(kind),
         is_optional,
     };
     let axes_columns = axes.iter().map(|axis| {
@@ -166,7 +166,7 @@ fn columns(axes: &[SweepAxis], figures: &[SummaryFigure], units: &Units) -> Vec<
     let figures = figures.iter().map(|figure| TypedColumn {
         name: figure.heading(units),
         unit: figure.unit(units),
-        kind: figure.kind,
+        kind: Some(figure.kind),
         is_optional: true,
     });
     axes_columns

@@ -224,3 +224,29 @@ fn a_report_for_continuous_integration_says_what_cannot_be_run() {
         std::fs::remove_file(path).expect("it was there");
     }
 }
+
+#[test]
+fn a_file_of_another_kind_is_named_with_the_command_for_it() {
+    let names = [
+        ("the config of a sender", "coaxle sender"),
+        ("the config of a receiver", "coaxle receiver"),
+        ("a scenario", "coaxle run"),
+        ("a cam file", "coaxle cam check"),
+        ("a saw file", "coaxle saw plan"),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    for (expected, (words, _)) in KINDS.iter().zip(names) {
+        for (received, (name, command)) in KINDS.iter().zip(names) {
+            if expected.file == received.file {
+                continue;
+            }
+            let file = expected.file;
+            std::fs::write(folder.path().join(file), received.good).expect("a file");
+            let lines = said(folder.path(), expected.check, expected.code);
+            let line = format!(
+                "{file}: received {name}, expected {words}; for this one: {command} {file}"
+            );
+            assert_eq!(lines, [line], "{:?}", expected.check);
+        }
+    }
+}
