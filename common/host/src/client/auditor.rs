@@ -3,22 +3,18 @@
 use std::time::Duration;
 
 use anyhow::{anyhow, bail};
-use coaxle_clock::Span;
 use coaxle_node::audit::{AuditExcerpt, AuditQuery};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
-use coaxle_os::machine;
+use coaxle_os::exit::NodeNotFound;
 
-use crate::network::transport::{Client, OverZenoh, Transport};
+use crate::client::search::{SEARCH, is_there};
+use crate::client::session::session;
+use crate::network::transport::{OverZenoh, Transport};
 
-/// Longest time to wait for a node to appear.
-// As for orders: longer than Zenoh's scouting delay and the first round of its retries.
-const SEARCH: Span = Span::from_secs(5);
 /// Response timeout.
 // Nodes respond within milliseconds; the rest is for a slow network.
 const ANSWER: Duration = Duration::from_secs(3);
-/// Interval between checks for the node.
-const LOOK: Duration = Duration::from_millis(10);
 
 /// Client that reads the audit of nodes; its calls block until the response.
 pub struct AuditReader {
@@ -33,7 +29,7 @@ impl AuditReader {
     /// endpoints.
     pub fn open(transport: &TransportConfig) -> anyhow::Result<Self> {
         Ok(Self {
-            transport: OverZenoh::open_and_wait(transport)?,
+            transport: session(transport)?,
         })
     }
 
@@ -46,10 +42,16 @@ impl AuditReader {
         let key = node.audit_key();
         let client = self.transport.client(&key, ANSWER)?;
         let place = format!("asked under {key}, {}", self.transport.whereabouts());
-        if !is_there(&*client) {
+        if !is_there(
+            &*client,
+            &format!("node {node}"),
+            self.transport.whereabouts(),
+        ) {
             let why = self.transport.invisibility_reason(node.as_str());
             let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
-            bail!("node {node} shows no audit: it is not there after {SEARCH}, {place}{why}");
+            let missing =
+                format!("node {node} shows no audit: it is not there after {SEARCH}, {place}{why}");
+            return Err(NodeNotFound(missing).into());
         }
         let Some(payload) = client.request(query.to_json())? else {
             bail!("node {node} did not answer; {place}");
@@ -64,19 +66,5 @@ impl AuditReader {
     /// Leaves the network.
     pub fn close(self) {
         self.transport.close();
-    }
-}
-
-fn is_there(client: &dyn Client) -> bool {
-    let end = machine::now() + SEARCH;
-    loop {
-        // Asked before the clock: a busy machine that slept past the end still finds the server.
-        if client.has_server() {
-            return true;
-        }
-        if machine::now() >= end {
-            return false;
-        }
-        std::thread::park_timeout(LOOK);
     }
 }

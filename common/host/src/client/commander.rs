@@ -10,25 +10,20 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
-use coaxle_os::machine;
+use coaxle_os::exit::NodeNotFound;
 
+use crate::client::search::{SEARCH, is_there};
 use crate::client::session::session;
 use crate::client::watcher::Watcher;
 use crate::network::credentials::{BadCredentials, Credentials};
-use crate::network::transport::{Client, Transport};
+use crate::network::transport::Transport;
 
-/// Longest time to wait for a node to appear.
-// Longer than Zenoh's scouting delay (0.5 s) and the first round of its retries (0.25, 0.5 and 1 s).
-const SEARCH: Span = Span::from_secs(5);
 /// Response timeout: nodes respond within a second; the rest is for a slow network.
 // Longer than the second within which a command server reports a cycle that hangs.
 const ANSWER: Duration = Duration::from_secs(3);
 /// Time for other nodes to announce themselves.
 // Longer than Zenoh's scouting delay of 500 ms.
 const ROUND: Span = Span::from_millis(600);
-/// Interval between checks for the node.
-// A hundredth of a second is not noticed by people, and costs little for five seconds.
-const LOOK: Duration = Duration::from_millis(10);
 
 /// Operator's name of the page that a node serves of itself; a secure network gives it to nobody else.
 pub const PAGE: &str = "page";
@@ -95,9 +90,16 @@ impl Commander {
         let client = self.transport.client(&key, ANSWER)?;
         let place = format!("asked under {key}, {}", self.transport.whereabouts());
         // A request without a server would wait for the full response timeout and end in the same silence.
-        if !is_there(&*client) {
+        if !is_there(
+            &*client,
+            &format!("node {node}"),
+            self.transport.whereabouts(),
+        ) {
             let others = self.others(node);
-            bail!("node {node} takes no orders: it is not there after {SEARCH}, {place}{others}");
+            let missing = format!(
+                "node {node} takes no orders: it is not there after {SEARCH}, {place}{others}"
+            );
+            return Err(NodeNotFound(missing).into());
         }
         // Lost on the way there or on the way back: nobody can tell, so the text promises neither.
         let Some(payload) = client.request(order.to_json())? else {
@@ -149,19 +151,4 @@ impl Commander {
 fn holder_of(secure: Option<&Path>) -> Result<Option<NodeName>, BadCredentials> {
     let credentials = secure.map(Credentials::open).transpose()?;
     Ok(credentials.map(|found| found.name().clone()))
-}
-
-fn is_there(client: &dyn Client) -> bool {
-    // The machine's monotonic clock: a step of the wall clock must not end or prolong the search.
-    let end = machine::now() + SEARCH;
-    loop {
-        // Asked before the clock: a busy machine that slept past the end still finds the server.
-        if client.has_server() {
-            return true;
-        }
-        if machine::now() >= end {
-            return false;
-        }
-        std::thread::park_timeout(LOOK);
-    }
 }

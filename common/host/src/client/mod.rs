@@ -2,6 +2,7 @@
 
 mod auditor;
 mod commander;
+mod search;
 mod session;
 mod watcher;
 

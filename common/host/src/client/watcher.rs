@@ -10,6 +10,7 @@ use coaxle_node::keys::{ANY_ALIVE_KEY, ANY_STATUS_KEY, NodeName};
 use coaxle_os::machine::{self, Machine};
 use serde_json::{Map, Value};
 
+use crate::client::search::LongWait;
 use crate::client::session::session;
 use crate::network::transport::{Declared, InvisibilityReason, Transport};
 
@@ -22,6 +23,8 @@ const MOST_NODES: usize = 10_000;
 /// Watches nodes and reads their status, without any effect on them.
 pub struct Watcher {
     transport: Arc<dyn Transport>,
+    /// The watched nodes in words.
+    sought: String,
     seen: Arc<Seen>,
     _declared: Vec<Declared>,
 }
@@ -104,6 +107,7 @@ impl Watcher {
         }
         Ok(Self {
             transport,
+            sought: sought(nodes),
             seen,
             _declared: declared,
         })
@@ -123,6 +127,7 @@ impl Watcher {
         mut enough: impl FnMut(&[SeenNode]) -> bool,
     ) -> Vec<SeenNode> {
         let end = machine::now() + patience;
+        let mut long_wait = LongWait::begin();
         let mut nodes = self.seen.lock();
         loop {
             // The condition is checked before each wait: a notification before the first wait is not lost.
@@ -132,6 +137,9 @@ impl Watcher {
             if left <= Span::ZERO || enough(&seen) {
                 return seen;
             }
+            long_wait.say(&self.sought, self.whereabouts());
+            // Awake in time for the line.
+            let left = long_wait.left().map_or(left, |line| line.min(left));
             let left = Duration::from_nanos(left.as_nanos().unsigned_abs());
             let waited = self.seen.changed.wait_timeout(nodes, left);
             nodes = waited.unwrap_or_else(PoisonError::into_inner).0;
@@ -163,6 +171,15 @@ impl Watcher {
 }
 
 /// Takes a status, which names its node. Other data are ignored.
+fn sought(nodes: &[NodeName]) -> String {
+    let names: Vec<_> = nodes.iter().map(NodeName::as_str).collect();
+    match names[..] {
+        [] => "any node".to_owned(),
+        [node] => format!("node {node}"),
+        _ => format!("nodes {}", names.join(", ")),
+    }
+}
+
 fn take_status(seen: &Seen, at: Instant<Machine>, bytes: &[u8]) {
     // Checked before parsing: JSON of any length would be built up in memory.
     if bytes.len() > LONGEST_STATUS {
