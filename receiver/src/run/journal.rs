@@ -95,7 +95,7 @@ impl Journal {
     pub(super) fn take(&mut self, at: Instant<Machine>, now: &ReceiverSnapshot) -> Vec<Note> {
         let mut notes = match &mut self.before {
             Some(before) => {
-                let mut notes = changes(before, now, &self.far);
+                let mut notes = changes(before, now, &self.far, &self.slaves);
                 notes.extend(of_wraps(before, now, &self.far_axes));
                 notes.extend(of_virtual_axes(before, now, &self.virtual_axes));
                 notes.extend(of_programs(before, now, &self.slaves));
@@ -174,7 +174,12 @@ fn about(node: &Heard, of: usize, mut note: Note) -> Note {
     note
 }
 
-fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -> Vec<Note> {
+fn changes(
+    before: &ReceiverSnapshot,
+    now: &ReceiverSnapshot,
+    heard: &[Heard],
+    slaves: &[String],
+) -> Vec<Note> {
     let mut notes = Vec::new();
     let pairs = before.signals.far.iter().zip(&now.signals.far);
     for (n, (signals, changed)) in pairs.enumerate() {
@@ -200,7 +205,10 @@ fn changes(before: &ReceiverSnapshot, now: &ReceiverSnapshot, heard: &[Heard]) -
         notes.extend(own.into_iter().map(about));
     }
     if now.health != before.health && is_of_a_slave(now.health) {
-        notes.push(failure(now, Fault::of(now)));
+        notes.push(match now.health {
+            Health::SlaveBehind { slave } => behind(now, slave, &slaves[slave]),
+            _ => failure(now, Fault::of(now)),
+        });
     }
     notes
 }
@@ -357,6 +365,15 @@ fn failure(now: &ReceiverSnapshot, fault: Option<Fault>) -> Note {
         Some(fault) => means(fault, now, 0),
         None => Note::new(Level::Info, now.health.name().name()),
     }
+}
+
+/// Log line on a slave that is not where its coupling has it.
+fn behind(now: &ReceiverSnapshot, slave: usize, name: &str) -> Note {
+    let distance = now.signals.slaves[slave].distance;
+    let text = format!(
+        "{name}: {distance:.6} u off the position of its coupling, where its limits hold it"
+    );
+    Note::new(Level::Info, text)
 }
 
 /// Log line on a fault, with its effect on the axes of a far node.

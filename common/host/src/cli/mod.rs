@@ -75,11 +75,12 @@ impl LogArgs {
         audit.or(wished)
     }
 
-    /// Zenoh's own warnings repeat at every connection attempt; the nodes report the fault once.
+    /// Zenoh's own lines repeat at every connection attempt, and end a node's log with errors (`unknown expr_id`) that are none. The
+    /// nodes report each fault once, with its remedy.
     fn filter(self) -> &'static str {
         match (self.quiet, self.verbose) {
-            (true, _) => "error",
-            (false, 0) => "info,zenoh=error",
+            (true, _) => "error,zenoh=off",
+            (false, 0) => "info,zenoh=off",
             (false, 1) => "debug,zenoh=warn",
             (false, _) => "trace,zenoh=debug",
         }

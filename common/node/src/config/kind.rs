@@ -39,7 +39,17 @@ impl FileKind {
             Self::Gateway => &["pipe", "udp", "ads", "layout", "output"],
             Self::Receiver => &["far", "virtual-axis", "cams", "sync", "observer"],
             Self::Cam => &["point", "points", "table", "table-id"],
-            Self::Sender => &["axis"],
+            // By its list alone.
+            Self::Sender => &[],
+        }
+    }
+
+    /// List of a file of this kind. The slave of a saw or a gear is a table, and so is its axis.
+    const fn list(self) -> Option<&'static str> {
+        match self {
+            Self::Receiver => Some("slave"),
+            Self::Sender => Some("axis"),
+            _ => None,
         }
     }
 
@@ -84,8 +94,9 @@ impl FileKind {
     fn of_file(document: &Table) -> Option<Self> {
         let has = |kind: &Self| {
             (kind.marks().iter()).any(|mark| document.contains_key(*mark))
-                // The slave of a saw or a gear is a table.
-                || *kind == Self::Receiver && document.get("slave").is_some_and(Value::is_array)
+                || kind
+                    .list()
+                    .is_some_and(|list| document.get(list).is_some_and(Value::is_array))
         };
         Self::ALL.into_iter().find(has)
     }

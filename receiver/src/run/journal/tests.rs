@@ -188,3 +188,12 @@ fn a_receiver_that_flutters_does_not_flood_the_log() {
         "{lines:?}"
     );
 }
+
+#[test]
+fn a_slave_that_is_held_back_is_named_with_its_distance() {
+    let mut behind = following(Health::SlaveBehind { slave: 0 }, FilterState::Observer);
+    behind.signals.slaves[0].distance = 0.5;
+    let told = told(&[following(Health::Ok, FilterState::Observer), behind]);
+    let text = "slave: 0.500000 u off the position of its coupling, where its limits hold it";
+    assert!(as_texts(&told).contains(&(Level::Info, text)), "{told:#?}");
+}

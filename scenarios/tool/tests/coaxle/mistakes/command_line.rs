@@ -62,7 +62,7 @@ pub(crate) const ON_THE_COMMAND_LINE: &[(&str, i32, &str)] = &[
     (
         "receiver s.toml --check",
         WRONG_FILE,
-        "s.toml:7:3: axis: unknown field `axis`, expected one of …",
+        "s.toml: received the config of a sender, expected the config of a receiver; for this one: coaxle sender s.toml",
     ),
     (
         "run x.toml --out /sys/results",
