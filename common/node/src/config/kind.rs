@@ -7,7 +7,7 @@ use super::ConfigError;
 
 /// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FileKind {
+enum ConfigKind {
     Gear,
     Saw,
     Scenario,
@@ -17,7 +17,7 @@ enum FileKind {
     Sender,
 }
 
-impl FileKind {
+impl ConfigKind {
     /// In the order in which they are tried: a scenario has the fields of senders and receivers in its tables only, but a gear has a
     /// `slave` as a receiver has, and a gateway an `axis` as a sender has.
     const ALL: [Self; 7] = [
@@ -113,7 +113,7 @@ impl FileKind {
 /// # Errors
 /// Both kinds, and the command for the file.
 pub(crate) fn check_kind(file: &str, schema: &Schema, document: &Table) -> Result<(), ConfigError> {
-    let (received, expected) = (FileKind::of_file(document), FileKind::of_schema(schema));
+    let (received, expected) = (ConfigKind::of_file(document), ConfigKind::of_schema(schema));
     let (Some(received), Some(expected)) = (received, expected) else {
         return Ok(());
     };
