@@ -8,7 +8,8 @@ mod history;
 mod server;
 pub(crate) mod toml_text;
 
-use std::net::SocketAddr;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -27,9 +28,24 @@ pub(crate) use server::PageParts;
 pub(crate) struct EditArgs {
     /// The file, TOML; it need not be there yet
     pub(crate) file: PathBuf,
-    /// Serve the page here; port 0 is any that is free
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7481")]
-    pub(crate) page: SocketAddr,
+    /// Serve the page here; port 0 is any that is free [default: 127.0.0.1:7481, or any free port if another designer has that]
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) page: Option<SocketAddr>,
+}
+
+/// Port of the page unless it is taken.
+const PORT: u16 = 7481;
+
+impl EditArgs {
+    fn address(&self) -> SocketAddr {
+        self.page.unwrap_or_else(|| {
+            let usual = SocketAddr::from((Ipv4Addr::LOCALHOST, PORT));
+            // Two files are often designed at a time: a cam and the saw that it belongs to.
+            let is_taken = TcpListener::bind(usual)
+                .is_err_and(|error| error.kind() == io::ErrorKind::AddrInUse);
+            SocketAddr::from((Ipv4Addr::LOCALHOST, if is_taken { 0 } else { PORT }))
+        })
+    }
 }
 
 /// A kind of file that is designed.
@@ -90,16 +106,16 @@ pub(crate) fn open<D: Design>(
     parts: PageParts,
 ) -> anyhow::Result<PageServer> {
     // The token in the address is the right to write. It is not encrypted on its way.
-    if !args.page.ip().is_loopback() {
+    let address = args.address();
+    if !address.ip().is_loopback() {
         tracing::warn!(
-            "{} can be reached by others, who see the file; those who see the traffic change it",
-            args.page
+            "{address} can be reached by others, who see the file; those who see the traffic change it"
         );
     }
     // Before the port is taken: a file that cannot be read needs no page.
     let file = EditedFile::open(&args.file, D::MOST_BYTES)?;
     let token = PageToken::draw()?;
-    PageServer::open(args.page, Some(token), server::routes(file, design, parts))
+    PageServer::open(address, Some(token), server::routes(file, design, parts))
 }
 
 #[cfg(test)]

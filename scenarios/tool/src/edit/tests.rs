@@ -41,7 +41,7 @@ impl Design for Words {
 fn page(file: &Path) -> PageServer {
     let args = EditArgs {
         file: file.to_owned(),
-        page: "127.0.0.1:0".parse().unwrap(),
+        page: Some("127.0.0.1:0".parse().unwrap()),
     };
     let parts = PageParts {
         html: "<!doctype html>the page",
@@ -200,7 +200,7 @@ fn a_file_that_cannot_be_read_is_not_edited() {
     let folder = tempfile::tempdir().unwrap();
     let args = EditArgs {
         file: folder.path().to_owned(),
-        page: "127.0.0.1:0".parse().unwrap(),
+        page: Some("127.0.0.1:0".parse().unwrap()),
     };
     let parts = PageParts { html: "", js: "" };
     let refused = open(&args, Words, parts).err().unwrap().to_string();
@@ -228,4 +228,15 @@ fn values_change_in_their_places() {
             .unwrap_err()
             .contains("not valid TOML")
     );
+}
+
+#[test]
+fn a_second_designer_takes_another_port() {
+    let args = EditArgs {
+        file: PathBuf::from("a"),
+        page: None,
+    };
+    // Somebody has the usual one from here on, if not before.
+    let _taken = TcpListener::bind((Ipv4Addr::LOCALHOST, PORT));
+    assert_eq!(args.address().port(), 0);
 }
