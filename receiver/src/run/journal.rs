@@ -4,7 +4,7 @@ mod delay;
 mod standby;
 mod wraps;
 
-use coaxle_clock::time_sync::SyncWarning;
+use coaxle_clock::time_sync::{SyncError, SyncWarning};
 use coaxle_clock::{Instant, Span};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Machine;
@@ -349,6 +349,14 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
             "a second node of the same name publishes the same axes: the first one is followed, as long as it is heard",
         ),
         (health, _) => match Fault::of_far(now, n) {
+            Some(fault) if health == Health::Error(SyncError::MaxDataAgeExceeded) => {
+                let age = signals.age_cycles;
+                let text = format!(
+                    "error {fault}: {age} cycles, more than age-of-data-limit permits; {}",
+                    effect(now, n)
+                );
+                Note::new(Level::Error, text)
+            }
             Some(fault) => means(fault, now, n),
             None => Note::new(Level::Info, health.name().name()),
         },
@@ -378,13 +386,18 @@ fn behind(now: &ReceiverSnapshot, slave: usize, name: &str) -> Note {
 
 /// Log line on a fault, with its effect on the axes of a far node.
 fn means(fault: Fault, now: &ReceiverSnapshot, far: usize) -> Note {
-    let means = match (now.continuity_of(far), now.state_of(far)) {
+    let effect = effect(now, far);
+    Note::new(Level::Error, format!("error {fault}; {effect}"))
+}
+
+/// Effect of a fault on the axes of a far node.
+fn effect(now: &ReceiverSnapshot, far: usize) -> String {
+    match (now.continuity_of(far), now.state_of(far)) {
         (Some(ContinuityState::Braking), _) => "the axis is braked, or at rest".to_owned(),
         (Some(ContinuityState::Rejoining), _) => "the axis is brought back".to_owned(),
         (_, Some(state)) => format!("set values in {} mode", state.name()),
         (_, None) => "no set values".to_owned(),
-    };
-    Note::new(Level::Error, format!("error {fault}; {means}"))
+    }
 }
 
 fn well(signals: &FarNodeSignals, state: Option<FilterState>) -> String {

@@ -113,7 +113,7 @@ fn each_change_is_told_once() {
             ),
             (
                 Level::Error,
-                "error 0x4b52: no new data for too long; set values in pt1 mode"
+                "error 0x4b52: no new data for too long: 1001 cycles, more than age-of-data-limit permits; set values in pt1 mode"
             ),
             (
                 Level::Warning,
