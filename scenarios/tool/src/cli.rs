@@ -32,7 +32,7 @@ use crate::schema::{self, SchemaArgs};
 use crate::scope::{self, OwnPageArgs, ScopeArgs};
 use crate::secure::cli::SecureSubcommand;
 use crate::soak::SoakArgs;
-use crate::status::{self, NodesArgs, StatusArgs, WaitArgs};
+use crate::status::{self, GetArgs, NodesArgs, StatusArgs, WaitArgs};
 use crate::sweep::SweepArgs;
 
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
@@ -99,6 +99,8 @@ enum CoaxleCommand {
     Nodes(NodesArgs),
     /// Show the status of running nodes: clocks, messages, axes, slaves
     Status(StatusArgs),
+    /// Print single values of a running node, for scripts
+    Get(GetArgs),
     /// Show who was refused what by a node, and who did what there: of a recording, or of a running node; docs/SECURE.md
     Audit(AuditArgs),
     /// Wait until a receiver knows the clocks that it follows
@@ -208,6 +210,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         Some(CoaxleCommand::Order(args)) => (command::print(&args)?, Exit::Refused),
         Some(CoaxleCommand::Nodes(args)) => return status::nodes(&args),
         Some(CoaxleCommand::Status(args)) => return status::status(&args),
+        Some(CoaxleCommand::Get(args)) => return status::get(&args),
         Some(CoaxleCommand::Audit(args)) => return audit::audit(&args),
         Some(CoaxleCommand::WaitSync(args)) => return status::wait(&args),
         Some(CoaxleCommand::Conform(args)) => return conform::conform(&args),

@@ -17,6 +17,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         &[
             "nodes",
             "status",
+            "get",
             "audit",
             "wait-sync",
             "scope",

@@ -1,8 +1,9 @@
-//! Statuses of running nodes: `coaxle status`, `coaxle nodes` and `coaxle wait-sync`.
+//! Statuses of running nodes: `coaxle status`, `coaxle get`, `coaxle nodes` and `coaxle wait-sync`.
 //!
 //! Their only source is the status that nodes publish (docs/WIRE.md).
 
 mod circles;
+mod get;
 mod metrics;
 mod nodes;
 mod plain;
@@ -25,6 +26,7 @@ use coaxle_os::machine;
 use coaxle_report::inspect;
 use serde_json::Value;
 
+pub use get::{GetArgs, get};
 pub use nodes::{NodesArgs, nodes};
 use reading::StatusFields;
 pub use wait::{WaitArgs, wait};

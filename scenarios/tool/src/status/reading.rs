@@ -11,6 +11,11 @@ impl<'a> StatusFields<'a> {
         Self(fields)
     }
 
+    /// A field of any type; `null` if its value is unknown.
+    pub(super) fn value(&self, name: &str) -> Option<&'a Value> {
+        self.0.get(name)
+    }
+
     pub(super) fn number(&self, name: &str) -> Option<f64> {
         // Nodes of an older version lack fields, and unknown values are null: both are unknown here.
         self.0.get(name)?.as_f64()

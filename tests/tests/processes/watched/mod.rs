@@ -48,6 +48,13 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
         "the one that was named"
     );
 
+    let got = line.run_tool(&["get", "saw", "belt.synced", "health", "cycle_time_us"]);
+    let got = printed(&got);
+    let values: Vec<_> = got.lines().collect();
+    assert_eq!((values.len(), values[0]), (3, "true"), "{got}");
+    let none = line.run_tool(&["get", "saw", "belt.synchronous"]);
+    assert_eq!(none.status.code(), Some(2), "{none:?}");
+
     let metrics = printed(&line.run_tool(&["status", "--format", "prometheus"]));
     for expected in [
         "coaxle_up{node=\"belt\"} 1",
@@ -97,6 +104,7 @@ fn who_is_not_there_is_told_of_with_who_is() {
     });
     for (words, code) in [
         (vec!["status", "sew"], 5),
+        (vec!["get", "sew", "health"], 5),
         (vec!["wait-sync", "sew", "--timeout", "2s"], 5),
     ] {
         let answer = line.run_tool(&words);
