@@ -1,23 +1,25 @@
 //! The status as metrics, in the text format that Prometheus scrapes.
 //!
-//! Numbers are values of `coaxle_<what>_<signal>`; of words there is `coaxle_<what>_<signal>{…, is="synced"} 1`.
-//! Unknown values are left out. Help and unit come from the declarations of the signals.
+//! Numbers are values of `coaxle_<what>_<signal>`, in seconds and ratios (`base_units.rs`); of words there is
+//! `coaxle_<what>_<signal>{…, is="synced"} 1`. Unknown values are left out. Help and unit come from the declarations of the signals.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use coaxle_host::client::SeenNode;
-use coaxle_node::signal::{Group, Signal, Signals};
+use coaxle_node::signal::{Group, Kind, Signal, Signals};
 use coaxle_receiver::signals as receiver;
 use coaxle_sender::signals as sender;
 use serde_json::Value;
 
+use super::base_units::MetricName;
 use super::reading;
 use super::reading::StatusFields;
 
-/// A metric: its help, and a line for each sample.
+/// A metric: its help, its type, and a line for each sample.
 struct Metric {
     help: String,
+    is_counter: bool,
     samples: Vec<String>,
 }
 
@@ -28,7 +30,14 @@ pub(super) fn of(seen: &[SeenNode]) -> String {
         // Of every node, even without a status: an alarm on `coaxle_up` must not depend on one.
         let up = f64::from(u8::from(node.is_alive));
         let labels = label("node", node.name.as_str());
-        metrics.add("coaxle_up", "Whether the node is there.", &labels, up);
+        let is_up = MetricName::of("up", false);
+        metrics.add(
+            "coaxle_up",
+            &is_up,
+            "1 while the node is there.",
+            &labels,
+            up,
+        );
         if let Some(status) = reading(node) {
             metrics.add_node(&labels, &status);
         }
@@ -72,27 +81,33 @@ impl Metrics {
     }
 
     fn add_all(&mut self, of: &str, labels: &str, fields: &StatusFields<'_>) {
+        let declared = declared(of);
         for (name, value) in fields.fields() {
-            let metric = format!("coaxle_{of}_{name}");
-            let help = help(of, name);
+            let signal = declared.iter().find(|signal| signal.name == name);
+            let counts = signal.map_or(value.is_u64(), |signal| signal.kind == Kind::Count);
+            let named = MetricName::of(name, counts);
+            let metric = format!("coaxle_{of}_{}", named.name);
+            let help = help(signal, &named);
             match value {
                 Value::Number(number) => {
                     let number = number.as_f64().unwrap_or(f64::NAN);
-                    self.add(&metric, &help, labels, number);
+                    self.add(&metric, &named, &help, labels, number * named.scale);
                 }
                 // Prometheus has numbers only.
-                Value::Bool(is) => self.add(&metric, &help, labels, f64::from(u8::from(*is))),
+                Value::Bool(is) => {
+                    self.add(&metric, &named, &help, labels, f64::from(u8::from(*is)));
+                }
                 // Names and numbers of runs would be a new series each time.
                 Value::String(_) if ["node", "unit", "epoch", "label"].contains(&name) => {}
                 Value::String(text) => {
                     let labels = format!("{labels},{}", label("is", text));
-                    self.add(&metric, &help, &labels, 1.0);
+                    self.add(&metric, &named, &help, &labels, 1.0);
                 }
                 // The code alone, which has few values: each text would be a series of its own.
                 Value::Object(fault) => {
                     if let Some(code) = fault.get("code").and_then(Value::as_str) {
                         let labels = format!("{labels},{}", label("is", code));
-                        self.add(&metric, &help, &labels, 1.0);
+                        self.add(&metric, &named, &help, &labels, 1.0);
                     }
                 }
                 // Left out instead of NaN: a gap in a chart is the truth about an unknown value.
@@ -101,9 +116,10 @@ impl Metrics {
         }
     }
 
-    fn add(&mut self, name: &str, help: &str, labels: &str, value: f64) {
+    fn add(&mut self, name: &str, named: &MetricName, help: &str, labels: &str, value: f64) {
         let metric = self.0.entry(name.to_owned()).or_insert_with(|| Metric {
             help: help.to_owned(),
+            is_counter: named.is_counter,
             samples: Vec::new(),
         });
         metric.samples.push(format!("{name}{{{labels}}} {value}"));
@@ -111,11 +127,16 @@ impl Metrics {
 
     fn text(&self) -> String {
         let mut text = String::new();
-        for (name, Metric { help, samples }) in &self.0 {
+        for (name, metric) in &self.0 {
+            let Metric {
+                help,
+                is_counter,
+                samples,
+            } = metric;
             // Writing to a string cannot fail.
             let _ = writeln!(text, "# HELP {name} {}", help.replace('\\', "\\\\"));
-            // Signals do not declare whether they only grow.
-            let _ = writeln!(text, "# TYPE {name} untyped");
+            let kind = if *is_counter { "counter" } else { "gauge" };
+            let _ = writeln!(text, "# TYPE {name} {kind}");
             // Grouped by metric, as the format demands; hence the map.
             for sample in samples {
                 let _ = writeln!(text, "{sample}");
@@ -132,12 +153,11 @@ fn label(name: &str, value: &str) -> String {
 }
 
 /// Meaning and unit of a signal; for other fields, where to look.
-fn help(of: &str, name: &str) -> String {
-    let declared = declared(of);
-    let signal = declared.iter().find(|signal| signal.name == name);
-    match signal {
-        Some(signal) if signal.unit.is_empty() => signal.meaning().to_owned(),
-        Some(signal) => format!("{} ({})", signal.meaning(), signal.unit),
+fn help(signal: Option<&Signal>, named: &MetricName) -> String {
+    let unit = signal.map(|signal| named.unit.unwrap_or(signal.unit));
+    match signal.zip(unit) {
+        Some((signal, "")) => signal.meaning().to_owned(),
+        Some((signal, unit)) => format!("{} ({unit})", signal.meaning()),
         None => "See docs/WIRE.md, Status.".to_owned(),
     }
 }
@@ -182,16 +202,16 @@ mod tests {
         let text = metrics();
         for expected in [
             "coaxle_up{node=\"saw\"} 1",
-            "coaxle_node_cycles{node=\"conveyor\"} 25245",
+            "coaxle_node_cycles_total{node=\"conveyor\"} 25245",
             "coaxle_node_error{node=\"saw\",is=\"0x4B52\"} 1",
-            "coaxle_far_drift_ppm{node=\"saw\",far=\"conveyor\"} 500.1",
+            "coaxle_far_drift_ratio{node=\"saw\",far=\"conveyor\"} 0.0005001",
             "coaxle_far_synced{node=\"saw\",far=\"conveyor\"} 1",
             "coaxle_far_observer_state{node=\"saw\",far=\"conveyor\",is=\"synced\"} 1",
-            "coaxle_source_frame_age_ms{node=\"saw\",far=\"conveyor\"} 0.41",
+            "coaxle_source_frame_age_seconds{node=\"saw\",far=\"conveyor\"} 0.00041",
             "coaxle_axis_velocity{node=\"conveyor\",axis=\"conveyor\",unit=\"mm\"} 500",
             "coaxle_far_axis_corrected_position{node=\"saw\",axis=\"conveyor.3\",unit=\"mm\"} 12597.89375",
             "coaxle_slave_program_step{node=\"saw\",slave=\"slave\",unit=\"mm\"} 2",
-            "# HELP coaxle_far_drift_ppm Estimated drift of its clock against the own one (`fDrift`). (ppm)",
+            "# HELP coaxle_far_drift_ratio Estimated drift of its clock against the own one (`fDrift`).",
         ] {
             assert!(
                 text.lines().any(|line| line == expected),
@@ -221,28 +241,44 @@ mod tests {
     }
 
     #[test]
-    fn the_dashboard_asks_for_metrics_that_there_are() {
-        let dashboard = include_str!("../../../../docs/grafana-dashboard.json");
-        let is_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let names = dashboard.split(|c| !is_of_a_name(c));
-        let names = names.filter_map(|name| name.strip_prefix("coaxle_"));
-        let mut count = 0;
-        for name in names {
-            count += 1;
-            let is_declared = |of| {
-                let signal = name
-                    .strip_prefix(of)
-                    .and_then(|rest| rest.strip_prefix('_'));
-                signal.is_some_and(|signal| declared(of).iter().any(|known| known.name == signal))
-            };
-            let is_known = ["node", "far", "slave"].into_iter().any(is_declared);
-            // Metrics of the host, and of this tool.
-            assert!(
-                is_known || ["source_frame_age_ms", "up"].contains(&name),
-                "{name}"
-            );
+    fn counts_and_other_numbers_have_their_types() {
+        let text = metrics();
+        for head in [
+            "# TYPE coaxle_up gauge",
+            "# TYPE coaxle_far_lost_total counter",
+            "# TYPE coaxle_far_delay_seconds gauge",
+            "# TYPE coaxle_slave_program_step gauge",
+            "# TYPE coaxle_far_observer_state gauge",
+        ] {
+            assert!(text.lines().any(|line| line == head), "{head}\n{text}");
         }
-        assert!(count > 10, "{count}");
+    }
+
+    #[test]
+    fn dashboard_and_alerts_ask_for_metrics_that_there_are() {
+        let of_host = ["up", "node_cycles_total", "source_frame_age_seconds"];
+        let of_host = of_host.map(str::to_owned);
+        let declared = ["node", "far", "slave"].into_iter().flat_map(|of| {
+            let names = declared(of).into_iter().map(move |signal| {
+                let counts = signal.kind == Kind::Count;
+                format!("{of}_{}", MetricName::of(signal.name, counts).name)
+            });
+            names.collect::<Vec<_>>()
+        });
+        let known: Vec<_> = declared.chain(of_host).collect();
+        for asking in [
+            include_str!("../../../../docs/grafana-dashboard.json"),
+            include_str!("../../../../docs/prometheus-alerts.yml"),
+        ] {
+            let is_of_a_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            let names = asking.split(|c| !is_of_a_name(c));
+            let names = names.filter_map(|name| name.strip_prefix("coaxle_"));
+            let names: Vec<_> = names.collect();
+            assert!(names.len() > 5, "{names:?}");
+            for name in names {
+                assert!(known.iter().any(|known| known == name), "{name}");
+            }
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! Their only source is the status that nodes publish (docs/WIRE.md).
 
+mod base_units;
 mod circles;
 mod get;
 mod metrics;
