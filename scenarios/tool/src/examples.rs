@@ -4,7 +4,7 @@ use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect;
 
 /// Kind of node, name and text of each config.
-const EXAMPLES: [(&str, &str, &str); 10] = [
+const EXAMPLES: [(&str, &str, &str); 11] = [
     (
         "sender",
         "conveyor",
@@ -45,6 +45,11 @@ const EXAMPLES: [(&str, &str, &str); 10] = [
         "receiver",
         "shaft",
         include_str!("../../../receiver/configs/shaft.toml"),
+    ),
+    (
+        "receiver",
+        "plc-axis",
+        include_str!("../../../receiver/configs/plc-axis.toml"),
     ),
     (
         "gateway",

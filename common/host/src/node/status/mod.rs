@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use coaxle_clock::{Instant, Span};
+use coaxle_node::Channel;
 use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine::Machine;
@@ -350,11 +351,17 @@ impl Reporter {
             (Some((node, key)), Evidence::Source { alive: true, age }) => {
                 let refused = read(&self.counters.refused);
                 let other_axes = other_axes(&self.session.contacts()[source].other_axes());
-                // Neither a good frame nor a refused one, and yet it is alive: access control drops them unseen.
-                let hint = if age.is_none() && refused == 0 && self.identity.in_secure_network {
-                    "; if its cycle runs, the zenoh.json5 of one of the two gives no rights to the other"
-                } else {
-                    ""
+                // Neither a good frame nor a refused one, and yet it is alive.
+                let hint = match age.is_none() && refused == 0 {
+                    // Few receivers publish them.
+                    true if *key == node.channel_key(Channel::FarAxes) => {
+                        "; is `publish-far-axes = true` in its config?"
+                    }
+                    // Access control drops them unseen.
+                    true if self.identity.in_secure_network => {
+                        "; if its cycle runs, the zenoh.json5 of one of the two gives no rights to the other"
+                    }
+                    _ => "",
                 };
                 format!(
                     "good frames on {key}, {}; node {node} is alive, {refused} of its frames were refused{other_axes}{hint}",
