@@ -188,7 +188,7 @@ impl TwoWay {
         let sigma = line.sigma(now);
         Some(Steering::Channel {
             ahead: Seconds(ahead),
-            uncertainty: Seconds(unequal + 3.0 * sigma),
+            uncertainty: Seconds(unequal + 3.0 * sigma + line.doubt(now)),
             sigma: Seconds(sigma),
             rate: line.rate(),
             begins: !was_in_use,

@@ -9,6 +9,7 @@ mod moments;
 mod settling;
 mod skipped;
 mod slave;
+mod unnoticed;
 mod watch;
 
 use coaxle_clock::{CycleTime, Instant, Span};

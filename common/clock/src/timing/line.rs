@@ -1,5 +1,6 @@
 //! The line through the exchanges of the timing channel.
 
+use super::doubt::Doubt;
 use super::noise::{Noise, RoundTrip};
 use crate::delay::TimeResponse;
 use crate::instant::{Instant, Local, Span};
@@ -62,6 +63,8 @@ pub(crate) struct TimingLine {
     contradictions: u8,
     /// Innovation of the newest measurement, s.
     missed: Option<f64>,
+    /// Error of the line by the newest measurement, beyond chance.
+    doubt: Doubt,
 }
 
 impl TimingLine {
@@ -82,6 +85,7 @@ impl TimingLine {
             measurements: 0,
             contradictions: 0,
             missed: None,
+            doubt: Doubt::NONE,
         }
     }
 
@@ -145,7 +149,26 @@ impl TimingLine {
 
     /// Greatest error of the far time: whatever the ways are, neither is shorter than nothing, s.
     pub(crate) fn uncertainty(&self, now: Instant<Local>) -> f64 {
-        0.5 * self.round_trip.shortest() + COVERED * self.sigma(now)
+        0.5 * self.round_trip.shortest() + COVERED * self.sigma(now) + self.doubt(now)
+    }
+
+    /// Error of the far time where more than chance shows one, s: by the newest measurements, and by the filter that follows a rate most
+    /// quickly.
+    pub(crate) fn doubt(&self, now: Instant<Local>) -> f64 {
+        let since = self.since(now);
+        let Some(bank) = &self.bank else {
+            return 0.0;
+        };
+        let ahead = (since - self.at).max(0.0);
+        let estimate = bank.combined();
+        let (agile, variance) = bank.agile(ahead);
+        let apart = libm::fabs(estimate.offset + estimate.drift * ahead - agile);
+        // As clocks wander quickly, the slow filters are begun again and again, and one may lead for a measurement before it is wrong.
+        let by_filters = match apart > COVERED * libm::sqrt(variance) {
+            true => apart,
+            false => 0.0,
+        };
+        self.doubt.after(since).max(by_filters)
     }
 
     /// Least round trip, s.
@@ -166,6 +189,9 @@ impl TimingLine {
     /// Makes one measurement of the group, which is full.
     fn measure(&mut self) {
         let middle = self.group.iter().map(|ways| ways.left).sum::<f64>() / GROUP as f64;
+        // Of one exchange, so that no error of the rate is in it.
+        let exchanges = self.group.iter().map(|ways| ways.there - ways.back);
+        let quickest = exchanges.fold(f64::INFINITY, f64::min);
         let drift = self.bank.as_ref().map_or(0.0, |bank| bank.combined().drift);
         // Brought to one time: at 100 ppm leads within a group of 0.16 s differ by 16 µs.
         let level = |ahead: f64, at: f64| ahead - drift * (at - middle);
@@ -181,6 +207,7 @@ impl TimingLine {
         if !(round_trip > -STAMP_ERROR && middle > self.at) {
             // A clock leapt within the group, or the rate is wrong by far.
             self.contradictions += 1;
+            self.doubt_at(middle, 0.5 * (there + back));
             return;
         }
         let measured = 0.5 * (there + back);
@@ -201,6 +228,12 @@ impl TimingLine {
         // On one of both ways, or on both.
         let held_up = 0.25 * longer * longer;
         let variance = self.noise.variance() + held_up;
+        let by_chance = COVERED * libm::sqrt(known + variance);
+        (self.doubt).take(middle, passed, measured - expected, by_chance);
+        if self.doubt.is_any() {
+            // At a wrong rate the ways of two exchanges seem shorter together than they are, and for ten seconds.
+            self.round_trip.correct(quickest);
+        }
         let chance = TUNING.beyond_chance * libm::sqrt(known + variance);
         // Ways of any inequality move the middle by half of the round trip at most.
         let bound = chance + 0.5 * round_trip.max(self.round_trip.shortest());
@@ -213,6 +246,16 @@ impl TimingLine {
         bank.observe(passed, measured, variance);
         self.at = middle;
         self.measurements = self.measurements.saturating_add(1);
+    }
+
+    /// Doubts the line by a measurement that it does not take.
+    fn doubt_at(&mut self, middle: f64, measured: f64) {
+        if let Some(bank) = &self.bank {
+            let estimate = bank.combined();
+            let passed = middle - self.at;
+            let missed = measured - estimate.offset - estimate.drift * passed;
+            self.doubt.take(middle, passed, missed, 0.0);
+        }
     }
 }
 

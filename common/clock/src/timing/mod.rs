@@ -16,6 +16,7 @@
 //! The channel is believed no further than the time exchanges of the transport leave open: one that contradicts them
 //! is not used.
 
+mod doubt;
 pub(crate) mod line;
 mod noise;
 use crate::tuning::tuning;
@@ -39,6 +40,10 @@ use crate::delay::{DelayOutput, DelayState, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 use line::TimingLine;
+
+/// Exchanges after which a change of a clock's rate has shown: a measurement is made of a group of them, and the change begins
+/// within a group, so that only the next one is wholly of the time after it.
+pub const EXCHANGES_OF_A_CHANGE: u32 = 2 * line::GROUP as u32;
 
 /// Exchanges that can wait for their cycle.
 const WAITING: usize = 16;
@@ -307,4 +312,5 @@ impl TimingChannel {
 }
 
 #[cfg(feature = "perturb")]
-pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] = &[TUNED, line::TUNED, noise::TUNED];
+pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] =
+    &[TUNED, doubt::TUNED, line::TUNED, noise::TUNED];

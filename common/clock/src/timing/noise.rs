@@ -112,6 +112,12 @@ impl RoundTrip {
         self.shortest = self.kept.iter().copied().fold(f64::INFINITY, f64::min);
         round_trip.max(0.0) - self.shortest
     }
+
+    /// Replaces the newest one.
+    pub(super) fn correct(&mut self, round_trip: f64) {
+        self.next = (self.next + self.of - 1) % self.of;
+        let _ = self.take(round_trip);
+    }
 }
 
 #[cfg(test)]

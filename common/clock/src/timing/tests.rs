@@ -11,7 +11,7 @@ use crate::delay::{DelayState, TimeResponse};
 use crate::far_clock::{DelaySource, FarClock, FarClockOutput};
 use crate::instant::{Instant, Local, Span};
 use crate::observer::ObserverParameters;
-use crate::timing::TimingState;
+use crate::timing::{EXCHANGES_OF_A_CHANGE, TimingState};
 
 const CYCLE: i64 = 1_000_000;
 const DRIFT: f64 = 30e-6;
@@ -23,14 +23,30 @@ const BEACON: f64 = 600.0;
 /// Cycles between two of its exchanges.
 const EVERY: i64 = 20;
 
+/// A change of a clock's rate.
+#[derive(Default)]
+struct RateChange {
+    /// Local instant, ns.
+    at: f64,
+    /// Gain until then beside the first rate, ns.
+    gained: f64,
+    /// Excess over the first rate before it, s/s, and after it.
+    before: f64,
+    after: f64,
+}
+
 struct World {
     clock: FarClock,
     random: Xoshiro256PlusPlus,
     /// Leap of the sender's clock, ns.
     leapt: f64,
+    /// Newest change of the rate of the sender's clock.
+    changed: RateChange,
     /// Excess of the way back of the timing channel over the way there, ns.
     unequal: f64,
     beacons: bool,
+    /// Mean jitter of the timing channel, ns.
+    jitter: f64,
     /// Correlated part of the delay of messages.
     correlated: f64,
     epoch: u64,
@@ -48,8 +64,10 @@ impl World {
             clock: FarClock::new(cycle_time, parameters, DelaySource::Measured, 5).unwrap(),
             random: Xoshiro256PlusPlus::seed_from_u64(seed),
             leapt: 0.0,
+            changed: RateChange::default(),
             unequal: 0.0,
             beacons: true,
+            jitter: 200.0,
             correlated: 0.0,
             epoch: 1,
         }
@@ -61,7 +79,40 @@ impl World {
 
     /// Time of the sender's clock at a local instant, ns.
     fn far(&self, at: f64) -> f64 {
-        at * (1.0 + DRIFT) + self.leapt
+        let change = &self.changed;
+        let since = at - change.at;
+        let excess = if since > 0.0 {
+            change.after
+        } else {
+            change.before
+        };
+        at * (1.0 + DRIFT) + self.leapt + change.gained + excess * since
+    }
+
+    /// Local instant at which the sender's clock shows `far`, ns.
+    fn instant_of(&self, far: f64) -> f64 {
+        let change = &self.changed;
+        let rest = far - self.far(change.at);
+        let excess = if rest > 0.0 {
+            change.after
+        } else {
+            change.before
+        };
+        change.at + rest / (1.0 + DRIFT + excess)
+    }
+
+    /// Changes the rate of the sender's clock by `by`, s/s, in this cycle.
+    fn change_rate(&mut self, cycle: i64, by: f64) {
+        let RateChange {
+            at, gained, after, ..
+        } = self.changed;
+        let now = (cycle * CYCLE) as f64;
+        self.changed = RateChange {
+            at: now,
+            gained: gained + after * (now - at),
+            before: after,
+            after: after + by,
+        };
     }
 
     fn far_span(&self, at: f64) -> Span {
@@ -88,15 +139,15 @@ impl World {
         let before = self.far(now - CYCLE as f64).div_euclid(CYCLE as f64) as i64;
         let newest = self.far(now).div_euclid(CYCLE as f64) as i64;
         for count in before + 1..=newest {
-            let sent = (count as f64 * CYCLE as f64 - self.leapt) / (1.0 + DRIFT);
+            let sent = self.instant_of(count as f64 * CYCLE as f64);
             let arrived = sent + MESSAGE + self.late(20_000.0) + self.correlated.abs();
             (self.clock).message(self.epoch, count as u64, local(arrived), Some(Span::ZERO));
         }
         if self.beacons && n % EVERY == 0 {
             let sent = now - 5e6;
-            let received = sent + BEACON + self.late(200.0);
+            let received = sent + BEACON + self.late(self.jitter);
             let responded = received + 400_000.0;
-            let arrived = responded + BEACON + self.unequal + self.late(200.0);
+            let arrived = responded + BEACON + self.unequal + self.late(self.jitter);
             let exchange = self.response(0, sent, received, responded);
             self.clock.timing_exchange(local(arrived), &exchange);
         }
@@ -321,4 +372,62 @@ fn another_run_of_the_sender_is_another_clock() {
     let began = began.expect("it is used again");
     assert!((20_500..30_000).contains(&began), "{began}");
     assert!(was_used);
+}
+
+/// Error of a cycle, and the greatest one that is stated, ns.
+fn stated((output, error): (FarClockOutput, Option<f64>)) -> (f64, f64) {
+    let uncertainty = output.delay.uncertainty.expect("a measured delay").0;
+    let rest = output.observer.slew_remaining.0.abs();
+    (error.expect("a far time").abs(), (uncertainty + rest) * 1e9)
+}
+
+#[test]
+fn a_rate_that_changes_at_once_is_stated_as_soon_as_exchanges_show_it() {
+    // The exchanges that show it, and the response that waits for its cycle.
+    let shown_after = i64::from(EXCHANGES_OF_A_CHANGE) * EVERY + 2;
+    for (seed, ppm) in (0..).zip([2.0, -5.0, 10.0, -20.0, 50.0, -200.0]) {
+        let mut world = World::new(seed);
+        world.jitter = if seed.is_multiple_of(2) { 200.0 } else { 500.0 };
+        let _ = world.run(1, 20_000);
+        // Somewhere within a group.
+        let at = 20_037 + 50 * seed as i64;
+        let _ = world.run(20_001, at - 20_000);
+        world.change_rate(at, ppm * 1e-6);
+        for n in at + 1..at + 20_000 {
+            let (error, bound) = stated(world.cycle(n));
+            // Until then a receiver can at best go on along the line of before: Δ·t.
+            let since = n - at;
+            let unknown = match since <= shown_after {
+                true => ppm.abs() * 1e-6 * (since * CYCLE) as f64,
+                false => 0.0,
+            };
+            assert!(
+                error <= bound + unknown,
+                "{ppm} ppm, {since} ms: {error} of {bound} ns"
+            );
+        }
+    }
+}
+
+#[test]
+fn clocks_that_wander_quickly_are_as_far_off_as_stated_at_most() {
+    for walk_ppm in [0.3, 0.6, 1.0] {
+        for seed in 0..4 {
+            let mut world = World::new(seed);
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed + 77);
+            // Ten cycles at a time: the root of 0.01 s is 0.1.
+            let step = Normal::new(0.0, walk_ppm * 1e-6 * 0.1).unwrap();
+            let _ = world.run(1, 30_000);
+            for n in 30_001..90_000 {
+                if n % 10 == 1 {
+                    world.change_rate(n - 1, step.sample(&mut random));
+                }
+                let (error, bound) = stated(world.cycle(n));
+                assert!(
+                    error <= bound,
+                    "{walk_ppm} ppm/√s, {seed}, {n}: {error} of {bound} ns"
+                );
+            }
+        }
+    }
 }

@@ -15,6 +15,7 @@ use super::moments::Moments;
 use super::settling::{SettledFigure, Settling};
 use super::skipped::SkippedCycles;
 use super::slave::SlaveJudge;
+use super::unnoticed::UnnoticedChange;
 use super::watch::{FarErrorWatch, FarPositionWatch, ReceiverWatch};
 use crate::followed::JudgedAxis;
 use crate::invariants::InvariantViolation;
@@ -80,6 +81,7 @@ pub(super) struct ReceiverJudge {
     time_error: SettledFigure,
     far_error: Option<FarErrorWatch>,
     far_position: Option<FarPositionWatch>,
+    unnoticed: Option<UnnoticedChange>,
     lag: MasterLag,
     fastest_master: f64,
     drift: DriftTruth,
@@ -139,6 +141,7 @@ impl ReceiverJudge {
             far_position: is_shown
                 .then(|| FarPositionWatch::new(config, view))
                 .flatten(),
+            unnoticed: UnnoticedChange::new(config, view),
             lag: MasterLag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
@@ -224,11 +227,12 @@ impl ReceiverJudge {
             set_velocity,
             evaluated: false,
         };
+        let unnoticed = self.unnoticed_us(&row, clock.as_ref());
         if let Some(watch) = &mut self.far_error {
-            watch.push(&row);
+            watch.push(&row, unnoticed);
             if let Some(position) = &mut self.far_position {
                 // A position is judged by the stated error, so only where that is judged itself.
-                position.push(&row, is_heard && !watch.has_jumped(row.t_s));
+                position.push(&row, unnoticed, is_heard && !watch.has_jumped(row.t_s));
             }
         }
         let record = &row.record;
@@ -243,9 +247,7 @@ impl ReceiverJudge {
             self.drift = DriftTruth::default();
         }
         if let (Some(clock), false) = (&clock, self.is_virtual()) {
-            // The receiver's own time by its count: its clock is the one that the drift is measured against.
-            let own = self.cycle_time.as_secs_f64() * record.node.cycle as f64;
-            self.drift.push(at, clock, own);
+            self.drift.push(at, clock, self.own_time(record));
         }
         if self.evaluating {
             // Asked in every evaluated cycle, as each break has to restart the time.
@@ -265,6 +267,24 @@ impl ReceiverJudge {
         });
         row.evaluated = self.evaluating;
         row
+    }
+
+    /// The receiver's own time by its count, s: its clock is the one that another clock's drift is measured against.
+    fn own_time(&self, record: &ReceiverCycle) -> f64 {
+        self.cycle_time.as_secs_f64() * record.node.cycle as f64
+    }
+
+    /// Error of the far time by a change of the clocks' rates that cannot be known yet, µs.
+    fn unnoticed_us(&mut self, row: &Row, clock: Option<&Truth>) -> f64 {
+        let own = self.own_time(&row.record);
+        let is_another = (self.previous).is_some_and(|last| last.place != row.record.place);
+        let Some(unnoticed) = &mut self.unnoticed else {
+            return 0.0;
+        };
+        if is_another {
+            unnoticed.forget();
+        }
+        clock.map_or(0.0, |truth| unnoticed.push(truth, own))
     }
 
     /// Violations by the corrected time and position.

@@ -127,7 +127,7 @@ impl Bank {
     }
 
     /// Offset that the most agile filter expects after `dt` seconds, and its variance.
-    pub(in crate::observer) fn agile(&self, dt: f64) -> (f64, f64) {
+    pub(crate) fn agile(&self, dt: f64) -> (f64, f64) {
         let mut estimate = self.filters[AGILE];
         // The location of a block is found beside this: a slow filter that is wrong would lead to the tail of its likelihood.
         estimate.predict(dt, walks()[AGILE]);

@@ -69,11 +69,12 @@ impl FarErrorWatch {
     }
 
     /// Checks a cycle: in sync with a measured delay, the error beside the configured offset is at most the uncertainty
-    /// and the rest of the slew.
-    pub(in super::super) fn push(&mut self, row: &Row) {
+    /// and the rest of the slew, and what a change of the clocks' rates adds that cannot be known yet, µs.
+    pub(in super::super) fn push(&mut self, row: &Row, unnoticed_us: f64) {
         let Some((error, bound)) = self.judged(row) else {
             return;
         };
+        let bound = bound + unnoticed_us;
         // The comparison first: most cycles pass it, and the list of jumps is not searched.
         if error.abs() <= bound || self.has_jumped(row.t_s) {
             return;

@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
+use coaxle_axis::Modulo;
 use coaxle_receiver::ReceiverConfig;
+use coaxle_receiver::config::Positions;
 
 use super::far_error::{stated, wanted_offset};
 use super::found::{Found, WatchedCycle};
@@ -23,6 +25,8 @@ const ROUNDING: f64 = 1e-11;
 pub(in super::super) struct FarPositionWatch {
     of: WatchedPart,
     cycle_time: f64,
+    /// Period of a position that comes within its turn.
+    period: Option<f64>,
     /// Time since which it is in sync without a break, s.
     since: Option<f64>,
     /// Position and velocity of the master in the cycle before, and its time.
@@ -38,13 +42,16 @@ impl FarPositionWatch {
         let ReceiverAxis::Far { axis, .. } = view.of else {
             return None;
         };
-        let is_smoothed = config.far_axes().nth(axis)?.2.encoder.is_some();
-        (!is_smoothed).then(|| Self {
+        let (_, far, followed) = config.far_axes().nth(axis)?;
+        let modulo = followed.modulo.or(far.modulo);
+        let turns = modulo.filter(|_| followed.position == Positions::WithinTurn);
+        followed.encoder.is_none().then(|| Self {
             of: WatchedPart {
                 receiver: config.name.to_string(),
                 part: config.far_axis_names().into_iter().nth(axis),
             },
             cycle_time: config.cycle_time_us.0.as_secs_f64(),
+            period: turns.map(Modulo::length),
             since: None,
             before: None,
             lately: VecDeque::new(),
@@ -52,8 +59,9 @@ impl FarPositionWatch {
         })
     }
 
-    /// Takes the next cycle; `is_known` unless a clock has just jumped.
-    pub(in super::super) fn push(&mut self, row: &Row, is_known: bool) {
+    /// Takes the next cycle; `is_known` unless a clock has just jumped. Far time may be off by `unnoticed_us` beside its stated error, as
+    /// a change of the clocks' rates is not known at once.
+    pub(in super::super) fn push(&mut self, row: &Row, unnoticed_us: f64, is_known: bool) {
         let Some((position, velocity)) = row.truth else {
             self.before = None;
             self.since = None;
@@ -72,7 +80,7 @@ impl FarPositionWatch {
             return;
         }
         let age = axis.correction_us.unwrap_or_default().abs() * 1e-6;
-        let late = bound * 1e-6;
+        let late = (bound + unnoticed_us) * 1e-6;
         // The axis shows its master that much later, at the velocity that it has now.
         let ahead = wanted_offset(row) * 1e-6;
         let [hardest, changed, jumped] = self.since(row.t_s - age - late - ahead.abs());
@@ -83,7 +91,12 @@ impl FarPositionWatch {
         // Extrapolation with the acceleration of the newest frame: a change by Δa since then moves the master by ½·Δa·t².
         // A jump of the master is unknown until its frame comes.
         let limit = by_time + 0.5 * (changed * over * over + hardest * ahead * ahead) + jumped;
-        let value = (corrected - position - velocity * ahead).abs();
+        let beside = corrected - position - velocity * ahead;
+        let value = match self.period {
+            // Which turn it is in nobody can know of a position within it.
+            Some(period) => (beside - period * (beside / period).round()).abs(),
+            None => beside.abs(),
+        };
         if value > limit + ROUNDING * position.abs() {
             let cycle = WatchedCycle {
                 number: row.record.node.cycle,

@@ -67,7 +67,7 @@ fn is_found(violations: impl Iterator<Item = InvariantViolation>, invariant: Inv
 /// Reports whether an error of the far time is found.
 fn is_error_found(rows: impl IntoIterator<Item = Row>) -> bool {
     let mut watch = FarErrorWatch::new(&config(), &view(), &[], Some(0.0)).expect("a far axis");
-    rows.into_iter().for_each(|row| watch.push(&row));
+    rows.into_iter().for_each(|row| watch.push(&row, 0.0));
     is_found(watch.violations(), Invariant::FarError)
 }
 
@@ -82,6 +82,43 @@ fn a_time_is_wrong_by_its_uncertainty_and_what_is_to_be_made_up_and_no_more() {
     // The uncertainty of 100 µs, and with it the 50 µs that are still to be slewed.
     assert!(!is_found(-99.0, 0.0) && is_found(-101.0, 0.0));
     assert!(!is_found(149.0, -50.0) && is_found(151.0, -50.0));
+}
+
+#[test]
+fn a_time_is_wrong_by_what_a_clock_has_just_changed_too_and_no_more() {
+    let is_found = |error: f64| {
+        let mut watch = FarErrorWatch::new(&config(), &view(), &[], None).expect("a far axis");
+        let mut row = measured(1, 2.0);
+        row.time_error_us = Some(error);
+        watch.push(&row, 3.0);
+        is_found(watch.violations(), Invariant::FarError)
+    };
+    assert!(!is_found(4.9) && is_found(5.1));
+}
+
+/// Seed 519 of the swarm schedules compared a position within the turn with a master that was in another one.
+#[test]
+fn a_position_within_the_turn_is_in_any_turn_of_its_master() {
+    let is_found = |position: &str, off: f64| {
+        let text = format!(
+            "name = 'saw'\ncycle-time-us = 1000\n[[far]]\nnode = 'belt'\naxes = [{{ id = 1, modulo = 360{position} }}]\n"
+        );
+        let config: ReceiverConfig = parse("saw.toml", &text).expect("a config");
+        let mut watch = FarPositionWatch::new(&config, &view()).expect("a far axis");
+        for cycle in 0..1_000 {
+            let mut row = measured(cycle, 100.0);
+            let [position, velocity] = steady(row.t_s);
+            row.truth = Some((position, velocity));
+            row.record.axis.corrected_position = Some(position + off);
+            watch.push(&row, 0.0, true);
+        }
+        is_found(watch.violations(), Invariant::FarPosition)
+    };
+    let within = ", position = 'within-turn'";
+    assert!(!is_found(within, 360.0) && !is_found(within, -720.049));
+    assert!(is_found(within, 360.051) && is_found(within, 180.0));
+    // One that counts through is in its master's turn.
+    assert!(is_found("", 360.0) && !is_found("", 0.049));
 }
 
 #[test]
@@ -141,7 +178,7 @@ fn is_position_found(master: Motion, age: f64, uncertainty: f64, off: impl Fn(f6
         row.truth = Some((position, velocity));
         row.record.axis.correction_us = Some(age * 1e6);
         row.record.axis.corrected_position = Some(position + off(row.t_s));
-        watch.push(&row, true);
+        watch.push(&row, 0.0, true);
     }
     is_found(watch.violations(), Invariant::FarPosition)
 }

@@ -1,0 +1,74 @@
+//! Changes of a clock's rate that no exchange of a timing channel can show yet.
+
+use std::collections::VecDeque;
+
+use coaxle_clock::timing;
+use coaxle_receiver::ReceiverConfig;
+use coaxle_sim::Truth;
+
+use crate::topology::{ReceiverAxis, View};
+
+/// Cycles for which a response may wait until it is taken, and its request before.
+const WAITING: f64 = 2.0;
+
+/// Error of far time by a change of a clock's rate that is too recent to be known.
+///
+/// A receiver can at best go on along the straight line that the clocks followed until the newest exchanges that it has measured, those of the
+/// time D ago. So the error is the second difference of the sender's true time x over the receiver's own:
+/// |x(t) − 2·x(t − D) + x(t − 2·D)|. After a change of the rate by Δ that is Δ·u for the first time D since it, u after the change, and
+/// nothing from 2·D on; with steady clocks it is zero.
+#[derive(Debug)]
+pub(super) struct UnnoticedChange {
+    /// The time D, s.
+    within: f64,
+    /// Own time, s, and the truth, of the last 2·D.
+    marks: VecDeque<(f64, Truth)>,
+}
+
+impl UnnoticedChange {
+    /// Absent for an axis without a timing channel.
+    pub(super) fn new(config: &ReceiverConfig, view: &View) -> Option<Self> {
+        let ReceiverAxis::Far { far, .. } = view.of else {
+            return None;
+        };
+        let timing = config.far.get(far)?.timing.as_ref()?;
+        let cycle = config.cycle_time_us.0.as_secs_f64();
+        // A beacon leaves in a cycle of the receiver.
+        let interval = timing.interval().as_secs_f64().max(cycle);
+        let exchanges = f64::from(timing::EXCHANGES_OF_A_CHANGE);
+        Some(Self {
+            within: exchanges * interval + WAITING * cycle,
+            marks: VecDeque::new(),
+        })
+    }
+
+    /// Forgets the past, as of another clock.
+    pub(super) fn forget(&mut self) {
+        self.marks.clear();
+    }
+
+    /// Takes the next cycle: the truth, and the own time, s. Returns the error, µs.
+    pub(super) fn push(&mut self, truth: &Truth, own: f64) -> f64 {
+        let follows = |(before, last): &(f64, Truth)| *before < own && last.epoch == truth.epoch;
+        if !self.marks.back().is_none_or(follows) {
+            self.forget();
+        }
+        self.marks.push_back((own, *truth));
+        // The oldest one is that of 2·D ago, or of a little before.
+        while (self.marks.get(1)).is_some_and(|(at, _)| *at <= own - 2.0 * self.within) {
+            self.marks.pop_front();
+        }
+        let until = self
+            .marks
+            .partition_point(|(at, _)| *at <= own - self.within);
+        let Some((middle, then)) = until.checked_sub(1).map(|n| &self.marks[n]) else {
+            return 0.0;
+        };
+        let (first, before) = &self.marks[0];
+        if own - first < 2.0 * self.within {
+            return 0.0;
+        }
+        let expected = then.seconds_since(before).0 * (own - middle) / (middle - first);
+        (truth.seconds_since(then).0 - expected).abs() * 1e6
+    }
+}
