@@ -2,11 +2,6 @@
 //!
 //! `HOSTILE_CASES` and `HOSTILE_SEED` set the number of mutations of each target in the long run, and the first seed.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a test may end where its own data are wrong, and says what it has done"
-)]
-
 use coaxle_test_hostile::trial::{corpus_outcomes, mutations, processor_time};
 use coaxle_test_hostile::{Kind, TARGETS, Target, target};
 
