@@ -1,5 +1,4 @@
 //! Helpers shared by tests of several crates.
 
-pub mod hostile;
 pub mod python;
 pub mod retries;

@@ -30,7 +30,7 @@ use crate::summary::{ReceiverSummary, World};
 use crate::topology::{Root, Topology};
 use judge::{Clocks, MotionSource, ReceiverJudge};
 use skipped::SkippedCycles;
-use watch::ReceiverWatch;
+pub use watch::ReceiverWatch;
 
 /// True state of a sender's axis at the ideal start of a cycle, by its signals.
 pub fn truth_of(at_ns: i64, node: &SenderSignals, axis: &AxisSignals) -> TruthSample<Reference> {

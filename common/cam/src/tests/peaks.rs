@@ -107,6 +107,40 @@ fn a_narrow_peak_is_seen_in_a_plate_of_any_length() {
     }
 }
 
+/// A cubic is curved most at its ends. Beside masters of 13 km, a place a thousand-millionth of a millimetre inside was on the other
+/// side of the joint: the slave got three times its acceleration.
+#[test]
+fn a_peak_at_a_joint_far_from_zero_is_seen() {
+    let points = [
+        rest(1, -12_857.0, 0.0),
+        MotionPoint {
+            function: MotionLaw::Polynom3,
+            ..rest(2, 0.0, 0.015)
+        },
+        rest(3, 0.001, 0.0),
+    ];
+    let function = MotionFunction::new(points.to_vec()).expect("a motion function");
+    let tables = tables_with(Plate::from_function(function, Course::Cyclic));
+    // 6 · 0.015 / 0.001² u/u² where the slave speeds up, and where it brakes.
+    let limits = limits(80_000.0, 800_000.0);
+    // Scaled, a place is rounded twice more on its way to the plate.
+    let cam_in = CamIn {
+        master_scaling: -1.3,
+        ..next_cycle()
+    };
+    for (velocity, passes) in [(0.94, true), (0.945, false), (-0.94, true), (-0.945, false)] {
+        for place in 0..300 {
+            let position = 1_000.7 * f64::from(place);
+            let planned = plan(limits, cam_in, &tables, position, 1.3 * velocity);
+            assert_eq!(
+                planned.is_ok(),
+                passes,
+                "{position}, {velocity}: {planned:?}"
+            );
+        }
+    }
+}
+
 /// Cubics of a table are steepest inside, too.
 #[test]
 fn a_steep_place_between_two_rows_of_a_long_table_is_seen() {

@@ -28,7 +28,7 @@ use slave::SlaveWatch;
 
 /// Watches a receiver.
 #[derive(Debug)]
-pub(super) struct ReceiverWatch {
+pub struct ReceiverWatch {
     receiver: String,
     node: NodeWatch,
     far: Vec<FarNodeWatch>,
@@ -37,8 +37,11 @@ pub(super) struct ReceiverWatch {
 }
 
 impl ReceiverWatch {
+    /// Creates the checks of a receiver.
+    ///
     /// `events` are those of the whole scenario: its commands decide which motions are possible.
-    pub(super) fn new(config: &ReceiverConfig, events: &[Event], world: World) -> Self {
+    #[must_use]
+    pub fn new(config: &ReceiverConfig, events: &[Event], world: World) -> Self {
         let cycle_time = config.cycle_time_us.0.as_secs_f64();
         let slave = |slave: &SlaveConfig| SlaveWatch::new(slave, config, events);
         let axis = |((number, far, axis), name)| {
@@ -57,7 +60,7 @@ impl ReceiverWatch {
     }
 
     /// Takes the next cycle, whose ideal start is `t_s` after the start of the run, s.
-    pub(super) fn push(&mut self, t_s: f64, signals: &SignalRow) {
+    pub fn push(&mut self, t_s: f64, signals: &SignalRow) {
         // The node first: its cycle numbers say whether the others may compare with the cycle before.
         let cycle = self.node.push(t_s, &signals.node);
         for (watch, far) in self.far.iter_mut().zip(&signals.far) {
@@ -83,7 +86,7 @@ impl ReceiverWatch {
     }
 
     /// Violations found.
-    pub(super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
+    pub fn violations(&self) -> impl Iterator<Item = InvariantViolation> + '_ {
         let node = std::iter::once((None, &self.node.found));
         let far = self.far.iter().map(|far| (Some(&far.name), &far.found));
         let axes = (self.axes.iter()).map(|axis| (Some(&axis.name), &axis.found));

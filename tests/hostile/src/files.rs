@@ -8,7 +8,7 @@ use coaxle_files::gear::GearFile;
 use coaxle_files::point_table::PointTable;
 use coaxle_files::saw::SawFile;
 use coaxle_lab::catalog::Source;
-use coaxle_node::config::{TransportConfig, parse};
+use coaxle_node::config::parse;
 use coaxle_node::lab::{NodeFile, WithLab};
 use coaxle_node::one_line;
 use coaxle_plate::{
@@ -20,15 +20,15 @@ use coaxle_sender::config::SenderConfig;
 use coaxle_source::config::ReplayConfig;
 use coaxle_source::{AxisSource as _, Replay};
 
-use super::Outcome;
-use super::node::scan;
-use super::seeds::root;
+use crate::Outcome;
+use crate::node::scan;
+use crate::seeds::root;
 
 /// Cycles that a node is run for.
 const CYCLES: usize = 10;
 
 /// A sender's config.
-pub(super) fn sender_config(data: &[u8]) -> Outcome {
+pub(crate) fn sender_config(data: &[u8]) -> Outcome {
     let mut config: SenderConfig = node_config("sender.toml", text(data)?)?;
     config.relative_to(&root().join("sender/configs"));
     config.check_files().map_err(error_text)?;
@@ -40,7 +40,7 @@ pub(super) fn sender_config(data: &[u8]) -> Outcome {
 }
 
 /// A receiver's config.
-pub(super) fn receiver_config(data: &[u8]) -> Outcome {
+pub(crate) fn receiver_config(data: &[u8]) -> Outcome {
     let mut config: ReceiverConfig = node_config("receiver.toml", text(data)?)?;
     config.relative_to(&root().join("receiver/configs"));
     config.check_files().map_err(error_text)?;
@@ -67,7 +67,7 @@ fn node_config<C: WithLab>(file: &str, text: &str) -> Result<C, String> {
 }
 
 /// A scenario, as `coaxle check` reads it.
-pub(super) fn scenario(data: &[u8]) -> Outcome {
+pub(crate) fn scenario(data: &[u8]) -> Outcome {
     let source = Source {
         name: "scenario".to_owned(),
         file: root()
@@ -89,13 +89,13 @@ pub(super) fn scenario(data: &[u8]) -> Outcome {
 }
 
 /// A cam file, and everything that the tool prints about it.
-pub(super) fn cam_file(data: &[u8]) -> Outcome {
+pub(crate) fn cam_file(data: &[u8]) -> Outcome {
     let path = root().join("scenarios/cams/t.toml");
     examine_cam(CamFile::parse(&path, text(data)?).map_err(error_text)?)
 }
 
 /// The CSV file of a cam file.
-pub(super) fn cam_table(data: &[u8]) -> Outcome {
+pub(crate) fn cam_table(data: &[u8]) -> Outcome {
     let file = Scratch::holding(data);
     let mut outcome = Ok(());
     // Each kind of interpolation calculates in other code.
@@ -135,12 +135,12 @@ fn examine_cam(cam: CamFile) -> Outcome {
 }
 
 /// A point table as CSV, written again where it makes a plate.
-pub(super) fn point_table(data: &[u8]) -> Outcome {
+pub(crate) fn point_table(data: &[u8]) -> Outcome {
     examine_points(PointTable::from_csv("t.csv", text(data)?).map_err(error_text)?)
 }
 
 /// An array in structured text.
-pub(super) fn plc_array(data: &[u8]) -> Outcome {
+pub(crate) fn plc_array(data: &[u8]) -> Outcome {
     let table = PointTable::from_structured_text("t.st", text(data)?, None);
     examine_points(table.map_err(error_text)?)
 }
@@ -172,7 +172,7 @@ fn examine_points(table: PointTable) -> Outcome {
 }
 
 /// A saw file, planned, with remedies where it is refused.
-pub(super) fn saw_file(data: &[u8]) -> Outcome {
+pub(crate) fn saw_file(data: &[u8]) -> Outcome {
     let saw = SawFile::parse("saw.toml", text(data)?).map_err(error_text)?;
     match saw.plan() {
         Ok(plan) => {
@@ -189,7 +189,7 @@ pub(super) fn saw_file(data: &[u8]) -> Outcome {
 }
 
 /// A gear file, planned and driven through.
-pub(super) fn gear_file(data: &[u8]) -> Outcome {
+pub(crate) fn gear_file(data: &[u8]) -> Outcome {
     let file = GearFile::parse("gear.toml", text(data)?).map_err(error_text)?;
     let mut gear = file.gear().map_err(error_text)?;
     let _ = gear.fastest(&file.limits, file.cycle.0);
@@ -207,7 +207,7 @@ pub(super) fn gear_file(data: &[u8]) -> Outcome {
 }
 
 /// A recorded motion, replayed.
-pub(super) fn recording(data: &[u8]) -> Outcome {
+pub(crate) fn recording(data: &[u8]) -> Outcome {
     let file = Scratch::holding(data);
     for repeat in [false, true] {
         let config = ReplayConfig {
@@ -223,15 +223,6 @@ pub(super) fn recording(data: &[u8]) -> Outcome {
         }
     }
     Ok(())
-}
-
-/// The transport section of a config, as far as Zenoh takes it without a network.
-pub(super) fn transport(data: &[u8]) -> Outcome {
-    let config: TransportConfig = parse("node.toml", text(data)?).map_err(error_text)?;
-    let config = coaxle_host::network::transport::zenoh_config(&config);
-    config
-        .map(drop)
-        .map_err(|error| one_line(&format!("{error:#}")))
 }
 
 fn text(data: &[u8]) -> Result<&str, String> {

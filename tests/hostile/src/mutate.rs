@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use coaxle_node::faults::Random;
 
-use super::Kind;
+use crate::Kind;
 
 /// Longest input that is made, bytes.
 pub const MOST_BYTES: usize = 1 << 16;

@@ -5,9 +5,9 @@ use coaxle_node::config::parse;
 use coaxle_node::{Channel, CommandAnswer, CommandOrder, Node, Reader};
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 
-use super::Outcome;
-use super::node::scan;
-use super::wire::{far, near, with_checksum};
+use crate::Outcome;
+use crate::node::scan;
+use crate::wire::{far, near, with_checksum};
 
 /// Follows a conveyor with a gear, and drives a carriage that is commanded by a line shaft of its own.
 const CONFIG: &str = r#"
@@ -74,7 +74,7 @@ const STEP: Span = Span::from_micros(100);
 /// Messages to a receiver, one after the other, with its cycles between them. Each consists of a byte with the number of its
 /// subscription, whose highest bit requests a corrected check sum; a byte with the time since the one before, in 100 µs; its
 /// length, as two bytes, the lower one first; and its content.
-pub(super) fn arrivals(data: &[u8]) -> Outcome {
+pub(crate) fn arrivals(data: &[u8]) -> Outcome {
     let (config, mut receiver) = receiver();
     let wiring = config.wiring();
     let mut readers: Vec<Reader> = wiring
@@ -111,7 +111,7 @@ pub(super) fn arrivals(data: &[u8]) -> Outcome {
 }
 
 /// The number of a subscription of the receiver.
-pub(super) fn subscription_to(channel: Channel) -> u8 {
+pub(crate) fn subscription_to(channel: Channel) -> u8 {
     let (config, _) = receiver();
     let node = if channel == Channel::TimeRequests {
         near()
@@ -133,7 +133,7 @@ const CYCLES_BEFORE: usize = 20;
 const CYCLES_AFTER: usize = 50;
 
 /// An order, read, executed by a running receiver, with its response.
-pub(super) fn order(data: &[u8]) -> Outcome {
+pub(crate) fn order(data: &[u8]) -> Outcome {
     let order = CommandOrder::from_json(data).map_err(|error| error.to_string())?;
     let written = order.to_json();
     CommandOrder::from_json(written.as_bytes()).expect("an order that is written can be read");

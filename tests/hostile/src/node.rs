@@ -5,7 +5,7 @@ use coaxle_node::frame::{KeySeal, sender_id};
 use coaxle_node::keys::NodeName;
 
 /// Runs some cycles of a node, each on time, and checks that its frames are valid and their numbers finite.
-pub(super) fn scan(node: &mut impl Node, name: &NodeName, cycles: usize) {
+pub(crate) fn scan(node: &mut impl Node, name: &NodeName, cycles: usize) {
     let mut sealed = Vec::new();
     for _ in 0..cycles {
         let now = node.next_cycle();

@@ -13,8 +13,8 @@ use coaxle_gateway::{Gateway, LinkState, PlcOutput, PlcSample, Port};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::{Channel, Intake, Node};
 
-use super::Outcome;
-use super::seeds::root;
+use crate::Outcome;
+use crate::seeds::root;
 
 const CONFIG: &str =
     "name = 'plc'\ncycle-time-us = 1000\n[pipe]\n[[axis]]\nid = 7\nname = 'belt'\n";
@@ -112,7 +112,7 @@ impl Port for ReceivedSamples {
 }
 
 /// Input of a PLC over an ADS connection, as its gateway takes it: responses with an index or an image, and notifications.
-pub(super) fn ads(data: &[u8]) -> Outcome {
+pub(crate) fn ads(data: &[u8]) -> Outcome {
     let (mut rest, mut came, mut index) = (data, ReceivedSamples::default(), CycleIndex(0));
     let mut assembly = Assembly::of(&[INDEX_LEN, IMAGE_LEN]);
     let mut ended = Ok(());
@@ -170,7 +170,7 @@ fn take_value(value: &[u8], index: &mut CycleIndex, came: &mut ReceivedSamples) 
 }
 
 /// The responses of the recorded connection.
-pub(super) fn recorded() -> Vec<(String, Vec<u8>)> {
+pub(crate) fn recorded() -> Vec<(String, Vec<u8>)> {
     let text = std::fs::read_to_string(root().join(RECORDED)).expect("the recording");
     let answers = text.lines().filter_map(|line| line.strip_prefix("< "));
     let bytes = |hex: &str| -> Vec<u8> {
@@ -181,7 +181,7 @@ pub(super) fn recorded() -> Vec<(String, Vec<u8>)> {
 }
 
 /// Datagrams, each as its length in two bytes and its content, in both layouts.
-pub(super) fn datagrams(data: &[u8]) -> Outcome {
+pub(crate) fn datagrams(data: &[u8]) -> Outcome {
     let mut outcome = Ok(());
     // Both layouts read the same bytes: each refuses what only the other knows.
     for layout in [ImageLayout::TwinCat2, ImageLayout::AxisRef] {
@@ -202,7 +202,7 @@ pub(super) fn datagrams(data: &[u8]) -> Outcome {
 }
 
 /// An axis that goes on, as its PLC sends it.
-pub(super) fn good_datagrams() -> Vec<(String, Vec<u8>)> {
+pub(crate) fn good_datagrams() -> Vec<(String, Vec<u8>)> {
     let mut all = Vec::new();
     for cycle in 0..60_u16 {
         let mut record = index_of(cycle).to_le_bytes().to_vec();
@@ -220,7 +220,7 @@ pub(super) fn good_datagrams() -> Vec<(String, Vec<u8>)> {
 }
 
 /// Lines of a pipe, each a record; the first may name the columns.
-pub(super) fn lines(data: &[u8]) -> Outcome {
+pub(crate) fn lines(data: &[u8]) -> Outcome {
     let text = std::str::from_utf8(data).map_err(|error| error.to_string())?;
     let (mut came, mut outcome) = (ReceivedSamples::default(), Ok(()));
     let head = head_line(["belt"].into_iter());
@@ -236,7 +236,7 @@ pub(super) fn lines(data: &[u8]) -> Outcome {
 }
 
 /// The moving axis as lines.
-pub(super) fn good_lines() -> Vec<(String, Vec<u8>)> {
+pub(crate) fn good_lines() -> Vec<(String, Vec<u8>)> {
     let mut text = head_line(["belt"].into_iter()) + "\n";
     for cycle in 0..60_u16 {
         let axis = moving(cycle);

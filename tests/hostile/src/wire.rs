@@ -5,36 +5,36 @@ use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, Intake, KeptMessage, Message, Reader, TimeServer};
 
-use super::Outcome;
+use crate::Outcome;
 
 /// The publishing node.
-pub(super) fn far() -> NodeName {
+pub(crate) fn far() -> NodeName {
     NodeName::new("conveyor").expect("a valid name")
 }
 
 /// The subscribing node.
-pub(super) fn near() -> NodeName {
+pub(crate) fn near() -> NodeName {
     NodeName::new("saw").expect("a valid name")
 }
 
 /// The axes that are followed.
-pub(super) const FOLLOWED: [u32; 3] = [1, 2, 7];
+pub(crate) const FOLLOWED: [u32; 3] = [1, 2, 7];
 
 /// A frame of axes.
-pub(super) fn frame(data: &[u8]) -> Outcome {
+pub(crate) fn frame(data: &[u8]) -> Outcome {
     let key = far().channel_key(Channel::Axes);
     let intake = Intake::new(&key, &far(), &FOLLOWED);
     read(intake.into(), &key, data)
 }
 
 /// A time request, up to the response.
-pub(super) fn time_request(data: &[u8]) -> Outcome {
+pub(crate) fn time_request(data: &[u8]) -> Outcome {
     let key = near().channel_key(Channel::TimeRequests);
     read(Reader::time_requests_to(&near()), &key, data)
 }
 
 /// A frame of time responses.
-pub(super) fn time_response(data: &[u8]) -> Outcome {
+pub(crate) fn time_response(data: &[u8]) -> Outcome {
     let key = far().channel_key(Channel::TimeResponses);
     read(Reader::time_responses_of(&far(), &near()), &key, data)
 }
@@ -86,7 +86,7 @@ fn respond(request: &coaxle_node::TimeRequest) {
 }
 
 /// The bytes with their last four replaced by the check sum of those before, under `key`.
-pub(super) fn with_checksum(key: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn with_checksum(key: &str, data: &[u8]) -> Vec<u8> {
     let content = data
         .split_last_chunk::<4>()
         .map_or(data, |(content, _)| content);

@@ -1,16 +1,22 @@
 //! Hostile input: no input from files or the network may end a node, or use up its time or memory.
 //!
 //! A [`Target`] is a plain function that handles bytes as a node or the tool would. `tests/hostile.rs`
-//! runs each over the stored corpus and over [mutations](mutate) of it; `tests/fuzz` has them for cargo-fuzz, too.
-//! `docs/CONTRIBUTING.md` describes how.
+//! runs each over the stored corpus and over [mutations](mutate) of it; `tests/fuzz` runs each guided by its coverage.
+//! `docs/FUZZ.md` describes how. The crate is free of Zenoh, whose build would take longer than a search.
 
+mod axis_commands;
+mod axis_orders;
+mod bytes;
+mod far_frames;
 mod files;
 pub mod mutate;
 mod node;
+mod plates;
 mod plc;
 mod ros;
 mod seeds;
 mod streams;
+pub mod trial;
 mod wire;
 
 use coaxle_node::MOST_CHARACTERS;
@@ -23,7 +29,7 @@ pub type Outcome = Result<(), String>;
 /// A function that takes external input.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// The name of its folder in `tests/corpus`, and in `tests/fuzz`.
+    /// The name of its folder in `tests/corpus`.
     pub name: &'static str,
     /// Kind of input.
     pub kind: Kind,
@@ -135,12 +141,6 @@ pub const TARGETS: &[Target] = &[
         seeds: seeds::recordings,
     },
     Target {
-        name: "transport",
-        kind: Kind::Text,
-        run: files::transport,
-        seeds: seeds::transports,
-    },
-    Target {
         name: "ros-trajectory",
         kind: Kind::Bytes,
         run: ros::trajectory,
@@ -163,6 +163,24 @@ pub const TARGETS: &[Target] = &[
         kind: Kind::Text,
         run: plc::lines,
         seeds: plc::good_lines,
+    },
+    Target {
+        name: "axis-orders",
+        kind: Kind::Bytes,
+        run: axis_orders::axis_orders,
+        seeds: axis_orders::good_orders,
+    },
+    Target {
+        name: "far-frames",
+        kind: Kind::Bytes,
+        run: far_frames::frames,
+        seeds: far_frames::good_frames,
+    },
+    Target {
+        name: "plate",
+        kind: Kind::Bytes,
+        run: plates::plate,
+        seeds: plates::good_plates,
     },
 ];
 

@@ -13,19 +13,19 @@ use coaxle_node::exchange::{
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
 
-use super::streams::subscription_to;
-use super::wire::{FOLLOWED, far, near};
+use crate::streams::subscription_to;
+use crate::wire::{FOLLOWED, far, near};
 
 type Seeds = Vec<(String, Vec<u8>)>;
 
 /// The folder of the workspace.
 #[must_use]
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// The files of a folder with this ending, in the order of their names.
-pub(super) fn shipped(folder: &str, ending: &str) -> Seeds {
+pub(crate) fn shipped(folder: &str, ending: &str) -> Seeds {
     let folder = root().join(folder);
     let entries = std::fs::read_dir(&folder).expect("a folder of the workspace");
     let mut paths: Vec<_> = entries
@@ -47,19 +47,19 @@ pub(super) fn shipped(folder: &str, ending: &str) -> Seeds {
 }
 
 /// The CSV files of tables, which are positions alone.
-pub(super) fn cam_tables() -> Seeds {
+pub(crate) fn cam_tables() -> Seeds {
     let mut tables = shipped("scenarios/cams", "csv");
     tables.retain(|(name, _)| name.ends_with("table"));
     tables
 }
 
 /// The points of the shipped cam files as CSV.
-pub(super) fn point_tables() -> Seeds {
+pub(crate) fn point_tables() -> Seeds {
     tables(PointTable::to_csv)
 }
 
 /// The points of the shipped cam files as arrays of a PLC.
-pub(super) fn plc_arrays() -> Seeds {
+pub(crate) fn plc_arrays() -> Seeds {
     tables(|table| table.to_structured_text("Cam"))
 }
 
@@ -73,14 +73,14 @@ fn tables(text: impl Fn(&PointTable) -> String) -> Seeds {
     shipped.into_iter().map(written).collect()
 }
 
-pub(super) fn scenarios() -> Seeds {
+pub(crate) fn scenarios() -> Seeds {
     let mut all = shipped("scenarios/catalog", "toml");
     all.extend(shipped("scenarios/catalog/faults", "toml"));
     all
 }
 
 /// The examples of `docs/WIRE.md`, which has one of every command.
-pub(super) fn orders() -> Seeds {
+pub(crate) fn orders() -> Seeds {
     let document = std::fs::read_to_string(root().join("docs/WIRE.md")).expect("the document");
     let (far, slave) = document
         .split_once("### What a slave can be told")
@@ -104,7 +104,7 @@ pub(super) fn orders() -> Seeds {
     all
 }
 
-pub(super) fn recordings() -> Seeds {
+pub(crate) fn recordings() -> Seeds {
     let named = |(name, text): (&str, &str)| (name.to_owned(), text.as_bytes().to_vec());
     [
         ("positions", "time_s,position\n0,0\n0.5,1\n1,4\n1.5,9\n"),
@@ -115,20 +115,6 @@ pub(super) fn recordings() -> Seeds {
         (
             "all",
             "time_s, position, velocity, acceleration\n0,0,0,1\n1e0,0.5,1,1\n2,2,2,0\n",
-        ),
-    ]
-    .map(named)
-    .into()
-}
-
-pub(super) fn transports() -> Seeds {
-    let named = |(name, text): (&str, &str)| (name.to_owned(), text.as_bytes().to_vec());
-    [
-        ("peer", "listen = ['tcp/0.0.0.0:7447']\nconnect = ['tcp/192.168.1.10:7447', 'udp/[::1]:7448']\n"),
-        ("client", "mode = 'client'\nconnect = ['tls/router.example:7447']\n"),
-        (
-            "settings",
-            "multicast = true\n[settings]\n'scouting/timeout' = 3000\n'transport/link/tx/queue/size/real_time' = 8\n",
         ),
     ]
     .map(named)
@@ -175,7 +161,7 @@ fn sealed(channel: Channel, body: &[u8], stamp: Option<Span>) -> Vec<u8> {
     frame
 }
 
-pub(super) fn frames() -> Seeds {
+pub(crate) fn frames() -> Seeds {
     let late = Some(Span::from_micros(37));
     vec![
         ("three-axes".to_owned(), frame(0, &FOLLOWED, late)),
@@ -186,7 +172,7 @@ pub(super) fn frames() -> Seeds {
     ]
 }
 
-pub(super) fn time_requests() -> Seeds {
+pub(crate) fn time_requests() -> Seeds {
     let request = |number, start| {
         let mut body = [0; TIME_REQUEST_CAPACITY];
         let length = encode_time_request(
@@ -208,7 +194,7 @@ pub(super) fn time_requests() -> Seeds {
     ]
 }
 
-pub(super) fn time_responses() -> Seeds {
+pub(crate) fn time_responses() -> Seeds {
     let responses = |count: usize| {
         let header = TimeResponsesHeader {
             sender: sender_id(&far()),
@@ -241,7 +227,7 @@ pub(super) fn time_responses() -> Seeds {
 }
 
 /// Streams of messages as `arrivals` takes them.
-pub(super) fn arrivals() -> Seeds {
+pub(crate) fn arrivals() -> Seeds {
     let mut steady = Vec::new();
     for count in 0..60 {
         let stamp = Some(Span::from_micros(5));

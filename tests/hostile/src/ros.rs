@@ -8,13 +8,13 @@ use coaxle_ros::trajectory::{Address, plan};
 use coaxle_ros::trajectory_queue::TrajectoryQueue;
 use coaxle_ros::unit::UnitScale;
 
-use super::Outcome;
-use super::wire::near;
+use crate::Outcome;
+use crate::wire::near;
 
 const JOINTS: [&str; 2] = ["saw/carriage", "saw/blade"];
 
 /// A trajectory for two existing slaves; a node must be able to read each order that it makes.
-pub(super) fn trajectory(data: &[u8]) -> Outcome {
+pub(crate) fn trajectory(data: &[u8]) -> Outcome {
     let trajectory = JointTrajectory::from_bytes(data).map_err(|error| error.to_string())?;
     let known = JOINTS.map(address);
     let planned = plan(&trajectory, 0, &known).map_err(|refusal| refusal.to_string())?;
@@ -40,7 +40,7 @@ pub(super) fn trajectory(data: &[u8]) -> Outcome {
 }
 
 /// Good trajectories: positions with times, a halt, and a later start.
-pub(super) fn trajectories() -> Vec<(String, Vec<u8>)> {
+pub(crate) fn trajectories() -> Vec<(String, Vec<u8>)> {
     let point = |positions: &[f64], seconds: i32| JointTrajectoryPoint {
         positions: positions.to_vec(),
         velocities: vec![0.0; positions.len()],

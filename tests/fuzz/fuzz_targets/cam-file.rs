@@ -1,5 +1,0 @@
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| {
-    let _ = coaxle_tests::hostile::target("cam-file").examine(data);
-});
