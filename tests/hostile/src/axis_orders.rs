@@ -213,8 +213,12 @@ impl Bench {
             self.check.restart();
             self.reported.restart();
         }
+        // A slave that follows itself stops as one whose master is lost.
         let is_quick = self.parameters.on_master_loss == OnMasterLoss::QuickStop
-            && self.axis.error() == Some(SlaveError::MasterLost);
+            && matches!(
+                self.axis.error(),
+                Some(SlaveError::MasterLost | SlaveError::FollowsItself)
+            );
         if is_quick {
             self.check.free_jerk();
             self.reported.free_jerk();

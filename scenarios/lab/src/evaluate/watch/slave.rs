@@ -276,7 +276,9 @@ const fn follows_error_stop(state: AxisStatus) -> bool {
 
 /// The stop of a slave whose master is lost, with its full deceleration from the next cycle on.
 fn is_quick_stop(slave: &SlaveSignals) -> bool {
-    slave.state == AxisStatus::ErrorStop && slave.error == SlaveError::MasterLost.code()
+    // A slave that follows itself stops as one whose master is lost.
+    let quick = [SlaveError::MasterLost, SlaveError::FollowsItself].map(|error| error.code());
+    slave.state == AxisStatus::ErrorStop && quick.contains(&slave.error)
 }
 
 /// The stop of a flying saw whose master runs back past the coupling position: it stands from one cycle to the
