@@ -27,6 +27,15 @@ pub enum SlaveError {
 }
 
 impl SlaveError {
+    /// Errors whose stop [`OnMasterLoss`](crate::OnMasterLoss) decides.
+    pub const LOSSES_OF_MASTER: [Self; 2] = [Self::MasterLost, Self::FollowsItself];
+
+    /// True for an error whose stop [`OnMasterLoss`](crate::OnMasterLoss) decides.
+    #[must_use]
+    pub fn is_loss_of_master(&self) -> bool {
+        Self::LOSSES_OF_MASTER.contains(self)
+    }
+
     /// NC error code.
     #[must_use]
     pub fn code(&self) -> u32 {

@@ -9,7 +9,7 @@ use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_plate::{Course, Interpolation, MotionFunction, MotionPoint, Plate, PositionTable};
 use coaxle_saw::SyncMask;
 use coaxle_sim::{ReportedCheck, SetValueCheck};
-use coaxle_slave::{CircleState, Command, OnMasterLoss, SlaveAxis, SlaveError, SlaveParameters};
+use coaxle_slave::{CircleState, Command, OnMasterLoss, SlaveAxis, SlaveParameters};
 
 use crate::Outcome;
 use crate::axis_commands::{Around, COMMANDS, command};
@@ -213,12 +213,8 @@ impl Bench {
             self.check.restart();
             self.reported.restart();
         }
-        // A slave that follows itself stops as one whose master is lost.
         let is_quick = self.parameters.on_master_loss == OnMasterLoss::QuickStop
-            && matches!(
-                self.axis.error(),
-                Some(SlaveError::MasterLost | SlaveError::FollowsItself)
-            );
+            && (self.axis.error()).is_some_and(|error| error.is_loss_of_master());
         if is_quick {
             self.check.free_jerk();
             self.reported.free_jerk();

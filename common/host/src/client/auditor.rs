@@ -1,20 +1,13 @@
 //! The audit of a running node, from outside.
 
-use std::time::Duration;
-
 use anyhow::{anyhow, bail};
 use coaxle_node::audit::{AuditExcerpt, AuditQuery};
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
-use coaxle_os::exit::NodeNotFound;
 
-use crate::client::search::{SEARCH, is_there};
+use crate::client::search::{NodeRequest, NodeResponse, ask, why_invisible};
 use crate::client::session::session;
 use crate::network::transport::{OverZenoh, Transport};
-
-/// Response timeout.
-// Nodes respond within milliseconds; the rest is for a slow network.
-const ANSWER: Duration = Duration::from_secs(3);
 
 /// Client that reads the audit of nodes; its calls block until the response.
 pub struct AuditReader {
@@ -40,20 +33,15 @@ impl AuditReader {
     /// else; with the node's name and the searched endpoints.
     pub fn ask(&self, node: &NodeName, query: &AuditQuery) -> anyhow::Result<AuditExcerpt> {
         let key = node.audit_key();
-        let client = self.transport.client(&key, ANSWER)?;
-        let place = format!("asked under {key}, {}", self.transport.whereabouts());
-        if !is_there(
-            &*client,
-            &format!("node {node}"),
-            self.transport.whereabouts(),
-        ) {
-            let why = self.transport.invisibility_reason(node.as_str());
-            let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
-            let missing =
-                format!("node {node} shows no audit: it is not there after {SEARCH}, {place}{why}");
-            return Err(NodeNotFound(missing).into());
-        }
-        let Some(payload) = client.request(query.to_json())? else {
+        let request = NodeRequest {
+            node,
+            key: &key,
+            json: query.to_json(),
+            absent: "shows no audit",
+        };
+        let why = || why_invisible(&self.transport, node);
+        let NodeResponse { payload, place } = ask(&self.transport, request, why)?;
+        let Some(payload) = payload else {
             bail!("node {node} did not answer; {place}");
         };
         AuditExcerpt::from_json(&payload).map_err(|error| {

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use anyhow::{anyhow, bail};
 use coaxle_clock::Span;
@@ -10,17 +9,13 @@ use coaxle_node::config::TransportConfig;
 use coaxle_node::guess::did_you_mean;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{CommandAnswer, CommandOrder};
-use coaxle_os::exit::NodeNotFound;
 
-use crate::client::search::{SEARCH, is_there};
+use crate::client::search::{NodeRequest, NodeResponse, ask, why_invisible};
 use crate::client::session::session;
 use crate::client::watcher::Watcher;
 use crate::network::credentials::{BadCredentials, Credentials};
 use crate::network::transport::Transport;
 
-/// Response timeout: nodes respond within a second; the rest is for a slow network.
-// Longer than the second within which a command server reports a cycle that hangs.
-const ANSWER: Duration = Duration::from_secs(3);
 /// Time for other nodes to announce themselves.
 // Longer than Zenoh's scouting delay of 500 ms.
 const ROUND: Span = Span::from_millis(600);
@@ -87,22 +82,16 @@ impl Commander {
             Some(operator) => node.operator_command_key(operator),
             None => node.command_key(),
         };
-        let client = self.transport.client(&key, ANSWER)?;
-        let place = format!("asked under {key}, {}", self.transport.whereabouts());
-        // A request without a server would wait for the full response timeout and end in the same silence.
-        if !is_there(
-            &*client,
-            &format!("node {node}"),
-            self.transport.whereabouts(),
-        ) {
-            let others = self.others(node);
-            let missing = format!(
-                "node {node} takes no orders: it is not there after {SEARCH}, {place}{others}"
-            );
-            return Err(NodeNotFound(missing).into());
-        }
+        let request = NodeRequest {
+            node,
+            key: &key,
+            json: order.to_json(),
+            absent: "takes no orders",
+        };
+        let others = || self.others(node);
+        let NodeResponse { payload, place } = ask(&*self.transport, request, others)?;
         // Lost on the way there or on the way back: nobody can tell, so the text promises neither.
-        let Some(payload) = client.request(order.to_json())? else {
+        let Some(payload) = payload else {
             bail!(
                 "node {node} did not answer, so it may or may not have the command after all; {place}"
             );
@@ -122,8 +111,7 @@ impl Commander {
             None => self.nodes(),
         };
         if names.is_empty() {
-            let why = self.transport.invisibility_reason(node.as_str());
-            return why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+            return why_invisible(&*self.transport, node);
         }
         let names: Vec<_> = names.iter().map(NodeName::as_str).collect();
         let meant = did_you_mean(node.as_str(), names.iter().copied());

@@ -3,13 +3,19 @@
 use std::time::Duration;
 
 use coaxle_clock::{Instant, Span};
+use coaxle_node::keys::NodeName;
+use coaxle_os::exit::NodeNotFound;
 use coaxle_os::machine::{self, Machine};
 
-use crate::network::transport::Client;
+use crate::network::transport::{Client, Transport};
 
 /// Longest time to wait for a node to appear.
 // Longer than Zenoh's scouting delay (0.5 s) and the first round of its retries (0.25, 0.5 and 1 s).
-pub(super) const SEARCH: Span = Span::from_secs(5);
+const SEARCH: Span = Span::from_secs(5);
+
+/// Response timeout: nodes respond within a second; the rest is for a slow network.
+// Longer than the second within which a command server reports a cycle that hangs.
+const ANSWER: Duration = Duration::from_secs(3);
 
 /// Interval between checks for the node.
 // A hundredth of a second is not noticed by people, and costs little for five seconds.
@@ -45,8 +51,60 @@ impl LongWait {
     }
 }
 
+/// A request to what nodes serve, and its words in messages.
+pub(super) struct NodeRequest<'a> {
+    pub(super) node: &'a NodeName,
+    /// Key under which the node serves it.
+    pub(super) key: &'a str,
+    pub(super) json: String,
+    /// Node that is not there, in words: `takes no orders`.
+    pub(super) absent: &'static str,
+}
+
+/// Response to a request, and the place that was asked, for messages.
+pub(super) struct NodeResponse {
+    /// None if the node did not answer.
+    pub(super) payload: Option<Vec<u8>>,
+    pub(super) place: String,
+}
+
+/// Sends a request to a node, and waits for its response. `instead` says what is there instead of a missing node.
+///
+/// # Errors
+/// The transport refuses; [`NodeNotFound`]: the node does not appear within [`SEARCH`].
+pub(super) fn ask(
+    transport: &dyn Transport,
+    request: NodeRequest<'_>,
+    instead: impl FnOnce() -> String,
+) -> anyhow::Result<NodeResponse> {
+    let NodeRequest {
+        node,
+        key,
+        json,
+        absent,
+    } = request;
+    let client = transport.client(key, ANSWER)?;
+    let whereabouts = transport.whereabouts();
+    let place = format!("asked under {key}, {whereabouts}");
+    // A request without a server would wait for the full response timeout and end in the same silence.
+    if !is_there(&*client, &format!("node {node}"), whereabouts) {
+        let instead = instead();
+        let missing =
+            format!("node {node} {absent}: it is not there after {SEARCH}, {place}{instead}");
+        return Err(NodeNotFound(missing).into());
+    }
+    let payload = client.request(json)?;
+    Ok(NodeResponse { payload, place })
+}
+
+/// Text on why a node is not visible; empty if that is not known.
+pub(super) fn why_invisible(transport: &dyn Transport, node: &NodeName) -> String {
+    let why = transport.invisibility_reason(node.as_str());
+    why.map_or_else(String::new, |why| format!("; {}", why.reason()))
+}
+
 /// Waits until a client has a server, for [`SEARCH`] at most. Returns false if it has none.
-pub(super) fn is_there(client: &dyn Client, sought: &str, whereabouts: &str) -> bool {
+fn is_there(client: &dyn Client, sought: &str, whereabouts: &str) -> bool {
     // The machine's monotonic clock: a step of the wall clock must not end or prolong the search.
     let end = machine::now() + SEARCH;
     let mut long_wait = LongWait::begin();

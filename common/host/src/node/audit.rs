@@ -63,10 +63,7 @@ impl Audit {
 
     /// Numbers an entry, and logs it.
     pub(crate) fn note(&self, entry: AuditEntry) {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .note(entry);
+        lock(&self.0).note(entry);
     }
 
     /// Answers a query.

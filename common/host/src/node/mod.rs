@@ -9,7 +9,7 @@
 //! Each arrow into or out of the cycle thread is a bounded, wait-free ring: the cycle thread never
 //! waits for the network, a disk or a log, and what does not fit is counted.
 //!
-//! What was refused and what was done is noted in the [audit], from any thread but that of the cycle.
+//! Refusals and actions are noted in the [audit], from any thread but that of the cycle.
 
 pub mod audit;
 mod circles;

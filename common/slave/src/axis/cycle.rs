@@ -230,13 +230,7 @@ impl SlaveAxis {
 
     /// Goes to error stop, within the limits.
     pub(super) fn fail(&mut self, plates: &mut Tables, error: SlaveError) {
-        let quick = matches!(
-            (error, self.on_master_loss),
-            (
-                SlaveError::MasterLost | SlaveError::FollowsItself,
-                OnMasterLoss::QuickStop
-            )
-        );
+        let quick = error.is_loss_of_master() && self.on_master_loss == OnMasterLoss::QuickStop;
         let limits = if quick {
             self.guard.without_jerk_limit(self.cycle_time)
         } else {

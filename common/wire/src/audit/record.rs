@@ -1,4 +1,4 @@
-//! One record of the audit.
+//! Record of the audit.
 
 use std::fmt;
 
@@ -42,7 +42,7 @@ impl AuditDoor {
         Self::Right,
     ];
 
-    /// Its name in records.
+    /// Name in records.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,11 +60,11 @@ impl AuditDoor {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AuditOutcome {
-    /// It was done, or its execution has begun.
+    /// Done, or begun.
     Accepted,
-    /// It was refused.
+    /// Refused.
     Refused,
-    /// It did not reach the part that would have decided.
+    /// Lost before the part that would have decided.
     NotTaken,
     /// Something that existed was ended.
     Ended,
@@ -87,7 +87,7 @@ impl AuditOutcome {
     }
 }
 
-/// What a part of the node reports. Its texts are on one line and bounded.
+/// Report of a part of the node, with texts on one line and bounded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AuditEntry {
     /// Part of the node that was asked.

@@ -276,8 +276,7 @@ const fn follows_error_stop(state: AxisStatus) -> bool {
 
 /// The stop of a slave whose master is lost, with its full deceleration from the next cycle on.
 fn is_quick_stop(slave: &SlaveSignals) -> bool {
-    // A slave that follows itself stops as one whose master is lost.
-    let quick = [SlaveError::MasterLost, SlaveError::FollowsItself].map(|error| error.code());
+    let quick = SlaveError::LOSSES_OF_MASTER.map(|error| error.code());
     slave.state == AxisStatus::ErrorStop && quick.contains(&slave.error)
 }
 

@@ -36,12 +36,7 @@ impl SoakSchedule {
         }
         let mut steps = Vec::new();
         if self.random.chance(0.4) {
-            let phase = self.random.between(1.0, 50_000.0);
-            let drift = self.random.between(-100.0, 100.0);
-            let at = self.moment(QUIET_FROM);
-            steps.push(format!(
-                "{{ at-s = {at}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}"
-            ));
+            steps.push(self.clock_step());
         }
         steps.extend(self.extra_draws.step_back());
         if !steps.is_empty() {
@@ -51,6 +46,14 @@ impl SoakSchedule {
             let _ = write!(clock, ", {terms}");
         }
         clock + " }\n"
+    }
+
+    /// A step of a clock during the faulty phase, in phase and drift.
+    pub(super) fn clock_step(&mut self) -> String {
+        let phase = self.random.between(1.0, 50_000.0);
+        let drift = self.random.between(-100.0, 100.0);
+        let at = self.moment(QUIET_FROM);
+        format!("{{ at-s = {at}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}")
     }
 
     fn axis(&mut self, id: u64) {

@@ -37,12 +37,7 @@ impl SwarmSchedule {
                 let _ = write!(clock, ", random-walk-ppm = {walk:.2}");
             }
             if base.random.chance(0.6) {
-                let phase = base.random.between(1.0, 50_000.0);
-                let drift = base.random.between(-100.0, 100.0);
-                let at = base.moment(QUIET_FROM);
-                steps.push(format!(
-                    "{{ at-s = {at}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}"
-                ));
+                steps.push(base.clock_step());
             }
             steps.extend(base.extra_draws.step_back());
             if let Some(terms) = base.extra_draws.drift_terms() {
