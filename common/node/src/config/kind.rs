@@ -6,105 +6,83 @@ use toml::{Table, Value};
 use super::ConfigError;
 
 /// Kind of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ConfigKind {
-    Gear,
-    Saw,
-    Scenario,
-    Gateway,
-    Receiver,
-    Cam,
-    Sender,
+#[derive(Debug, PartialEq, Eq)]
+struct ConfigKind {
+    name: &'static str,
+    /// Command for files of this kind.
+    command: &'static str,
+    /// Fields of which a file of this kind has one, and no file of a later kind has any.
+    marks: &'static [&'static str],
+    /// List of a file of this kind. The slave of a saw or a gear is a table, and so is its axis.
+    list: Option<&'static str>,
+    /// A field that only the schema of this kind has.
+    own_field: &'static str,
 }
 
+/// All kinds, in the order in which they are tried: a scenario has the fields of senders and receivers in its tables only, but a
+/// gateway has an `axis` as a sender has.
+const KINDS: [ConfigKind; 7] = [
+    ConfigKind {
+        name: "a gear file",
+        command: "coaxle gear plan",
+        marks: &["flying-gear"],
+        list: None,
+        own_field: "flying-gear",
+    },
+    ConfigKind {
+        name: "a saw file",
+        command: "coaxle saw plan",
+        marks: &["gear-in-pos", "gear-in-velo"],
+        list: None,
+        own_field: "gear-in-pos",
+    },
+    ConfigKind {
+        name: "a scenario",
+        command: "coaxle run",
+        marks: &["duration-s", "sender", "receiver"],
+        list: None,
+        own_field: "duration-s",
+    },
+    ConfigKind {
+        name: "the config of a gateway",
+        command: "coaxle gateway",
+        marks: &["pipe", "udp", "ads", "layout", "output"],
+        list: None,
+        own_field: "layout",
+    },
+    ConfigKind {
+        name: "the config of a receiver",
+        command: "coaxle receiver",
+        marks: &["far", "virtual-axis", "cams", "sync", "observer"],
+        list: Some("slave"),
+        own_field: "far",
+    },
+    ConfigKind {
+        name: "a cam file",
+        command: "coaxle cam check",
+        marks: &["point", "points", "table", "table-id"],
+        list: None,
+        own_field: "points",
+    },
+    ConfigKind {
+        name: "the config of a sender",
+        command: "coaxle sender",
+        marks: &[],
+        list: Some("axis"),
+        own_field: "send-stamps",
+    },
+];
+
 impl ConfigKind {
-    /// In the order in which they are tried: a scenario has the fields of senders and receivers in its tables only, but a gear has a
-    /// `slave` as a receiver has, and a gateway an `axis` as a sender has.
-    const ALL: [Self; 7] = [
-        Self::Gear,
-        Self::Saw,
-        Self::Scenario,
-        Self::Gateway,
-        Self::Receiver,
-        Self::Cam,
-        Self::Sender,
-    ];
-
-    /// Fields of which a file of this kind has one, and no file of a later kind has any.
-    const fn marks(self) -> &'static [&'static str] {
-        match self {
-            Self::Gear => &["flying-gear"],
-            Self::Saw => &["gear-in-pos", "gear-in-velo"],
-            Self::Scenario => &["duration-s", "sender", "receiver"],
-            Self::Gateway => &["pipe", "udp", "ads", "layout", "output"],
-            Self::Receiver => &["far", "virtual-axis", "cams", "sync", "observer"],
-            Self::Cam => &["point", "points", "table", "table-id"],
-            // By its list alone.
-            Self::Sender => &[],
-        }
+    fn is_of(&self, document: &Table) -> bool {
+        let is_list = |list| document.get(list).is_some_and(Value::is_array);
+        (self.marks.iter()).any(|mark| document.contains_key(*mark))
+            || self.list.is_some_and(is_list)
     }
 
-    /// List of a file of this kind. The slave of a saw or a gear is a table, and so is its axis.
-    const fn list(self) -> Option<&'static str> {
-        match self {
-            Self::Receiver => Some("slave"),
-            Self::Sender => Some("axis"),
-            _ => None,
-        }
-    }
-
-    /// A field that only the schema of this kind has.
-    const fn own_field(self) -> &'static str {
-        match self {
-            Self::Gear => "flying-gear",
-            Self::Saw => "gear-in-pos",
-            Self::Scenario => "duration-s",
-            Self::Gateway => "layout",
-            Self::Receiver => "far",
-            Self::Cam => "points",
-            Self::Sender => "send-stamps",
-        }
-    }
-
-    const fn words(self) -> &'static str {
-        match self {
-            Self::Gear => "a gear file",
-            Self::Saw => "a saw file",
-            Self::Scenario => "a scenario",
-            Self::Gateway => "the config of a gateway",
-            Self::Receiver => "the config of a receiver",
-            Self::Cam => "a cam file",
-            Self::Sender => "the config of a sender",
-        }
-    }
-
-    /// Command for files of this kind.
-    const fn command(self) -> &'static str {
-        match self {
-            Self::Gear => "coaxle gear plan",
-            Self::Saw => "coaxle saw plan",
-            Self::Scenario => "coaxle run",
-            Self::Gateway => "coaxle gateway",
-            Self::Receiver => "coaxle receiver",
-            Self::Cam => "coaxle cam check",
-            Self::Sender => "coaxle sender",
-        }
-    }
-
-    fn of_file(document: &Table) -> Option<Self> {
-        let has = |kind: &Self| {
-            (kind.marks().iter()).any(|mark| document.contains_key(*mark))
-                || kind
-                    .list()
-                    .is_some_and(|list| document.get(list).is_some_and(Value::is_array))
-        };
-        Self::ALL.into_iter().find(has)
-    }
-
-    fn of_schema(schema: &Schema) -> Option<Self> {
-        let fields = schema.get("properties")?;
-        let has = |kind: &Self| fields.get(kind.own_field()).is_some();
-        Self::ALL.into_iter().find(has)
+    fn is_described_by(&self, schema: &Schema) -> bool {
+        let fields = schema.get("properties");
+        fields.is_some_and(|fields| fields.get(self.own_field).is_some())
     }
 }
 
@@ -113,15 +91,16 @@ impl ConfigKind {
 /// # Errors
 /// Both kinds, and the command for the file.
 pub(crate) fn check_kind(file: &str, schema: &Schema, document: &Table) -> Result<(), ConfigError> {
-    let (received, expected) = (ConfigKind::of_file(document), ConfigKind::of_schema(schema));
+    let received = KINDS.iter().find(|kind| kind.is_of(document));
+    let expected = KINDS.iter().find(|kind| kind.is_described_by(schema));
     let (Some(received), Some(expected)) = (received, expected) else {
         return Ok(());
     };
     if received == expected {
         return Ok(());
     }
-    let (name, of) = (received.words(), expected.words());
-    let command = received.command();
+    let ConfigKind { name, command, .. } = received;
+    let of = expected.name;
     let reason = format!("received {name}, expected {of}; for this one: {command} {file}");
     Err(ConfigError::whole(file, reason))
 }

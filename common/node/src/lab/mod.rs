@@ -145,9 +145,10 @@ impl<C: WithLab> NodeFile<C> {
         whole: toml::Table,
         folder: Option<&Path>,
     ) -> Result<Self, ConfigError> {
-        check_kind(file, &marked_schema_of::<C>(), &whole)?;
+        let schema = marked_schema_of::<C>();
+        check_kind(file, &schema, &whole)?;
         // Then: a field at its old place gets an answer of its own, not that of an unknown field.
-        refuse_lab_fields(file, marked_schema_of::<C>().as_value(), &whole)?;
+        refuse_lab_fields(file, schema.as_value(), &whole)?;
         let mut rest = whole.clone();
         let table = rest.remove(LAB);
         let mut config: C = part_of_table(file, "", rest.into(), &whole, Self::schema)?;
