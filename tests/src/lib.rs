@@ -1,4 +1,5 @@
 //! Helpers shared by tests of several crates.
 
+pub mod ports;
 pub mod python;
 pub mod retries;

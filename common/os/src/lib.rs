@@ -2,6 +2,7 @@
 //!
 //! * [`System`] is the operating system, in one place: threads, sockets, files, processes. [`Os`] is the
 //!   one this was built for; nothing outside of it depends on which one that is.
+//! * [`ClaimedPort`] is a free port for a program that is to be started.
 //! * [`machine`] is the machine's clock: reading it, and sleeping until a time.
 //! * [`exit`] has the exit codes of a program, and the mistakes of users, with the values received and
 //!   expected.
@@ -18,6 +19,7 @@ pub mod exit;
 #[cfg(feature = "signals")]
 mod interrupt;
 pub mod machine;
+mod ports;
 mod system;
 mod trace;
 
@@ -27,5 +29,6 @@ pub use end_reason::EndReason;
 #[cfg(feature = "signals")]
 pub use interrupt::Interrupt;
 pub use machine::Machine;
+pub use ports::ClaimedPort;
 pub use system::*;
 pub use trace::Trace;

@@ -2,7 +2,6 @@
 //!
 //! The tests judge the reports and traces of the nodes: a busy machine changes only their duration.
 
-use std::net::TcpListener;
 use std::path::Path;
 use std::process::Command;
 
@@ -12,6 +11,7 @@ use coaxle_host::client::{Commander, SeenNode, Watcher};
 use coaxle_node::command::{CommandVerdict, SlaveName, SlaveOrder};
 use coaxle_node::config::{TransportConfig, parse};
 use coaxle_node::keys::NodeName;
+use coaxle_os::ClaimedPort;
 use coaxle_test_process::{Process, WAIT_TIMEOUT};
 use serde_json::Value;
 
@@ -64,9 +64,7 @@ fn fastest(trace: &Path) -> f64 {
 #[test]
 fn orders_at_both_ends_are_refused_and_the_circle_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
-    // Two ports held until both are found, so that they differ.
-    let held = [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port"));
-    let [a, b] = held.map(|listener| listener.local_addr().expect("an address").port());
+    let [a, b] = [(); 2].map(|()| ClaimedPort::find().expect("a free port").keep());
     let nodes = [
         start(folder.path(), "a", "b", [a, b]),
         start(folder.path(), "b", "a", [b, a]),

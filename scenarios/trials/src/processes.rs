@@ -68,6 +68,7 @@ pub fn run(
     let NodeProcesses {
         mut children,
         endpoints,
+        ports: _claimed,
     } = NodeProcesses::prepare(
         scenario,
         &topology,

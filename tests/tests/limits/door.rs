@@ -7,8 +7,9 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use coaxle_test_process::{Process, output, until};
+use coaxle_tests::ports::free_port;
 
-use crate::{AXIS, Bench, TOOL, free_port, shown};
+use crate::{AXIS, Bench, TOOL, shown};
 
 /// Descriptors of the node under test: some times those of a page, and far fewer than its slow clients.
 const FILES: usize = 128;

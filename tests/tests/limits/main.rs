@@ -8,7 +8,6 @@ mod memory;
 mod page;
 mod start;
 
-use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -79,12 +78,6 @@ impl Bench {
     pub(crate) fn cam(&self, text: &str) -> ToolEnd {
         run(&["cam", "check", &self.file("c.toml", text)])
     }
-}
-
-/// A port that was just free, and is not given to others.
-pub(crate) fn free_port() -> u16 {
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    port.expect("a free port").port()
 }
 
 /// The repository.

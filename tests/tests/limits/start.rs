@@ -1,6 +1,8 @@
 //! Starts of nodes without enough of what the system has to give.
 
-use crate::{AXIS, Bench, free_port, run_with};
+use coaxle_tests::ports::free_port;
+
+use crate::{AXIS, Bench, run_with};
 
 fn node(bench: &Bench) -> String {
     // A port that nobody else has, and no node to connect to.

@@ -2,7 +2,6 @@
 //!
 //! The clock on the wall decides nothing: each wait polls until its condition is met.
 
-use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -11,6 +10,7 @@ use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
+use coaxle_os::ClaimedPort;
 use coaxle_test_process::{Process, output, until};
 use serde_json::{Value, json};
 
@@ -24,8 +24,8 @@ const RECEIVER: &str = "name = 'cutter'\ncycle-time-us = 2000\n\
 const LIMITS: [f64; 3] = [2_000.0, 40_000.0, 2e6];
 
 fn endpoint() -> String {
-    let address = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
-    format!("tcp/{}", address.expect("a free port"))
+    let port = ClaimedPort::find().expect("a free port").keep();
+    format!("tcp/127.0.0.1:{port}")
 }
 
 fn coaxle(arguments: &[&str]) -> Command {

@@ -1,10 +1,10 @@
 //! `coaxle command` as a user starts it, and commands among a scenario's events.
 
-use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::shared::{text, written};
+use coaxle_os::ClaimedPort;
 use coaxle_test_process::{Process, output};
 use serde_json::Value;
 
@@ -16,8 +16,8 @@ fn coaxle(arguments: &[&str]) -> Command {
 
 /// An endpoint that is free now.
 fn endpoint() -> String {
-    let address = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
-    format!("tcp/{}", address.expect("a free port"))
+    let port = ClaimedPort::find().expect("a free port").keep();
+    format!("tcp/127.0.0.1:{port}")
 }
 
 /// Output of the tool, and its exit code.

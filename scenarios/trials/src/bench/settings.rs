@@ -1,10 +1,11 @@
 //! Settings of a measurement.
 
-use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr};
 
 use anyhow::Context;
 use coaxle_clock::Span;
 use coaxle_node::config::{RealTimeConfig, TransportConfig};
+use coaxle_os::ClaimedPort;
 use serde::Serialize;
 
 use super::configs::NodesConfig;
@@ -69,35 +70,13 @@ impl BenchSettings {
     }
 }
 
-/// Number of ports that are tried.
-// The system chooses them at random. A thousand are all taken by datagrams only if nearly all of them are.
-const PORTS_TRIED: usize = 1_000;
-
-/// An address of this machine that is free for connections as well as for datagrams: their ports are counted separately.
+/// An address of this machine that is free for connections as well as for datagrams.
 ///
 /// # Errors
 /// The system has none.
 pub(super) fn free_address() -> anyhow::Result<SocketAddr> {
-    free_for_both(|| {
-        // Port 0: the system chooses one. The socket is closed again, as the measured process binds the port itself.
-        TcpListener::bind(("127.0.0.1", 0)).and_then(|listener| listener.local_addr())
-    })
-}
-
-/// The first address chosen that is free for datagrams, too.
-fn free_for_both(
-    mut choose: impl FnMut() -> std::io::Result<SocketAddr>,
-) -> anyhow::Result<SocketAddr> {
-    let mut taken = None;
-    for _ in 0..PORTS_TRIED {
-        let address = choose().context("cannot find a free port")?;
-        match UdpSocket::bind(address) {
-            Ok(_) => return Ok(address),
-            Err(error) => taken = Some(error),
-        }
-    }
-    let taken = taken.map_or_else(|| anyhow::anyhow!("none was tried"), Into::into);
-    Err(taken.context("cannot find a free port"))
+    let port = ClaimedPort::find().context("cannot find a free port")?;
+    Ok((Ipv4Addr::LOCALHOST, port.keep()).into())
 }
 
 /// A session that listens there.
@@ -113,21 +92,5 @@ pub(super) fn connecting(endpoint: &str) -> TransportConfig {
     TransportConfig {
         connect: vec![endpoint.to_owned()],
         ..TransportConfig::default()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_address_is_free_for_connections_and_for_datagrams() {
-        let taken = UdpSocket::bind(("127.0.0.1", 0)).unwrap();
-        let taken = taken.local_addr().unwrap();
-        let mut chosen = [taken, free_address().unwrap()].into_iter();
-        let free = free_for_both(|| Ok(chosen.next().unwrap())).unwrap();
-        assert_ne!(free, taken);
-        let refused = free_for_both(|| Ok(taken)).unwrap_err();
-        assert!(format!("{refused:#}").starts_with("cannot find a free port: "));
     }
 }

@@ -1,7 +1,6 @@
 //! The nodes of a scenario, made ready to run as processes of this machine.
 
 use std::collections::BTreeSet;
-use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -10,6 +9,7 @@ use coaxle_lab::topology::Topology;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::lab::{NodeFile, WithLab};
 use coaxle_node::wiring;
+use coaxle_os::ClaimedPort;
 
 use super::child::{Child, NodeOutput, NodeRole};
 
@@ -36,6 +36,8 @@ impl Protocol {
 pub(crate) struct NodeProcesses {
     pub(crate) children: Vec<Child>,
     pub(crate) endpoints: Vec<String>,
+    /// Nobody is given the ports of nodes that still have to start, or to start again.
+    pub(crate) ports: Vec<ClaimedPort>,
 }
 
 impl NodeProcesses {
@@ -57,11 +59,16 @@ impl NodeProcesses {
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         // A twin has the name of its node, but a port of its own.
         let count = topology.names().len() + scenario.twins().len();
-        let endpoints = free_endpoints(count, protocol)?;
+        let ports: Result<Vec<_>, _> = (0..count).map(|_| ClaimedPort::find()).collect();
+        let ports = ports.context("cannot find free ports")?;
+        let endpoint =
+            |port: &ClaimedPort| format!("{}/127.0.0.1:{}", protocol.name(), port.number());
+        let endpoints: Vec<_> = ports.iter().map(endpoint).collect();
         let children = write_configs(scenario, topology, folder, &endpoints, of_receivers)?;
         Ok(Self {
             children,
             endpoints,
+            ports,
         })
     }
 }
@@ -133,26 +140,4 @@ fn write_toml(folder: &Path, name: &str, config: &impl WithLab) -> anyhow::Resul
     let text = NodeFile::text_of(config).with_context(|| format!("cannot write {name} as TOML"))?;
     std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(path)
-}
-
-/// Free endpoints. All are held until the last is found, so that they differ.
-fn free_endpoints(count: usize, protocol: Protocol) -> anyhow::Result<Vec<String>> {
-    let any = ("127.0.0.1", 0);
-    let addresses = match protocol {
-        Protocol::Tcp => held(count, || TcpListener::bind(any), TcpListener::local_addr),
-        Protocol::Udp => held(count, || UdpSocket::bind(any), UdpSocket::local_addr),
-    };
-    let addresses = addresses.context("cannot find free ports")?;
-    let endpoint = |address| format!("{}/{address}", protocol.name());
-    Ok(addresses.into_iter().map(endpoint).collect())
-}
-
-fn held<S, A>(
-    count: usize,
-    bind: impl Fn() -> std::io::Result<S>,
-    address: impl Fn(&S) -> std::io::Result<A>,
-) -> std::io::Result<Vec<A>> {
-    // All are bound before the first one closes: otherwise the system may name one port twice.
-    let sockets: Vec<S> = (0..count).map(|_| bind()).collect::<Result<_, _>>()?;
-    sockets.iter().map(address).collect()
 }

@@ -1,11 +1,11 @@
 //! Nodes as processes, and the tool that tries them.
 
 use std::fs::File;
-use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use coaxle_test_process::{Process, output};
+use coaxle_tests::ports::free_endpoint;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -108,10 +108,4 @@ pub(crate) fn broken(report: &Value) -> Vec<String> {
     broken
         .map(|rule| rule["rule"].as_str().unwrap_or_default().to_owned())
         .collect()
-}
-
-/// A free endpoint. No other process takes a port that was just free.
-fn free_endpoint() -> String {
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    format!("tcp/127.0.0.1:{}", port.expect("a free port").port())
 }

@@ -7,25 +7,15 @@ mod own_server;
 mod pipe;
 mod server;
 
-use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use coaxle_test_process::Process;
+use coaxle_tests::ports::free_port;
 use coaxle_tests::python;
 
 /// Duration of the PLC's run, s: its axis comes back for some seconds of it.
 const SECONDS: &str = "30";
-
-fn free_tcp() -> u16 {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    listener.local_addr().expect("its address").port()
-}
-
-fn free_udp() -> u16 {
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket.local_addr().expect("its address").port()
-}
 
 fn command(role: &str, folder: &Path, config: &str) -> Command {
     let file = folder.join(format!("{role}.toml"));
@@ -44,7 +34,7 @@ fn node(role: &str, folder: &Path, config: &str) -> Process {
 /// times that its axis came back, and of the newest ones their error, mm, and velocity, mm/s.
 fn circle(way: &str, symbols: [&str; 3], mut plc: Command, cycle_us: u32) -> (u32, Vec<[f64; 2]>) {
     let folder = tempfile::tempdir().expect("a scratch folder");
-    let port = free_tcp();
+    let port = free_port();
     let [axis, output, index] = symbols;
     let gateway = format!(
         "name = 'plc'\ncycle-time-us = {cycle_us}\n{way}\n\
@@ -100,7 +90,7 @@ fn a_plc_behind_an_independent_ads_server_gets_its_axis_back() {
     let Some(python) = python::with("pyads.testserver") else {
         return;
     };
-    let port = free_tcp();
+    let port = free_port();
     let mut plc = Command::new(python);
     plc.arg(script("plc_ads.py"))
         .args([&port.to_string(), SECONDS]);
@@ -121,7 +111,7 @@ fn a_plc_of_a_few_lines_gets_its_axis_back_by_udp() {
     let Some(python) = python::with("socket") else {
         return;
     };
-    let (to_plc, to_gateway) = (free_udp(), free_udp());
+    let (to_plc, to_gateway) = (free_port(), free_port());
     let mut plc = Command::new(python);
     plc.arg(script("plc_udp.py"))
         .args([&to_plc.to_string(), &to_gateway.to_string(), SECONDS]);

@@ -6,9 +6,10 @@ use coaxle_axis::{ImageLayout, NcToPlcAxis};
 use coaxle_clock::{Instant, Span};
 use coaxle_os::{Machine, machine};
 use coaxle_test_process::{assert_alive, output, until};
+use coaxle_tests::ports::free_port;
 
 use crate::gateway::server::{CYCLE_S, Plc};
-use crate::gateway::{command, free_tcp, node};
+use crate::gateway::{command, node};
 
 /// The machine may be very busy.
 const TIMEOUT: Span = Span::from_secs(120);
@@ -92,7 +93,7 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
             "symbol = 'G.e'\nimage = 'external-set-values'",
         ),
     ] {
-        let (plc, port) = (Plc::start(), free_tcp());
+        let (plc, port) = (Plc::start(), free_port());
         let folder = tempfile::tempdir().expect("a scratch folder");
         let config = gateway(&plc, port, read, "G.a", output);
         let receiver = format!(
@@ -123,7 +124,7 @@ fn polled_or_notifying_it_gets_its_axis_back_and_is_found_again_when_it_was_away
 #[test]
 fn far_axes_of_one_receiver_and_slaves_of_another_come_back_and_a_stop_of_the_plc_is_told_and_survived()
  {
-    let (plc, port) = (Plc::start(), free_tcp());
+    let (plc, port) = (Plc::start(), free_port());
     let folder = tempfile::tempdir().expect("a scratch folder");
     let second = "symbol = 'G.c'\n[[output]]\nnode = 'knife'\nchannel = 'slaves'\n\
                   cycle-index = 'G.k'\n[[output.axis]]\nid = 1\nsymbol = 'G.s'";
@@ -189,7 +190,7 @@ fn run_shortly(config: &str) -> Output {
 
 #[test]
 fn a_symbol_that_is_missing_is_named_once_and_nonsense_does_no_harm() {
-    let (plc, port) = (Plc::start(), free_tcp());
+    let (plc, port) = (Plc::start(), free_port());
     let output = "symbol = 'G.c'";
     let config = gateway(&plc, port, "polling", "G.x", output);
     let ended = run_shortly(&config);

@@ -10,8 +10,9 @@ use coaxle_gateway::config::ImageKind;
 use coaxle_gateway::record::{read_record, record_len, write_image};
 use coaxle_os::{Machine, machine};
 use coaxle_test_process::{Process, assert_alive, until};
+use coaxle_tests::ports::free_port;
 
-use crate::gateway::{command, free_tcp, node};
+use crate::gateway::{command, node};
 
 /// The machine may be very busy.
 const TIMEOUT: Span = Span::from_secs(120);
@@ -69,7 +70,7 @@ enum GatewayOutput {
 
 impl Pipe {
     fn start(format: &str) -> Self {
-        let (folder, port) = (tempfile::tempdir().expect("a scratch folder"), free_tcp());
+        let (folder, port) = (tempfile::tempdir().expect("a scratch folder"), free_port());
         let config = format!(
             "name = 'plc'\ncycle-time-us = 4000\n[pipe]\nformat = '{format}'\n\
              [transport]\nlisten = ['tcp/127.0.0.1:{port}']\n\

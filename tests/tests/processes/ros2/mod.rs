@@ -9,8 +9,9 @@
 mod world;
 
 use coaxle_test_process::until;
+use coaxle_tests::ports::free_endpoint;
 use serde_json::{Value, json};
-use world::{World, free_endpoint};
+use world::World;
 
 /// The position and the velocity of a joint in a message, m and m/s, and its stamp, s.
 fn joint(heard: &Value, name: &str) -> Option<(f64, f64, f64)> {

@@ -2,11 +2,11 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdin, Command, Stdio};
 
 use coaxle_test_process::{Process, output, until};
+use coaxle_tests::ports::free_endpoint;
 use coaxle_tests::python;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -116,12 +116,6 @@ impl World {
         self.bridge.signal("INT");
         self.bridge.wait().code()
     }
-}
-
-/// A free endpoint. No other process takes a port that was just free.
-pub(crate) fn free_endpoint() -> String {
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-    format!("tcp/127.0.0.1:{}", port.expect("a free port").port())
 }
 
 fn node(folder: &TempDir, role: &str, config: &str, network: &[&str]) -> Process {

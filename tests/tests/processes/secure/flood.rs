@@ -6,9 +6,9 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use coaxle_test_process::{Process, until};
+use coaxle_tests::ports::free_port;
 use serde_json::Value;
 
-use super::network::free_ports;
 use super::processes::{output_of, start};
 
 /// Slow enough that a busy machine skips few cycles.
@@ -49,7 +49,7 @@ struct Counts {
 impl Line {
     fn start() -> Self {
         let folder = tempfile::tempdir().expect("a scratch folder");
-        let ports = free_ports();
+        let ports = [(); 3].map(|()| free_port());
         let [port, saw, press] = ports;
         let write = |name: &str, text: String| {
             let head = format!("name = '{name}'\ncycle-time-us = {CYCLE_TIME_US}\n");

@@ -2,7 +2,6 @@
 //! record received messages, and attackers whose own profile permits everything.
 
 use std::collections::BTreeSet;
-use std::net::TcpListener;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
@@ -15,6 +14,7 @@ use coaxle_host::network::transport::{
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine;
+use coaxle_tests::ports::free_port;
 
 /// The configs of two senders and a receiver that follows both, and two operators: anna may command all nodes, bert
 /// the first sender alone.
@@ -31,7 +31,7 @@ pub(crate) const NODES: [&str; 3] = ["line", "press", "saw"];
 impl TestNetwork {
     pub(crate) fn new() -> Self {
         let scratch = tempfile::tempdir().expect("a scratch folder");
-        let ports = free_ports();
+        let ports = [(); 3].map(|()| free_port());
         let [line, press, saw] = ports;
         let axis = "[[axis]]\nid = 1\nname = 'x'\nprogram = { limits = { velocity = 1, acceleration = 1, jerk = 1 } }";
         let texts = [
@@ -322,10 +322,4 @@ pub(crate) fn expired() -> Validity {
     let until = machine::wall_clock() - hour;
     let from: SystemTime = until - 24 * hour;
     Validity { from, until }
-}
-
-/// Free ports. All are held until the last is found, so that they differ.
-pub(crate) fn free_ports() -> [u16; 3] {
-    let held = [(); 3].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port"));
-    held.map(|listener| listener.local_addr().expect("an address").port())
 }

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use coaxle_test_process::{Process, output, until};
-
-use super::network::free_ports;
+use coaxle_tests::ports::free_port;
 
 const AXIS: &str = "[[axis]]\nid = 1\nname = 'belt'\n\
     program = { start-velocity = 5, limits = { velocity = 10, acceleration = 10, jerk = 10 } }\n";
@@ -56,7 +55,7 @@ pub(super) fn write_line(folder: &Path, port: u16) {
 fn a_node_that_nobody_hears_is_told_so_at_both_ends() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let folder = scratch.path();
-    let [line, _, _] = free_ports();
+    let line = free_port();
     write_line(folder, line);
     for name in ["deaf", "saw"] {
         write(
@@ -137,7 +136,7 @@ fn take_rights(profile: &Path, message: &str, key: &str) {
 fn nodes_and_operators_find_each_other_and_who_is_refused_says_why() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let folder = scratch.path();
-    let [line, saw, _] = free_ports();
+    let [line, saw] = [(); 2].map(|()| free_port());
     write_line(folder, line);
     write(
         folder,

@@ -5,8 +5,8 @@ use std::time::{Duration, SystemTime};
 
 use coaxle_node::audit::AuditRecord;
 use coaxle_test_process::{Process, until};
+use coaxle_tests::ports::free_port;
 
-use super::network::free_ports;
 use super::processes::{SLAVE, coaxle, output_of, start, write, write_line};
 
 /// Time within which a list is obeyed, two looks of a second each, on a machine that does many other things.
@@ -53,7 +53,7 @@ fn received_by_saw(folder: &Path) -> u64 {
 fn a_revoked_follower_is_out_within_seconds_and_nobody_else_is_touched() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let folder = scratch.path();
-    let [line, saw, _] = free_ports();
+    let [line, saw] = [(); 2].map(|()| free_port());
     write_line(folder, line);
     for name in ["mill", "saw"] {
         // Only the saw can be reached by anna.

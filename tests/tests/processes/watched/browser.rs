@@ -2,13 +2,14 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use coaxle_test_process::{Process, until};
+use coaxle_tests::ports::free_port;
 use serde_json::{Value, json};
 
 /// Options without which it sends requests of its own.
@@ -38,8 +39,7 @@ impl Browser {
     /// Starts it; none, with a note on the output, where it is not installed.
     #[expect(clippy::print_stdout, reason = "so a test says that it tested nothing")]
     pub(crate) fn start() -> Option<Self> {
-        let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-        let port = port.expect("a free port").port();
+        let port = free_port();
         let mut driver = Command::new("chromedriver");
         driver
             .arg(format!("--port={port}"))

@@ -1,10 +1,10 @@
 //! A sender, and receivers that follow it, as real processes.
 
-use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use coaxle_test_process::{Process, output};
+use coaxle_tests::ports::free_endpoint;
 use tempfile::TempDir;
 
 /// A sender, and receivers that follow it, or other nodes. Each listens, as nothing is forwarded between peers.
@@ -40,9 +40,7 @@ impl Line {
     }
 
     pub(crate) fn start_with(&mut self, role: &str, name: &str, config: &str, options: &[&str]) {
-        // A port that was just free is not taken by others.
-        let port = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
-        let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
+        let endpoint = free_endpoint();
         let file = self.folder.path().join(format!("{name}.toml"));
         std::fs::write(&file, format!("name = '{name}'\n{config}")).expect("a config");
         let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle-under-test"));
