@@ -16,6 +16,10 @@ const INSIDE: f64 = 1e-9;
 // 3e-7 of its peak then, less than the 1e-6 that a coupling allows beyond a limit. Found by fuzzing: 1.7 x of a plate of 12 857 000 x.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
+/// Distance of the places beside a reversal from it, relative to that of the places inside a segment.
+// A reversal is a root, which is found to some units in the last place, and the slave brakes on one side of it alone.
+const BESIDE: f64 = 10.0;
+
 /// Greatest distance, relative to the length of the segment: both places stay in it.
 const MOST_INSIDE: f64 = 0.25;
 
@@ -48,7 +52,10 @@ pub(super) struct CurvePeaks {
 
 #[derive(Clone, Copy, Debug)]
 struct SegmentPeaks {
-    masters: [f64; 6],
+    /// Masters at which the position is extreme: the slave reverses there, unless it is an end.
+    reversals: [f64; 2],
+    /// Masters at which slope and curvature are extreme.
+    extremes: [f64; 4],
     demands: PeakDemands,
 }
 
@@ -84,8 +91,8 @@ impl PeakDemands {
 }
 
 impl CurvePeaks {
-    /// Number of places in a segment: both ends, and six extremes.
-    pub(super) const PLACES: usize = 8;
+    /// Number of places in a segment: both ends, both sides of two reversals, and four extremes.
+    pub(super) const PLACES: usize = 10;
 
     /// Makes an empty list with capacity for this number of segments.
     pub(super) fn with_capacity(segments: usize) -> Self {
@@ -137,9 +144,7 @@ impl CurvePeaks {
         let largest = curve.start().abs().max(curve.end().abs());
         segments
             .filter(move |(_, peaks)| is_searched(&peaks.demands))
-            .flat_map(move |(segment, peaks)| {
-                ends(segment, largest).into_iter().chain(peaks.masters)
-            })
+            .flat_map(move |(segment, peaks)| peaks.places(segment, largest))
     }
 
     /// Returns the greatest demands of all segments.
@@ -157,39 +162,48 @@ impl CurvePeaks {
 
 impl SegmentPeaks {
     fn of(segment: &Segment) -> Self {
-        let masters = extreme_masters(segment);
-        let [a, b, c, d, e, f] = masters;
+        let (reversals, extremes) = extreme_masters(segment);
+        let [a, b] = reversals;
+        let [c, d, e, f] = extremes;
         let motions = [segment.start(), a, b, c, d, e, f, segment.end()].map(|m| segment.at(m));
         let steepest = motions.iter().map(|motion| motion.velocity.abs());
         let steepest = steepest.fold(0.0, f64::max);
         let demands = motions.map(|motion| PeakDemands::of(&motion, steepest));
         Self {
-            masters,
+            reversals,
+            extremes,
             demands: demands.into_iter().fold(demands[0], PeakDemands::joined),
         }
     }
+
+    /// Returns the places: just inside the ends, beside each reversal, and at the other extremes.
+    fn places(&self, segment: &Segment, largest_master: f64) -> impl Iterator<Item = f64> + use<> {
+        let (start, end) = (segment.start(), segment.end());
+        let length = end - start;
+        let inside = (INSIDE * length).max(ROUNDING * largest_master);
+        let inside = inside.min(MOST_INSIDE * length);
+        let ends = [start + inside, end - inside];
+        // At the reversal itself, the sign of a slope of nearly 0 would tell whether the slave brakes.
+        let sides = self.reversals.into_iter().flat_map(move |reversal| {
+            [reversal - BESIDE * inside, reversal + BESIDE * inside]
+                .map(|side| side.max(ends[0]).min(ends[1]))
+        });
+        ends.into_iter().chain(sides).chain(self.extremes)
+    }
 }
 
-fn ends(segment: &Segment, largest_master: f64) -> [f64; 2] {
-    let (start, end) = (segment.start(), segment.end());
-    let length = end - start;
-    let inside = (INSIDE * length).max(ROUNDING * largest_master);
-    let inside = inside.min(MOST_INSIDE * length);
-    [start + inside, end - inside]
-}
-
-fn extreme_masters(segment: &Segment) -> [f64; 6] {
+/// Masters at which the position is extreme, and those of slope and curvature.
+fn extreme_masters(segment: &Segment) -> ([f64; 2], [f64; 4]) {
     let extremes = segment.extremes();
     let [position, velocity, acceleration] =
         [extremes.position, extremes.velocity, extremes.acceleration];
-    [
-        position.minimum,
-        position.maximum,
+    let reversals = [position.minimum, position.maximum].map(|extreme| extreme.master);
+    // No jerk among them: couplings compare slope and curvature of a plate with the slave's limits.
+    let others = [
         velocity.minimum,
         velocity.maximum,
         acceleration.minimum,
         acceleration.maximum,
-    ]
-    // No jerk among them: couplings compare slope and curvature of a plate with the slave's limits.
-    .map(|extreme| extreme.master)
+    ];
+    (reversals, others.map(|extreme| extreme.master))
 }

@@ -141,6 +141,46 @@ fn a_peak_at_a_joint_far_from_zero_is_seen() {
     }
 }
 
+/// A slave that is over its top brakes hardest just before it: rounding determined whether the place of the top counted as braking.
+#[test]
+fn a_slave_that_brakes_into_a_reversal_is_seen() {
+    for shift in 0..200 {
+        let shift = 0.377 * f64::from(shift);
+        // The spline is over its top in the second row already, where it is curved most.
+        let rows = [(0.0, 0.0), (2.0, 1.0), (3.0, 0.3), (5.0, 0.0)];
+        let rows = rows.map(|(master, slave)| (shift + master, slave));
+        let table = PositionTable::new(&rows, Interpolation::Spline, Course::Cyclic);
+        let table = Plate::from_table(table.expect("a table"));
+        let top = root(
+            |master| table.at(master).velocity,
+            rows[0].0 + 1.0,
+            rows[1].0,
+        );
+        let curvature = table.at(top).acceleration.abs();
+        let tables = tables_with(table);
+        for (part, passes) in [(0.999, true), (1.001, false)] {
+            // Forwards it brakes before the top.
+            let limits = limits(1e9, 1e4);
+            let velocity = part * (limits.deceleration / curvature).sqrt();
+            let planned = plan(limits, next_cycle(), &tables, shift + 1.7, velocity);
+            assert_eq!(planned.is_ok(), passes, "{shift}: {planned:?}");
+        }
+    }
+}
+
+/// Returns where a function that falls is 0.
+fn root(falls: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
+    for _ in 0..100 {
+        let middle = 0.5 * (from + to);
+        if falls(middle) > 0.0 {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    from
+}
+
 /// Cubics of a table are steepest inside, too.
 #[test]
 fn a_steep_place_between_two_rows_of_a_long_table_is_seen() {
