@@ -2,6 +2,7 @@
 
 use super::modes::ActivationMode;
 use super::rules::{MOST_POINTS_REPLACED_IN_USE, Operation};
+use coaxle_curve::figure::{Beyond, Rounded, UpTo};
 use coaxle_curve::law::Quantity;
 use coaxle_plate::{CamError, TableType};
 
@@ -165,7 +166,7 @@ pub enum CouplingError {
         to: f64,
     },
     /// 0x426D: the master moves away from the activation position.
-    #[error("{:#06x}: activation position: received {received}, expected it ahead of the master at {master}", self.code())]
+    #[error("{:#06x}: activation position: received {received}, expected it ahead of the master at {}", self.code(), Rounded(*master))]
     ActivationPassed {
         /// Position received.
         received: f64,
@@ -173,7 +174,7 @@ pub enum CouplingError {
         master: f64,
     },
     /// 0x426F: a slave that moves cannot wait for the activation.
-    #[error("{:#06x}: the slave moves at {velocity} u/s, expected standstill to wait for the activation", self.code())]
+    #[error("{:#06x}: the slave moves at {} u/s, expected standstill to wait for the activation", self.code(), Rounded(*velocity))]
     SlaveMoving {
         /// Velocity of the slave, u/s.
         velocity: f64,
@@ -186,8 +187,8 @@ pub enum CouplingError {
     },
     /// 0x421A: the slave would jump.
     #[error(
-        "{:#06x}: the slave would jump by {distance} u, expected at most {allowed} u: move it there, or ramp it in",
-        self.code()
+        "{:#06x}: the slave would jump by {} u, expected at most {} u: move it there, or ramp it in",
+        self.code(), Beyond { value: *distance, limit: *allowed }, Rounded(*allowed)
     )]
     Jump {
         /// Size of the jump, u.
@@ -197,9 +198,9 @@ pub enum CouplingError {
     },
     /// 0x421A: the slave's velocity would jump.
     #[error(
-        "{:#06x}: the slave's velocity would jump by {change} u/s, expected at most {allowed} u/s: ramp it in, or \
+        "{:#06x}: the slave's velocity would jump by {} u/s, expected at most {} u/s: ramp it in, or \
          change where both courses have one velocity, at rest say",
-        self.code()
+        self.code(), Beyond { value: *change, limit: *allowed }, Rounded(*allowed)
     )]
     VelocityJump {
         /// Size of the jump, u/s.
@@ -209,9 +210,10 @@ pub enum CouplingError {
     },
     /// 0x42DD: the slave could not follow its new course.
     #[error(
-        "{:#06x}: {quantity} of the slave: received {received}, expected at most {limit}, with a master at {speed} u/s: \
-         lead it at up to {fastest} u/s, scale the plate down, or take a longer ramp",
-        self.code()
+        "{:#06x}: {quantity} of the slave: received {} {unit}, expected at most {} {unit}, with a master at {} u/s: \
+         lead it at up to {} u/s, scale the plate down, or take a longer ramp",
+        self.code(), Beyond { value: *received, limit: *limit }, Rounded(*limit), Rounded(*speed), UpTo(*fastest),
+        unit = quantity.unit()
     )]
     BeyondLimits {
         /// Limited quantity.

@@ -9,6 +9,7 @@
     doc = "* [`curve`]: such pieces one after the other, found quickly; [`spline`]: the cubics through many points."
 )]
 //! * [`quadrature`]: integrals over them.
+//! * [`figure`]: numbers as messages show them.
 //!
 //! A motion is planned once, and evaluated at any place: with its derivatives and its own extremes.
 //!
@@ -46,6 +47,7 @@ extern crate std;
 
 #[cfg(feature = "alloc")]
 pub mod curve;
+pub mod figure;
 pub mod law;
 pub mod profile;
 pub mod quadrature;

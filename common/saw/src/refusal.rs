@@ -1,5 +1,7 @@
 //! Reasons of a refused synchronisation.
 
+use coaxle_curve::figure::{Beyond, Rounded, UpTo};
+
 use super::SyncMask;
 
 /// A refused synchronisation. A refusal never moves the slave.
@@ -32,7 +34,7 @@ pub enum SawRefusal {
     },
     /// A synchronous velocity beyond the axis's own greatest velocity, or, with a strategy, beyond that
     /// of the command: 0x42DD.
-    #[error("{:#06x}: synchronous velocity {velocity} u/s, the highest allowed is {limit} u/s", self.code())]
+    #[error("{:#06x}: synchronous velocity {} u/s, the highest allowed is {} u/s", self.code(), Beyond { value: *velocity, limit: *limit }, Rounded(*limit))]
     SyncVelocity {
         /// The synchronous velocity, u/s.
         velocity: f64,
@@ -43,7 +45,7 @@ pub enum SawRefusal {
     #[error("{:#06x}: time-based mode, expected position-based to synchronise to a position", self.code())]
     TimeBasedPosition,
     /// A synchronisation position of the master that is not ahead of it: 0x42DE.
-    #[error("{:#06x}: master synchronisation position {sync_position} u is not ahead of the master at {position} u, {velocity} u/s", self.code())]
+    #[error("{:#06x}: master synchronisation position {sync_position} u is not ahead of the master at {} u, {} u/s", self.code(), Rounded(*position), Rounded(*velocity))]
     MasterNotAhead {
         /// Position of the master, u.
         position: f64,
@@ -53,7 +55,7 @@ pub enum SawRefusal {
         sync_position: f64,
     },
     /// A synchronisation position of the slave that is not ahead of it in the gear's direction: 0x42DE.
-    #[error("{:#06x}: slave synchronisation position {sync_position} u, expected it {} the slave at {position} u", self.code(), side(.direction))]
+    #[error("{:#06x}: slave synchronisation position {sync_position} u, expected it {} the slave at {} u", self.code(), side(.direction), Rounded(*position))]
     SlaveNotAhead {
         /// Position of the slave, u.
         position: f64,
@@ -63,7 +65,7 @@ pub enum SawRefusal {
         direction: f64,
     },
     /// A master at rest while the slave moves: 0x426E.
-    #[error("{:#06x}: the master stands while the slave moves at {slave_velocity} u/s, {slave_acceleration} u/s²", self.code())]
+    #[error("{:#06x}: the master stands while the slave moves at {} u/s, {} u/s²", self.code(), Rounded(*slave_velocity), Rounded(*slave_acceleration))]
     MasterAtRest {
         /// The slave's velocity, u/s.
         slave_velocity: f64,
@@ -74,7 +76,7 @@ pub enum SawRefusal {
     #[error("{:#06x}: the master stands, expected it to move towards its synchronisation position; \"early\" needs no master that moves", self.code())]
     MasterStands,
     /// A slave that cannot arrive in time within its limits, with a strategy: 0x42DF.
-    #[error("{:#06x}: the slave needs {needed} s within its limits, its master is there in {available} s", self.code())]
+    #[error("{:#06x}: the slave needs {} s within its limits, its master is there in {} s", self.code(), Beyond { value: *needed, limit: *available }, Rounded(*available))]
     TooShort {
         /// Least time needed by the slave, s.
         needed: f64,
@@ -82,7 +84,7 @@ pub enum SawRefusal {
         available: f64,
     },
     /// A gear as fast as the slave's limit, or checks that permit no other velocity: 0x42DD.
-    #[error("{:#06x}: synchronous velocity {velocity} u/s where {limit} u/s is allowed: nothing is left to make up the distance", self.code())]
+    #[error("{:#06x}: synchronous velocity {} u/s where {} u/s is allowed: nothing is left to make up the distance", self.code(), Rounded(*velocity), UpTo(*limit))]
     NothingLeft {
         /// The synchronous velocity, u/s.
         velocity: f64,
@@ -96,7 +98,7 @@ pub enum SawRefusal {
         received: f64,
     },
     /// A slave's acceleration from which no change of velocity keeps the limits: 0x42DF.
-    #[error("{:#06x}: no ramp from the slave's acceleration of {slave_acceleration} u/s² keeps the limits", self.code())]
+    #[error("{:#06x}: no ramp from the slave's acceleration of {} u/s² keeps the limits", self.code(), Rounded(*slave_acceleration))]
     NoRamp {
         /// The slave's acceleration, u/s².
         slave_acceleration: f64,
@@ -114,12 +116,17 @@ pub enum SawRefusal {
         axis_id: u32,
     },
     /// A violated check of the profile.
-    #[error("{:#06x}: {}: {} where {} is allowed, at master position {} u", self.code(), .0.check.text(), .0.measured, .0.limit, .0.master_position)]
+    #[error("{:#06x}: {}", self.code(), .0)]
     Violation(Violation),
 }
 
 /// A violated check of a profile.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{}: {} {unit} where {} {unit} is allowed, at master position {} u",
+    self.check.text(), Beyond { value: *measured, limit: *limit }, Rounded(*limit), Rounded(*master_position),
+    unit = check.quantity_and_unit().1
+)]
 pub struct Violation {
     /// Violated check.
     pub check: Check,
@@ -229,12 +236,16 @@ impl Check {
     /// Returns the quantity of the check: `position`, `velocity`, `acceleration` or `jerk`.
     #[must_use]
     pub const fn quantity(self) -> &'static str {
+        self.quantity_and_unit().0
+    }
+
+    const fn quantity_and_unit(self) -> (&'static str, &'static str) {
         match self {
-            Self::MaxAcc | Self::MaxDec => "acceleration",
-            Self::MaxJerk | Self::MinJerk => "jerk",
+            Self::MaxAcc | Self::MaxDec => ("acceleration", "u/s²"),
+            Self::MaxJerk | Self::MinJerk => ("jerk", "u/s³"),
             // By its flag, so that a further check of a position needs no line here.
-            _ if SyncMask::POSITIONS.contains(self.flag()) => "position",
-            _ => "velocity",
+            _ if SyncMask::POSITIONS.contains(self.flag()) => ("position", "u"),
+            _ => ("velocity", "u/s"),
         }
     }
 }

@@ -4,6 +4,7 @@ use core::fmt;
 
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::{AxisStatus, CouplingPhase, NotPlanned, Transition};
+use coaxle_curve::figure::Rounded;
 
 use super::circle::CIRCLE_CODE;
 use super::couplings::CouplingRefusal;
@@ -24,9 +25,9 @@ pub enum Refusal {
     },
     /// Stop that would not end earlier than the current one.
     #[error(
-        "{:#06x}: MC_Stop: the stop would take {received} s, expected less than the {left} s that are left of the \
+        "{:#06x}: MC_Stop: the stop would take {} s, expected less than the {} s that are left of the \
          one under way: give it more deceleration or jerk",
-        self.code()
+        self.code(), Rounded(*received), Rounded(*left)
     )]
     WeakerStop {
         /// Duration of the stop, s.
@@ -35,7 +36,7 @@ pub enum Refusal {
         left: f64,
     },
     /// Axis not at rest.
-    #[error("{:#06x}: velocity of the axis: received {velocity}, expected 0", self.code())]
+    #[error("{:#06x}: velocity of the axis: received {} u/s, expected 0", self.code(), Rounded(*velocity))]
     NotAtRest {
         /// Set velocity, u/s.
         velocity: f64,
@@ -89,7 +90,7 @@ pub enum Refusal {
     #[error(
         "{:#06x}: cut: the slave is {} its master, {} u from where its coupling has it; expected it in sync, at most \
          {window} u from there",
-        self.code(), PhaseText(*.phase), distance.abs()
+        self.code(), PhaseText(*.phase), Rounded(distance.abs())
     )]
     CutNotInSync {
         /// Phase of the coupling.
@@ -101,9 +102,9 @@ pub enum Refusal {
     },
     /// Coupling from the start with a drive at another position, or one that does not follow at once.
     #[error(
-        "{:#06x}: the drive has the axis at {received}, expected it to follow at {expected} at once, where the \
+        "{:#06x}: the drive has the axis at {} u, expected it to follow at {} u at once, where the \
          coupling from the start has it: give it power first, and couple it then",
-        self.code()
+        self.code(), Rounded(*received), Rounded(*expected)
     )]
     DriveElsewhere {
         /// Position of the axis by its drive, u.

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::MotionLaw;
+use crate::figure::{Rounded, UpTo};
 
 /// An end of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +47,19 @@ impl fmt::Display for Quantity {
             Self::Acceleration => "acceleration",
             Self::Jerk => "jerk",
         })
+    }
+}
+
+impl Quantity {
+    /// Returns the unit over time: a slave's u, and a master's.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Master | Self::Position => "u",
+            Self::Velocity => "u/s",
+            Self::Acceleration => "u/s²",
+            Self::Jerk => "u/s³",
+        }
     }
 }
 
@@ -114,7 +128,8 @@ pub enum LawError {
     #[error(
         "velocity: received {received}, expected at most {} or at least 2 times the mean \
             velocity {mean}, or a given turning point",
-        core::f64::consts::FRAC_PI_2
+        UpTo(core::f64::consts::FRAC_PI_2),
+        mean = Rounded(*mean)
     )]
     TurnVelocity {
         /// The velocity received.

@@ -1,5 +1,6 @@
 //! Demands of the windows of a flying gear on the slave.
 
+use coaxle_curve::law::Quantity;
 use coaxle_curve::profile::Limits;
 
 use super::error::FlyingGearError;
@@ -53,17 +54,12 @@ impl SlaveDynamics {
     }
 
     /// Returns the demands of a window, with the limits of the slave.
-    fn demands(
-        &self,
-        window: &GearWindow,
-        speed: f64,
-        cycle: f64,
-    ) -> [(&'static str, f64, f64); 3] {
+    fn demands(&self, window: &GearWindow, speed: f64, cycle: f64) -> [(Quantity, f64, f64); 3] {
         let [velocity, acceleration, jerk] = window.demands(speed, cycle);
         [
-            ("velocity", velocity, self.velocity),
-            ("acceleration", acceleration, self.acceleration),
-            ("jerk", jerk, self.jerk),
+            (Quantity::Velocity, velocity, self.velocity),
+            (Quantity::Acceleration, acceleration, self.acceleration),
+            (Quantity::Jerk, jerk, self.jerk),
         ]
     }
 

@@ -1,5 +1,8 @@
 //! Reasons why a flying gear is refused.
 
+use coaxle_curve::figure::{Beyond, Rounded, UpTo};
+use coaxle_curve::law::Quantity;
+
 /// Reason why a flying gear is not enabled.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FlyingGearError {
@@ -20,7 +23,7 @@ pub enum FlyingGearError {
         expected: &'static str,
     },
     /// A master already past the position where engaging begins.
-    #[error("{:#06x}: master position: received {master}, expected one not past {start}, where the gear begins to be engaged", self.code())]
+    #[error("{:#06x}: master position: received {master}, expected one not past {}, where the gear begins to be engaged", self.code(), Rounded(*start), master = Rounded(*master))]
     MasterPastStart {
         /// Position of the master, master u.
         master: f64,
@@ -29,13 +32,14 @@ pub enum FlyingGearError {
     },
     /// A demand beyond the slave's limit at the master's speed.
     #[error(
-        "{:#06x}: {quantity}: received {received}, expected at most {limit}, with a master at {speed} u/s: lead it \
-         at up to {fastest} u/s, or give the slave longer ways to its sync and its stop position",
-        self.code()
+        "{:#06x}: {quantity}: received {} {unit}, expected at most {} {unit}, with a master at {} u/s: lead it \
+         at up to {} u/s, or give the slave longer ways to its sync and its stop position",
+        self.code(), Beyond { value: *received, limit: *limit }, Rounded(*limit), Rounded(*speed), UpTo(*fastest),
+        unit = quantity.unit()
     )]
     TooFast {
         /// Limited quantity.
-        quantity: &'static str,
+        quantity: Quantity,
         /// Value needed.
         received: f64,
         /// Limit of the slave.

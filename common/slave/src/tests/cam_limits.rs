@@ -76,7 +76,7 @@ fn a_plate_that_is_a_little_off_is_no_small_jump() {
             ..next_cycle(1)
         };
         let text = refused(&mut axis, &Command::CamIn(at_once), 0x421a);
-        assert!(text.contains("expected at most 0.0000166"), "{text}");
+        assert!(text.contains("expected at most 1.66667e-5 u"), "{text}");
         master.0.velocity = 200.0;
         let job = start(&mut axis, &Command::CamIn(next_cycle(1)));
         lead(&mut axis, &mut master, 300);
