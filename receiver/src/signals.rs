@@ -241,6 +241,8 @@ signals! {
         received_position: Option<f64> ["u"],
         /// Received set velocity.
         received_velocity: Option<f64> ["u/s"],
+        /// Received set acceleration.
+        received_acceleration: Option<f64> ["u/s²"],
         /// Corrected set position.
         corrected_position: Option<f64> ["u"],
         /// Corrected set velocity.

@@ -80,6 +80,8 @@ pub struct Received {
     pub position: f64,
     /// Set velocity, u/s.
     pub velocity: f64,
+    /// Set acceleration, u/s².
+    pub acceleration: f64,
     /// Time of its cycle: the count times its cycle time, s.
     pub at: f64,
     /// Cycle time, s.
@@ -100,8 +102,8 @@ pub struct FarMotionFault {
 /// Monitors the positions of a far axis.
 ///
 /// The master's dynamics are taken from its frames: the greatest velocity, the greatest
-/// acceleration between two frames, and the mismatch of its positions and velocities, which comes
-/// from increments, beats of upstream nodes and jumps.
+/// acceleration, stated or between two frames, and the mismatch of its positions and velocities, which
+/// comes from increments, beats of upstream nodes and jumps.
 ///
 /// Two bounds apply to every cycle:
 ///
@@ -242,6 +244,8 @@ impl FarMotionCheck {
         let frame = now.received;
         // Greatest ever, not the newest: an axis may still be on its way from a fast phase of its master.
         self.fastest = self.fastest.max(frame.velocity.abs());
+        // Set values are extrapolated with the stated one, too: the first frame of a motion may have no velocity yet (swarm schedule 484).
+        self.acceleration = self.acceleration.max(frame.acceleration.abs());
         let mut seen = [0.0; 4];
         if let Some(before) = self.frame.replace(frame)
             && before.run == frame.run
@@ -394,6 +398,7 @@ mod tests {
         let received = Received {
             position: 500.0 * at,
             velocity: 500.0,
+            acceleration: 0.0,
             at,
             cycle_time: T,
             run: [1, 7, 0],
@@ -434,6 +439,24 @@ mod tests {
         for mode in MODES {
             assert_eq!(found(mode, |_, _| {}), [0; 0]);
         }
+    }
+
+    /// Swarm schedule 484: the first frame of a motion stated an acceleration and no velocity, and the axis was moved on by it.
+    #[test]
+    fn a_stated_acceleration_explains_what_it_moves_within_the_correction_and_no_more() {
+        let (first, acceleration) = (1_000, -440.0);
+        let begins = |share: f64| {
+            found(FarAxisMode::Observer, |cycle, motion| {
+                let begun = cycle >= first;
+                motion.received.position = 0.0;
+                motion.received.velocity = 0.0;
+                motion.received.acceleration = if begun { acceleration } else { 0.0 };
+                let moved = 0.5 * acceleration * (2.0 * T) * (2.0 * T);
+                motion.position = if begun { share * moved } else { 0.0 };
+            })
+        };
+        assert_eq!(begins(1.0), [0; 0]);
+        assert_eq!(begins(20.0)[0], first);
     }
 
     #[test]

@@ -414,9 +414,10 @@ impl Axis {
             set.velocity = continuation.velocity;
             set.acceleration = 0.0;
         }
+        let beat = (continuation.newest).map_or(0.0, |_| self.seen.received_way());
         Some(match &mut self.limited {
             // Last of all: neither a blend nor the way back can exceed the limits behind it.
-            Some(limited) => limited.keep(&set, continuation.elapsed),
+            Some(limited) => limited.keep(&set, continuation.elapsed, beat),
             None => set,
         })
     }
@@ -491,9 +492,9 @@ impl Axis {
 
     /// State of its motion; an axis that its own limits keep from its position is rejoining.
     fn state(&self) -> ContinuityState {
-        let is_tracking = (self.limited.as_ref()).is_none_or(|limited| limited.is_tracking());
+        let is_at_target = (self.limited.as_ref()).is_none_or(|limited| limited.is_at_target());
         match self.continuity.state() {
-            ContinuityState::Following if !is_tracking => ContinuityState::Rejoining,
+            ContinuityState::Following if !is_at_target => ContinuityState::Rejoining,
             state => state,
         }
     }

@@ -2,8 +2,9 @@
 
 use std::slice::from_mut;
 
-use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, run, run_pair};
+use crate::bench::{Far, MILLISECOND, Nanos, Near, SECOND, VELOCITY, run, run_pair};
 use coaxle_axis::AxisStatus;
+use coaxle_receiver::ContinuityState::{Following, Rejoining};
 use coaxle_receiver::{GuardState, HealthName};
 use coaxle_slave::Command;
 
@@ -14,6 +15,30 @@ const MODES: [&str; 5] = ["bypass", "pt1", "sync", "time", "observer"];
 const FASTEST: f64 = 1_000.0;
 const HARDEST: f64 = 1_000.0;
 const JERK: f64 = 100_000.0;
+
+/// Swarm schedules 143 and 630: at the beats of its master an axis with limits of its own was never shown as following, nor in sync.
+#[test]
+fn a_far_axis_with_limits_follows_a_master_that_comes_in_beats() {
+    for mode in ["bypass", "pt1"] {
+        for (fastest, follows) in [(FASTEST, Following), (0.9 * VELOCITY, Rejoining)] {
+            // A frame every four cycles is a step of 2 u.
+            let mut far = Far::new(4_000, 200, 0, 1);
+            let limits = format!(
+                "limits = {{ velocity = {fastest:?}, acceleration = {HARDEST:?}, jerk = {JERK:?} }}"
+            );
+            let head = format!("mode = '{mode}'\nsync.time-sync.automatic-re-init = true");
+            let mut near = Near::with_master(1_000, 0, &limits, &head);
+            run_pair(&mut far, &mut near, 20 * SECOND);
+            let last = &near.snapshots[near.snapshots.len() - 1_000..];
+            let states = last.iter().map(|shown| shown.axis.continuity);
+            assert!(states.clone().all(|state| state == follows), "{mode}");
+            let positions = last
+                .iter()
+                .filter_map(|shown| shown.axis.corrected_position);
+            check_positions(mode, &positions.collect::<Vec<_>>());
+        }
+    }
+}
 
 /// A receiver whose slave follows 1:1 within its limits.
 fn receiver(mode: &str, on_master_loss: &str) -> Near {

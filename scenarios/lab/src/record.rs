@@ -59,6 +59,7 @@ fn as_far_axis(axis: &VirtualAxisSignals) -> FarAxisSignals {
         received_error: axis.error,
         received_position: Some(axis.position),
         received_velocity: Some(axis.velocity),
+        received_acceleration: Some(axis.acceleration),
         corrected_position: Some(axis.position),
         corrected_velocity: Some(axis.velocity),
         ..FarAxisSignals::default()

@@ -8,7 +8,7 @@ use super::envelope::{Envelope, Scaled};
 use super::root::last_not_above;
 use super::target::Course;
 
-/// Share of the jerk for the approach to an accelerating target: the rest is for the target's
+/// Share of the jerk for the approach to an accelerating or rough target: the rest is for the target's
 /// motion meanwhile.
 const JERK_SHARE: f64 = 0.5;
 
@@ -31,8 +31,8 @@ pub(super) fn towards_position(
     let distance = envelope.scaled_way(set.position - position);
     let most = envelope.acceleration;
     // At constant velocity the target's frame moves evenly, and a stop in it may use all of the jerk.
-    let accelerated = target.b.abs() > ACCELERATED * most;
-    let share = if accelerated { JERK_SHARE } else { 1.0 };
+    let is_even = target.b.abs() <= ACCELERATED * most && !course.is_rough;
+    let share = if is_even { 1.0 } else { JERK_SHARE };
     // In the target's frame only the acceleration is left that the target does not use. 0 would never close in on it.
     let upper = (most - target.b).max(LEAST * most) / share;
     let lower = (most + target.b).max(LEAST * most) / share;

@@ -194,7 +194,7 @@ impl SetValueGuard {
         let elapsed = elapsed.max(1);
         let cycles = f64::from(elapsed);
         // Before the decision: the course of the target includes its newest position.
-        self.history.target = self.history.target.then(target, cycles, self.envelope.rate);
+        self.history.target = self.history.target.then(target, cycles, &self.envelope);
         let state = if is_finite(target) {
             self.follow(target, elapsed)
         } else {

@@ -15,6 +15,8 @@ pub(super) struct Target {
     stated: Kinematics,
     /// Successive cycles in which it did not move as stated.
     deviating_cycles: u8,
+    /// Cycles in which its positions were those of no motion within the limits, less those in which they were.
+    rough_cycles: u8,
     last_position: f64,
 }
 
@@ -23,6 +25,8 @@ pub(super) struct Target {
 pub(super) struct Course {
     pub(super) velocity: f64,
     pub(super) acceleration: f64,
+    /// True for a target that goes to and fro faster than the axis can.
+    pub(super) is_rough: bool,
 }
 
 /// Greatest deviation of a target's velocities from its positions, as a share of the change of its
@@ -35,6 +39,12 @@ const CHANGE: f64 = 0.5;
 /// positions show little of that; a target with false stated values deviates again in the next.
 const DEVIATING_CYCLES: u8 = 3;
 
+/// Number of cycles beyond the limits, less those within, from which a target is rough. A jump is three: a jerk spans four positions.
+const ROUGH_CYCLES: u8 = 4;
+
+/// Greatest number of them that is counted: as many cycles within the limits later, less four, the target is smooth again.
+const MOST_ROUGH_CYCLES: u8 = 16;
+
 /// Greatest number of cycles over which differences still show the course of a target.
 const MOST_MISSING: f64 = 4.0;
 
@@ -46,13 +56,15 @@ impl Target {
             gap: 1.0,
             stated: *state,
             deviating_cycles: 0,
+            rough_cycles: 0,
             last_position: state.position,
         }
     }
 
     /// Appends the next target, this number of cycles later. After a non-finite one it takes three
     /// more until the differences are numbers again.
-    pub(super) fn then(&self, next: &Kinematics, cycles: f64, rate: f64) -> Self {
+    pub(super) fn then(&self, next: &Kinematics, cycles: f64, envelope: &Envelope) -> Self {
+        let rate = envelope.rate;
         // Kept for the distance that is reported, which must be a number.
         let last_position = if next.position.is_finite() {
             next.position
@@ -62,6 +74,7 @@ impl Target {
         let series = self.series.then(next.position, cycles, rate);
         // After a gap the two stated velocities are not those at the ends of one cycle.
         let is_known = cycles == 1.0 && self.gap == 1.0;
+        let is_motion = envelope.is_motion(&series, self.series.position);
         Self {
             series,
             from: self.series.position,
@@ -70,6 +83,10 @@ impl Target {
             deviating_cycles: match is_known && !self.goes_on(next, &series, rate) {
                 true => self.deviating_cycles.saturating_add(1),
                 false => 0,
+            },
+            rough_cycles: match is_motion {
+                true => self.rough_cycles.saturating_sub(1),
+                false => (self.rough_cycles + 1).min(MOST_ROUGH_CYCLES),
             },
             last_position,
         }
@@ -102,12 +119,20 @@ impl Target {
         self.last_position
     }
 
+    /// True for a target that goes to and fro faster than the axis can: whose positions are rounded or come in beats, or are those of
+    /// another axis that another guard leads about its master.
+    const fn is_rough(&self) -> bool {
+        self.rough_cycles >= ROUGH_CYCLES
+    }
+
     /// The course by its positions. If they jump, or too many of them are missing, by its stated values.
     pub(super) fn course(&self, envelope: &Envelope) -> Course {
-        if self.gap <= MOST_MISSING && envelope.is_motion(&self.series, self.from) {
+        let is_known = self.gap <= MOST_MISSING && !self.is_rough();
+        if is_known && envelope.is_motion(&self.series, self.from) {
             Course {
                 velocity: self.series.velocity_of_cycle(envelope.cycle_time),
                 acceleration: self.series.acceleration,
+                is_rough: false,
             }
         } else {
             self.stated_course(envelope)
@@ -129,6 +154,7 @@ impl Target {
             let rests = Course {
                 velocity: 0.0,
                 acceleration: 0.0,
+                ..then
             };
             (by_course.clamp(low, high), rests)
         }
@@ -136,13 +162,15 @@ impl Target {
 
     fn stated_course(&self, envelope: &Envelope) -> Course {
         let stated = self.stated.acceleration;
-        let believed = envelope.is_credible(stated);
-        // An acceleration that no axis with these limits has would mislead more than none.
+        // An acceleration that no axis with these limits has would mislead more than none, and so would one that turns before the axis
+        // has it: an axis was led 17 µm to and fro about a target that went 0.5 µm to and fro (swarm schedule 1075).
+        let believed = envelope.is_credible(stated) && !self.is_rough();
         let acceleration = if believed { stated } else { 0.0 };
         Course {
             // From the end of the cycle to its mean, as differences of positions have it.
             velocity: self.stated.velocity - acceleration * envelope.cycle_time / 2.0,
             acceleration,
+            is_rough: self.is_rough(),
         }
     }
 }

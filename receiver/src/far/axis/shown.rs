@@ -29,6 +29,7 @@ impl Axis {
             received_error: sample.error_code,
             received_position: Some(sample.set.position),
             received_velocity: Some(sample.set.velocity),
+            received_acceleration: Some(sample.set.acceleration),
             corrected_position: Some(moved.set.position),
             corrected_velocity: Some(moved.set.velocity),
             position_diff: Some(moved.diagnostic.position_diff),

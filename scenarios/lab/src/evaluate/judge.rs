@@ -232,7 +232,13 @@ impl ReceiverJudge {
             watch.push(&row, unnoticed);
             if let Some(position) = &mut self.far_position {
                 // A position is judged by the stated error, so only where that is judged itself.
-                position.push(&row, unnoticed, is_heard && !watch.has_jumped(row.t_s));
+                let pace = clock.map_or(1.0, |clock| clock.pace);
+                position.push(
+                    &row,
+                    pace,
+                    unnoticed,
+                    is_heard && !watch.has_jumped(row.t_s),
+                );
             }
         }
         let record = &row.record;

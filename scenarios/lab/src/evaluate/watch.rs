@@ -476,6 +476,7 @@ mod tests {
                     state: Some(FilterState::Observer),
                     received_position: Some(position),
                     received_velocity: Some(500.0),
+                    received_acceleration: Some(0.0),
                     correction_us: Some(2_000.0),
                     corrected_position: Some(position + if cycle == 100 { step } else { 1.0 }),
                     corrected_velocity: Some(500.0),

@@ -2,6 +2,7 @@
 //! master, and each coupled slave is where its coupling has it, unless the way there is longer than the time that it had.
 
 mod axis;
+mod rough;
 mod slave;
 mod way;
 

@@ -71,6 +71,34 @@ fn a_single_wrong_position_costs_one_cycle() {
     }
 }
 
+/// Swarm schedule 1075: an axis was led 17 µm to and fro about a target that went 0.5 µm to and fro, and 1.2 mm about one at 400 Hz.
+#[test]
+fn a_target_that_goes_to_and_fro_faster_than_it_can_is_followed_on_average() {
+    const CYCLE: f64 = 0.000_25;
+    let limits = Limits::new(434.0, 13_700.0, 13_700.0, 30_000.0).unwrap();
+    for (hertz, ripple) in [(100.0, 0.3), (200.0, 0.3), (400.0, 0.5)] {
+        let w = 2.0 * core::f64::consts::PI * hertz;
+        let target = |cycle: u32| {
+            let (sin, cos) = libm::sincos(w * CYCLE * f64::from(cycle));
+            Kinematics {
+                position: 1.4 * CYCLE * f64::from(cycle) - ripple / w * cos,
+                velocity: 1.4 + ripple * sin,
+                acceleration: ripple * w * cos,
+            }
+        };
+        let infinite = f64::INFINITY;
+        let start = target(0);
+        let mut guard =
+            SetValueGuard::new(&limits, -infinite, infinite, Seconds(CYCLE), &start).unwrap();
+        let guarded = (1..12_000).map(|cycle| guard.update(&target(cycle), 1));
+        let last = guarded.skip(6_000);
+        let farthest = last.fold(0.0, |most: f64, one| most.max(one.distance.abs()));
+        // A stop from the greatest difference of the velocities, with half of the jerk: 2·u·√(2·2·u/j).
+        let most = 2.0 * ripple * libm::sqrt(4.0 * ripple / limits.jerk());
+        assert!(farthest < most, "{hertz} Hz: {farthest} u, {most}");
+    }
+}
+
 #[test]
 fn no_number_brings_it_to_a_stop_and_a_number_back() {
     for nothing in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

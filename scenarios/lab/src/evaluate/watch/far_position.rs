@@ -59,9 +59,15 @@ impl FarPositionWatch {
         })
     }
 
-    /// Takes the next cycle; `is_known` unless a clock has just jumped. Far time may be off by `unnoticed_us` beside its stated error, as
-    /// a change of the clocks' rates is not known at once.
-    pub(in super::super) fn push(&mut self, row: &Row, unnoticed_us: f64, is_known: bool) {
+    /// Takes the next cycle; `is_known` unless a clock has just jumped. Far time runs at this pace, and may be off by `unnoticed_us` beside
+    /// its stated error, as a change of the clocks' rates is not known at once.
+    pub(in super::super) fn push(
+        &mut self,
+        row: &Row,
+        pace: f64,
+        unnoticed_us: f64,
+        is_known: bool,
+    ) {
         let Some((position, velocity)) = row.truth else {
             self.before = None;
             self.since = None;
@@ -84,6 +90,9 @@ impl FarPositionWatch {
         // The axis shows its master that much later, at the velocity that it has now.
         let ahead = wanted_offset(row) * 1e-6;
         let [hardest, changed, jumped] = self.since(row.t_s - age - late - ahead.abs());
+        // Errors and offsets are times of the far clock, in which the master has this velocity. By reference time it has another: swarm
+        // schedule 141 was 14.9 ms off at a drift of 750 ppm, and 14 nm beyond v·t.
+        let velocity = velocity / pace;
         // A time that is off by `late` shows the master at another instant: v·t, with the greatest velocity within that time.
         let by_time = (velocity.abs() + hardest * late) * late;
         // A change within a cycle is averaged over it.

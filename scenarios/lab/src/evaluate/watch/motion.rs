@@ -97,6 +97,7 @@ impl MotionWatch {
         Some(Received {
             position: axis.received_position?,
             velocity: axis.received_velocity?,
+            acceleration: axis.received_acceleration?,
             at,
             cycle_time,
             run: [node as u64, far.epoch?, far.restarts],

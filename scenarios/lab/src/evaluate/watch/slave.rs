@@ -1,7 +1,5 @@
 //! A slave: its limits, and its error stops.
 
-use std::ops::Range;
-
 use coaxle_axis::AxisStatus;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_node::CommandOrder;
@@ -33,8 +31,10 @@ pub(super) struct SlaveWatch {
     stop: Option<ErrorStopCheck>,
     /// The newest cycle and its signals.
     last: Option<(WatchedCycle, SlaveSignals)>,
-    /// Planned times of the cycles in which each order may reset it, s after the start of the run.
-    resets: Vec<Range<f64>>,
+    /// Times of the orders that may reset it, s after the start of the run.
+    resets: Vec<f64>,
+    /// Cycle time of its receiver, s.
+    cycle_time: f64,
     /// A lost master stops it with unlimited jerk.
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
@@ -46,6 +46,8 @@ pub(super) struct SlaveWatch {
 /// State of a cycle that the next one is compared with.
 #[derive(Clone, Copy, Debug, Default)]
 struct SlaveBefore {
+    /// Planned time of the cycle, s after the start of the run.
+    t_s: f64,
     state: AxisStatus,
     position: Option<f64>,
     velocity: Option<f64>,
@@ -54,9 +56,10 @@ struct SlaveBefore {
     set_anew: u32,
 }
 
-impl From<&SlaveSignals> for SlaveBefore {
-    fn from(slave: &SlaveSignals) -> Self {
+impl SlaveBefore {
+    const fn of(cycle: &WatchedCycle, slave: &SlaveSignals) -> Self {
         Self {
+            t_s: cycle.t_s,
             state: slave.state,
             position: slave.position,
             velocity: slave.velocity,
@@ -84,6 +87,7 @@ impl SlaveWatch {
             last: None,
             stop: profile.map(|profile| ErrorStopCheck::new(profile, cycle_time)),
             resets: resets_of(config, receiver, events),
+            cycle_time,
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
             stops_instantly,
             before: SlaveBefore::default(),
@@ -98,7 +102,7 @@ impl SlaveWatch {
         for value in shown.filter(|value| !value.is_finite()) {
             self.found.add(cycle, Invariant::Finite, value, f64::MAX);
         }
-        let before = std::mem::replace(&mut self.before, SlaveBefore::from(slave));
+        let before = std::mem::replace(&mut self.before, SlaveBefore::of(cycle, slave));
         let had = cycle.since.and(before.position).is_some();
         let has = [slave.position, slave.velocity, slave.acceleration].map(|value| value.is_some());
         // All three or none, and all once there was a position.
@@ -169,8 +173,15 @@ impl SlaveWatch {
         self.check.as_ref().map(SetValueCheck::largest)
     }
 
-    fn is_reset_at(&self, t_s: f64) -> bool {
-        self.resets.iter().any(|cycles| cycles.contains(&t_s))
+    /// True if an order may reset it in the cycle that is planned for `t_s`, `before` being the time of the cycle before.
+    fn is_reset_at(&self, before: f64, t_s: f64) -> bool {
+        // An order waits for the next cycle. A node whose clock was set back has none for as long: swarm schedule 2530 was reset 2.7 s later.
+        let first = (t_s - ORDER_UNDER_WAY).min(before);
+        // A row has the planned time of its cycle. The node wakes up later, by less than a cycle, and has an order of the meantime (wide
+        // schedule 601779).
+        let last = t_s + self.cycle_time;
+        let orders = self.resets.iter();
+        orders.copied().any(|at| first < at && at <= last)
     }
 
     /// A position is set without a motion at rest only. In skipped cycles the axis may have come to rest.
@@ -197,7 +208,7 @@ impl SlaveWatch {
         let was_moving = before.velocity != Some(0.0);
         let is_left = was_stopped && !follows_error_stop(slave.state);
         // An order that comes with the reset moves it in the same cycle.
-        if is_left && (was_moving || !self.is_reset_at(cycle.t_s)) {
+        if is_left && (was_moving || !self.is_reset_at(before.t_s, cycle.t_s)) {
             let velocity = slave.velocity.unwrap_or_default().abs();
             (self.found).add(cycle, Invariant::ErrorLatch, velocity, 0.0);
         }
@@ -235,17 +246,13 @@ fn set_of(slave: &SlaveSignals) -> Option<Kinematics> {
     })
 }
 
-fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<Range<f64>> {
-    // A row has the planned time of its cycle. The node wakes up later, by less than a cycle, and has an order of the meantime (wide
-    // schedule 601779).
-    let late = receiver.cycle_time_us.0.as_secs_f64();
+fn resets_of(slave: &SlaveConfig, receiver: &ReceiverConfig, events: &[Event]) -> Vec<f64> {
     let is_reset = |event: &&Event| {
         let command = command_of(event, slave, receiver);
         matches!(command, Some(Command::Reset {}))
     };
     let resets = events.iter().filter(is_reset);
-    let at = resets.map(|event| f64::from(event.at_s));
-    at.map(|at| at - late..at + ORDER_UNDER_WAY).collect()
+    resets.map(|event| f64::from(event.at_s)).collect()
 }
 
 fn profile_limits(parameters: &SlaveParameters) -> Option<Limits> {
@@ -339,5 +346,48 @@ impl From<SetValueBound> for Invariant {
             SetValueBound::Jerk => Self::Jerk,
             SetValueBound::SoftwareLimit => Self::SoftwareLimit,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_node::config::parse;
+
+    /// Swarm schedule 2530.
+    #[test]
+    fn a_node_that_stood_executes_the_resets_of_the_meantime_and_no_others() {
+        let text = "name = 'saw'\ncycle-time-us = 1000\nmaster = { node = 'belt' }\n[[slave]]\nname = 'x'\n\
+                    limits = { velocity = 500, acceleration = 1000, jerk = 1e5 }\n";
+        let config: ReceiverConfig = parse("saw.toml", text).expect("a config");
+        let is_found = |ordered: f64, moves: f64| {
+            let text = format!(
+                "at-s = {ordered}\nnode = 'saw'\nslave = 'x'\ncommand = {{ reset = {{}} }}"
+            );
+            let events = [toml::from_str(&text).expect("an event")];
+            let mut watch = SlaveWatch::new(&config.slaves[0], &config, &events);
+            for (number, t_s, state) in [
+                (1, 5.0, AxisStatus::ErrorStop),
+                (2, moves, AxisStatus::DiscreteMotion),
+            ] {
+                let slave = SlaveSignals {
+                    state,
+                    position: Some(0.0),
+                    velocity: Some(0.0),
+                    acceleration: Some(0.0),
+                    ..SlaveSignals::default()
+                };
+                let since = Some(1);
+                watch.push(&WatchedCycle { number, t_s, since }, &slave);
+            }
+            let of = crate::invariants::WatchedPart {
+                receiver: "saw".to_owned(),
+                part: None,
+            };
+            watch.found.violations(of).next().is_some()
+        };
+        // Set back by 2.7 s after the cycle of 5 s, it has its next one at 7.7 s.
+        assert!(!is_found(6.0, 7.7));
+        assert!(is_found(3.9, 5.001) && is_found(4.9, 7.7) && is_found(7.702, 7.7));
     }
 }

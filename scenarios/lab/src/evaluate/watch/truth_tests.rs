@@ -110,7 +110,7 @@ fn a_position_within_the_turn_is_in_any_turn_of_its_master() {
             let [position, velocity] = steady(row.t_s);
             row.truth = Some((position, velocity));
             row.record.axis.corrected_position = Some(position + off);
-            watch.push(&row, 0.0, true);
+            watch.push(&row, 1.0, 0.0, true);
         }
         is_found(watch.violations(), Invariant::FarPosition)
     };
@@ -178,7 +178,7 @@ fn is_position_found(master: Motion, age: f64, uncertainty: f64, off: impl Fn(f6
         row.truth = Some((position, velocity));
         row.record.axis.correction_us = Some(age * 1e6);
         row.record.axis.corrected_position = Some(position + off(row.t_s));
-        watch.push(&row, 0.0, true);
+        watch.push(&row, 1.0, 0.0, true);
     }
     is_found(watch.violations(), Invariant::FarPosition)
 }
@@ -200,6 +200,26 @@ fn an_axis_is_off_a_steady_master_by_the_time_times_the_velocity_and_no_more() {
     // 100 µs at 500 u/s.
     assert!(!is_position_found(steady, 5e-3, 100.0, |_| 0.0499));
     assert!(is_position_found(steady, 5e-3, 100.0, |_| -0.0501));
+}
+
+/// Swarm schedule 141: beside a time that was still to be slewed by 15 ms the axis was 14 nm farther than the velocity by reference time explains.
+#[test]
+fn a_time_of_the_far_clock_is_multiplied_by_the_velocity_in_that_clock() {
+    let is_found = |pace: f64| {
+        let config = config();
+        let mut watch = FarPositionWatch::new(&config, &view()).expect("a far axis");
+        for cycle in 0..1_000 {
+            let mut row = measured(cycle, 15_000.0);
+            let [position, own_velocity] = steady(row.t_s);
+            row.truth = Some((position, own_velocity * pace));
+            row.record.axis.corrected_position = Some(position + own_velocity * 0.014_999);
+            watch.push(&row, pace, 0.0, true);
+        }
+        is_found(watch.violations(), Invariant::FarPosition)
+    };
+    for pace in [1.0, 1.0 - 8e-4, 1.0 + 8e-4] {
+        assert!(!is_found(pace), "{pace}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ use coaxle_curve::profile::Limits;
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
 use coaxle_receiver::{ContinuityState, FilterState, ReceiverConfig};
 
+use super::rough::RoughMaster;
 use super::tolerance;
 use super::way::{self, HALF, Way};
 use crate::row::Row;
@@ -37,6 +38,8 @@ pub(super) struct AxisLiveness {
     uneven: Option<f64>,
     /// Time since which its master is at rest, s.
     rest_since: Option<f64>,
+    /// The part of its master's motion that is beyond its limits; none without limits.
+    rough: Option<RoughMaster>,
     last: Option<(f64, FarAxisSignals)>,
 }
 
@@ -55,6 +58,7 @@ impl AxisLiveness {
             back: None,
             uneven: None,
             rest_since: None,
+            rough: limits.map(|limits| RoughMaster::new(*limits.get())),
             last: None,
         })
     }
@@ -76,6 +80,9 @@ impl AxisLiveness {
             self.rest_since = None;
             return;
         };
+        if let Some(rough) = &mut self.rough {
+            rough.push(t_s, record.far.count, axis, is_another);
+        }
         self.fastest = self.fastest.max(velocity.abs());
         let is_resting = velocity == 0.0 && !is_another;
         self.rest_since = is_resting.then(|| self.rest_since.unwrap_or(t_s));
@@ -132,6 +139,11 @@ impl AxisLiveness {
         }
         match (axis.continuity, &self.back) {
             (ContinuityState::Braking, _) => Some("has no master at the end".to_owned()),
+            (ContinuityState::Rejoining, Some(_))
+                if self.rough.is_some_and(|rough| rough.is_beside(*t_s, axis)) =>
+            {
+                None
+            }
             (ContinuityState::Rejoining, Some(back)) => {
                 let (had, longest) = (t_s - back.since, self.longest(back));
                 (had > longest).then(|| {

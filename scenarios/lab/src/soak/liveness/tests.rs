@@ -67,6 +67,37 @@ fn an_axis_on_its_way_back_has_the_time_that_its_way_takes() {
     );
 }
 
+/// Swarm schedule 1075: its master, another far axis that its guard leads to and fro, changed its acceleration at seven times its jerk limit.
+#[test]
+fn an_axis_whose_master_is_rougher_than_its_limits_is_beside_it_by_no_more_than_that_explains() {
+    let limits = "limits = { velocity = 500, acceleration = 1000, jerk = 30000 }";
+    let text = format!("name = 'r'\ncycle-time-us = 1000\nmaster = {{ node = 'a', {limits} }}\n");
+    let config: ReceiverConfig = parse("r.toml", &text).expect("a config");
+    // Accelerations of ±200 u/s² in turn each 1 ms, and velocities of 1 to 2 u/s.
+    let fault = |turns: bool, distance: f64| {
+        let mut watch = AxisLiveness::new(&config, &View::of_first_axis(1)).expect("a far axis");
+        for cycle in 0..20_000_u32 {
+            let is_odd = turns && cycle % 2 == 1;
+            let axis = FarAxisSignals {
+                received_acceleration: Some(if is_odd { 200.0 } else { -200.0 }),
+                ..beside(
+                    ContinuityState::Rejoining,
+                    distance,
+                    if is_odd { 2.0 } else { 1.0 },
+                )
+            };
+            let mut row = row(1e-3 * f64::from(cycle), axis);
+            row.record.far.count = Some(cycle.into());
+            watch.push(&row);
+        }
+        watch.broken()
+    };
+    // A stop from the difference of 1 u/s: 1 · √(1/15 000) = 8.2e-3 u, and the tolerance of 1e-3 u.
+    assert_eq!(fault(true, 9e-3), None);
+    assert!(fault(true, 9.5e-3).is_some());
+    assert!(fault(false, 9e-3).is_some(), "a steady acceleration");
+}
+
 #[test]
 fn an_axis_without_a_master_is_a_fault_unless_that_is_in_error() {
     let braking = beside(ContinuityState::Braking, 0.0, 0.0);
