@@ -143,9 +143,9 @@ impl Continuity {
             // A braking once begun keeps its curve, whose start is the last state with data.
             Motion::Braking { braking, since } => (braking, since + passed),
             Motion::Following | Motion::Returning | Motion::Rejoining(_) => {
-                let length = BRAKING;
+                let braking = Braking::new(last, BRAKING, cycle.reach.gained());
                 // The braking begins at the last set values, which are one call ago: the first step has that length.
-                (Braking { from: last, length }, passed)
+                (braking, passed)
             }
         };
         self.motion = Motion::Braking { braking, since };

@@ -11,7 +11,7 @@ const LONGEST: f64 = 3_600.0;
 const TO_A_RESTING_MASTER: f64 = 30.0;
 const STEEPEST: f64 = 1.875;
 /// Velocity gain of a quartic that takes an acceleration to rest in half a second: at most 4/27 of
-/// acceleration · time.
+/// acceleration · time, and no more than the greatest velocity of the master.
 const BRAKING: f64 = 0.5 * 4.0 / 27.0;
 /// Time for which unexpected motions of the master are remembered, s: between one and two of these. A receiver remembers them for
 /// up to 2 s. With 1 s the check forgot a forged position while the receiver still took it into account (wide schedule 503740).
@@ -312,7 +312,7 @@ impl FarMotionCheck {
             TO_A_RESTING_MASTER
         };
         let velocity = velocity * (1.0 + pace + REJOINING)
-            + BRAKING * self.acceleration
+            + (BRAKING * self.acceleration).min(self.fastest)
             + STEEPEST * self.farthest / longest
             // Slope of a straight blend. A blending time of 0 is a step within one cycle.
             + blended / blending_time.max(cycle_time);

@@ -88,6 +88,8 @@ pub struct SlaveAxis {
     circle: CircleState,
     /// Number of presets of the set position.
     set_anew: u32,
+    /// True if the position was preset since the newest cycle began.
+    is_preset: bool,
     /// Counter of all changes to the axis, so that no outdated plan is applied.
     revision: u32,
 }
@@ -149,6 +151,7 @@ impl SlaveAxis {
             error: None,
             circle: CircleState::None,
             set_anew: 0,
+            is_preset: false,
             revision: 0,
         })
     }
@@ -175,13 +178,14 @@ impl SlaveAxis {
         }
         // Before the cycle: power is switched off only after two cycles at rest.
         let (before, stood) = (self.set.position, self.stands());
-        if let Err(error) = self.advance(plates, elapsed) {
+        let moving = self.moving_time(elapsed);
+        if let Err(error) = self.advance(plates, elapsed, moving) {
             self.fail(plates, error);
             // The failed cycle is the first one of the brake. Otherwise the axis would stand for it, with a velocity.
-            self.run_plan(elapsed);
+            self.run_plan(moving);
         }
-        self.mean_velocity = (self.set.position - before) / elapsed.0;
-        self.newest_cycle = elapsed.0;
+        self.mean_velocity = (self.set.position - before) / moving.0;
+        self.newest_cycle = moving.0;
         self.finish(plates, stood);
         // After the end of the motion: power that is switched off here presets the position to that of the drive.
         self.move_drive(plates, elapsed);

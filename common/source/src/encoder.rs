@@ -27,7 +27,8 @@ pub struct EncoderSource {
 struct EncoderReading {
     at: Span,
     increments: f64,
-    velocity: f64,
+    /// Velocity; none of a first reading.
+    velocity: Option<f64>,
 }
 
 impl EncoderSource {
@@ -56,10 +57,11 @@ impl EncoderSource {
                 let travelled = (increments - oldest.increments) * self.resolution;
                 let velocity = travelled / elapsed;
                 // The older velocity is a mean over a window before it, so that this acceleration is late by a whole
-                // window.
-                (velocity, (velocity - oldest.velocity) / elapsed)
+                // window. From a velocity that is not known it would be one that no axis has: 1.3 · 10⁶ u/s² at 325 u/s.
+                let change = (oldest.velocity).map_or(0.0, |before| (velocity - before) / elapsed);
+                (Some(velocity), change)
             }
-            _ => (0.0, 0.0),
+            _ => (None, 0.0),
         };
         // Removed before adding: the oldest one left is a window of cycles before the next reading.
         if self.readings.len() == self.window {
@@ -72,7 +74,7 @@ impl EncoderSource {
         });
         Kinematics {
             position: increments * self.resolution,
-            velocity,
+            velocity: velocity.unwrap_or(0.0),
             acceleration: if self.differentiate_acceleration {
                 acceleration
             } else {
@@ -170,6 +172,21 @@ mod tests {
             .fold(0.0, f64::max);
         // The axis moves at constant velocity; one increment per cycle² is the error.
         assert!(worst > 1_000.0, "{worst}");
+    }
+
+    /// Wide schedules 606543 and 702652.
+    #[test]
+    fn a_velocity_that_is_not_known_yet_gives_no_acceleration() {
+        for window in [1, 6] {
+            let mut encoder = encoder(&format!(
+                "resolution = 0.001\ndifferentiate-acceleration = true\nvelocity-window-cycles = {window}"
+            ));
+            let first = samples(&mut encoder, 20);
+            assert!((first[1].seen.velocity - 10.0).abs() <= 1.0, "{first:?}");
+            let hardest = first.iter().map(|sample| sample.seen.acceleration.abs());
+            // One increment per cycle².
+            assert!(hardest.fold(0.0, f64::max) <= 1_000.000_1, "{first:?}");
+        }
     }
 
     #[test]

@@ -295,7 +295,11 @@ impl Axis {
             self.begin_anew();
             self.rejoin();
         }
-        let mut moved = self.block.update(&sample.set, correction, elapsed);
+        let age = correction
+            .time(correction.mode)
+            .map_or(0.0, |Seconds(age)| age);
+        let credible = self.seen.credible(&sample.set, age);
+        let mut moved = self.block.update(&credible, correction, elapsed);
         self.condition(&sample, &mut moved, elapsed);
         self.leads = moved.state == FilterState::Observer;
         let passed = self.cycle_time * i64::from(elapsed);
@@ -307,7 +311,7 @@ impl Axis {
         let far_time = far_time(header, self.count, &moved);
         // The way of a lost axis is braked by its own plan, which follows no far time.
         let known = far_time.filter(|_| !is_lost);
-        let (way, mut moved) = self.without_step(&sample.set, moved, correction, known, elapsed);
+        let (way, mut moved) = self.without_step(&credible, moved, correction, known, elapsed);
         let shows = shows_what_comes(moved.state) && self.encoder.is_none();
         let silence = cycles_of_silence(header, self.cycle_time, scan.age);
         let continuation = Continuation {

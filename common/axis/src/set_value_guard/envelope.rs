@@ -342,14 +342,37 @@ impl Envelope {
         let from = series.position;
         let acceleration = acceleration / self.per_acceleration;
         let velocity = series.velocity_of_cycle(self.cycle_time) + acceleration * self.cycle_time;
-        let position = from + velocity * self.cycle_time;
+        let position = self.without_rounding(from, from + velocity * self.cycle_time);
+        Differences::each_cycle(position, velocity, acceleration)
+    }
+
+    /// Continues a series for a number of cycles in each of which the acceleration changes by `change`, in units of the closed forms.
+    pub(super) fn after_change(
+        &self,
+        series: &Differences,
+        change: f64,
+        cycles: f64,
+    ) -> Differences {
+        let Scaled { w, b, .. } = self.scaled(series);
+        let (n, from) = (cycles, series.position);
+        // Sums of b + k·u, and of these, over k = 1 … n.
+        let triangle = n * (n + 1.0) / 2.0;
+        let acceleration = b + n * change;
+        let velocity = w + n * b + triangle * change;
+        let way = n * w + triangle * (b + (n + 2.0) / 3.0 * change);
+        let position = self.without_rounding(from, from + way / self.per_position);
+        let velocity = velocity / self.per_velocity;
+        Differences::each_cycle(position, velocity, acceleration / self.per_acceleration)
+    }
+
+    /// A next position, within the walls if only rounding is cut off.
+    fn without_rounding(&self, from: f64, position: f64) -> f64 {
         let confined = position
             .min(self.farthest_up(from))
             .max(self.farthest_down(from));
         // Only rounding is cut off. A step back to a wall that came closer would break the jerk limit.
         let is_rounding = (position - confined).abs() <= self.rounding(from, position);
-        let position = if is_rounding { confined } else { position };
-        Differences::each_cycle(position, velocity, acceleration)
+        if is_rounding { confined } else { position }
     }
 
     /// Current position and motion of a series.

@@ -54,6 +54,7 @@ mod closed_forms;
 mod differences;
 mod envelope;
 mod guarded;
+mod long_gap;
 mod range;
 mod root;
 mod target;
@@ -100,7 +101,7 @@ pub struct GuardHistory {
 // A jerk spans four positions: the last one that did not pass is then no part of it.
 const LANDED: u8 = 3;
 
-/// Greatest number of skipped cycles that are simulated, so that the time of an update is bounded.
+/// Greatest number of skipped cycles that are simulated one by one, so that the time of an update is bounded.
 // At 0.2 to 0.3 µs each (docs/SPEED.md) that takes some 1.5 ms.
 const MOST_CYCLES: u32 = 5_000;
 
@@ -184,7 +185,8 @@ impl SetValueGuard {
     /// Positions further apart in time are checked by their divided differences, which a motion
     /// within the limits keeps for any skipped cycles; if the guard moves the axis itself, it
     /// simulates the skipped cycles one by one, along the path of the target, and returns the last.
-    /// (The closed forms have steps of one length only.) A gap hides the end of a target's braking:
+    /// (The closed forms have steps of one length only.) Of more than 5 000 it does so with the last
+    /// ones, and brakes in those before. A gap hides the end of a target's braking:
     /// from a target that uses its limits fully the guard may depart there, for a moment, before
     /// the highest velocity or a software limit.
     ///
@@ -297,8 +299,10 @@ impl SetValueGuard {
     /// Simulates cycle by cycle along the path of the target.
     fn go_on(&mut self, wanted: f64, course: &Course, elapsed: u32, waits: bool) {
         let cycle_time = self.envelope.cycle_time;
-        // The last ones of a longer gap, which end at the target: what came before is unknown anyway.
+        // The last ones of a longer gap, which end at the target: where that was before is unknown anyway, and the axis brakes.
+        // Without that it would stand still at its velocity, which no motion within the jerk limit does (wide schedule 608381).
         let cycles = elapsed.min(MOST_CYCLES);
+        self.brake_for(elapsed - cycles);
         for left in (0..cycles).rev() {
             // Without jerk: at the same acceleration the target is met again if it goes on as before.
             if waits && left + 1 == cycles {
@@ -325,7 +329,9 @@ impl SetValueGuard {
 
     fn stop(&mut self, elapsed: u32) -> GuardState {
         self.history.passed = 0;
-        for _ in 0..elapsed.min(MOST_CYCLES) {
+        let cycles = elapsed.min(MOST_CYCLES);
+        self.brake_for(elapsed - cycles);
+        for _ in 0..cycles {
             self.advance(stopping(&self.envelope, &self.history.set));
         }
         GuardState::Coasting

@@ -43,6 +43,13 @@ impl Reach {
         (1.0 + FASTER) * self.velocity
     }
 
+    /// The velocity that an axis that is braked or brought back gains at most by the acceleration at which that begins, u/s. A
+    /// master at up to v with an acceleration a takes v/a to gain as much; a braking over 0.5 s needs all of its time if a·0.5 s is
+    /// at most 6.75 · v.
+    pub(super) const fn gained(&self) -> f64 {
+        self.velocity
+    }
+
     /// The greatest acceleration of an axis that is braked or brought back, u/s².
     fn hardest(&self) -> f64 {
         // Velocity of a braking from v over t: v·(1 - 3x² + 2x³), whose slope is largest at x = ½, 1.5·v/t.

@@ -65,13 +65,12 @@ impl Rejoin {
             1.0
         };
         // A small difference of the velocity takes a share of the time, so that its acceleration stays alike.
-        let slowing = Braking {
-            from: Kinematics {
-                position: 0.0,
-                ..ahead
-            },
-            length: (BRAKING * share).max(shortest),
+        let difference = Kinematics {
+            position: 0.0,
+            ..ahead
         };
+        let length = (BRAKING * share).max(shortest);
+        let slowing = Braking::new(difference, length, reach.gained());
         // The difference of the velocity travels a way by itself while it fades, which the second curve includes.
         let way = ahead.position + slowing.way();
         let longest = if fastest > 0.0 {
@@ -93,7 +92,7 @@ impl Rejoin {
         Self {
             slowing,
             way,
-            length: for_way.max(slowing.length),
+            length: for_way.max(length),
             since: 0.0,
             fastest,
             master: None,

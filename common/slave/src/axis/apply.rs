@@ -194,6 +194,7 @@ impl SlaveAxis {
         // A preset is no way: otherwise the axis would seem to move in this cycle.
         self.mean_velocity = 0.0;
         self.set_anew = self.set_anew.wrapping_add(1);
+        self.is_preset = true;
         self.move_by(plates, Motion::Own(Planned::rest(position, &self.guard)));
     }
 

@@ -20,24 +20,36 @@ use crate::refusal::Refusal;
 use crate::shift::{minus, plus};
 
 impl SlaveAxis {
+    /// The part of the time since the last cycle in which the axis can have moved: from a preset position on it is a cycle. The
+    /// preset is of this scan, and so are commands beside it. In wide schedules 606458 and 605685 an axis got power after 70 and
+    /// after 142 skipped cycles, and was where a motion of that length had led it, up to 7 u away from its drive.
+    pub(super) fn moving_time(&mut self, elapsed: Seconds) -> Seconds {
+        match core::mem::take(&mut self.is_preset) {
+            true => Seconds(elapsed.0.min(self.cycle_time)),
+            false => elapsed,
+        }
+    }
+
+    /// Advances the motion. Masters have moved for `elapsed`, the axis for the time `moving`.
     pub(super) fn advance(
         &mut self,
         plates: &mut Tables,
         elapsed: Seconds,
+        moving: Seconds,
     ) -> Result<(), SlaveError> {
         // Offsets first, so that masters and set values are seen with those of this cycle.
         self.phasing.advance(elapsed, &mut self.jobs);
-        self.superimposed.advance(elapsed, &mut self.jobs);
+        self.superimposed.advance(moving, &mut self.jobs);
         let here = self.set;
         let added = self.added();
         match &mut self.motion {
             Motion::Own(planned) => {
-                let next = plus(planned.advance(elapsed), added);
+                let next = plus(planned.advance(moving), added);
                 // Motions with an end were checked as a whole when they were commanded.
                 if self.status() == AxisStatus::ContinuousMotion {
                     self.guard.check_stop(here.position, &next)?;
                 }
-                self.move_to(&self.guard.confined(here.position, &next), elapsed);
+                self.move_to(&self.guard.confined(here.position, &next), moving);
                 Ok(())
             }
             // Only a coupled axis returns its set values to itself. A motion of its own opens the circle.
@@ -46,7 +58,7 @@ impl SlaveAxis {
             }
             Motion::Coupled(kind) => {
                 let kind = *kind;
-                self.follow(plates, kind, elapsed)
+                self.follow(plates, kind, elapsed, moving)
             }
         }
     }
@@ -57,6 +69,7 @@ impl SlaveAxis {
         plates: &mut Tables,
         kind: Kind,
         elapsed: Seconds,
+        moving: Seconds,
     ) -> Result<(), SlaveError> {
         let masters = self.seen_masters();
         let left_behind = self.left_behind;
@@ -66,15 +79,15 @@ impl SlaveAxis {
             left_behind,
         };
         match self.couplings.update(kind, plates, &scan) {
-            Step::Set(next) => self.go_to(next, elapsed)?,
+            Step::Set(next) => self.go_to(next, moving)?,
             Step::Ended(next) => {
                 // Before the release, which goes on from there.
-                self.go_to(next, elapsed)?;
+                self.go_to(next, moving)?;
                 self.release(plates);
                 self.jobs.set(CommandState::Done);
             }
             Step::Stopping { set, instant, over } => {
-                self.stop_by_coupling(set, instant, elapsed)?;
+                self.stop_by_coupling(set, instant, moving)?;
                 // Otherwise a superimposed motion under way would lose its velocity at once.
                 if over && !self.superimposed.is_under_way() {
                     let rest = Planned::rest(self.set.position, &self.guard);
@@ -86,10 +99,10 @@ impl SlaveAxis {
                 self.go_on_without(
                     plates,
                     refusal.map_or(CommandState::Aborted, failed),
-                    elapsed,
+                    moving,
                 );
             }
-            Step::GivenUp => self.go_on_without(plates, CommandState::Aborted, elapsed),
+            Step::GivenUp => self.go_on_without(plates, CommandState::Aborted, moving),
             Step::Failed => {
                 let fault = self.couplings.fault(kind).map(SlaveError::Coupling);
                 // Kinds without faults of their own never fail.

@@ -295,3 +295,38 @@ fn the_end_of_a_job_is_known_after_all_the_orders_of_a_cycle() {
     let aborted: Vec<_> = reported[1..].iter().map(|ended| ended.job).collect();
     assert_eq!(aborted, jobs);
 }
+
+/// Wide schedules 606458 and 605685: the set position left the drive by what the skipped cycles admit.
+#[test]
+fn with_power_after_skipped_cycles_a_motion_begins_in_that_scan() {
+    let skipped = Seconds(0.07);
+    let master = |t: f64| Kinematics {
+        position: 300.0 * t,
+        velocity: 300.0,
+        acceleration: 0.0,
+    };
+    for command in [
+        move_absolute(100.0),
+        Command::MoveSuperimposed {
+            distance: 100.0,
+            velocity: None,
+            dynamics: OWN,
+        },
+        Command::GearIn(GearIn::of(1.0)),
+    ] {
+        let mut axis = axis(&PARAMETERS);
+        axis.update(Some(&master(0.0)), CYCLE);
+        start(&mut axis, &Command::Power(true));
+        start(&mut axis, &command);
+        let mut differences = Differences::of(&axis);
+        axis.update(Some(&master(skipped.0)), skipped);
+        differences.keep(&axis, &PARAMETERS);
+        // A cycle of the jerk: j·T³.
+        assert!(axis.set().position.abs() <= 1.001e-4, "{:?}", axis.set());
+        for cycle in 1..500 {
+            let t = skipped.0 + f64::from(cycle) * CYCLE.0;
+            axis.update(Some(&master(t)), CYCLE);
+            differences.keep(&axis, &PARAMETERS);
+        }
+    }
+}

@@ -7,6 +7,7 @@ mod decades;
 mod identity;
 mod interruptions;
 mod limits;
+mod long_gap;
 mod motion;
 mod random;
 mod rejoin;

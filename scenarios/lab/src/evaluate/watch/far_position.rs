@@ -17,6 +17,8 @@ use crate::topology::{ReceiverAxis, View};
 const BLENDED: f64 = 0.2;
 /// Cycles by which the master's acceleration may appear late: it is taken from differences of its velocity.
 const LATE: f64 = 3.0;
+/// Most cycles over which a difference of two velocities is the acceleration between them.
+const KNOWN_OVER: f64 = 4.5;
 /// Rounding error, relative to the position.
 const ROUNDING: f64 = 1e-11;
 
@@ -31,8 +33,10 @@ pub(in super::super) struct FarPositionWatch {
     since: Option<f64>,
     /// Position and velocity of the master in the cycle before, and its time.
     before: Option<[f64; 3]>,
-    /// Recent accelerations, differences between its positions and its velocities, and times.
-    lately: VecDeque<[f64; 3]>,
+    /// Recent motion of the master.
+    lately: VecDeque<Recently>,
+    /// Greatest velocity of the master up to now, u/s.
+    fastest: f64,
     found: Found,
 }
 
@@ -55,6 +59,7 @@ impl FarPositionWatch {
             since: None,
             before: None,
             lately: VecDeque::new(),
+            fastest: 0.0,
             found: Found::default(),
         })
     }
@@ -89,17 +94,29 @@ impl FarPositionWatch {
         let late = (bound + unnoticed_us) * 1e-6;
         // The axis shows its master that much later, at the velocity that it has now.
         let ahead = wanted_offset(row) * 1e-6;
-        let [hardest, changed, jumped] = self.since(row.t_s - age - late - ahead.abs());
         // Errors and offsets are times of the far clock, in which the master has this velocity. By reference time it has another: swarm
         // schedule 141 was 14.9 ms off at a drift of 750 ppm, and 14 nm beyond v·t.
         let velocity = velocity / pace;
+        let MotionSince {
+            hardest,
+            changed,
+            jumped,
+            is_unknown,
+        } = self.since(row.t_s - age - late - ahead.abs());
         // A time that is off by `late` shows the master at another instant: v·t, with the greatest velocity within that time.
         let by_time = (velocity.abs() + hardest * late) * late;
         // A change within a cycle is averaged over it.
         let over = age.max(self.cycle_time);
         // Extrapolation with the acceleration of the newest frame: a change by Δa since then moves the master by ½·Δa·t².
         // A jump of the master is unknown until its frame comes.
-        let limit = by_time + 0.5 * (changed * over * over + hardest * ahead * ahead) + jumped;
+        let by_acceleration = 0.5 * (changed * over * over + hardest * ahead * ahead) + jumped;
+        // While the receiver stood still its master was not seen, and what it did meanwhile is bounded by velocities: each may have led
+        // the other way all the time. In wide schedule 701866 a master at ±23 u/s turned round twice in 0.6 s of a freeze.
+        let by_velocity = match is_unknown {
+            true => (self.fastest + shown_velocity(row)) * over,
+            false => 0.0,
+        };
+        let limit = by_time + by_acceleration.max(by_velocity);
         let beside = corrected - position - velocity * ahead;
         let value = match self.period {
             // Which turn it is in nobody can know of a position within it.
@@ -119,32 +136,45 @@ impl FarPositionWatch {
     /// Notes the master's motion since the cycle before.
     fn learn(&mut self, row: &Row, [position, velocity]: [f64; 2]) {
         let before = self.before.replace([position, velocity, row.t_s]);
-        let [acceleration, beside] = before.map_or([0.0; 2], |[from, slower, t_s]| {
+        self.fastest = self.fastest.max(velocity.abs());
+        let mut recently = Recently {
+            t_s: row.t_s,
+            ..Recently::default()
+        };
+        if let Some([from, slower, t_s]) = before {
             // Rows after a clock's jump may be closer than a cycle, and a difference over no time is none.
             let passed = (row.t_s - t_s).max(self.cycle_time);
-            // The rest of the way beside the trapezoidal rule is a jump.
             let way = 0.5 * (slower + velocity) * passed;
-            [(velocity - slower) / passed, (position - from - way).abs()]
-        });
-        self.lately.push_back([acceleration, beside, row.t_s]);
+            recently.acceleration = (velocity - slower) / passed;
+            recently.jump = (position - from - way).abs();
+            recently.is_unknown = passed > KNOWN_OVER * self.cycle_time;
+        }
+        self.lately.push_back(recently);
         let oldest = row.t_s - LONGEST;
-        while (self.lately.front()).is_some_and(|[.., t_s]| *t_s < oldest) {
+        while (self.lately.front()).is_some_and(|recently| recently.t_s < oldest) {
             self.lately.pop_front();
         }
     }
 
-    /// The master's motion since then: greatest acceleration, its change, and jump. Zero counts among the accelerations, as
-    /// one of them may be unknown.
-    fn since(&self, t_s: f64) -> [f64; 3] {
+    /// The master's motion since then. Zero counts among the accelerations, as one of them may be unknown.
+    fn since(&self, t_s: f64) -> MotionSince {
         let from = t_s - LATE * self.cycle_time;
         let lately = self.lately.iter().rev();
-        let lately = lately.take_while(|[.., at]| *at >= from);
-        let none = (0.0_f64, 0.0_f64, 0.0_f64);
-        let (low, high, jumped) = lately.fold(none, |(low, high, jumped), [value, beside, _]| {
-            (low.min(*value), high.max(*value), jumped + beside)
-        });
-        // `low` is at most 0 and `high` at least 0, as the fold begins there.
-        [high.max(-low), high - low, jumped]
+        let lately = lately.take_while(|recently| recently.t_s >= from);
+        let (mut low, mut high) = (0.0_f64, 0.0_f64);
+        let mut since = MotionSince::default();
+        for recently in lately {
+            low = low.min(recently.acceleration);
+            high = high.max(recently.acceleration);
+            since.jumped += recently.jump;
+            since.is_unknown |= recently.is_unknown;
+        }
+        MotionSince {
+            // `low` is at most 0 and `high` at least 0, as both begin there.
+            hardest: high.max(-low),
+            changed: high - low,
+            ..since
+        }
     }
 
     pub(in super::super) fn violations(&self) -> impl Iterator<Item = InvariantViolation> {
@@ -154,3 +184,37 @@ impl FarPositionWatch {
 
 /// The oldest frame that counts, s.
 const LONGEST: f64 = 2.0;
+
+/// Motion of a master from one cycle to the next.
+#[derive(Clone, Copy, Debug, Default)]
+struct Recently {
+    t_s: f64,
+    /// Difference of its velocities over the time, u/s².
+    acceleration: f64,
+    /// The rest of its way beside the trapezoidal rule, u.
+    jump: f64,
+    /// True if the cycles are so far apart that its motion between them is not known.
+    is_unknown: bool,
+}
+
+/// Motion of a master since an instant.
+#[derive(Clone, Copy, Debug, Default)]
+struct MotionSince {
+    /// Greatest acceleration, and its change, u/s².
+    hardest: f64,
+    changed: f64,
+    /// Sum of its jumps, u.
+    jumped: f64,
+    /// True if a part of it is not known.
+    is_unknown: bool,
+}
+
+/// Greatest velocity with which the axis was moved on from its newest frame, u/s: the acceleration of that fades monotonically.
+fn shown_velocity(row: &Row) -> f64 {
+    let axis = &row.record.axis;
+    let shown = [axis.received_velocity, axis.corrected_velocity];
+    shown
+        .into_iter()
+        .flatten()
+        .fold(0.0, |most, velocity| velocity.abs().max(most))
+}

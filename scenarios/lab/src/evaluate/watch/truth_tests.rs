@@ -271,3 +271,31 @@ fn a_jump_of_the_master_is_its_own_for_as_long_as_it_is_under_way() {
     assert!(!is_position_found(jumps, 2e-3, 10.0, behind(2.0)));
     assert!(is_position_found(jumps, 2e-3, 10.0, behind(20.0)));
 }
+
+/// Wide schedule 701866: during a freeze its master turned round, and an axis goes on from a frame of that time.
+#[test]
+fn a_master_that_was_not_seen_is_bounded_by_its_velocity() {
+    // At ±20 u/s, for 0.1 s each.
+    let master = |t: f64| {
+        let x = (t / 0.2).fract();
+        let velocity = if x < 0.5 { 20.0 } else { -20.0 };
+        [4.0 * if x < 0.5 { x } else { 1.0 - x }, velocity]
+    };
+    let found = |skipped: std::ops::Range<u32>, off: f64| {
+        let mut watch = FarPositionWatch::new(&config(), &view()).expect("a far axis");
+        for cycle in (0..900).filter(|cycle| !skipped.contains(cycle)) {
+            let mut row = measured(cycle, 1.0);
+            let [position, velocity] = master(row.t_s);
+            row.truth = Some((position, velocity));
+            let is_off = cycle == 850;
+            row.record.axis.correction_us = Some(if is_off { 0.3e6 } else { 1e3 });
+            row.record.axis.corrected_velocity = Some(20.0);
+            row.record.axis.corrected_position = Some(position + if is_off { off } else { 0.0 });
+            watch.push(&row, 0.0, true);
+        }
+        is_found(watch.violations(), Invariant::FarPosition)
+    };
+    // (20 + 20) u/s · 0.3 s.
+    assert!(!found(452..850, 11.9));
+    assert!(found(452..850, 12.2));
+}
