@@ -56,6 +56,7 @@ impl Bench {
             index: CycleIndex::of_count(self.cycle as u64),
             count: self.cycle as u64,
             cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
+            present_after: None,
             send_stamp: None,
         };
         let set = Kinematics {

@@ -36,7 +36,7 @@ pub use crate::cam_source::CamSource;
 pub use crate::marks::{MarksConfig, SpacingSwing};
 pub use axes::{AxisList, FarAxisConfig};
 pub use drive::{DriveConfig, SharedMemoryConfig};
-pub use far::{AsymmetryConfig, FarChannel, FarConfig};
+pub use far::{AsymmetryConfig, FarChannel, FarConfig, Present};
 pub use far_limits::FarLimits;
 pub use lab::{FarLab, ReceiverLab, SlaveLab};
 pub use masters::MasterRef;

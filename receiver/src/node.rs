@@ -218,6 +218,7 @@ impl Receiver {
             count: self.tick.count,
             cycle_time: self.schedule.cycle_time(),
             // The host adds the stamp where the frame leaves.
+            present_after: None,
             send_stamp: None,
         };
         let pipeline = &mut self.pipeline;

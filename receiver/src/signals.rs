@@ -167,6 +167,11 @@ signals! {
         /// The rate of its cycles relative to the stated cycle time, by its frames of a second;
         /// positive: fast.
         pace_ppm: Option<f64> ["ppm"] last,
+        /// Presentation delay of its newest frame; none if its values are moved to now.
+        present_after_us: Option<f64> ["µs"] last "shown later by",
+        /// Presentation delay with which 99.9 % of the own cycles of the last minute would have found the frames that
+        /// they need: the age of the newest frame, and a cycle of each side.
+        needed_present_after_us: Option<f64> ["µs"] last,
         /// Accepted messages: in order, duplicates, late, waiting, dropped because of an overflow,
         /// or foreign.
         received: u64 [""] last,
@@ -211,6 +216,8 @@ signals! {
         rejected_trailing_bytes: u64 [""],
         /// Rejected frames with a cycle time out of range.
         rejected_cycle_time_out_of_range: u64 [""],
+        /// Rejected frames with a presentation delay above 4 s.
+        rejected_present_after_out_of_range: u64 [""],
         /// Rejected frames of another node under this one's key.
         rejected_foreign_sender: u64 [""],
         /// Rejected frames with none of the followed axes.
@@ -253,6 +260,11 @@ signals! {
         velocity_diff: Option<f64> ["u/s"],
         /// The correction time applied to it; none where the mode uses none.
         correction_us: Option<f64> ["µs"],
+        /// True if the set values lie between two received frames, because their node has them shown later; none if it
+        /// has not.
+        interpolated: Option<bool> [""],
+        /// Own cycles in which a frame that was to be shown had not arrived, so that the set values were predicted.
+        extrapolated_cycles: u64 [""] last,
         /// Wraps of the received position, which is configured as continuous: `position =
         /// "within-turn"` and `modulo` are missing in the config.
         wraps: u32 [""] last,

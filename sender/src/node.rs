@@ -6,7 +6,7 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::config::Wrong;
+use coaxle_node::config::{PresentAfterMs, Wrong};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{
     BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, TimeServer,
@@ -59,10 +59,13 @@ impl Sender {
             .collect::<Result<Vec<_>, _>>()?;
         // Receivers look axes up by id, and the trace has them in this order.
         axes.sort_by_key(|axis| axis.source.id());
+        check_presentation(config)?;
         // After sorting, which moves the axes.
         place_shown(&mut axes, config)?;
         let mut snapshot = SenderSnapshot::new(config, start);
         snapshot.signals.node.run = epoch;
+        snapshot.signals.node.present_after_us =
+            (config.axes.present_after()).map(|time| time.span().as_micros_f64());
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
         let first = config.clock.first_count.get();
@@ -75,6 +78,7 @@ impl Sender {
                 index: CycleIndex::of_count(first),
                 count: first,
                 cycle_time,
+                present_after: (config.axes.present_after()).and_then(PresentAfterMs::delay),
                 send_stamp: None,
             },
             shown: vec![NcToPlcAxis::default(); axes.len()],
@@ -201,6 +205,19 @@ impl Axis {
         let source =
             SourceAxis::open(config).map_err(|error| Wrong::with_reason(field(), error))?;
         Ok(Self { source, slot: None })
+    }
+}
+
+/// Checks that the axes are shown after the end of their cycle at the earliest: what is shown sooner is predicted.
+fn check_presentation(config: &SenderConfig) -> Result<(), Wrong> {
+    let cycle = config.cycle_time_us.0.span();
+    match config.axes.present_after() {
+        Some(time) if time.span() < cycle => {
+            let expected = format!("the cycle time or more, {} ms", cycle.as_micros_f64() / 1e3);
+            let wrong = Wrong::of("present-after-ms", time.get(), expected);
+            Err(wrong.within("axis[0]"))
+        }
+        _ => Ok(()),
     }
 }
 

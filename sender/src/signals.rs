@@ -11,6 +11,9 @@ signals! {
         index: u16 [""],
         /// Run of the node: the epoch in its frames.
         run: u64 [""],
+        /// Presentation delay of its frames: the time after their generation at which its axes are shown; none if
+        /// followers move the newest values to now.
+        present_after_us: Option<f64> ["µs"],
         /// Cycles skipped.
         overruns: u64 [""],
         /// Time requests responded to.

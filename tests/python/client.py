@@ -4,7 +4,7 @@ python3 client.py NAME tcp/127.0.0.1:7447 [RECEIVER]     and it prints what the 
 """
 import json, secrets, struct, sys, time, zlib, zenoh
 
-CYCLE, AXIS, VELOCITY = 10_000_000, 1, 10.0                     # ns, axis id, u/s
+CYCLE, AXIS, VELOCITY, LATER = 10_000_000, 1, 10.0, 0           # ns, axis id, u/s, shown so many ns later
 
 def varint(n):
     return bytes([n]) if n < 128 else bytes([n % 128 + 128]) + varint(n // 128)
@@ -49,7 +49,8 @@ def main(name, endpoint, receiver=None):
     while True:
         count = (time.monotonic_ns() - start) // CYCLE + 1      # what was missed is skipped
         time.sleep(max(0, start + count * CYCLE - time.monotonic_ns()) / 1e9)
-        body = b"\1" + b"".join(map(varint, [sender, epoch, count % 65536, count, CYCLE, 1]))
+        fields = [sender, epoch, count % 65536, count, CYCLE] + [LATER] * (LATER > 0) + [1]
+        body = bytes([1 + (LATER > 0)]) + b"".join(map(varint, fields))
         body += axis(AXIS, VELOCITY * count * CYCLE / 1e9, VELOCITY)
         axes.put(sealed(key("axes"), body + stamp(count)))
         if count % 25 == 0:

@@ -7,7 +7,8 @@ import json, secrets, struct, sys, time, zlib
 
 # Each fault, and the rule that it breaks.
 FAULTS = {
-    "version-2": "version",
+    "version-3": "version",
+    "version-2-without-its-field": "fields",
     "cut-short": "fields",
     "extra-byte": "fields",
     "sum-without-key": "check-sum",
@@ -45,6 +46,7 @@ FAULTS = {
     "token-of-other-run": "run-token",
     "background-priority": "qos",
     "blocking": "qos",
+    "shown-too-late": "present-after",
 }
 
 CYCLE = 10_000_000  # ns
@@ -107,8 +109,11 @@ class Sender:
         if self.has("cycle-time-changes") and self.is_heard and count % 20 == 0:
             cycle *= 2
         axes = self.axes_of(count)
-        body = self.prefix([self.id ^ self.has("other-sender"), self.epoch, index, count, cycle, len(axes)])
-        return body + b"".join(axes) + self.frame_stamp(count)
+        fields = [self.id ^ self.has("other-sender"), self.epoch, index, count, cycle]
+        if self.has("shown-too-late"):
+            # 5 s do not even fit into 32 bits; this is above the 4 s that do.
+            return b"\2" + self.prefix(fields + [4_200_000_000, len(axes)])[1:] + b"".join(axes) + self.frame_stamp(count)
+        return self.prefix(fields + [len(axes)]) + b"".join(axes) + self.frame_stamp(count)
 
     def axes_of(self, count):
         velocity = VELOCITY
@@ -142,7 +147,9 @@ class Sender:
             return
         body = self.frame(count)
         key = self.key("axes")
-        if self.has("version-2"):
+        if self.has("version-3"):
+            body = b"\3" + body[1:]
+        if self.has("version-2-without-its-field"):
             body = b"\2" + body[1:]
         if self.has("cut-short"):
             body = body[:-20]

@@ -75,6 +75,7 @@ impl<P: Port> Gateway<P> {
                 index: CycleIndex(0),
                 count: 0,
                 cycle_time,
+                present_after: None,
                 send_stamp: None,
             },
             ids: config.axes.iter().map(|axis| axis.id.get()).collect(),

@@ -21,9 +21,9 @@ pub use arrival::{Arrival, Arrived};
 pub use coaxle_wire::{
     AxisSample, BeaconIntake, BeaconRequest, BeaconResponse, BeaconServer, BeaconServerCounters,
     CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake, InvalidScan,
-    KeptMessage, MOST_CHARACTERS, NodeScan, Reader, ReceivedMessage, Rejection, RejectionCounters,
-    Stamps, TimeRequest, TimeServer, TimeServerCounters, audit, beacon, command, exchange, frame,
-    intake, keys, one_line, time_server,
+    KeptMessage, MOST_CHARACTERS, NodeScan, PresentAfter, Reader, ReceivedMessage, Rejection,
+    RejectionCounters, Stamps, TimeRequest, TimeServer, TimeServerCounters, audit, beacon, command,
+    exchange, frame, intake, keys, one_line, time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};
 pub use fields::fields_of;

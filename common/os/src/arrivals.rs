@@ -123,6 +123,7 @@ mod tests {
             index: CycleIndex::of_count(count),
             count,
             cycle_time: CycleTime::new(Span::from_millis(2)).unwrap(),
+            present_after: None,
             send_stamp,
         }
     }

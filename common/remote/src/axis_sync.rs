@@ -188,7 +188,7 @@ impl Enabled {
         elapsed: u32,
     ) -> AxisSyncOutput {
         // The correction of this very cycle: one from the previous cycle is off by a cycle's drift and every beat.
-        let moved = self.axis.update(&set_of(axis_in), correction, elapsed);
+        let moved = (self.axis).update(&set_of(axis_in), correction, None, elapsed);
         if moved.re_initialised {
             // The block is a unit: its clock restarts with its axis.
             self.clock.restart(index);

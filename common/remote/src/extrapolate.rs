@@ -13,13 +13,17 @@
 //! * Sync, time and observer mode differ only in the source of their correction; all extrapolate.
 
 mod blend;
+mod candidates;
 
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{Seconds, Span};
 
 use super::prediction::moved_on;
+use super::presented::ShownLater;
 use super::pt1::Pt1;
 use blend::Blend;
+pub(super) use candidates::CorrectionTimes;
+use candidates::{Aim, Candidates};
 use coaxle_axis::NcToPlcAxis;
 use coaxle_curve::profile::Kinematics;
 
@@ -202,6 +206,8 @@ pub(super) struct Moved {
     pub(super) state: ExtrapolateMode,
     pub(super) error: Option<SyncError>,
     pub(super) diagnostic: ExtrapolateDiagnostic,
+    /// True if they lie between two frames that are shown later.
+    pub(super) is_interpolated: bool,
 }
 
 /// The set values of an axis.
@@ -234,60 +240,6 @@ impl From<Kinematics> for SetValues {
             position: set.position,
             velocity: set.velocity,
         }
-    }
-}
-
-/// The correction times that the extrapolating modes use, if known.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CorrectionTimes {
-    pub(super) sync: Option<Seconds>,
-    pub(super) time: Option<Seconds>,
-    pub(super) observer: Option<Seconds>,
-}
-
-/// Sources of the set values of one cycle, in any mode.
-#[derive(Clone, Copy)]
-struct Candidates {
-    received: SetValues,
-    filtered: SetValues,
-    /// Acceleration that the extrapolation takes into account, u/s².
-    acceleration: f64,
-    corrections: CorrectionTimes,
-}
-
-impl Candidates {
-    /// Set values of a mode; none if it has no correction time.
-    fn of(&self, mode: ExtrapolateMode) -> Option<SetValues> {
-        // Bypass and PT1 need no correction: only these two can always be fallen back to.
-        let Seconds(dt) = match mode {
-            ExtrapolateMode::Bypass => return Some(self.received),
-            ExtrapolateMode::Pt1 => return Some(self.filtered),
-            ExtrapolateMode::Sync => self.corrections.sync?,
-            ExtrapolateMode::Time => self.corrections.time?,
-            ExtrapolateMode::Observer => self.corrections.observer?,
-        };
-        Some(moved_on(&self.kinematics(), dt).into())
-    }
-
-    fn kinematics(&self) -> Kinematics {
-        Kinematics {
-            position: self.received.position,
-            velocity: self.received.velocity,
-            acceleration: self.acceleration,
-        }
-    }
-
-    /// Rest of the received acceleration in a mode.
-    fn acceleration(&self, received: &Kinematics, mode: ExtrapolateMode) -> f64 {
-        let age = match mode {
-            ExtrapolateMode::Bypass | ExtrapolateMode::Pt1 => None,
-            ExtrapolateMode::Sync => self.corrections.sync,
-            ExtrapolateMode::Time => self.corrections.time,
-            ExtrapolateMode::Observer => self.corrections.observer,
-        };
-        // No correction moves the values by nothing: the acceleration is as received.
-        let Seconds(age) = age.unwrap_or(Seconds::ZERO);
-        moved_on(received, age).acceleration
     }
 }
 
@@ -362,7 +314,8 @@ impl AxisExtrapolate {
             time: correction_time,
             observer: correction_time,
         };
-        let moved = self.move_set_values(&set_of(axis_in), corrections, mode, fall_back, elapsed);
+        let set = set_of(axis_in);
+        let moved = self.move_set_values(&set, corrections, None, mode, fall_back, elapsed);
         ExtrapolateOutput {
             axis: with_set(axis_in, &moved.set),
             state: moved.state,
@@ -371,27 +324,45 @@ impl AxisExtrapolate {
         }
     }
 
-    /// Runs one cycle for bare set values, with a correction time for each of the modes.
+    /// Runs one cycle for bare set values, with a correction time for each of the modes, and the frames if they are
+    /// shown later.
     pub(super) fn move_set_values(
         &mut self,
         received: &Kinematics,
         corrections: CorrectionTimes,
+        later: Option<ShownLater<'_>>,
         mode: ExtrapolateMode,
         fall_back: FallBackMode,
         elapsed: u32,
     ) -> Moved {
         // The PT1 filter runs in every mode: a fallback must find it settled.
-        let candidates = self.candidates(received, corrections, elapsed);
-        let error = self.position_error(mode, &candidates);
+        let (position, velocity) = self
+            .pt1
+            .update(received.position, received.velocity, elapsed);
+        let candidates = Candidates {
+            received,
+            filtered: SetValues { position, velocity },
+            by_acceleration: self.parameters.use_acc_for_extrapolation,
+            corrections,
+            later,
+        };
+        let wished = candidates.of(mode);
+        let error = wished.and_then(|aim| self.position_error(mode, &aim, received));
         // Both reasons end in the fallback, but only the first is an error.
-        let usable = error.is_none() && candidates.of(mode).is_some();
-        let mode = if usable { mode } else { fall_back.into() };
-        let set = self.blended(mode, &candidates, elapsed);
+        let (mode, aim) = match wished.filter(|_| error.is_none()) {
+            Some(aim) => (mode, aim),
+            None => {
+                let mode = fall_back.into();
+                let aim = candidates.of(mode);
+                (mode, aim.unwrap_or(candidates.as_received()))
+            }
+        };
+        let set = self.blended(mode, aim.set, &candidates, elapsed);
         Moved {
             set: Kinematics {
                 position: set.position,
                 velocity: set.velocity,
-                acceleration: candidates.acceleration(received, mode),
+                acceleration: aim.acceleration,
             },
             state: mode,
             error,
@@ -399,67 +370,48 @@ impl AxisExtrapolate {
                 position_diff: received.position - set.position,
                 velocity_diff: received.velocity - set.velocity,
             },
+            is_interpolated: aim.is_interpolated,
         }
     }
 
-    fn candidates(
-        &mut self,
-        axis: &Kinematics,
-        corrections: CorrectionTimes,
-        elapsed: u32,
-    ) -> Candidates {
-        let received = SetValues {
-            position: axis.position,
-            velocity: axis.velocity,
-        };
-        let (position, velocity) = self
-            .pt1
-            .update(received.position, received.velocity, elapsed);
-        // The acceleration of an encoder or interpolated axis may be noise, of which Δt²/2 would be added to the
-        // position.
-        let acceleration = if self.parameters.use_acc_for_extrapolation {
-            axis.acceleration
-        } else {
-            0.0
-        };
-        Candidates {
-            received,
-            filtered: SetValues { position, velocity },
-            acceleration,
-            corrections,
-        }
-    }
-
-    fn position_error(&self, mode: ExtrapolateMode, candidates: &Candidates) -> Option<SyncError> {
+    fn position_error(
+        &self,
+        mode: ExtrapolateMode,
+        aim: &Aim,
+        received: &Kinematics,
+    ) -> Option<SyncError> {
         let limit = self.parameters.max_position_diff;
+        // The manual monitors the extrapolation; the lag of the PT1 filter is wanted and no error, and nothing is
+        // guessed between two frames.
         let extrapolates = !matches!(mode, ExtrapolateMode::Bypass | ExtrapolateMode::Pt1);
-        // The manual monitors the extrapolation; the lag of the PT1 filter is wanted and no error.
-        let extrapolated = candidates.of(mode).filter(|_| extrapolates)?;
-        let difference = (extrapolated.position - candidates.received.position).abs();
+        if !extrapolates || aim.is_interpolated {
+            return None;
+        }
+        let difference = (aim.set.position - received.position).abs();
         (limit > 0.0 && difference > limit).then_some(SyncError::MaxPositionDiffExceeded)
     }
 
     fn blended(
         &mut self,
         mode: ExtrapolateMode,
-        candidates: &Candidates,
+        aim: SetValues,
+        candidates: &Candidates<'_>,
         elapsed: u32,
     ) -> SetValues {
-        let aim = candidates.of(mode).unwrap_or(candidates.received);
         let passed = f64::from(elapsed) * self.task_cycle_time;
         // Advances first: the rest that a new blend takes over is that of this cycle, not of the last.
         self.blend.go_on(passed);
         let before = Kinematics {
             position: self.aim.position,
             velocity: self.aim.velocity,
-            acceleration: candidates.acceleration,
+            acceleration: candidates.acceleration(),
         };
         let standing = moved_on(&before, passed).into();
         let old = self.mode.replace(mode);
         let from = match old {
             Some(_) if core::mem::take(&mut self.carries_on) => Some(standing),
             // The old mode may have lost its correction: it continues from its last state.
-            Some(old) if old != mode => Some(candidates.of(old).unwrap_or(standing)),
+            Some(old) if old != mode => Some(candidates.of(old).map_or(standing, |aim| aim.set)),
             _ => None,
         };
         if let Some(from) = from {

@@ -7,6 +7,7 @@ use coaxle_curve::profile::Kinematics;
 use super::extrapolate::{AxisExtrapolate, ExtrapolateDiagnostic};
 use super::far_sync::{FarCorrection, OnPositionError};
 use super::parameters::{AxisSyncParameters, CheckedParameters, FilterState};
+use super::presented::ShownLater;
 
 /// An axis of a far node: filter, blending and position error of its own, the clock shared.
 #[derive(Clone, Debug)]
@@ -31,6 +32,9 @@ pub struct FarAxisOutput {
     pub error: Option<SyncError>,
     /// Correction that moved the set values; none if the mode needs none or has none.
     pub correction_time: Option<Seconds>,
+    /// True if the set values lie between two frames that are shown later; otherwise they are a prediction, or as
+    /// received.
+    pub is_interpolated: bool,
     /// Received minus calculated.
     pub diagnostic: ExtrapolateDiagnostic,
     /// A position error was latched, and the axis restarts with the next cycle.
@@ -53,11 +57,13 @@ impl FarAxis {
         })
     }
 
-    /// Runs one cycle, with the set values of the frame that the correction is for.
+    /// Runs one cycle, with the set values of the frame that the correction is for. The modes with a correction show
+    /// `later` that much later; bypass and PT1 show the set values as received.
     pub fn update(
         &mut self,
         received: &Kinematics,
         correction: &FarCorrection,
+        later: Option<ShownLater<'_>>,
         elapsed: u32,
     ) -> FarAxisOutput {
         let fall_back = correction.fall_back;
@@ -70,7 +76,7 @@ impl FarAxis {
         let times = correction.times;
         let moved = self
             .extrapolate
-            .move_set_values(received, times, mode, fall_back, elapsed);
+            .move_set_values(received, times, later, mode, fall_back, elapsed);
         let position_error = match correction.on_position_error {
             OnPositionError::Forget => moved.error,
             OnPositionError::FallBack | OnPositionError::KeepMode => {
@@ -91,7 +97,8 @@ impl FarAxis {
             synced: correction.synced && error.is_none(),
             error,
             // That of the mode actually used, which differs from the selected one in the fallback.
-            correction_time: correction.time(moved.state),
+            correction_time: shown(correction.time(moved.state), later),
+            is_interpolated: moved.is_interpolated,
             diagnostic: moved.diagnostic,
             re_initialised,
         }
@@ -127,14 +134,16 @@ impl FarAxis {
         &mut self,
         received: &Kinematics,
         correction: &FarCorrection,
+        later: Option<ShownLater<'_>>,
         moved: &FarAxisOutput,
         elapsed: u32,
     ) -> FarAxisOutput {
         // The cycle is calculated a second time, and must not find the state that its first pass left.
         self.begin_anew();
         let (times, fall_back) = (correction.times, correction.fall_back);
+        let mode = moved.state;
         let again =
-            (self.extrapolate).move_set_values(received, times, moved.state, fall_back, elapsed);
+            (self.extrapolate).move_set_values(received, times, later, mode, fall_back, elapsed);
         FarAxisOutput {
             set: again.set,
             diagnostic: again.diagnostic,
@@ -154,4 +163,10 @@ impl FarAxis {
         self.extrapolate.restart();
         self.position_error = None;
     }
+}
+
+/// Correction up to the instant that is shown.
+fn shown(correction: Option<Seconds>, later: Option<ShownLater<'_>>) -> Option<Seconds> {
+    let by = later.map_or(Seconds::ZERO, |later| later.by);
+    correction.map(|correction| correction - by)
 }

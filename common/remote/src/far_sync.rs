@@ -103,11 +103,26 @@ impl FarCorrection {
     /// Correction that moves set values in a mode; none if it needs none or has none.
     #[must_use]
     pub const fn time(&self, mode: ExtrapolateMode) -> Option<Seconds> {
-        match mode {
-            ExtrapolateMode::Sync => self.times.sync,
-            ExtrapolateMode::Time => self.times.time,
-            ExtrapolateMode::Observer => self.times.observer,
-            ExtrapolateMode::Bypass | ExtrapolateMode::Pt1 => None,
+        self.times.of(mode)
+    }
+
+    /// Correction by the phase observer, also in a silence; none if there is none.
+    #[must_use]
+    pub const fn of_clock(&self) -> Option<Seconds> {
+        self.times.observer
+    }
+
+    /// Correction of an axis whose frames are shown later, as long as those that are shown have arrived: a silence takes
+    /// nothing away. It needs a phase observer.
+    pub fn despite_silence(&self) -> Self {
+        if !self.is_silent || self.times.observer.is_none() {
+            return *self;
+        }
+        Self {
+            is_silent: false,
+            error: (self.error).filter(|error| *error != SyncError::MaxDataAgeExceeded),
+            mode: ExtrapolateMode::Observer,
+            ..*self
         }
     }
 

@@ -26,6 +26,9 @@
 //! # Ok::<(), coaxle_clock::time_sync::WrongParameter>(())
 //! ```
 //!
+//! A generated master may be shown later, by everybody alike: a [`FrameHistory`] has its motion between the received
+//! frames, and [`FarAxis::update`] takes it as the axis [`ShownLater`].
+//!
 //! A far axis that is only measured is received in increments: an [`EncoderMaster`] calculates a
 //! smooth master from their counts, with limited jerk and acceleration, a compensated lag and a
 //! certain direction. It takes the place of the extrapolation: the correction time is its horizon.
@@ -84,6 +87,7 @@ mod far_axis;
 mod far_sync;
 mod parameters;
 mod prediction;
+mod presented;
 mod pt1;
 
 pub use axis_sync::{AxisSync, AxisSyncDiagnostic, AxisSyncOutput};
@@ -101,3 +105,4 @@ pub use far_axis::{FarAxis, FarAxisOutput};
 pub use far_sync::{FarCorrection, FarSync};
 pub use parameters::{AxisSyncParameters, CheckedParameters, FilterMode, FilterState, StartUpMode};
 pub use prediction::LASTING;
+pub use presented::{FrameHistory, NeededDelay, ShownLater};

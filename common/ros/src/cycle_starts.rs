@@ -79,6 +79,7 @@ mod tests {
                 index: CycleIndex(count as u16),
                 count,
                 cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+                present_after: None,
                 send_stamp: Some(Span::ZERO),
             };
             cycle_starts.frame(&header, received_at);

@@ -161,6 +161,7 @@ mod tests {
             index: CycleIndex(count as u16),
             count,
             cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            present_after: None,
             send_stamp: None,
         };
         let axis = |axis_id, set_position| NcToPlcAxis {

@@ -3,6 +3,8 @@
 //! A frame is written in two steps. The cycle thread encodes the body, everything up to the axes, into a
 //! buffer it owns ([`encode_body`]). The publishing thread appends the send stamp and the check sum at
 //! the last moment ([`KeySeal::seal`]).
+//!
+//! A frame of axes with a presentation delay has a version of its own, with one field more.
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Span};
@@ -11,10 +13,15 @@ use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::keys::NodeName;
+use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
 
-/// Version this code writes, and the only one it reads.
+/// Version of all messages, and of frames that are not presented later.
 pub const FORMAT_VERSION: u8 = 1;
+
+/// Version of the frames of axes with a presentation delay. Others stay at [`FORMAT_VERSION`], byte for byte, so that
+/// a network without presentation needs no new nodes.
+pub const PRESENTED_VERSION: u8 = 2;
 
 /// Greatest number of axes in one frame.
 pub const MAX_AXES: usize = 128;
@@ -32,6 +39,9 @@ pub struct FrameHeader {
     pub count: u64,
     /// The sender's nominal cycle time.
     pub cycle_time: CycleTime,
+    /// Time after the ideal start of its cycle at which the axes are shown; none where their newest values are moved
+    /// to now.
+    pub present_after: Option<PresentAfter>,
     /// Departure of the message after the ideal start of its cycle, in the sender's own clock; none from
     /// senders that do not state it.
     pub send_stamp: Option<Span>,
@@ -108,8 +118,12 @@ pub fn encode_body(
         received: out.len(),
         expected: body_capacity(axes.len()),
     };
-    let prefix = Prefix::of(header, axes.len());
-    let mut used = write(&prefix, out).ok_or(too_small)?;
+    let mut used = write(&Prefix::of(header), out).ok_or(too_small)?;
+    if let Some(delay) = header.present_after {
+        used += write(&delay.nanos(), &mut out[used..]).ok_or(too_small)?;
+    }
+    // Loses nothing: the axes are counted above.
+    used += write(&(axes.len() as u32), &mut out[used..]).ok_or(too_small)?;
     for axis in axes {
         used += write(axis, &mut out[used..]).ok_or(too_small)?;
     }
@@ -182,20 +196,31 @@ impl KeySeal {
         payload: &[u8],
         each_axis: impl FnMut(&NcToPlcAxis),
     ) -> Result<FrameHeader, Rejection> {
-        let content = self.verify(payload, |content| read_content(content, |_| {}).map(drop))?;
+        let walk = |content: &[u8]| read_content(content, |_| {}).map(drop);
+        let content = self.verify_version(payload, PRESENTED_VERSION, walk)?;
         read_content(content, each_axis)
     }
 
-    /// Returns the fields of a frame whose version and check sum are right. `walk` goes through them, to
+    /// Returns the fields of a message whose version and check sum are right. `walk` goes through them, to
     /// classify the damage of one whose check sum is wrong.
     pub(crate) fn verify<'a>(
         &self,
         payload: &'a [u8],
         walk: impl FnOnce(&[u8]) -> Result<(), Rejection>,
     ) -> Result<&'a [u8], Rejection> {
+        self.verify_version(payload, FORMAT_VERSION, walk)
+    }
+
+    /// Verifies a message of any version up to the latest one of its kind.
+    fn verify_version<'a>(
+        &self,
+        payload: &'a [u8],
+        latest: u8,
+        walk: impl FnOnce(&[u8]) -> Result<(), Rejection>,
+    ) -> Result<&'a [u8], Rejection> {
         match payload.first() {
             None => return Err(Rejection::Truncated),
-            Some(&FORMAT_VERSION) => {}
+            Some(version) if (FORMAT_VERSION..=latest).contains(version) => {}
             Some(_) => return Err(Rejection::WrongVersion),
         }
         let (content, checksum) = payload
@@ -234,12 +259,12 @@ pub fn decode(
 const CHECKSUM_LEN: usize = 4;
 /// Option tag and a 64-bit varint.
 const MAX_STAMP_LEN: usize = 1 + 10;
-/// Version, sender, epoch, index, count, cycle time, number of axes.
-const MAX_PREFIX_LEN: usize = 1 + 5 + 10 + 3 + 10 + 5 + 2;
+/// Version, sender, epoch, index, count, cycle time, presentation delay, number of axes.
+const MAX_PREFIX_LEN: usize = 1 + 5 + 10 + 3 + 10 + 5 + 5 + 2;
 /// Nine 64-bit reals, twelve 32-bit varints, four 16-bit ones.
 const MAX_AXIS_LEN: usize = 9 * 8 + 12 * 5 + 4 * 3;
 
-/// The fields before the first axis, as they lie on the wire.
+/// The fields that every version begins with, as they lie on the wire.
 #[derive(Serialize, Deserialize)]
 struct Prefix {
     version: u8,
@@ -248,31 +273,36 @@ struct Prefix {
     index: CycleIndex,
     count: u64,
     cycle_time_ns: u32,
-    axes: u32,
 }
 
 impl Prefix {
-    fn of(header: &FrameHeader, axes: usize) -> Self {
+    fn of(header: &FrameHeader) -> Self {
         Self {
-            version: FORMAT_VERSION,
+            version: match header.present_after {
+                None => FORMAT_VERSION,
+                Some(_) => PRESENTED_VERSION,
+            },
             sender: header.sender,
             epoch: header.epoch,
             index: header.index,
             count: header.count,
-            // Neither loses anything: a cycle takes at most 100 ms, and the axes are counted.
+            // Loses nothing: a cycle takes at most 100 ms.
             cycle_time_ns: header.cycle_time.span().as_nanos() as u32,
-            axes: axes as u32,
         }
     }
 
-    fn header(&self, send_stamp: Option<Span>) -> Result<FrameHeader, Rejection> {
-        let cycle_time = cycle_time(self.cycle_time_ns)?;
+    fn header(
+        &self,
+        present_after_ns: u32,
+        send_stamp: Option<Span>,
+    ) -> Result<FrameHeader, Rejection> {
         Ok(FrameHeader {
             sender: self.sender,
             epoch: self.epoch,
             index: self.index,
             count: self.count,
-            cycle_time,
+            cycle_time: cycle_time(self.cycle_time_ns)?,
+            present_after: present_after(present_after_ns)?,
             send_stamp,
         })
     }
@@ -282,20 +312,33 @@ pub(crate) fn cycle_time(nanos: u32) -> Result<CycleTime, Rejection> {
     CycleTime::new(Span::from_nanos(nanos.into())).map_err(|_| Rejection::CycleTimeOutOfRange)
 }
 
+fn present_after(nanos: u32) -> Result<Option<PresentAfter>, Rejection> {
+    match PresentAfter::new(Span::from_nanos(nanos.into())) {
+        // A frame that is not presented later may say so.
+        None if nanos > 0 => Err(Rejection::PresentAfterOutOfRange),
+        delay => Ok(delay),
+    }
+}
+
 fn read_content(
     content: &[u8],
     mut each_axis: impl FnMut(&NcToPlcAxis),
 ) -> Result<FrameHeader, Rejection> {
-    let (prefix, mut rest) = read::<Prefix>(content)?;
-    if prefix.axes > MAX_AXES as u32 {
+    let (prefix, rest) = read::<Prefix>(content)?;
+    let (present_after_ns, rest) = match prefix.version {
+        PRESENTED_VERSION => read::<u32>(rest)?,
+        _ => (0, rest),
+    };
+    let (axes, mut rest) = read::<u32>(rest)?;
+    if axes > MAX_AXES as u32 {
         return Err(Rejection::Malformed);
     }
-    for _ in 0..prefix.axes {
+    for _ in 0..axes {
         let axis;
         (axis, rest) = read::<NcToPlcAxis>(rest)?;
         each_axis(&axis);
     }
-    prefix.header(read_send_stamp(rest)?)
+    prefix.header(present_after_ns, read_send_stamp(rest)?)
 }
 
 /// Reads the last field of every frame before its check sum.

@@ -26,6 +26,7 @@
 //!     index: CycleIndex(9),
 //!     count: 9,
 //!     cycle_time: CycleTime::new(Span::from_millis(1))?,
+//!     present_after: None,
 //!     send_stamp: None,
 //! };
 //! let axis = NcToPlcAxis { axis_id: 3, set_position: 2.5, ..NcToPlcAxis::default() };
@@ -51,6 +52,7 @@ pub mod intake;
 pub mod keys;
 mod message;
 mod one_line;
+mod present_after;
 mod rejection;
 mod scan;
 pub mod time_server;
@@ -66,6 +68,7 @@ pub use frame::{AxisSample, Frame, FrameHeader};
 pub use intake::{Intake, Reader};
 pub use message::{KeptMessage, Message, Outgoing};
 pub use one_line::{MOST_CHARACTERS, one_line};
+pub use present_after::PresentAfter;
 pub use rejection::{Rejection, RejectionCounters};
 pub use scan::{InvalidScan, NodeScan, ReceivedMessage, SCAN_VERSION};
 pub use time_server::{TimeServer, TimeServerCounters};

@@ -5,7 +5,8 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 /// Reason for a refused frame. A frame has one reason: the first that applies, in the order below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Rejection {
-    /// First byte other than [`FORMAT_VERSION`](crate::frame::FORMAT_VERSION).
+    /// First byte other than [`FORMAT_VERSION`](crate::frame::FORMAT_VERSION), and for axes other than
+    /// [`PRESENTED_VERSION`](crate::frame::PRESENTED_VERSION).
     #[error("the frame has another format version")]
     WrongVersion,
     /// End of the frame before the end of its fields.
@@ -24,6 +25,9 @@ pub enum Rejection {
     /// Cycle time outside 100 µs…100 ms.
     #[error("the frame's cycle time is outside 100 µs to 100 ms")]
     CycleTimeOutOfRange,
+    /// Presentation delay above 4 s.
+    #[error("the frame is to be shown more than 4 s after its cycle")]
+    PresentAfterOutOfRange,
     /// Frame of another publisher under the sender's key.
     #[error("the frame comes from another node than the key belongs to")]
     ForeignSender,
@@ -37,13 +41,14 @@ pub enum Rejection {
 
 impl Rejection {
     /// Reasons in the order of the checks.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::WrongVersion,
         Self::Truncated,
         Self::WrongChecksum,
         Self::Malformed,
         Self::TrailingBytes,
         Self::CycleTimeOutOfRange,
+        Self::PresentAfterOutOfRange,
         Self::ForeignSender,
         Self::AxisMissing,
         Self::Implausible,
@@ -59,6 +64,7 @@ impl Rejection {
             Self::Malformed => "malformed",
             Self::TrailingBytes => "trailing-bytes",
             Self::CycleTimeOutOfRange => "cycle-time-out-of-range",
+            Self::PresentAfterOutOfRange => "present-after-out-of-range",
             Self::ForeignSender => "foreign-sender",
             Self::AxisMissing => "axis-missing",
             Self::Implausible => "implausible",

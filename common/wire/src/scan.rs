@@ -12,12 +12,27 @@ use crate::command::CommandOrder;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame, FrameHeader};
 use crate::message::{KeptMessage, Message};
+use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
 
 /// The first byte of a scan.
 pub const SCAN_VERSION: u8 = 1;
 /// The first byte of a scan that ends with changes of circles. Others are written as before, for older tools.
 const VERSION_WITH_CIRCLES: u8 = 2;
+
+/// Reasons by their number in a scan: new ones come last, so that older scans keep theirs.
+const REJECTIONS: [Rejection; Rejection::ALL.len()] = [
+    Rejection::WrongVersion,
+    Rejection::Truncated,
+    Rejection::WrongChecksum,
+    Rejection::Malformed,
+    Rejection::TrailingBytes,
+    Rejection::CycleTimeOutOfRange,
+    Rejection::ForeignSender,
+    Rejection::AxisMissing,
+    Rejection::Implausible,
+    Rejection::PresentAfterOutOfRange,
+];
 
 /// Scan with all inputs of the node before it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -132,15 +147,7 @@ struct ReceivedOnWire {
 
 #[derive(Serialize, Deserialize)]
 enum MessageOnWire {
-    Frame {
-        sender: u32,
-        epoch: u64,
-        index: u16,
-        count: u64,
-        cycle_time: i64,
-        send_stamp: Option<i64>,
-        axes: Vec<Option<AxisOnWire>>,
-    },
+    Frame(FrameOnWire),
     TimeRequest {
         requester: u32,
         run: u64,
@@ -155,10 +162,23 @@ enum MessageOnWire {
         received: i64,
         responded: i64,
     },
-    /// Index in [`Rejection::ALL`].
+    /// Index in [`REJECTIONS`].
     Rejected(u8),
     BeaconRequest(BeaconRequest),
     BeaconResponse(BeaconResponse),
+    /// Presentation delay, ns, and the frame.
+    PresentedFrame(u32, FrameOnWire),
+}
+
+#[derive(Serialize, Deserialize)]
+struct FrameOnWire {
+    sender: u32,
+    epoch: u64,
+    index: u16,
+    count: u64,
+    cycle_time: i64,
+    send_stamp: Option<i64>,
+    axes: Vec<Option<AxisOnWire>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -195,14 +215,9 @@ impl TryFrom<ReceivedOnWire> for ReceivedMessage {
 impl From<Message<'_>> for MessageOnWire {
     fn from(message: Message<'_>) -> Self {
         match message {
-            Message::Frame(Frame { header, axes }) => Self::Frame {
-                sender: header.sender,
-                epoch: header.epoch,
-                index: header.index.0,
-                count: header.count,
-                cycle_time: header.cycle_time.span().as_nanos(),
-                send_stamp: header.send_stamp.map(Span::as_nanos),
-                axes: axes.iter().map(|axis| axis.map(AxisOnWire::from)).collect(),
+            Message::Frame(frame) => match frame.header.present_after {
+                None => Self::Frame(frame.into()),
+                Some(delay) => Self::PresentedFrame(delay.nanos(), frame.into()),
             },
             Message::TimeRequest(request) => Self::TimeRequest {
                 requester: request.requester,
@@ -221,7 +236,7 @@ impl From<Message<'_>> for MessageOnWire {
             Message::BeaconRequest(request) => Self::BeaconRequest(request),
             Message::BeaconResponse(response) => Self::BeaconResponse(response),
             Message::Rejected(reason) => {
-                let place = Rejection::ALL.iter().position(|other| *other == reason);
+                let place = REJECTIONS.iter().position(|other| *other == reason);
                 Self::Rejected(place.map_or(u8::MAX, |place| place as u8))
             }
         }
@@ -231,28 +246,10 @@ impl From<Message<'_>> for MessageOnWire {
 impl MessageOnWire {
     fn kept(self) -> Result<KeptMessage, InvalidScan> {
         let message = match self {
-            Self::Frame {
-                sender,
-                epoch,
-                index,
-                count,
-                cycle_time,
-                send_stamp,
-                axes,
-            } => {
-                let cycle_time = CycleTime::new(Span::from_nanos(cycle_time));
-                let header = FrameHeader {
-                    sender,
-                    epoch,
-                    index: CycleIndex(index),
-                    count,
-                    cycle_time: cycle_time.map_err(|_| InvalidScan::Malformed)?,
-                    send_stamp: send_stamp.map(Span::from_nanos),
-                };
-                let axes = axes.into_iter().map(|axis| axis.map(AxisSample::from));
-                let axes: Vec<_> = axes.collect();
-                let axes = axes.as_slice();
-                return Ok(KeptMessage::new(&Message::Frame(Frame { header, axes })));
+            Self::Frame(frame) => return frame.kept(None),
+            Self::PresentedFrame(nanos, frame) => {
+                let delay = PresentAfter::new(Span::from_nanos(nanos.into()));
+                return frame.kept(Some(delay.ok_or(InvalidScan::Malformed)?));
             }
             Self::TimeRequest {
                 requester,
@@ -283,11 +280,44 @@ impl MessageOnWire {
             Self::BeaconRequest(request) => Message::BeaconRequest(request),
             Self::BeaconResponse(response) => Message::BeaconResponse(response),
             Self::Rejected(place) => {
-                let reason = Rejection::ALL.get(usize::from(place));
+                let reason = REJECTIONS.get(usize::from(place));
                 Message::Rejected(*reason.ok_or(InvalidScan::Malformed)?)
             }
         };
         Ok(KeptMessage::new(&message))
+    }
+}
+
+impl From<Frame<'_>> for FrameOnWire {
+    fn from(Frame { header, axes }: Frame<'_>) -> Self {
+        Self {
+            sender: header.sender,
+            epoch: header.epoch,
+            index: header.index.0,
+            count: header.count,
+            cycle_time: header.cycle_time.span().as_nanos(),
+            send_stamp: header.send_stamp.map(Span::as_nanos),
+            axes: axes.iter().map(|axis| axis.map(AxisOnWire::from)).collect(),
+        }
+    }
+}
+
+impl FrameOnWire {
+    fn kept(self, present_after: Option<PresentAfter>) -> Result<KeptMessage, InvalidScan> {
+        let cycle_time = CycleTime::new(Span::from_nanos(self.cycle_time));
+        let header = FrameHeader {
+            sender: self.sender,
+            epoch: self.epoch,
+            index: CycleIndex(self.index),
+            count: self.count,
+            cycle_time: cycle_time.map_err(|_| InvalidScan::Malformed)?,
+            present_after,
+            send_stamp: self.send_stamp.map(Span::from_nanos),
+        };
+        let axes = self.axes.into_iter().map(|axis| axis.map(AxisSample::from));
+        let axes: Vec<_> = axes.collect();
+        let axes = axes.as_slice();
+        Ok(KeptMessage::new(&Message::Frame(Frame { header, axes })))
     }
 }
 
@@ -331,6 +361,7 @@ mod tests {
             index: CycleIndex(65_535),
             count: 1 << 40,
             cycle_time: CycleTime::new(Span::from_micros(250)).unwrap(),
+            present_after: None,
             send_stamp: Some(Span::from_nanos(-3)),
         };
         let axis = AxisSample {
@@ -359,6 +390,13 @@ mod tests {
         };
         let messages = [
             Message::Frame(Frame { header, axes }),
+            Message::Frame(Frame {
+                header: FrameHeader {
+                    present_after: PresentAfter::new(Span::from_millis(8)),
+                    ..header
+                },
+                axes,
+            }),
             Message::TimeResponse(response),
             Message::TimeRequest(request),
             Message::Rejected(Rejection::Implausible),
@@ -392,6 +430,13 @@ mod tests {
         assert_eq!(bits(&back), bits(&scan), "minus nothing, too");
         let quiet = NodeScan::default();
         assert_eq!(NodeScan::from_bytes(&quiet.to_bytes()), Ok(quiet));
+    }
+
+    #[test]
+    fn every_reason_has_a_number_in_a_scan() {
+        for reason in Rejection::ALL {
+            assert!(REJECTIONS.contains(&reason), "{reason:?}");
+        }
     }
 
     #[test]

@@ -49,6 +49,9 @@ pub struct FarConfig {
     /// Calculation of the set values.
     #[serde(default = "observer")]
     pub mode: FilterMode,
+    /// Instant that is shown: `auto`, as much later as its frames say, or `now`. `auto` by default.
+    #[serde(default)]
+    pub present: Present,
     /// Parameters of the TS5066 blocks.
     #[serde(default)]
     pub sync: AxisSyncParameters,
@@ -119,6 +122,17 @@ impl FarConfig {
     pub(super) fn full_name(&self, id: u32) -> String {
         format!("{}.{id}", self.node)
     }
+}
+
+/// Instant of a far node's axes that is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Present {
+    /// As much later as its frames say; now, where they say nothing.
+    #[default]
+    Auto,
+    /// The newest values moved to now.
+    Now,
 }
 
 /// Channel on which far axes are published.

@@ -19,7 +19,7 @@ use super::far::delay_in_range;
 use super::far_limits::FarLimits;
 use super::names::check_names;
 use super::{
-    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Positions,
+    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Positions, Present,
     PublishFarAxes, ReceiverConfig, SlaveConfig,
 };
 
@@ -38,6 +38,8 @@ pub(super) struct Form {
     master: Option<Master>,
     /// Short form, with `master`: calculation of the set values.
     mode: Option<FilterMode>,
+    /// Short form, with `master`: instant that is shown, `auto` or `now`.
+    present: Option<Present>,
     /// Short form, with `master`: parameters of the TS5066 blocks.
     sync: Option<AxisSyncParameters>,
     /// Short form, with `master`: parameters of the phase observer.
@@ -177,6 +179,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 modulo: master.modulo,
                 // The defaults of a [[far]], which serde fills in there.
                 mode: form.mode.unwrap_or(FilterMode::Observer),
+                present: form.present.unwrap_or_default(),
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),
                 delay: form.delay.unwrap_or(DelaySource::Measured),
@@ -189,6 +192,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 // Fields of the short form are options, which tell a given default from an absent one.
                 let short = [
                     ("mode", form.mode.is_some()),
+                    ("present", form.present.is_some()),
                     ("sync", form.sync.is_some()),
                     ("observer", form.observer.is_some()),
                     ("delay", form.delay.is_some()),

@@ -40,6 +40,11 @@ impl ReceiverConfig {
                 let expected = "an id of its own for each";
                 return Err(Wrong::of("virtual-axis", received, expected));
             }
+            if let Some(time) = axis.present_after_ms {
+                let expected = "none: slaves of a virtual axis of the receiver show it at once";
+                let wrong = Wrong::of("present-after-ms", time.get(), expected);
+                return Err(wrong.within(format_args!("virtual-axis[{n}]")));
+            }
             self.check_name(axis, before)
                 .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}].name")))?;
         }
@@ -160,6 +165,10 @@ mod tests {
             (
                 axis(1, "a") + &axis(2, "a"),
                 "virtual-axis[1].name: received \"a\", which is another virtual axis",
+            ),
+            (
+                axis(1, "a") + "present-after-ms = 8",
+                "virtual-axis \"a\".present-after-ms: received 8, expected none: slaves of a virtual",
             ),
             (axis(0, "a"), "virtual-axis \"a\".id: "),
             (

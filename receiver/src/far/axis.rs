@@ -1,5 +1,7 @@
 //! A far axis: its newest values, moved in time by the clock of its node.
 
+mod presented;
+mod received;
 mod shown;
 
 use coaxle_axis::TravelDirection;
@@ -12,6 +14,7 @@ use coaxle_remote::{
     FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, ReceivedMotion,
 };
 
+use self::presented::Presented;
 use self::shown::far_time;
 use super::course::{Advance, FarTimeCourse};
 use super::encoder::Encoder;
@@ -19,7 +22,7 @@ use super::limited::Limited;
 use super::seen::{LARGEST_BEAT, ObservedMotion};
 use super::steps::{Blending, FarCycle, StepWatch, shows_what_comes};
 use super::unwrapping::{Unwrapping, Wraps};
-use crate::config::{FarAxisConfig, FarConfig, FarLimits, Positions};
+use crate::config::{FarAxisConfig, FarConfig, FarLimits, Positions, Present};
 use crate::signals::FarAxisSignals;
 use crate::slaves::Master;
 
@@ -33,6 +36,10 @@ pub(super) struct Axis {
     wraps: Wraps,
     /// Conditioning of an axis that is only measured.
     encoder: Option<Box<Encoder>>,
+    /// Its frames, if they may be shown later: not those of an axis that is only measured, or shown now on purpose.
+    presented: Option<Box<Presented>>,
+    /// True if the newest cycle showed them later.
+    showed_later: bool,
     /// True if the axis or its node was silent for too long in the newest cycle.
     is_lost: bool,
     continuity: Continuity,
@@ -106,6 +113,9 @@ impl Axis {
             turns: turns.map(|modulo| Box::new(Unwrapping::new(modulo))),
             wraps: Wraps::default(),
             encoder: encoder.transpose()?,
+            presented: (far.present == Present::Auto && config.encoder.is_none())
+                .then(|| Box::new(Presented::new(cycle_time))),
+            showed_later: false,
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
@@ -131,6 +141,7 @@ impl Axis {
         if let Some(encoder) = &mut self.encoder {
             encoder.restart(data);
         }
+        self.forget_frames();
         self.rejoin();
     }
 
@@ -146,6 +157,7 @@ impl Axis {
     pub(super) fn forget(&mut self) {
         self.sample = None;
         self.begin_run();
+        self.forget_frames();
         self.begin_anew();
         self.rejoin();
     }
@@ -156,6 +168,7 @@ impl Axis {
     pub(super) fn take_over(&mut self, encoder: &mut Option<Box<Encoder>>) {
         self.sample = None;
         self.begin_run();
+        self.forget_frames();
         self.block.begin_anew();
         // Exchanged and not restarted: the smoothing of the other node has run on standby.
         std::mem::swap(&mut self.encoder, encoder);
@@ -200,37 +213,6 @@ impl Axis {
         self.course.forget();
     }
 
-    /// Takes its sample of the newest frame with this header.
-    pub(super) fn take(&mut self, sample: Option<AxisSample>, header: &FrameHeader) {
-        let count = header.count;
-        if let Some(mut sample) = sample {
-            let has_come = self.sample.is_some();
-            // 0 for the first sample and for a count that fell back: a way of no cycles, and not one of 2⁶⁴.
-            let missed = count.saturating_sub(self.count) * u64::from(has_come);
-            // By the sender's cycles and not by arrivals, whose jitter would move the predicted position.
-            let passed = header.cycle_time.as_secs_f64() * missed as f64;
-            if let Some(turns) = &mut self.turns {
-                sample.set = turns.unwrapped(&sample.set, passed);
-            }
-            if let Some(encoder) = &mut self.encoder {
-                encoder.take(&sample.set, count);
-            }
-            let before = self.sample.as_ref().map(|before| &before.set);
-            let neighbour = before.map(|before| (before, passed, missed));
-            self.seen.take(&sample.set, neighbour);
-            self.has_gap = before.is_some() && missed > LARGEST_BEAT;
-            // Over a gap a long way looks like a wrap.
-            if let Some(before) = before.filter(|_| !self.has_gap) {
-                self.wraps.take(before, &sample.set, passed);
-            }
-            self.sample = Some(sample);
-            self.count = count;
-            self.missing_cycles = 0;
-        } else {
-            self.missing += 1;
-        }
-    }
-
     /// The sender's cycle count of its last sample.
     pub(super) const fn count(&self) -> u64 {
         self.count
@@ -239,26 +221,6 @@ impl Axis {
     /// Own cycles for which it has been missing from the frames.
     pub(super) const fn missing_cycles(&self) -> u32 {
         self.missing_cycles
-    }
-
-    /// Correction for an axis that was missing in the newest frame.
-    pub(super) fn catch_up(
-        &mut self,
-        correction: &FarCorrection,
-        header: &FrameHeader,
-        elapsed: u32,
-        age_limit: Option<u32>,
-    ) -> FarCorrection {
-        self.missing_cycles = self.missing_cycles.saturating_add(elapsed);
-        // Before its first sample in a run the difference has no meaning, and none is used: the cycle then has no set
-        // values.
-        let behind = header.count.wrapping_sub(self.count) as f64;
-        let older = correction.for_older(Seconds(behind * header.cycle_time.as_secs_f64()));
-        match age_limit {
-            // An axis that is missing from frames which still come is as old as one of a silent node.
-            Some(limit) if self.missing_cycles > limit => older.for_silent(),
-            _ => older,
-        }
     }
 
     /// Runs one cycle; none before the first sample.
@@ -295,11 +257,17 @@ impl Axis {
             self.begin_anew();
             self.rejoin();
         }
+        self.follow_presentation(header, correction, elapsed);
         let age = correction
             .time(correction.mode)
             .map_or(0.0, |Seconds(age)| age);
         let credible = self.seen.credible(&sample.set, age);
-        let mut moved = self.block.update(&credible, correction, elapsed);
+        let later = self.presented.as_ref().and_then(|shown| shown.later());
+        let mut moved = (self.block).update(&credible, correction, later, elapsed);
+        if let Some(presented) = &mut self.presented {
+            let is_by_clock = moved.correction_time.is_some();
+            presented.note(is_by_clock, moved.is_interpolated, elapsed);
+        }
         self.condition(&sample, &mut moved, elapsed);
         self.leads = moved.state == FilterState::Observer;
         let passed = self.cycle_time * i64::from(elapsed);
@@ -382,7 +350,8 @@ impl Axis {
         if !self.block.is_blending() {
             return (0.0, moved);
         }
-        let unblended = (self.block).without_blend(received, correction, &moved, elapsed);
+        let later = self.presented.as_ref().and_then(|shown| shown.later());
+        let unblended = (self.block).without_blend(received, correction, later, &moved, elapsed);
         if self.encoder.is_some() {
             return (0.0, moved);
         }
@@ -447,6 +416,7 @@ impl Axis {
             cycle_time: self.cycle_time.as_secs_f64(),
             // A mode without a correction shows values as they came, not moved on.
             age: moved.correction_time.map_or(0.0, |Seconds(age)| age),
+            predicted: predicted(&moved),
         };
         let is_step = (self.steps).is_step(&moved.set, &course, &self.blending, &self.seen);
         // Increments have jumps of their own, and their smoothing leaves none.
@@ -460,7 +430,7 @@ impl Axis {
         // Only then both parts are known: a braked axis departs by its plan, and a smoothed one has sigmas of its
         // own.
         let Seconds(time) = time.filter(|_| is_by_clock && self.encoder.is_none())?;
-        let Seconds(age) = moved.correction_time?;
+        let age = moved.correction_time.map(|_| predicted(moved))?;
         // Within its time error it is accelerated too.
         let velocity = moved.set.velocity.abs() + moved.set.acceleration.abs() * time;
         Some(time * velocity + self.seen.prediction_error(age))
@@ -523,6 +493,14 @@ fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
         time: parameters.blending_time.0,
         // TS5066 states the time constant of its PT1 in cycles of the receiver.
         filter_time: parameters.t1_factor_pos * cycle_time.as_secs_f64(),
+    }
+}
+
+/// Time by which set values are predicted beyond the newest frame, s: none between two frames.
+fn predicted(moved: &FarAxisOutput) -> f64 {
+    match moved.correction_time {
+        Some(Seconds(age)) if !moved.is_interpolated => age,
+        _ => 0.0,
     }
 }
 

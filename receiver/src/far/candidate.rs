@@ -6,7 +6,7 @@ use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
 use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, Rejection};
-use coaxle_remote::AxisSyncParameters;
+use coaxle_remote::{AxisSyncParameters, NeededDelay};
 
 use super::beacons::Beacons;
 use super::clock::{Clock, ClockOutput, ClockSetup};
@@ -39,6 +39,8 @@ pub(crate) struct Candidate {
     /// Smoothing of its axes that are only measured, which continues on standby; none for those
     /// that the axes themselves have.
     encoders: Box<[Option<Box<Encoder>>]>,
+    /// Presentation delay that its frames would need.
+    needed: Box<NeededDelay>,
     /// Beacons, if it has a timing channel.
     beacons: Option<Box<Beacons>>,
     news: News,
@@ -87,6 +89,7 @@ impl Candidate {
             synced: false,
             rival: None,
             encoders,
+            needed: Box::default(),
             beacons: None,
             news: News::default(),
         })
@@ -161,6 +164,22 @@ impl Candidate {
             // A disabled clock passes everything through, and judges no pace.
             following.correction = following.correction.refused();
         }
+        self.note_age(tick);
+    }
+
+    /// Takes the age of the newest frame, by which a presentation delay would have to exceed none.
+    fn note_age(&mut self, tick: &Tick) {
+        if self.news.is_new_run {
+            self.needed.clear();
+        }
+        let following = self.news.following.as_ref();
+        let correction = following.map(|following| &following.correction);
+        // The age of a node that is silent says nothing about its way.
+        let known = correction.filter(|correction| !correction.is_silent);
+        if let Some(age) = known.and_then(|correction| correction.time(correction.mode)) {
+            let passed = self.cycle_time.span() * i64::from(tick.elapsed);
+            self.needed.take(age.to_span(), passed);
+        }
     }
 
     /// Takes the newest fresh frame; passes all messages to the clock.
@@ -211,6 +230,11 @@ impl Candidate {
     /// Axes of the frame that was new in the newest cycle.
     pub(super) fn fresh_axes(&self) -> &[Option<AxisSample>] {
         self.inbox.fresh_axes().unwrap_or_default()
+    }
+
+    /// Counts and axes of all frames that the newest cycle took in, in any order.
+    pub(super) fn frames(&self) -> impl Iterator<Item = (u64, &[Option<AxisSample>])> {
+        self.inbox.taken_in()
     }
 
     /// Standing for the decision. `has_axes`: it has sent all that are needed.
@@ -325,6 +349,11 @@ impl Candidate {
             signals.count = Some(header.count);
             signals.index = Some(header.index.0);
             signals.age_cycles = self.age_cycles;
+            signals.present_after_us = header.present_after.map(|by| by.span().as_micros_f64());
+            // One cycle of each side on top: frames and cycles drift past each other.
+            let cycles = header.cycle_time.span() + self.cycle_time.span();
+            signals.needed_present_after_us =
+                (self.needed.needed()).map(|needed| (needed + cycles).as_micros_f64());
             following.show(signals);
             if let Some(observed) = self.clock.observation() {
                 show_observation(observed, signals);

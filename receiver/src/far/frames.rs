@@ -27,6 +27,8 @@ struct Kept {
     due: Instant<Local>,
     epoch: u64,
     count: u64,
+    /// True once a cycle has taken it in as a frame of the run that is followed.
+    is_taken: bool,
 }
 
 impl Kept {
@@ -68,6 +70,7 @@ impl Frames {
             due,
             epoch: frame.header.epoch,
             count: frame.header.count,
+            is_taken: false,
         };
         // A copy between slices of two lengths would panic.
         if frame.axes.len() != self.axes {
@@ -81,12 +84,35 @@ impl Frames {
 
     /// The axes of a frame, if they were kept.
     pub(super) fn find(&self, header: &FrameHeader) -> Option<&[Option<AxisSample>]> {
+        self.place_of(header).map(|place| self.at(place))
+    }
+
+    /// Marks a frame that this cycle takes in.
+    pub(super) fn take_in(&mut self, header: &FrameHeader) {
+        if let Some(place) = self.place_of(header)
+            && let Some(kept) = &mut self.kept[place]
+        {
+            kept.is_taken = true;
+        }
+    }
+
+    /// Counts and axes of the frames of a run that this cycle has taken in, in any order.
+    pub(super) fn taken_in(
+        &self,
+        epoch: u64,
+    ) -> impl Iterator<Item = (u64, &[Option<AxisSample>])> {
+        let kept = (0..).zip(self.kept.iter());
+        kept.filter_map(move |(place, kept)| {
+            let kept = kept.filter(|kept| kept.is_taken && kept.epoch == epoch)?;
+            Some((kept.count, self.at(place)))
+        })
+    }
+
+    fn place_of(&self, header: &FrameHeader) -> Option<usize> {
         let is_it = |kept: &Option<Kept>| {
             kept.is_some_and(|kept| kept.epoch == header.epoch && kept.count == header.count)
         };
-        let place = self.kept.iter().position(is_it)?;
-        let start = place * self.axes;
-        Some(&self.samples[start..start + self.axes])
+        self.kept.iter().position(is_it)
     }
 
     /// Ends a cycle that took in all that arrived until `cycle_start`.
@@ -126,6 +152,11 @@ impl Frames {
         }
     }
 
+    fn at(&self, place: usize) -> &[Option<AxisSample>] {
+        let start = place * self.axes;
+        &self.samples[start..start + self.axes]
+    }
+
     fn at_mut(&mut self, place: usize) -> &mut [Option<AxisSample>] {
         let start = place * self.axes;
         &mut self.samples[start..start + self.axes]
@@ -148,6 +179,7 @@ mod tests {
             index: CycleIndex::of_count(count),
             count,
             cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            present_after: None,
             send_stamp: None,
         }
     }
@@ -181,6 +213,35 @@ mod tests {
         assert_eq!(frames.find(&header(1)), Some(&[sample(1), None][..]));
         frames.forget_until(at(1_000));
         assert_eq!(counts(&frames), [2]);
+    }
+
+    #[test]
+    fn all_frames_that_a_cycle_takes_in_are_given_with_their_axes() {
+        let mut frames = Frames::new(8, 2);
+        for count in 1..=4 {
+            keep(&mut frames, 900, count, 1_000);
+        }
+        // Another run, and one that was not taken in.
+        let other = Frame {
+            header: FrameHeader {
+                epoch: 2,
+                ..header(9)
+            },
+            axes: &[sample(9), None],
+        };
+        frames.keep(at(900), &other, at(1_000));
+        for count in [3, 1, 2] {
+            frames.take_in(&header(count));
+        }
+        frames.take_in(&other.header);
+        let taken: Vec<_> = frames.taken_in(1).collect();
+        let expected = [1, 2, 3].map(|count| (count, [sample(count), None]));
+        assert_eq!(
+            taken,
+            expected.each_ref().map(|(count, axes)| (*count, &axes[..]))
+        );
+        frames.forget_until(at(1_000));
+        assert_eq!(frames.taken_in(1).count(), 0);
     }
 
     #[test]

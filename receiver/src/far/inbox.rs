@@ -157,11 +157,13 @@ impl Inbox {
                     Admission::Foreign => {}
                     Admission::Begins => {
                         self.follow(at, &header, cycle_start);
+                        self.frames.take_in(&header);
                         // The clock has to know of the other run before it takes a message of it.
                         received(at, &header, true);
                     }
                     Admission::Followed => {
                         if self.take(at, &header, cycle_start) {
+                            self.frames.take_in(&header);
                             received(at, &header, false);
                         }
                     }
@@ -176,6 +178,14 @@ impl Inbox {
     /// The axes of the input image, if this cycle has renewed it.
     pub(crate) fn fresh_axes(&self) -> Option<&[Option<AxisSample>]> {
         self.frames.find(self.image.as_ref()?)
+    }
+
+    /// Counts and axes of all frames of the image's run that this cycle has taken in, in any order.
+    pub(crate) fn taken_in(&self) -> impl Iterator<Item = (u64, &[Option<AxisSample>])> {
+        let image = self.image.as_ref();
+        image
+            .into_iter()
+            .flat_map(|image| self.frames.taken_in(image.epoch))
     }
 
     /// Ends the cycle that ideally began at `cycle_start`.
@@ -222,6 +232,7 @@ impl Inbox {
         signals.rejected_malformed = of(Rejection::Malformed);
         signals.rejected_trailing_bytes = of(Rejection::TrailingBytes);
         signals.rejected_cycle_time_out_of_range = of(Rejection::CycleTimeOutOfRange);
+        signals.rejected_present_after_out_of_range = of(Rejection::PresentAfterOutOfRange);
         signals.rejected_foreign_sender = of(Rejection::ForeignSender);
         signals.rejected_axis_missing = of(Rejection::AxisMissing);
         signals.rejected_implausible = of(Rejection::Implausible);

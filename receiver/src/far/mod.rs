@@ -218,6 +218,14 @@ impl FarNode {
                     axis.take(samples.get(n).copied().flatten(), &header);
                 }
             }
+            // After the newest one, whose turn the others share.
+            if let Some(header) = news.header {
+                for (count, samples) in node.frames() {
+                    for (axis, sample) in self.axes.iter_mut().zip(samples) {
+                        axis.take_beside(sample.as_ref(), count, &header);
+                    }
+                }
+            }
             // A remapped clock moves all set values at once. Without a way back that would be a step.
             if news.following.is_some_and(|now| now.is_remapped) {
                 self.axes.iter_mut().for_each(Axis::rejoin);
@@ -254,7 +262,17 @@ impl FarNode {
                 own = axis.catch_up(correction, header, tick.elapsed, age_limit);
                 (axis.missing_cycles(), &own)
             };
-            let is_lost = correction.is_silent || age > longest;
+            // Frames that are shown later outlast a silence.
+            let outlasting;
+            let covers = axis.covers(correction);
+            let correction = match covers {
+                true => {
+                    outlasting = correction.despite_silence();
+                    &outlasting
+                }
+                false => correction,
+            };
+            let is_lost = correction.is_silent || (age > longest && !covers);
             let scan = AxisScan {
                 elapsed: tick.elapsed,
                 age,
@@ -264,7 +282,7 @@ impl FarNode {
             *master = axis.cycle(header, correction, scan, signals);
             signals.age_cycles = age;
             if let Some(master) = master {
-                master.is_sound &= age <= longest;
+                master.is_sound &= age <= longest || covers;
                 // Bypass, PT1 and time mode never report sync, so their axes are ready without it.
                 let needs_no_clock = node.clock.is_enabled() && !node.clock.synchronises();
                 let is_there = signals.synced || needs_no_clock;

@@ -73,8 +73,10 @@ pub(super) struct FarCycle {
     /// Own time that passed, s, and the cycle time.
     pub(super) passed: f64,
     pub(super) cycle_time: f64,
-    /// Age of the set values, s.
+    /// Age of the set values, s; negative before the newest frame.
     pub(super) age: f64,
+    /// The part of it that is predicted, s.
+    pub(super) predicted: f64,
 }
 
 impl StepWatch {
@@ -128,7 +130,7 @@ impl StepWatch {
         let even = EVENNESS * last.velocity.abs() * course.passed
             + CLOCK_ROUNDING * last.velocity.abs()
             + ROUNDING * set.position.abs();
-        let known = even + seen.explained(course.age, course.passed);
+        let known = even + seen.explained(course.predicted, course.passed);
         let is_unusual = departure > known + UNUSUAL * self.usual;
         // The even part lets the usual departure grow from 0.
         let most = DOUBLING * self.usual + even;
@@ -208,6 +210,7 @@ mod tests {
             passed: CYCLE,
             cycle_time: CYCLE,
             age: 2e-3,
+            predicted: 2e-3,
         }
     }
 
@@ -308,7 +311,12 @@ mod tests {
                 ..frame
             };
             let before = watch.position();
-            let course = FarCycle { age, ..course() };
+            let predicted = age;
+            let course = FarCycle {
+                age,
+                predicted,
+                ..course()
+            };
             let is_step = watch.is_step(&set, &course, &BLENDING, &seen);
             let way = before.map_or(0.0, |before| (set.position - before).abs());
             if k > 200 && way > 2.0 {

@@ -37,6 +37,19 @@ impl Unwrapping {
         set
     }
 
+    /// Makes set values continuous that are `passed` seconds after the newest ones; before them if negative.
+    pub(super) fn beside(&self, set: &Kinematics, passed: f64) -> Kinematics {
+        let Some(newest) = &self.newest else {
+            return *set;
+        };
+        let expected = newest.position + mean_velocity(newest, set) * passed;
+        let turns = libm::round((expected - set.position) / self.length);
+        Kinematics {
+            position: set.position + turns * self.length,
+            ..*set
+        }
+    }
+
     /// Begins another run, or another node: the axis is in the period nearest to its previous position.
     pub(super) fn begin_run(&mut self) {
         if let Some(newest) = &mut self.newest {

@@ -187,6 +187,7 @@ mod tests {
             index: CycleIndex(9),
             count: 9,
             cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            present_after: None,
             send_stamp: None,
         };
         let axis = AxisSample {

@@ -169,6 +169,7 @@ fn every_reason_for_refusal_is_counted_and_the_receiver_goes_on() {
         counters.rejected_malformed,
         counters.rejected_trailing_bytes,
         counters.rejected_cycle_time_out_of_range,
+        counters.rejected_present_after_out_of_range,
         counters.rejected_foreign_sender,
         counters.rejected_axis_missing,
         counters.rejected_implausible,
@@ -206,7 +207,11 @@ fn refused_frames() -> Vec<(Rejection, Vec<u8>)> {
     // A CRC finds each single bit.
     flipped[20] ^= 4;
     let mut version = sealed(&good);
-    version[0] = 2;
+    version[0] = 3;
+    // 4 000 000 001 ns, in a frame of version 2.
+    let delay = [0x81, 0xD0, 0xAC, 0xF3, 0x0E];
+    let mut presented = [&good[..at + 3], &delay, &good[at + 3..]].concat();
+    presented[0] = 2;
     let whole = sealed(&good);
     let nan = NcToPlcAxis {
         set_velocity: f64::NAN,
@@ -230,6 +235,7 @@ fn refused_frames() -> Vec<(Rejection, Vec<u8>)> {
             Rejection::CycleTimeOutOfRange,
             sealed(&with(&[0x9F, 0x8D, 0x06, 1])),
         ),
+        (Rejection::PresentAfterOutOfRange, sealed(&presented)),
         (Rejection::ForeignSender, sealed(&body("other", axis(1)))),
         (Rejection::AxisMissing, sealed(&body("conveyor", axis(9)))),
         (Rejection::Implausible, sealed(&body("conveyor", nan))),
@@ -243,6 +249,7 @@ fn body(sender: &str, axis: NcToPlcAxis) -> Vec<u8> {
         index: CycleIndex(7),
         count: 7,
         cycle_time: CycleTime::new(Span::from_millis(1)).expect("valid"),
+        present_after: None,
         send_stamp: None,
     };
     let mut body = vec![0; body_capacity(1)];

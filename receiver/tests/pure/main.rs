@@ -21,6 +21,7 @@ mod nodes;
 mod own_drive;
 mod paths;
 mod pending_coupling;
+mod presented;
 mod programs;
 mod slave;
 mod slaves;

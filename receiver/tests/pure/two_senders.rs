@@ -102,6 +102,7 @@ fn stray(
         index: CycleIndex::of_count(count),
         count,
         cycle_time: CycleTime::new(Span::from_millis(ms)).expect("in range"),
+        present_after: None,
         send_stamp: None,
     };
     let axes = [Some(AxisSample {

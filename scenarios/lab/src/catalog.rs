@@ -28,6 +28,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "jitter",
     "loss",
     "master-in-motion",
+    "presented",
     "drift-change",
     "sender-restart",
     "twin-sender",

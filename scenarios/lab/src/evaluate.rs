@@ -7,6 +7,7 @@ mod judge;
 mod lag;
 mod moments;
 mod settling;
+mod shown_later;
 mod skipped;
 mod slave;
 mod unnoticed;
@@ -138,6 +139,7 @@ impl Evaluation {
                     motion,
                     clock,
                     gear: root.gear,
+                    later: shown_later::delay_of(scenario, view.receiver, root),
                     // Runs of a receiver are numbered by the receiver: they never match the epoch of its sender.
                     is_receiver: root.source >= senders,
                     is_shown: !comes_through_encoder(scenario, root)

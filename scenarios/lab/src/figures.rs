@@ -249,6 +249,7 @@ const RECEIVER: &[Declared] = &[
     number_of("lag_us", "µs", UnitMeaning::Receiver),
     number_of("far_position_error_max", "u", UnitMeaning::Receiver),
     number_of("far_position_error_rms", "u", UnitMeaning::Receiver),
+    number_of("far_motion_error_max", "u", UnitMeaning::Receiver),
     number_of("lag_error_max", "u", UnitMeaning::Receiver),
     number_of("lag_error_max_us", "µs", UnitMeaning::Receiver),
     number_of("lag_error_rms_us", "µs", UnitMeaning::Receiver),

@@ -158,6 +158,9 @@ pub struct ReceiverSummary {
     pub far_position_error_max: Option<f64>,
     /// Root mean square of that, u.
     pub far_position_error_rms: Option<f64>,
+    /// Largest distance of the far axis from where its master was at the instant that it shows, u: the error of the
+    /// clock, times the velocity, is taken out.
+    pub far_motion_error_max: Option<f64>,
     /// Largest distance of the slave's set position from the master's position at one true instant,
     /// in units of the master. This one and the next two are taken over the time in which the receiver
     /// had been in sync for a second.

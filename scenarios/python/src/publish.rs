@@ -236,6 +236,7 @@ impl Publisher {
             index: CycleIndex(count as u16),
             count,
             cycle_time: self.run.cycle_time,
+            present_after: None,
             send_stamp: None,
         };
         let length = encode_body(&header, &self.axes, &mut self.body)?;

@@ -31,8 +31,8 @@ use std::path::Path;
 
 use coaxle_node::Channel;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingServerConfig, TransportConfig,
-    Wrong,
+    ClockConfig, CycleMicros, PresentAfterMs, RealTimeConfig, TimingEndpoints, TimingServerConfig,
+    TransportConfig, Wrong,
 };
 use coaxle_node::faults::check_clock;
 use coaxle_node::frame::MAX_AXES;
@@ -147,14 +147,40 @@ impl AxisList {
         // Sorted, duplicates are neighbours: one pass finds them.
         let mut ids: Vec<u32> = axes.iter().map(|axis| axis.id.get()).collect();
         ids.sort_unstable();
-        match ids.windows(2).find(|pair| pair[0] == pair[1]) {
-            Some(pair) => {
-                let received = format!("id {} twice", pair[0]);
-                Err(Wrong::value(received, "an id of its own for each axis"))
-            }
-            None => Ok(Self(axes)),
+        if let Some(pair) = ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            let received = format!("id {} twice", pair[0]);
+            return Err(Wrong::value(received, "an id of its own for each axis"));
         }
+        check_presentation(&axes)?;
+        Ok(Self(axes))
     }
+
+    /// Time after its generation at which its frames are shown.
+    #[must_use]
+    pub fn present_after(&self) -> Option<PresentAfterMs> {
+        // One for all axes.
+        self.0.first()?.present_after_ms
+    }
+}
+
+/// Checks that the axes are shown at one instant: a frame is shown as a whole. So an axis that is only measured or
+/// replayed is never shown later by accident.
+fn check_presentation(axes: &[AxisConfig]) -> Result<(), Wrong> {
+    let Some((n, other)) = (0..)
+        .zip(axes)
+        .find(|(_, axis)| axis.present_after_ms != axes[0].present_after_ms)
+    else {
+        return Ok(());
+    };
+    let named = |axis: &AxisConfig| {
+        let time = axis.present_after_ms.map(PresentAfterMs::get);
+        let time = time.map_or("none".to_owned(), |ms| format!("{ms} ms"));
+        format!("{time} for {:?}", axis.name)
+    };
+    let received = format!("{} and {}", named(&axes[0]), named(other));
+    let expected = "one for all axes of a sender, stated at each: its frames are shown as a whole; \
+                    or another sender for the other axes";
+    Err(Wrong::of("present-after-ms", received, expected).within(format_args!("[{n}]")))
 }
 
 impl Deref for AxisList {
@@ -289,6 +315,21 @@ mod tests {
             (
                 "show-axes = [2, 1, 2]\n".to_owned() + &axis(1),
                 "show-axes: received id 2 twice, expected each id once",
+            ),
+            (
+                axis(1) + "present-after-ms = 0",
+                "axis \"x\".present-after-ms: received 0, expected a number from 0.1 to 4000",
+            ),
+            (
+                axis(1) + "present-after-ms = 10001",
+                "axis \"x\".present-after-ms: received 10001, expected a number from 0.1 to 4000",
+            ),
+            (
+                axis(1)
+                    + "present-after-ms = 8\n[[axis]]\nid = 2\nname = 'belt'\n\
+                           replay = { file = 'x.csv' }",
+                "axis[1].present-after-ms: received 8 ms for \"x\" and none for \"belt\", expected \
+                 one for all axes of a sender",
             ),
             (
                 axis(1) + "encodr = { }",

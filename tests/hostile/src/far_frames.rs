@@ -7,7 +7,7 @@ use coaxle_lab::evaluate::ReceiverWatch;
 use coaxle_lab::summary::World;
 use coaxle_node::config::parse;
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
-use coaxle_node::{Channel, FrameHeader, Node as _, Reader};
+use coaxle_node::{Channel, FrameHeader, Node as _, PresentAfter, Reader};
 use coaxle_receiver::{Drives, Receiver, ReceiverConfig};
 
 use crate::Outcome;
@@ -77,6 +77,8 @@ struct Master {
     target: f64,
     /// Cycles whose frames are lost.
     lost: u64,
+    /// Presentation delay of its frames.
+    present_after: Span,
 }
 
 impl Bench {
@@ -135,7 +137,8 @@ impl Bench {
                 self.on_the_way.push((self.receiver.next_cycle(), frame));
             }
             10 => self.cycle(Span::from_micros(i64::from(bytes.byte()?) * 100)),
-            _ => {}
+            // Shown later by up to 51 ms, or moved to now.
+            _ => master.present_after = Span::from_micros(i64::from(bytes.byte()?) * 200),
         }
         let jitter = bytes.byte()?;
         let count = match bytes.byte()? {
@@ -199,6 +202,7 @@ impl Default for Master {
             acceleration: 0.0,
             target: 0.0,
             lost: 0,
+            present_after: Span::ZERO,
         }
     }
 }
@@ -226,6 +230,7 @@ impl Master {
             index: CycleIndex::of_count(count),
             count,
             cycle_time: CycleTime::new(CYCLE).expect("a cycle time"),
+            present_after: PresentAfter::new(self.present_after),
             send_stamp: None,
         };
         let axis = NcToPlcAxis {

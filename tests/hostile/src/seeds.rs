@@ -11,7 +11,7 @@ use coaxle_node::exchange::{
     TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
-use coaxle_node::{Channel, FrameHeader, TimeRequest};
+use coaxle_node::{Channel, FrameHeader, PresentAfter, TimeRequest};
 
 use crate::streams::subscription_to;
 use crate::wire::{FOLLOWED, far, near};
@@ -128,6 +128,7 @@ fn header(count: u64) -> FrameHeader {
         index: CycleIndex::of_count(count),
         count,
         cycle_time: cycle_time(),
+        present_after: None,
         send_stamp: None,
     }
 }
@@ -138,15 +139,28 @@ fn cycle_time() -> CycleTime {
 
 /// A frame of these axes, all 0.3 u further in each cycle.
 fn frame(count: u64, ids: &[u32], stamp: Option<Span>) -> Vec<u8> {
+    frame_of(&header(count), ids, stamp)
+}
+
+/// Such a frame, to be shown 8 ms later.
+fn presented(count: u64, ids: &[u32], stamp: Option<Span>) -> Vec<u8> {
+    let header = FrameHeader {
+        present_after: PresentAfter::new(Span::from_millis(8)),
+        ..header(count)
+    };
+    frame_of(&header, ids, stamp)
+}
+
+fn frame_of(header: &FrameHeader, ids: &[u32], stamp: Option<Span>) -> Vec<u8> {
     let axis = |id: &u32| NcToPlcAxis {
         axis_id: *id,
-        set_position: 0.3 * count as f64,
+        set_position: 0.3 * header.count as f64,
         set_velocity: 300.0,
         ..NcToPlcAxis::default()
     };
     let axes: Vec<_> = ids.iter().map(axis).collect();
     let mut body = vec![0; body_capacity(axes.len())];
-    let length = encode_body(&header(count), &axes, &mut body).expect("the body has room");
+    let length = encode_body(header, &axes, &mut body).expect("the body has room");
     sealed(Channel::Axes, &body[..length], stamp)
 }
 
@@ -169,6 +183,7 @@ pub(crate) fn frames() -> Seeds {
         ("without-stamp".to_owned(), frame(70_000, &[1], None)),
         ("more-axes".to_owned(), frame(9, &[7, 8, 9, 1, 2, 3], late)),
         ("an-axis-twice".to_owned(), frame(9, &[1, 1, 2], late)),
+        ("presented".to_owned(), presented(9, &FOLLOWED, late)),
     ]
 }
 
@@ -245,9 +260,19 @@ pub(crate) fn arrivals() -> Seeds {
         let (_, request) = &time_requests()[0];
         push(&mut exchanging, Channel::TimeRequests, request);
     }
+    let mut later = Vec::new();
+    for count in 0..60 {
+        let stamp = Some(Span::from_micros(5));
+        push(
+            &mut later,
+            Channel::Axes,
+            &presented(count, &FOLLOWED, stamp),
+        );
+    }
     vec![
         ("steady".to_owned(), steady),
         ("exchanging".to_owned(), exchanging),
+        ("presented".to_owned(), later),
     ]
 }
 

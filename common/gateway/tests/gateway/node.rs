@@ -333,6 +333,7 @@ fn what_a_receiver_sends_is_handed_to_the_plc() {
         index: CycleIndex(77),
         count: 77,
         cycle_time: CycleTime::new(Span::from_nanos(CYCLE)).expect("it is there"),
+        present_after: None,
         send_stamp: None,
     };
     let axes = [Some(sample)];

@@ -300,6 +300,7 @@ mod tests {
             index: CycleIndex(3),
             count: 3,
             cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            present_after: None,
             send_stamp: None,
         };
         Message::Frame(Frame { header, axes: AXES })

@@ -132,6 +132,7 @@ mod tests {
             index: CycleIndex::of_count(count),
             count,
             cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+            present_after: None,
             send_stamp: None,
         };
         Message::Frame(Frame { header, axes })

@@ -4,6 +4,7 @@ use std::ops::Bound::{self, Excluded, Included, Unbounded};
 use std::ops::RangeBounds;
 
 use coaxle_clock::{CycleTime, Span};
+use coaxle_wire::PresentAfter;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
@@ -125,6 +126,11 @@ checked_number! {
 }
 
 checked_number! {
+    /// Time after its generation at which an axis is shown, ms: from the shortest cycle on.
+    PresentAfterMs, "a number from 0.1 to 4000", (Included(0.1), Included(4e3))
+}
+
+checked_number! {
     /// Duration added by a fault, µs: up to about a minute and a half.
     FaultMicros, "a number from 0 to 100000000", (Included(0.0), Included(1e8))
 }
@@ -162,6 +168,20 @@ checked_number! {
 impl Ppm {
     /// The largest drift, ppm.
     pub const MOST: f64 = 1e5;
+}
+
+impl PresentAfterMs {
+    /// The field of a frame.
+    #[must_use]
+    pub fn delay(self) -> Option<PresentAfter> {
+        PresentAfter::new(self.span())
+    }
+
+    /// The time.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0 * 1e3)
+    }
 }
 
 impl DelayMicros {

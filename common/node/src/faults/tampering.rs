@@ -2,7 +2,7 @@
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::Span;
-use coaxle_wire::frame::{FORMAT_VERSION, FrameHeader, KeySeal, body_capacity, encode_body};
+use coaxle_wire::frame::{FrameHeader, KeySeal, PRESENTED_VERSION, body_capacity, encode_body};
 
 use super::random::{Random, seed_of};
 use crate::config::{Forged, Forgery, LinkConfig};
@@ -161,7 +161,7 @@ impl Forger {
         }
         // After sealing: receivers look at the version before the check sum.
         if let (Forged::OtherVersion, Some(version)) = (what, forged.first_mut()) {
-            *version = FORMAT_VERSION + 1;
+            *version = PRESENTED_VERSION + 1;
         }
         true
     }

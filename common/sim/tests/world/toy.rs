@@ -120,6 +120,7 @@ impl Node for Toy {
             index: CycleIndex::of_count(tick.count),
             count: tick.count,
             cycle_time: self.schedule.cycle_time(),
+            present_after: None,
             send_stamp: None,
         };
         let axis = NcToPlcAxis {

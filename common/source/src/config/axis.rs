@@ -4,7 +4,7 @@ use std::num::{NonZeroU16, NonZeroU32};
 use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
-use coaxle_node::config::{Increment, Unit, Wrong};
+use coaxle_node::config::{Increment, PresentAfterMs, Unit, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,8 @@ pub struct AxisConfig {
     pub unit: Unit,
     /// The length of a modulo turn in u, say 360 for degrees; none for a non-modulo axis.
     pub modulo: Option<Modulo>,
+    /// Time after its generation at which it is shown, ms; none where followers move the newest values to now.
+    pub present_after_ms: Option<PresentAfterMs>,
     /// Source of its motion.
     pub source: SourceConfig,
 }
@@ -117,6 +119,10 @@ struct Written {
     /// The length of a modulo turn in u, say 360 for degrees; none for a non-modulo axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
+    /// Time after its generation at which everybody shows it, ms; one for all axes of a sender, of its cycle time or more.
+    /// None by default: followers move the newest values to now.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    present_after_ms: Option<PresentAfterMs>,
     /// A virtual axis that runs a program. One of program, encoder and replay.
     #[serde(skip_serializing_if = "Option::is_none")]
     program: Option<ProgramConfig>,
@@ -137,6 +143,7 @@ impl TryFrom<Written> for AxisConfig {
             name,
             unit,
             modulo,
+            present_after_ms,
             ..
         } = written;
         // Characters, not bytes: a name in any script has the same room.
@@ -165,6 +172,7 @@ impl TryFrom<Written> for AxisConfig {
             name,
             unit,
             modulo,
+            present_after_ms,
             source,
         })
     }
@@ -191,6 +199,7 @@ impl From<AxisConfig> for Written {
             name,
             unit,
             modulo,
+            present_after_ms,
             source,
         } = axis;
         let mut written = Self {
@@ -198,6 +207,7 @@ impl From<AxisConfig> for Written {
             name,
             unit,
             modulo,
+            present_after_ms,
             program: None,
             encoder: None,
             replay: None,

@@ -12,6 +12,7 @@ use coaxle_wire::frame::{
     sender_id,
 };
 use coaxle_wire::keys::NodeName;
+use coaxle_wire::{PresentAfter, Rejection};
 use proptest::prelude::*;
 
 const KEY: &str = "coaxle/press/axes";
@@ -32,6 +33,7 @@ fn longest() -> (FrameHeader, NcToPlcAxis) {
         index: CycleIndex(u16::MAX),
         count: u64::MAX,
         cycle_time: CycleTime::new(CycleTime::MAX).unwrap(),
+        present_after: PresentAfter::new(PresentAfter::LONGEST),
         send_stamp: Some(Span::from_nanos(i64::MIN)),
     };
     let mut axis = NcToPlcAxis::from_image(ImageLayout::AxisRef, &[0xff; 128]);
@@ -60,6 +62,48 @@ fn a_body_that_cannot_be_written_says_what_came_and_what_fits() {
         let expected = body_capacity(1);
         assert_eq!(error, EncodeError::BufferTooSmall { received, expected });
     }
+}
+
+/// A network without presentation stays as it was, byte for byte.
+#[test]
+fn only_a_frame_with_a_presentation_delay_has_another_version() {
+    let (presented, axis) = longest();
+    let header = FrameHeader {
+        present_after: None,
+        ..presented
+    };
+    let (before, after) = (frame(&header, &[axis]), frame(&presented, &[axis]));
+    assert_eq!((before[0], after[0]), (1, 2));
+    // Version, sender, epoch, index, count and cycle time; then five bytes for 4 000 000 000.
+    let place = 1 + 5 + 10 + 3 + 10 + 4;
+    let end = before.len() - 4;
+    assert_eq!(after[place..place + 5], [0x80, 0xD0, 0xAC, 0xF3, 0x0E]);
+    assert_eq!(before[1..place], after[1..place]);
+    assert_eq!(before[place..end], after[place + 5..after.len() - 4]);
+    assert_eq!(decode(KEY, &after, |_| {}), Ok(presented));
+}
+
+#[test]
+fn a_presentation_delay_is_at_most_four_seconds_and_none_may_be_said() {
+    let (header, axis) = longest();
+    let (whole, place) = (frame(&header, &[axis]), 33);
+    let with = |delay: &[u8]| {
+        let body = [&whole[..place], delay, &whole[place + 5..whole.len() - 15]].concat();
+        let mut sealed = Vec::new();
+        seal(KEY, &body, header.send_stamp, &mut sealed);
+        decode(KEY, &sealed, |_| {}).map(|header| header.present_after)
+    };
+    assert_eq!(with(&[0]), Ok(None));
+    assert_eq!(with(&[1]), Ok(PresentAfter::new(Span::from_nanos(1))));
+    let too_long = [
+        [0x81, 0xD0, 0xAC, 0xF3, 0x0E],
+        [0xFF, 0xFF, 0xFF, 0xFF, 0x0F],
+    ];
+    for delay in too_long {
+        assert_eq!(with(&delay), Err(Rejection::PresentAfterOutOfRange));
+    }
+    let of_33_bits = [0x80, 0x80, 0x80, 0x80, 0x10];
+    assert_eq!(with(&of_33_bits), Err(Rejection::Malformed));
 }
 
 #[test]
@@ -121,6 +165,8 @@ prop_compose! {
         (sender, epoch, index, count) in any::<(u32, u64, u16, u64)>(),
         cycle_nanos in 100_000..=100_000_000_i64,
         stamp in any::<Option<i64>>(),
+        present_after in 0..=4_000_000_000_i64,
+        is_presented in any::<bool>(),
     ) -> FrameHeader {
         FrameHeader {
             sender,
@@ -128,6 +174,7 @@ prop_compose! {
             index: CycleIndex(index),
             count,
             cycle_time: CycleTime::new(Span::from_nanos(cycle_nanos)).unwrap(),
+            present_after: PresentAfter::new(Span::from_nanos(present_after)).filter(|_| is_presented),
             send_stamp: stamp.map(Span::from_nanos),
         }
     }

@@ -9,7 +9,7 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
 use coaxle_wire::frame::{self, FrameHeader, MAX_AXES, body_capacity, encode_body, sender_id};
 use coaxle_wire::keys::NodeName;
-use coaxle_wire::{AxisSample, Channel, Intake, Message, Rejection};
+use coaxle_wire::{AxisSample, Channel, Intake, Message, PresentAfter, Rejection};
 use proptest::prelude::*;
 
 fn press() -> NodeName {
@@ -32,6 +32,7 @@ fn header() -> FrameHeader {
         index: CycleIndex(4_464),
         count: 70_000,
         cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+        present_after: None,
         send_stamp: Some(Span::from_micros(53)),
     }
 }
@@ -177,32 +178,41 @@ fn a_frame_that_strayed_from_its_key_is_refused() {
 #[test]
 fn another_version_is_named_even_if_nothing_else_can_be_read() {
     let mut payload = frame_of(&header(), &[axis(3)]);
-    for version in (0..=u8::MAX).filter(|v| *v != frame::FORMAT_VERSION) {
+    let known = [frame::FORMAT_VERSION, frame::PRESENTED_VERSION];
+    for version in (0..=u8::MAX).filter(|version| !known.contains(version)) {
         payload[0] = version;
         assert_eq!(refusal(&payload), Rejection::WrongVersion);
         assert_eq!(refusal(&[version]), Rejection::WrongVersion);
     }
 }
 
+/// Frames of both versions.
+fn good_frames() -> [Vec<u8>; 2] {
+    let presented = FrameHeader {
+        present_after: PresentAfter::new(Span::from_millis(8)),
+        ..header()
+    };
+    [header(), presented].map(|header| frame_of(&header, &[axis(1), axis(3)]))
+}
+
 #[test]
 fn a_frame_cut_anywhere_is_truncated() {
-    let payload = frame_of(&header(), &[axis(1), axis(3)]);
-    for len in 0..payload.len() {
-        assert_eq!(
-            refusal(&payload[..len]),
-            Rejection::Truncated,
-            "{len} bytes"
-        );
+    for payload in good_frames() {
+        for len in 0..payload.len() {
+            let reason = refusal(&payload[..len]);
+            assert_eq!(reason, Rejection::Truncated, "{len} bytes");
+        }
     }
 }
 
 #[test]
 fn content_that_ends_early_is_truncated_even_under_a_right_check_sum() {
-    let payload = frame_of(&header(), &[axis(1), axis(3)]);
-    let content = content_of(&payload);
-    for len in 1..content.len() {
-        let cut = with_checksum(&content[..len]);
-        assert_eq!(refusal(&cut), Rejection::Truncated, "{len} bytes");
+    for payload in good_frames() {
+        let content = content_of(&payload);
+        for len in 1..content.len() {
+            let cut = with_checksum(&content[..len]);
+            assert_eq!(refusal(&cut), Rejection::Truncated, "{len} bytes");
+        }
     }
 }
 
@@ -214,7 +224,7 @@ fn no_changed_byte_goes_unnoticed() {
             let mut changed = payload.clone();
             changed[place] ^= mask;
             let reason = refusal(&changed);
-            if place == 0 {
+            if place == 0 && changed[0] != frame::PRESENTED_VERSION {
                 assert_eq!(reason, Rejection::WrongVersion);
             } else {
                 let damage = [Rejection::WrongChecksum, Rejection::Truncated];
@@ -337,14 +347,20 @@ proptest! {
             *first = frame::FORMAT_VERSION;
             prop_assert!(intake().accept(&payload).is_err());
         }
+        if let Some(first) = payload.first_mut() {
+            *first = frame::PRESENTED_VERSION;
+            prop_assert!(intake().accept(&payload).is_err());
+        }
     }
 
     #[test]
     fn random_content_under_a_right_check_sum_never_panics(
         content in proptest::collection::vec(any::<u8>(), 0..400),
     ) {
-        let content = [&[frame::FORMAT_VERSION][..], &content].concat();
-        prop_assert!(intake().accept(&with_checksum(&content)).is_err());
+        for version in [frame::FORMAT_VERSION, frame::PRESENTED_VERSION] {
+            let content = [&[version][..], &content].concat();
+            prop_assert!(intake().accept(&with_checksum(&content)).is_err());
+        }
     }
 
     #[test]

@@ -27,6 +27,7 @@ fn encoding_sealing_and_accepting_do_not_allocate() {
         index: CycleIndex(1),
         count: 1,
         cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+        present_after: None,
         send_stamp: Some(Span::from_nanos(i64::MIN)),
     };
     let mut body = vec![0; body_capacity(MAX_AXES)];

@@ -28,6 +28,7 @@ fn documented_header() -> FrameHeader {
         index: CycleIndex(4_464),
         count: 70_000,
         cycle_time: CycleTime::new(Span::from_millis(2)).unwrap(),
+        present_after: None,
         send_stamp: Some(Span::from_nanos(53_250)),
     }
 }

@@ -40,6 +40,7 @@ fn scan(receiver: &mut Receiver, axes: &mut [Option<AxisSample>], cycle: i64) {
         index: CycleIndex::of_count(cycle as u64),
         count: cycle as u64,
         cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
+        present_after: None,
         send_stamp: None,
     };
     let set = Kinematics {

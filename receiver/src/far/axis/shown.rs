@@ -35,6 +35,11 @@ impl Axis {
             position_diff: Some(moved.diagnostic.position_diff),
             velocity_diff: Some(moved.diagnostic.velocity_diff),
             correction_us: micros(moved.correction_time),
+            interpolated: (self.presented.as_ref())
+                .filter(|presented| presented.is_in_force())
+                .map(|presented| presented.is_interpolated),
+            extrapolated_cycles: (self.presented.as_ref())
+                .map_or(0, |presented| presented.extrapolated),
             // On its way back an axis is at no instant of its master's motion.
             far_time_ns: far_time.filter(|_| self.follows()).map(Instant::as_nanos),
             ..FarAxisSignals::default()

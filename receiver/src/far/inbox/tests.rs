@@ -12,6 +12,7 @@ fn store_frame(inbox: &mut Inbox, at: Instant<Local>, epoch: u64, count: u64, du
         index: CycleIndex::of_count(count),
         count,
         cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+        present_after: None,
         send_stamp: None,
     };
     let axes = [Some(AxisSample::default())];

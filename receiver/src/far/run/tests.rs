@@ -13,6 +13,7 @@ fn with_cycle_time(epoch: u64, count: u64, millis: i64) -> FrameHeader {
         index: CycleIndex::of_count(count),
         count,
         cycle_time: CycleTime::new(Span::from_millis(millis)).unwrap(),
+        present_after: None,
         send_stamp: None,
     }
 }

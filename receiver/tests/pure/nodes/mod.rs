@@ -69,6 +69,7 @@ impl Far {
                 index: CycleIndex::of_count(count),
                 count,
                 cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
+                present_after: None,
                 send_stamp: None,
             };
             let axes = self.axes.iter().zip(&self.offsets);

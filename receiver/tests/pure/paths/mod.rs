@@ -232,6 +232,7 @@ impl World {
             index: CycleIndex::of_count(count as u64),
             count: count as u64,
             cycle_time: CycleTime::new(Span::from_nanos(CYCLE)).expect("in range"),
+            present_after: None,
             send_stamp: self.has_stamps.then_some(Span::from_nanos(late)),
         };
         let set = Kinematics {

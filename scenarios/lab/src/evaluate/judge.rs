@@ -13,6 +13,7 @@ use super::drift::DriftTruth;
 use super::lag::MasterLag;
 use super::moments::Moments;
 use super::settling::{SettledFigure, Settling};
+use super::shown_later;
 use super::skipped::SkippedCycles;
 use super::slave::SlaveJudge;
 use super::unnoticed::UnnoticedChange;
@@ -37,6 +38,8 @@ pub(super) struct MotionSource {
     pub(super) clock: usize,
     /// Received position as a function of that motion.
     pub(super) gear: Option<GearConfig>,
+    /// Time after its generation at which the motion is shown.
+    pub(super) later: Span,
     /// True for a receiver, whose runs are not visible.
     pub(super) is_receiver: bool,
     /// True if the axis is as shown: not seen through an encoder, and not forged.
@@ -199,13 +202,19 @@ impl ReceiverJudge {
         let far = FollowedMotion {
             oracle: &masters[source.motion].oracle,
             gear: source.gear,
+            later: shown_later::delay_in(&record, source.later, source.is_receiver),
             start,
         };
-        let truth = far.oracle.at(at);
-        // Asking an oracle is a search: once suffices where motion and clock have one source.
-        let clock = match source.clock {
-            clock if clock == source.motion => truth,
+        let truth = far.at(at);
+        // Asking an oracle is a search: once suffices where motion and clock have one source, and show one instant.
+        let clock_now = match source.clock {
+            clock if clock == source.motion && far.later == Span::ZERO => truth,
             clock => masters[clock].oracle.at(at),
+        };
+        // The frames of a relay are moved to now by its clock, however late their motion is.
+        let clock = match source.clock == source.motion {
+            true => truth,
+            false => clock_now,
         };
         let master = truth.and_then(|truth| far.moves(&truth));
         let epoch = truth.map(|truth| truth.epoch);
@@ -227,7 +236,7 @@ impl ReceiverJudge {
             set_velocity,
             evaluated: false,
         };
-        let unnoticed = self.unnoticed_us(&row, clock.as_ref());
+        let unnoticed = self.unnoticed_us(&row, clock_now.as_ref());
         if let Some(watch) = &mut self.far_error {
             watch.push(&row, unnoticed);
             if let Some(position) = &mut self.far_position {
@@ -252,7 +261,7 @@ impl ReceiverJudge {
         if self.previous.is_some_and(|last| last.place != record.place) {
             self.drift = DriftTruth::default();
         }
-        if let (Some(clock), false) = (&clock, self.is_virtual()) {
+        if let (Some(clock), false) = (&clock_now, self.is_virtual()) {
             self.drift.push(at, clock, self.own_time(record));
         }
         if self.evaluating {
@@ -489,10 +498,17 @@ impl ReceiverJudge {
 struct FollowedMotion<'a> {
     oracle: &'a Oracle<Reference>,
     gear: Option<GearConfig>,
+    /// Time after its generation at which it is shown.
+    later: Span,
     start: Instant<Reference>,
 }
 
 impl FollowedMotion<'_> {
+    /// The root as it is to be shown at an instant.
+    fn at(&self, at: Instant<Reference>) -> Option<Truth> {
+        shown_later::at(self.oracle, at, self.later)
+    }
+
     /// Position and velocity of the followed axis, from those of the axis at the root.
     fn moves(&self, root: &Truth) -> Option<(f64, f64)> {
         let GearConfig { ratio, offset } = self.gear?;
@@ -502,7 +518,7 @@ impl FollowedMotion<'_> {
 
 impl cuts::TrueMotion for FollowedMotion<'_> {
     fn far_position(&self, at: Instant<Reference>) -> Option<f64> {
-        let (position, _) = self.moves(&self.oracle.at(at)?)?;
+        let (position, _) = self.moves(&self.at(at)?)?;
         Some(position)
     }
 

@@ -18,6 +18,7 @@ const SLOW: f64 = 0.1;
 pub(super) struct MasterLag {
     distance: Moments,
     far_position: Moments,
+    far_motion: Moments,
     travel_us: Moments,
     far_time_us: Moments,
     /// Cycles with an uncertainty, and those in which it covered the error.
@@ -39,10 +40,15 @@ impl MasterLag {
                 self.travel_us.push(distance / velocity * 1e6);
             }
         }
-        if let (Some(corrected), Some((position, _))) = (record.axis.corrected_position, row.truth)
+        if let (Some(corrected), Some((position, velocity))) =
+            (record.axis.corrected_position, row.truth)
         {
             // At rest, too, where a time has no error that shows.
             self.far_position.push(corrected - position);
+            if let Some(error) = row.time_error_us {
+                let by_time = velocity * error * 1e-6;
+                self.far_motion.push(corrected - position - by_time);
+            }
         }
         if let Some(error) = row.time_error_us {
             self.far_time_us.push(error);
@@ -67,6 +73,9 @@ impl MasterLag {
         if self.far_position.count > 0 {
             summary.far_position_error_max = Some(self.far_position.largest_magnitude());
             summary.far_position_error_rms = Some(self.far_position.root_mean_square());
+        }
+        if self.far_motion.count > 0 {
+            summary.far_motion_error_max = Some(self.far_motion.largest_magnitude());
         }
         if self.travel_us.count > 0 {
             summary.lag_error_max_us = Some(self.travel_us.largest_magnitude());

@@ -80,6 +80,7 @@ fn body(sender: &NodeName, epoch: u64) -> Vec<u8> {
         index: CycleIndex(1),
         count: 1,
         cycle_time: CycleTime::new(Span::from_millis(2)).unwrap(),
+        present_after: None,
         send_stamp: None,
     };
     let axis = NcToPlcAxis {

@@ -26,6 +26,7 @@ fn frame(count: u64) -> Vec<u8> {
         index: CycleIndex::of_count(count),
         count,
         cycle_time: CycleTime::new(Span::from_millis(1)).unwrap(),
+        present_after: None,
         send_stamp: None,
     };
     let mut body = vec![0; body_capacity(1)];

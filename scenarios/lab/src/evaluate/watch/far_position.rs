@@ -90,7 +90,11 @@ impl FarPositionWatch {
         if row.t_s - since < BLENDED {
             return;
         }
-        let age = axis.correction_us.unwrap_or_default().abs() * 1e-6;
+        // Nothing is predicted between two frames.
+        let predicted = axis
+            .correction_us
+            .filter(|_| axis.interpolated != Some(true));
+        let age = predicted.unwrap_or_default().abs() * 1e-6;
         let late = (bound + unnoticed_us) * 1e-6;
         // The axis shows its master that much later, at the velocity that it has now.
         let ahead = wanted_offset(row) * 1e-6;

@@ -1,5 +1,5 @@
-//! Occasional draws from a random stream of its own: terms of drifts and delays, and clocks that jump back. A seed
-//! without them keeps its earlier schedule.
+//! Occasional draws from random streams of their own: terms of drifts and delays, clocks that jump back, and axes that are
+//! shown later. A seed without them keeps its earlier schedule.
 
 use coaxle_node::faults::{Random, seed_of};
 
@@ -8,6 +8,10 @@ use super::{Draw as _, QUIET_FROM};
 /// The separate random stream.
 pub(super) struct ExtraDraws {
     random: Random,
+    /// That of the presentation, which came later.
+    presentation: Random,
+    /// True once a sender shows its axes later.
+    is_presented: bool,
 }
 
 impl ExtraDraws {
@@ -15,6 +19,8 @@ impl ExtraDraws {
         Self {
             // Draws from the common stream would shift all later ones, and turn the known regressions into other schedules.
             random: Random::new(seed_of(seed, "apart")),
+            presentation: Random::new(seed_of(seed, "presentation")),
+            is_presented: false,
         }
     }
 
@@ -38,6 +44,26 @@ impl ExtraDraws {
             let by = self.random.between(-300_000.0, -1.0);
             format!("{{ at-s = {at:.3}, phase-us = {by:.1} }}")
         })
+    }
+
+    /// Line of all axes of a sender with this cycle time, µs, that are shown later; mostly none.
+    pub(super) fn present_after(&mut self, cycle: u64) -> String {
+        let random = &mut self.presentation;
+        if !random.chance(0.2) {
+            return String::new();
+        }
+        // From too short for the way to longer than the bursts of loss: a cycle at least.
+        self.is_presented = true;
+        let millis = random.decades(0.5, 300.0).max(cycle as f64 * 1e-3);
+        format!("present-after-ms = {millis:.3}\n")
+    }
+
+    /// Line of a receiver that shows its masters now, whatever their frames say; mostly none.
+    pub(super) fn present(&mut self) -> &'static str {
+        match self.is_presented && self.presentation.chance(0.2) {
+            true => "present = 'now'\n",
+            false => "",
+        }
     }
 
     /// Draws terms of at most this amount in a share of all cases, the slow ones with periods from this on.

@@ -14,8 +14,9 @@ impl SoakSchedule {
             self.text,
             "\n[[sender]]\nname = '{name}'\ncycle-time-us = {cycle}\n{clock}"
         );
+        let later = self.extra_draws.present_after(cycle);
         for axis in 1..=2 {
-            self.axis(axis);
+            self.axis(axis, &later);
         }
         self.life_of(&name, &["restart", "freeze", "twin"]);
     }
@@ -56,11 +57,11 @@ impl SoakSchedule {
         format!("{{ at-s = {at}, phase-us = {phase:.1}, drift-ppm = {drift:.1} }}")
     }
 
-    fn axis(&mut self, id: u64) {
+    fn axis(&mut self, id: u64, later: &str) {
         if let Some(axis) = self.wide.axis() {
             let _ = write!(
                 self.text,
-                "\n[[sender.axis]]\nid = {id}\nname = 'axis {id}'\nunit = 'mm'\n{axis}"
+                "\n[[sender.axis]]\nid = {id}\nname = 'axis {id}'\nunit = 'mm'\n{later}{axis}"
             );
             return;
         }
@@ -72,7 +73,7 @@ impl SoakSchedule {
         };
         let _ = write!(
             self.text,
-            "\n[[sender.axis]]\nid = {id}\nname = 'axis {id}'\nunit = 'mm'\n"
+            "\n[[sender.axis]]\nid = {id}\nname = 'axis {id}'\nunit = 'mm'\n{later}"
         );
         if is_encoder {
             let resolution = self.random.one_of(&[0.001, 0.01, 0.1]);

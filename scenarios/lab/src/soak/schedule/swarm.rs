@@ -130,10 +130,11 @@ impl SwarmSchedule {
                 timing_port(of)
             );
         }
+        let later = self.base.extra_draws.present_after(cycle);
         for axis in 1..=2 {
             let _ = write!(
                 self.base.text,
-                "\n[[sender.axis]]\nid = {axis}\nname = 'axis {axis}'\nunit = 'mm'\n"
+                "\n[[sender.axis]]\nid = {axis}\nname = 'axis {axis}'\nunit = 'mm'\n{later}"
             );
             self.motion();
         }

@@ -2,9 +2,11 @@
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_node::frame::{FORMAT_VERSION, KeySeal, body_capacity, encode_body, sender_id};
+use coaxle_node::frame::{
+    FORMAT_VERSION, KeySeal, PRESENTED_VERSION, body_capacity, encode_body, sender_id,
+};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, FrameHeader};
+use coaxle_node::{Channel, FrameHeader, PresentAfter};
 
 /// Fields of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +16,8 @@ pub(super) struct FrameContent {
     pub(super) index: u16,
     pub(super) count: u64,
     pub(super) cycle_time_ns: u32,
+    /// Presentation delay; 0 in a frame of version 1.
+    pub(super) present_after_ns: u32,
     pub(super) stamp: Option<Span>,
     pub(super) axis: NcToPlcAxis,
 }
@@ -49,7 +53,7 @@ impl FrameWriter {
             body[0] = version;
             self.sealed(&body, content.stamp)
         };
-        vec![of(0), of(2), of(255)]
+        vec![of(0), of(PRESENTED_VERSION + 1), of(255)]
     }
 
     /// Frames without their end: nothing, too little, cut on the way, cut before it was sealed.
@@ -110,6 +114,20 @@ impl FrameWriter {
             of(Span::ZERO),
             of(CycleTime::MIN - nano),
             of(CycleTime::MAX + nano),
+        ]
+    }
+
+    /// Frames with a presentation delay out of range.
+    pub(super) fn delays(&self, content: &FrameContent) -> Vec<Vec<u8>> {
+        let of = |present_after_ns| {
+            self.frame(&FrameContent {
+                present_after_ns,
+                ..*content
+            })
+        };
+        vec![
+            of(PresentAfter::LONGEST.as_nanos() as u32 + 1),
+            of(u32::MAX),
         ]
     }
 
@@ -196,15 +214,19 @@ impl FrameContent {
 
     /// Every field before the axes. Written by hand, as a header takes no cycle time out of range.
     fn prefix(&self, axes: u64) -> Vec<u8> {
-        let mut out = vec![FORMAT_VERSION];
-        for number in [
+        let (version, delay) = match self.present_after_ns {
+            0 => (FORMAT_VERSION, None),
+            nanos => (PRESENTED_VERSION, Some(nanos.into())),
+        };
+        let mut out = vec![version];
+        let first = [
             self.sender.into(),
             self.epoch,
             self.index.into(),
             self.count,
             self.cycle_time_ns.into(),
-            axes,
-        ] {
+        ];
+        for number in first.into_iter().chain(delay).chain([axes]) {
             varint(&mut out, number);
         }
         out
@@ -217,6 +239,7 @@ impl FrameContent {
             index: CycleIndex(0),
             count: 0,
             cycle_time: CycleTime::new(CycleTime::MIN).expect("it is one"),
+            present_after: None,
             send_stamp: None,
         };
         let mut out = vec![0; body_capacity(1)];
@@ -249,6 +272,7 @@ mod tests {
             index: 4_464,
             count: 70_000,
             cycle_time_ns: 2_000_000,
+            present_after_ns: 0,
             stamp: Some(Span::from_micros(53)),
             axis: NcToPlcAxis {
                 axis_id: 300,
@@ -266,13 +290,21 @@ mod tests {
         let good = writer.frame(&content);
         let header = intake.accept(&good).unwrap().header;
         assert_eq!((header.count, header.send_stamp), (70_000, content.stamp));
-        let bad: [(BadFrames, Rejection); 9] = [
+        let presented = writer.frame(&FrameContent {
+            present_after_ns: 30_000_000,
+            ..content
+        });
+        let header = intake.accept(&presented).unwrap().header;
+        let delay = PresentAfter::new(Span::from_millis(30));
+        assert_eq!((header.count, header.present_after), (70_000, delay));
+        let bad: [(BadFrames, Rejection); 10] = [
             (FrameWriter::versions, Rejection::WrongVersion),
             (FrameWriter::truncated, Rejection::Truncated),
             (FrameWriter::check_sums, Rejection::WrongChecksum),
             (FrameWriter::malformed, Rejection::Malformed),
             (FrameWriter::trailing, Rejection::TrailingBytes),
             (FrameWriter::cycle_times, Rejection::CycleTimeOutOfRange),
+            (FrameWriter::delays, Rejection::PresentAfterOutOfRange),
             (FrameWriter::senders, Rejection::ForeignSender),
             (FrameWriter::axes, Rejection::AxisMissing),
             (FrameWriter::numbers, Rejection::Implausible),

@@ -22,6 +22,8 @@ const STATUS_TIMEOUT: Span = Span::from_secs(4);
 const EXCHANGE_TIMEOUT: Span = Span::from_secs(15);
 /// The silence before another run.
 const SILENCE: Span = Span::from_millis(1_500);
+/// Presentation delay of the frames that have one.
+const PRESENT_AFTER: Span = Span::from_millis(30);
 /// Velocity of the axis, u/s.
 const VELOCITY: f64 = 10.0;
 
@@ -228,6 +230,10 @@ impl Player {
                 content.stamp = any_stamp(left, content.stamp);
                 self.used(&content)
             }
+            Play::Presented => {
+                content.present_after_ns = PRESENT_AFTER.as_nanos() as u32;
+                self.used(&content)
+            }
             Play::ErrorCode => {
                 content.axis.error_code = ERROR;
                 content.axis.state_word |= StateWord::ERROR;
@@ -302,6 +308,7 @@ impl Player {
             index: CycleIndex::of_count(self.count).0,
             count: self.count,
             cycle_time_ns: cycle.as_nanos() as u32,
+            present_after_ns: 0,
             stamp: Some(now - (self.start + passed)),
             axis: NcToPlcAxis {
                 axis_id: self.part.axis,

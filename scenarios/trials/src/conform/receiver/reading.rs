@@ -7,13 +7,14 @@ use super::script::Expect;
 use crate::conform::rule::RuleOutcome;
 
 /// Counters of rejected messages of all kinds.
-const WRONG: [&str; 13] = [
+const WRONG: [&str; 14] = [
     "rejected_wrong_version",
     "rejected_truncated",
     "rejected_wrong_checksum",
     "rejected_malformed",
     "rejected_trailing_bytes",
     "rejected_cycle_time_out_of_range",
+    "rejected_present_after_out_of_range",
     "rejected_foreign_sender",
     "rejected_axis_missing",
     "rejected_implausible",

@@ -33,6 +33,8 @@ pub(super) enum Play {
     AnyIndex,
     /// Good ones with stamps of all kinds, and without.
     AnyStamp,
+    /// Good ones that are to be shown later.
+    Presented,
     /// Every frame twice.
     Twice,
     /// Every second frame behind the one after it.
@@ -87,6 +89,7 @@ script! {
     "R6"  "malformed"        REFUSED  => bad(FrameWriter::malformed), FEW, counted("rejected_malformed");
     "R7"  "trailing-bytes"   REFUSED  => bad(FrameWriter::trailing), FEW, counted("rejected_trailing_bytes");
     "R8"  "cycle-time-range" REFUSED  => bad(FrameWriter::cycle_times), FEW, counted("rejected_cycle_time_out_of_range");
+    "R24" "present-after-range" REFUSED => bad(FrameWriter::delays), FEW, counted("rejected_present_after_out_of_range");
     "R9"  "foreign-sender"   REFUSED  => bad(FrameWriter::senders), FEW, counted("rejected_foreign_sender");
     "R10" "axis-missing"     REFUSED  => bad(FrameWriter::axes), FEW, counted("rejected_axis_missing");
     "R11" "implausible"      REFUSED  => bad(FrameWriter::numbers), FEW, counted("rejected_implausible");
@@ -98,6 +101,7 @@ script! {
     "R18" "other-cycle-time" GOOD     => bad(FrameWriter::other_cycle_times), FEW, counted("foreign_frames");
     "R19" "other-count"      GOOD     => bad(FrameWriter::counts), FEW, counted("foreign_frames");
     "R13" "any-stamp"        GOOD     => Play::AnyStamp, MANY, Expect::Used;
+    "R25" "presented"        GOOD     => Play::Presented, MANY, Expect::Used;
     "R20" "take-over"        GOOD     => Play::NewRun, MANY, Expect::Run;
     "R22" "responses"        EXCHANGE => Play::Good, MANY, Expect::Some("exchanges");
     "R23" "bad-responses"    EXCHANGE => Play::BadResponses, 2 * MANY, counted("responses_refused");

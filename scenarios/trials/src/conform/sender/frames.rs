@@ -1,15 +1,17 @@
 //! Frames as bytes: version, fields, check sum, sender.
 
 use coaxle_axis::NcToPlcAxis;
-use coaxle_node::frame::{FORMAT_VERSION, KeySeal, sender_id};
+use coaxle_node::frame::{FORMAT_VERSION, KeySeal, PRESENTED_VERSION, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, Rejection};
 
-use super::rules::{CHECK_SUM, FRAME_FIELDS, SENDER_ID, VERSION};
+use super::rules::{CHECK_SUM, FRAME_FIELDS, PRESENT_AFTER, SENDER_ID, VERSION};
 use crate::conform::rule::{RuleFinding, Tally};
 
 /// The fields before the cycle time.
 const BEFORE_CYCLE_TIME: usize = 4;
+/// The fields before the presentation delay.
+const BEFORE_PRESENT_AFTER: usize = 5;
 
 /// The frames under one key.
 #[derive(Debug)]
@@ -22,6 +24,7 @@ pub(super) struct FrameChecks {
     fields: Tally,
     check_sum: Tally,
     sender_id: Tally,
+    present_after: Tally,
 }
 
 /// Result of opening a frame.
@@ -47,6 +50,7 @@ impl FrameChecks {
             fields: Tally::default(),
             check_sum: Tally::default(),
             sender_id: Tally::default(),
+            present_after: Tally::default(),
         }
     }
 
@@ -57,11 +61,14 @@ impl FrameChecks {
 
     pub(super) fn open(&mut self, bytes: &[u8]) -> OpenedFrame {
         let version = bytes.first().copied();
-        self.version.check(version == Some(FORMAT_VERSION), || {
+        let is_known = [FORMAT_VERSION, PRESENTED_VERSION]
+            .map(Some)
+            .contains(&version);
+        self.version.check(is_known, || {
             let received = version.map_or("no byte".to_owned(), |byte| format!("{byte}"));
-            (received, FORMAT_VERSION.to_string())
+            (received, format!("{FORMAT_VERSION} or {PRESENTED_VERSION}"))
         });
-        if version != Some(FORMAT_VERSION) {
+        if !is_known {
             return OpenedFrame::Other;
         }
         let mut axes = Vec::new();
@@ -73,6 +80,14 @@ impl FrameChecks {
                 self.fields.good();
                 return OpenedFrame::CycleTime(varint_after(bytes, BEFORE_CYCLE_TIME));
             }
+            Err(Rejection::PresentAfterOutOfRange) => {
+                self.check_sum.good();
+                self.fields.good();
+                let nanos = varint_after(bytes, BEFORE_PRESENT_AFTER);
+                let received = nanos.map_or("another one".to_owned(), |ns| format!("{ns} ns"));
+                self.present_after.bad(received, "0 to 4 s");
+                return OpenedFrame::Other;
+            }
             Err(Rejection::WrongChecksum) => {
                 self.check_sum.bad(
                     self.sum_of(bytes),
@@ -83,12 +98,13 @@ impl FrameChecks {
             Err(reason) => {
                 let received = format!("{} bytes: {reason}", bytes.len());
                 self.fields
-                    .bad(received, "the fields of version 1, and nothing besides");
+                    .bad(received, "the fields of its version, and nothing besides");
                 return OpenedFrame::Other;
             }
         };
         self.check_sum.good();
         self.fields.good();
+        self.present_after.good();
         self.sender_id.check(header.sender == self.sender, || {
             let expected = format!("{}, the CRC-32 of {:?}", self.sender, self.node.as_str());
             (header.sender.to_string(), expected)
@@ -101,7 +117,7 @@ impl FrameChecks {
 
     pub(super) fn findings(&self) -> Vec<RuleFinding> {
         let none = "no frame came";
-        let no_version = "no frame of version 1 came";
+        let no_version = "no frame of version 1 or 2 came";
         let no_frame = "no whole frame came";
         vec![
             RuleFinding::new(&VERSION, self.version.outcome("frames", none)),
@@ -109,6 +125,15 @@ impl FrameChecks {
             RuleFinding::new(&CHECK_SUM, self.check_sum.outcome("frames", no_version)),
             RuleFinding::new(&SENDER_ID, self.sender_id.outcome("frames", no_frame)),
         ]
+    }
+
+    /// The finding about the presentation delay, whose rule is the last one.
+    pub(super) fn present_after(&self) -> Vec<RuleFinding> {
+        let none = "no whole frame came";
+        vec![RuleFinding::new(
+            &PRESENT_AFTER,
+            self.present_after.outcome("frames", none),
+        )]
     }
 
     /// Input of a wrong check sum, where that can be guessed.

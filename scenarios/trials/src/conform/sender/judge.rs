@@ -129,6 +129,7 @@ impl SenderJudge {
             self.exchange.findings(end),
             self.status.findings(end),
             self.presence.findings(epoch),
+            self.frames.present_after(),
         ]
         .concat()
     }

@@ -40,3 +40,4 @@ pub(crate) static STATUS_PACE: Rule = Rule::new("S28", "status-pace", "status");
 pub(crate) static ALIVE: Rule = Rule::new("S29", "alive", KEYS);
 pub(crate) static RUN_TOKEN: Rule = Rule::new("S30", "run-token", KEYS);
 pub(crate) static QOS: Rule = Rule::new("S31", "qos", "quality-of-service");
+pub(crate) static PRESENT_AFTER: Rule = Rule::new("S32", "present-after", FIELDS);

@@ -98,6 +98,7 @@ impl Bench {
             index: CycleIndex::of_count(count),
             count,
             cycle_time: CycleTime::new(CYCLE).unwrap(),
+            present_after: None,
             send_stamp: Some(Span::from_micros(50)),
         };
         let position = 0.1 * count as f64;
@@ -156,7 +157,7 @@ fn broken(findings: &[RuleFinding]) -> Vec<&'static str> {
 #[test]
 fn a_node_as_it_should_be_keeps_every_rule() {
     let findings = Bench::new().findings();
-    assert_eq!(findings.len(), 31);
+    assert_eq!(findings.len(), 32);
     for (n, finding) in findings.iter().enumerate() {
         assert_eq!(finding.rule.number, format!("S{}", n + 1));
         let is_kept = matches!(finding.outcome, RuleOutcome::Kept { .. });
@@ -173,16 +174,59 @@ fn finds(rule: &str, change: impl FnOnce(&mut Bench)) -> RuleOutcome {
     found.expect("one is broken").outcome
 }
 
+/// Length of the stamp of 50 µs and of the check sum.
+const STAMP_AND_SUM: usize = 4 + 4;
+
+/// A frame of this body, with a right check sum.
+fn sealed_again(body: &[u8]) -> Vec<u8> {
+    let key = NodeName::new("belt").unwrap().channel_key(Channel::Axes);
+    let mut sealed = Vec::new();
+    KeySeal::new(&key).seal(body, Some(Span::from_micros(50)), &mut sealed);
+    sealed
+}
+
+#[test]
+fn a_node_whose_frames_are_shown_later_keeps_every_rule() {
+    let bench = Bench::with(|bench| {
+        bench.frame = |_, header, _| {
+            header.present_after = PresentAfter::new(Span::from_millis(8));
+        };
+    });
+    assert_eq!(broken(&bench.findings()), Vec::<&str>::new());
+}
+
 #[test]
 fn frames_that_are_none_are_found() {
     finds("version", |bench| {
         bench.bytes = |_, mut bytes| {
-            bytes[0] = 2;
+            bytes[0] = 3;
             vec![bytes]
         }
     });
     finds("fields", |bench| {
         bench.bytes = |_, bytes| vec![bytes[..20].to_vec()]
+    });
+    finds("fields", |bench| {
+        // Version 2 without its field.
+        bench.bytes = |_, bytes| {
+            let mut body = bytes[..bytes.len() - STAMP_AND_SUM].to_vec();
+            body[0] = 2;
+            vec![sealed_again(&body)]
+        }
+    });
+    finds("present-after", |bench| {
+        bench.frame = |_, header, _| {
+            header.present_after = PresentAfter::new(Span::from_millis(8));
+        };
+        bench.bytes = |_, bytes| {
+            // 8 000 000 as a number of four bytes becomes 4 000 000 001, of five.
+            let at = bytes
+                .windows(4)
+                .position(|four| four == [0x80, 0xA4, 0xE8, 0x03]);
+            let (before, after) = bytes[..bytes.len() - STAMP_AND_SUM].split_at(at.unwrap());
+            let late = [0x81, 0xD0, 0xAC, 0xF3, 0x0E];
+            vec![sealed_again(&[before, &late, &after[4..]].concat())]
+        }
     });
     finds("check-sum", |bench| {
         bench.bytes = |_, mut bytes| {
@@ -233,6 +277,7 @@ fn a_restart_has_another_epoch() {
             index: CycleIndex::of_count(count),
             count,
             cycle_time: CycleTime::new(CYCLE).unwrap(),
+            present_after: None,
             send_stamp: None,
         };
         for count in 0..200 {

@@ -128,6 +128,7 @@ impl SwarmSchedule {
             "\n[[receiver.far]]\nnode = '{node}'\nchannel = '{channel}'\naxes = [{}]\nmode = '{mode}'\nsync.time-sync = {TIME_SYNC}\n",
             axes.join(", ")
         );
+        text += self.base.extra_draws.present();
         let random = &mut self.base.random;
         if random.chance(0.3) {
             let start = *random.one_of(&["bypass", "pt1", "time"]);

@@ -1,0 +1,377 @@
+//! The last frames of an axis, and its motion between them.
+
+use coaxle_clock::Span;
+use coaxle_curve::law::Motion;
+use coaxle_curve::law::polynom::quintic;
+use coaxle_curve::profile::Kinematics;
+
+/// Number of frames kept.
+// 64 frames of a millisecond reach over every delay that a local network needs; 2 kB an axis.
+const FRAMES: usize = 64;
+/// Cycles that a presentation delay may take without a frame being left out: the rest are frames that are newer than
+/// needed.
+const FOR_DELAY: u64 = 60;
+
+/// Set values of the last frames of an axis, by the count of their cycle.
+///
+/// Frames may come in any order. For a delay of more than 60 cycles, every second, third … frame is kept.
+#[derive(Clone, Debug)]
+pub struct FrameHistory {
+    /// Cycle time of the sender, s.
+    cycle: f64,
+    /// Frames are kept whose count is a multiple of it.
+    stride: u64,
+    /// A ring of frames in the order of their counts.
+    frames: [(u64, Kinematics); FRAMES],
+    /// Place of the oldest one.
+    first: usize,
+    kept: usize,
+    newest: Option<(u64, Kinematics)>,
+}
+
+impl FrameHistory {
+    /// Creates an empty history of a sender with this cycle time.
+    #[must_use]
+    pub fn new(cycle: Span) -> Self {
+        Self {
+            cycle: cycle.as_secs_f64(),
+            stride: 1,
+            frames: [(0, Kinematics::at_rest(0.0)); FRAMES],
+            first: 0,
+            kept: 0,
+            newest: None,
+        }
+    }
+
+    /// Prepares it for a presentation delay and a cycle time of the sender. What it holds is kept unless other frames
+    /// have to be kept from now on.
+    pub fn prepare(&mut self, delay: Span, cycle: Span) {
+        let longest = cycle.as_nanos().max(1).unsigned_abs() * FOR_DELAY;
+        // At most 4 s of cycles of 100 µs: 667.
+        let delay = delay.as_nanos().max(0).unsigned_abs();
+        let stride = delay.div_ceil(longest).max(1);
+        let cycle = cycle.as_secs_f64();
+        if stride != self.stride || cycle.to_bits() != self.cycle.to_bits() {
+            (self.stride, self.cycle) = (stride, cycle);
+            self.clear();
+        }
+    }
+
+    /// Forgets every frame: the next ones are unrelated to them.
+    pub const fn clear(&mut self) {
+        self.kept = 0;
+        self.newest = None;
+    }
+
+    /// Takes the set values of a frame.
+    pub fn take(&mut self, count: u64, set: &Kinematics) {
+        if self.newest.is_none_or(|(newest, _)| count >= newest) {
+            self.newest = Some((count, *set));
+        }
+        if count.is_multiple_of(self.stride) {
+            self.insert(count, set);
+        }
+    }
+
+    /// Returns the set values `behind` seconds before those of the newest frame; none if they lie before all frames, or
+    /// after the newest.
+    ///
+    /// Without `by_acceleration` the accelerations of the frames are not used, as those of a measured axis are noise:
+    /// the motion is then a cubic through position and velocity.
+    #[must_use]
+    pub fn at(&self, behind: f64, by_acceleration: bool) -> Option<Kinematics> {
+        let (newest, newest_set) = self.newest.as_ref()?;
+        let back = behind / self.cycle;
+        // Of NaN, too, there is none.
+        if !(0.0..=LONGEST).contains(&back) {
+            return None;
+        }
+        let cycles = libm::ceil(back) as u64;
+        if cycles == 0 {
+            return Some(*newest_set);
+        }
+        let before = self.at_or_before(newest.checked_sub(cycles)?)?;
+        let (after, after_set) = match before + 1 < self.kept {
+            true => self.frame(before + 1),
+            false => (*newest, newest_set),
+        };
+        let (before, before_set) = self.frame(before);
+        let gap = (after - before) as f64;
+        // Over so long a gap nothing is known, nor over a count that makes no sense.
+        if gap > LONGEST {
+            return None;
+        }
+        let share = ((newest - before) as f64 - back) / gap;
+        let gap = gap * self.cycle;
+        Some(between(before_set, after_set, gap, share, by_acceleration))
+    }
+
+    /// The n-th frame, from the oldest one on.
+    const fn frame(&self, n: usize) -> (u64, &Kinematics) {
+        let (count, set) = &self.frames[(self.first + n) % FRAMES];
+        (*count, set)
+    }
+
+    /// Number of the last frame up to this count.
+    fn at_or_before(&self, count: u64) -> Option<usize> {
+        let last = self.kept.checked_sub(1)?;
+        let ahead = self
+            .frame(last)
+            .0
+            .saturating_sub(count)
+            .div_ceil(self.stride);
+        // Counts differ by the stride at least: the frame that many places before the last one is not later.
+        let mut n = last - usize::try_from(ahead).unwrap_or(last).min(last);
+        if self.frame(n).0 > count {
+            return None;
+        }
+        // Frames that were lost since make it an earlier one.
+        while n < last && self.frame(n + 1).0 <= count {
+            n += 1;
+        }
+        Some(n)
+    }
+
+    /// Inserts a frame behind those with lower counts: mostly it is the last one.
+    fn insert(&mut self, count: u64, set: &Kinematics) {
+        let mut n = self.kept;
+        while n > 0 && self.frame(n - 1).0 > count {
+            n -= 1;
+        }
+        if n > 0 && self.frame(n - 1).0 == count {
+            self.frames[(self.first + n - 1) % FRAMES].1 = *set;
+            return;
+        }
+        if self.kept == FRAMES {
+            // Older than all of them: the one that is needed least.
+            let Some(place) = n.checked_sub(1) else {
+                return;
+            };
+            self.first = (self.first + 1) % FRAMES;
+            self.kept -= 1;
+            n = place;
+        }
+        for later in (n..self.kept).rev() {
+            self.frames[(self.first + later + 1) % FRAMES] =
+                self.frames[(self.first + later) % FRAMES];
+        }
+        self.frames[(self.first + n) % FRAMES] = (count, *set);
+        self.kept += 1;
+    }
+}
+
+/// Beyond this number of cycles there is no history: the longest delay and a silence of a second, in the shortest cycles.
+const LONGEST: f64 = 50_000.0;
+
+/// Motion at a share of the time between two frames, `gap` seconds apart.
+fn between(
+    before: &Kinematics,
+    after: &Kinematics,
+    gap: f64,
+    share: f64,
+    by_acceleration: bool,
+) -> Kinematics {
+    let [before, after] = [before, after].map(|set| Motion {
+        position: set.position,
+        // Derivatives by the share of the gap.
+        velocity: set.velocity * gap,
+        acceleration: set.acceleration * gap * gap,
+        ..Motion::default()
+    });
+    let (start, end) = match by_acceleration {
+        true => (before, after),
+        false => with_cubic_accelerations(&before, &after),
+    };
+    let [position, velocity, acceleration, _] = quintic(&start, &end).derivatives(share);
+    Kinematics {
+        position,
+        velocity: velocity / gap,
+        acceleration: acceleration / (gap * gap),
+    }
+}
+
+/// The ends with the accelerations of the cubic through their positions and velocities, with which the quintic is that
+/// cubic.
+fn with_cubic_accelerations(before: &Motion, after: &Motion) -> (Motion, Motion) {
+    let rise = after.position - before.position;
+    let (from, to) = (before.velocity, after.velocity);
+    let start = 6.0 * rise - 4.0 * from - 2.0 * to;
+    let end = -6.0 * rise + 2.0 * from + 4.0 * to;
+    let with = |motion: &Motion, acceleration| Motion {
+        acceleration,
+        ..*motion
+    };
+    (with(before, start), with(after, end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE: Span = Span::from_millis(1);
+
+    /// A master that goes to and fro with a jerk of up to 100 000 u/s³.
+    fn master(t: f64) -> Kinematics {
+        const W: f64 = 30.0;
+        const A: f64 = 100_000.0 / (W * W * W);
+        Kinematics {
+            position: 500.0 * t + A * libm::sin(W * t),
+            velocity: 500.0 + A * W * libm::cos(W * t),
+            acceleration: -A * W * W * libm::sin(W * t),
+        }
+    }
+
+    /// A history of the counts from 1 000 to 1 099 that `keep` keeps.
+    fn history(delay: Span, keep: impl Fn(u64) -> bool) -> FrameHistory {
+        let mut history = FrameHistory::new(CYCLE);
+        history.prepare(delay, CYCLE);
+        for count in (1_000..1_100).filter(|count| keep(*count) || *count == 1_099) {
+            history.take(count, &master(count as f64 * 1e-3));
+        }
+        history
+    }
+
+    /// The largest deviations of position, velocity and acceleration over the last `behind` ms.
+    fn deviations(history: &FrameHistory, behind: f64, by_acceleration: bool) -> [f64; 3] {
+        let mut most = [0.0_f64; 3];
+        for step in 0..1_000 {
+            let behind = behind * 1e-3 * f64::from(step) / 1_000.0;
+            let set = history.at(behind, by_acceleration).unwrap();
+            let truth = master(1.099 - behind);
+            let found = [
+                set.position - truth.position,
+                set.velocity - truth.velocity,
+                set.acceleration - truth.acceleration,
+            ];
+            for (most, found) in most.iter_mut().zip(found) {
+                *most = most.max(found.abs());
+            }
+        }
+        most
+    }
+
+    #[test]
+    fn between_two_frames_it_is_the_master() {
+        let all = history(Span::from_millis(50), |_| true);
+        let [position, velocity, acceleration] = deviations(&all, 60.0, true);
+        assert!(position < 1e-9 && velocity < 1e-6 && acceleration < 2e-3);
+        // Every frame is met exactly: C2 where two pieces meet.
+        for back in 0..60_u64 {
+            let set = all.at(back as f64 * 1e-3, true).unwrap();
+            let truth = master((1_099 - back) as f64 * 1e-3);
+            assert!((set.position - truth.position).abs() < 1e-9, "{back}");
+            assert!(
+                (set.acceleration - truth.acceleration).abs() < 1e-3,
+                "{back}"
+            );
+        }
+    }
+
+    #[test]
+    fn lost_frames_are_spanned() {
+        // Two of three are lost.
+        let some = history(Span::from_millis(50), |count| count.is_multiple_of(3));
+        let [position, velocity, _] = deviations(&some, 55.0, true);
+        assert!(position < 1e-6 && velocity < 1e-3, "{position} {velocity}");
+        // Ten in a row.
+        let gap = history(Span::from_millis(50), |count| {
+            !(1_060..1_070).contains(&count)
+        });
+        let [position, ..] = deviations(&gap, 55.0, true);
+        assert!(position < 1e-4, "{position}");
+    }
+
+    #[test]
+    fn without_accelerations_it_is_a_cubic() {
+        let all = history(Span::from_millis(50), |_| true);
+        let [position, velocity, acceleration] = deviations(&all, 60.0, false);
+        // A cubic is off by x⁗·T⁴/384, and 3·10⁶ u/s⁴ are 8e-9 u.
+        assert!(position < 2e-8 && velocity < 5e-5 && acceleration < 0.5);
+        // It does not see the accelerations at all.
+        let mut noisy = FrameHistory::new(CYCLE);
+        for count in 1_000..1_100_u64 {
+            let set = Kinematics {
+                acceleration: 1e9,
+                ..master(count as f64 * 1e-3)
+            };
+            noisy.take(count, &set);
+        }
+        let [with_noise, ..] = deviations(&noisy, 60.0, false);
+        assert!(with_noise < 2e-8, "{with_noise}");
+    }
+
+    #[test]
+    fn before_all_frames_and_after_the_newest_there_is_nothing() {
+        assert_eq!(FrameHistory::new(CYCLE).at(0.0, true), None);
+        let all = history(Span::from_millis(50), |_| true);
+        for behind in [-1e-9, 0.070, 70.0, 1e12, f64::NAN, f64::INFINITY] {
+            assert_eq!(all.at(behind, true), None, "{behind}");
+        }
+        let mut cleared = all.clone();
+        cleared.clear();
+        assert_eq!(cleared.at(0.0, true), None);
+        // A run that begins with cycle 0 has nothing before it.
+        let mut first = FrameHistory::new(CYCLE);
+        first.take(0, &master(0.0));
+        assert_eq!(first.at(0.0, true), Some(master(0.0)));
+        assert_eq!(first.at(1e-3, true), None);
+        first.take(u64::MAX, &master(0.0));
+        assert_eq!(first.at(1e-3, true), None);
+    }
+
+    #[test]
+    fn frames_come_in_any_order_and_the_last_ones_are_kept() {
+        let mut shuffled = FrameHistory::new(CYCLE);
+        for n in 0..100_u64 {
+            // Pairs change places.
+            let count = 1_000 + (n ^ 1);
+            shuffled.take(count, &master(count as f64 * 1e-3));
+            // A frame again.
+            shuffled.take(count, &master(count as f64 * 1e-3));
+        }
+        // One that is older than all of them.
+        shuffled.take(7, &master(0.0));
+        let ordered = history(Span::from_millis(50), |_| true);
+        for step in 0..1_000 {
+            let behind = 0.063 * f64::from(step) / 1_000.0;
+            assert_eq!(shuffled.at(behind, true), ordered.at(behind, true));
+        }
+    }
+
+    /// A silence of 40 ms is spanned as long as it is shown, when 45 frames have come since.
+    #[test]
+    fn a_silence_is_spanned_to_its_end() {
+        let mut history = FrameHistory::new(CYCLE);
+        history.prepare(Span::from_millis(50), CYCLE);
+        for count in (1_000..1_200_u64).filter(|count| !(1_100..1_140).contains(count)) {
+            history.take(count, &master(count as f64 * 1e-3));
+            for step in 0..50_u32 {
+                // A little after a frame, whose count no rounding can miss.
+                let behind = (1e-3 * f64::from(step) - 1e-9).max(0.0);
+                let is_there = count - 1_000 >= u64::from(step);
+                assert_eq!(
+                    history.at(behind, true).is_some(),
+                    is_there,
+                    "{count} {step}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn for_a_long_delay_every_second_frame_or_fewer_are_kept() {
+        let delay = Span::from_millis(1_000);
+        let mut long = FrameHistory::new(CYCLE);
+        long.prepare(delay, CYCLE);
+        for count in 0..5_000_u64 {
+            long.take(count, &master(count as f64 * 1e-3));
+        }
+        for step in 0..1_000 {
+            let behind = 1e-3 * f64::from(step);
+            let set = long.at(behind, true).unwrap();
+            // One of 17 frames: Δj·T³/768 with 3·10⁶ u/s⁴ over 17 ms is some 10⁻⁴ u at most.
+            let off = (set.position - master(4.999 - behind).position).abs();
+            assert!(off < 1e-4, "{step}: {off}");
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The truth of an axis that is shown later: its master as it was, by the clock of the node that generated it.
+
+use coaxle_clock::{Instant, Span};
+use coaxle_node::config::PresentAfterMs;
+use coaxle_receiver::FilterState;
+use coaxle_receiver::config::{FarConfig, Present};
+use coaxle_sim::{Oracle, Truth};
+
+use crate::record::ReceiverCycle;
+use crate::row::Reference;
+use crate::scenario::Scenario;
+use crate::topology::Root;
+
+/// Presentation delay of an axis of the receiver `receiver` with this root, by the configs; zero where it is shown now.
+pub(super) fn delay_of(scenario: &Scenario, receiver: usize, root: &Root) -> Span {
+    let Some(sender) = scenario.senders.get(root.node) else {
+        return Span::ZERO;
+    };
+    // Behind a relay the first receiver decides: its own frames are moved to now.
+    let first = match root.source.checked_sub(scenario.senders.len()) {
+        Some(relay) => relay,
+        None => receiver,
+    };
+    let far = scenario.receivers[first].far.iter();
+    let mut of_sender = far.filter(|far| {
+        far.node == sender.name || far.standby.iter().any(|node| *node == sender.name)
+    });
+    let shows = |far: &FarConfig| {
+        let mut axes = far.axes.iter().filter(|axis| axis.id == root.axis);
+        far.present == Present::Auto && axes.all(|axis| axis.encoder.is_none())
+    };
+    let delay = sender.axes.present_after().map(PresentAfterMs::span);
+    delay.filter(|_| of_sender.all(shows)).unwrap_or(Span::ZERO)
+}
+
+/// Delay of the instant that a cycle shows: only modes that know a clock show an axis later.
+pub(super) fn delay_in(cycle: &ReceiverCycle, delay: Span, is_relayed: bool) -> Span {
+    let state = cycle.axis.state;
+    let is_by_clock = matches!(
+        state,
+        Some(FilterState::Sync | FilterState::Time | FilterState::Observer)
+    );
+    if is_by_clock || is_relayed {
+        delay
+    } else {
+        Span::ZERO
+    }
+}
+
+/// The master as it was `later` before `at`, by its own clock.
+pub(super) fn at(oracle: &Oracle<Reference>, at: Instant<Reference>, later: Span) -> Option<Truth> {
+    if later == Span::ZERO {
+        return oracle.at(at);
+    }
+    let guess = at - later;
+    let then = oracle.at(guess)?;
+    // Its clock drifts by less than a thousandth, so that one step leaves a millionth of a millionth of the delay.
+    let Some(now) = oracle.at(at).filter(|now| now.epoch == then.epoch) else {
+        return Some(then);
+    };
+    let off = now.seconds_since(&then).to_span() - later;
+    oracle.at(guess + off)
+}
