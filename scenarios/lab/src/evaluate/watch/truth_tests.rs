@@ -291,7 +291,7 @@ fn a_master_that_was_not_seen_is_bounded_by_its_velocity() {
             row.record.axis.correction_us = Some(if is_off { 0.3e6 } else { 1e3 });
             row.record.axis.corrected_velocity = Some(20.0);
             row.record.axis.corrected_position = Some(position + if is_off { off } else { 0.0 });
-            watch.push(&row, 0.0, true);
+            watch.push(&row, 1.0, 0.0, true);
         }
         is_found(watch.violations(), Invariant::FarPosition)
     };
