@@ -60,6 +60,10 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
         500_360,
         "a velocity beside its positions by the pace of its master was to be compensated beyond the acceleration limit",
     ),
+    (
+        500_647,
+        "an acceleration that a slave stated in a single frame was carried on to −245 m/s",
+    ),
     (503_539, "as 500360"),
     (
         503_740,
@@ -68,6 +72,35 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
     (
         601_779,
         "a reset came after the planned time of a cycle, and before the node woke up in it",
+    ),
+    (
+        605_685,
+        "with power after 142 skipped cycles, a slave was at once where its gear had led it meanwhile",
+    ),
+    (
+        606_458,
+        "as 605685, after 70 cycles and by a superimposed motion",
+    ),
+    (
+        606_543,
+        "the first acceleration of an encoder, from a velocity that it did not know, threw its axis back at ten times its velocity",
+    ),
+    (
+        608_381,
+        "of 5892 skipped cycles a slave stood still for 892, at its velocity",
+    ),
+    (
+        700_308,
+        "a velocity beside its positions by the pace of its master was to be compensated with a tenth of the acceleration left",
+    ),
+    (
+        701_866,
+        "a master that turned round during a freeze of its receiver was judged by its mean acceleration",
+    ),
+    (702_652, "as 606543"),
+    (
+        703_128,
+        "as 500647, by the coarse accelerations of an encoder over 50 ms without frames",
     ),
 ];
 
