@@ -48,6 +48,10 @@
 //! that a stop from there, relative to the target, ends just at the target (see `closed_forms`),
 //! within the limits of jerk, acceleration, walls and velocity. The positions of a target are
 //! decisive; its stated velocity and acceleration only predict its course while its positions jump.
+//!
+//! A target that goes to and fro faster than the limits admit, such as one in beats or of coarse increments, is followed on average: at its
+//! stated velocity, with half of the jerk. With all of the jerk, and the acceleration of each turn, a ripple of 0.2 µm at 400 Hz led an
+//! axis 1.2 mm to and fro.
 
 mod approach;
 mod closed_forms;

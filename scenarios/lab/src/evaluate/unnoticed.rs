@@ -54,8 +54,11 @@ impl UnnoticedChange {
             self.forget();
         }
         self.marks.push_back((own, *truth));
+        // One expression for both comparisons: that of `own - at` with 2·D rounds otherwise, and of swarm schedules 2656, 2746, 2932 and 3452
+        // found that the oldest mark was too young every few cycles.
+        let oldest = own - 2.0 * self.within;
         // The oldest one is that of 2·D ago, or of a little before.
-        while (self.marks.get(1)).is_some_and(|(at, _)| *at <= own - 2.0 * self.within) {
+        while (self.marks.get(1)).is_some_and(|(at, _)| *at <= oldest) {
             self.marks.pop_front();
         }
         let until = self
@@ -65,10 +68,51 @@ impl UnnoticedChange {
             return 0.0;
         };
         let (first, before) = &self.marks[0];
-        if own - first < 2.0 * self.within {
+        if *first > oldest {
             return 0.0;
         }
         let expected = then.seconds_since(before).0 * (own - middle) / (middle - first);
         (truth.seconds_since(then).0 - expected).abs() * 1e6
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coaxle_clock::{CycleTime, Instant, Span};
+    use coaxle_curve::profile::Kinematics;
+    use coaxle_sim::{Oracle, True, TruthSample};
+
+    #[test]
+    fn a_change_of_the_rate_is_unnoticed_in_every_cycle_until_it_is_measured() {
+        let mut oracle = Oracle::<True>::new(
+            CycleTime::new(Span::from_millis(1)).unwrap(),
+            Span::from_secs(100),
+        );
+        for count in 0..61_000_u64 {
+            oracle.push(TruthSample {
+                at: Instant::from_nanos(1_000_000 * count as i64),
+                epoch: 1,
+                count,
+                axis: Kinematics::at_rest(0.0),
+            });
+        }
+        let mut unnoticed = UnnoticedChange {
+            within: 0.322,
+            marks: VecDeque::new(),
+        };
+        for cycle in 1..60_000_u32 {
+            // Of the cycles behind the change all are longer by 8 ppm, by true time.
+            let since = i64::from(cycle.saturating_sub(44_485));
+            let at = Instant::from_nanos(1_000_000 * i64::from(cycle) + 8 * since);
+            let truth = oracle.at(at).expect("known");
+            let error = unnoticed.push(&truth, 1e-3 * f64::from(cycle));
+            // 8 ppm of the time since the change, up to D.
+            if (1..320).contains(&since) {
+                let expected = 8e-3 * since as f64;
+                assert!((error - expected).abs() < 1e-3, "{since}: {error} µs");
+            }
+            assert!(error < 8e-6 * 0.323 * 1e6, "{cycle}: {error} µs");
+        }
     }
 }

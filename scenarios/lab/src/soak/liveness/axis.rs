@@ -17,6 +17,8 @@ const MOST_CURVED: f64 = 5.774;
 const FASTER: f64 = 0.5;
 /// … and its least acceleration, of that velocity: 1.5·v within 0.5 s.
 const PULL: f64 = 3.0;
+/// Part of its master's greatest velocity below which that at the planning may not be.
+const OUTGROWN: f64 = 0.5;
 /// Longest way back to a master that has not moved, s.
 const TO_A_RESTING_MASTER: f64 = 30.0;
 /// Shortest way back, s: the blending time at most, as orders change it.
@@ -34,6 +36,8 @@ pub(super) struct AxisLiveness {
     /// Greatest velocity of its master in this run of the receiver, u/s.
     fastest: f64,
     back: Option<Way>,
+    /// Greatest velocity of its master when its way back was planned, u/s.
+    planned: f64,
     /// Time at which it was last without sync, or not following, s.
     uneven: Option<f64>,
     /// Time since which its master is at rest, s.
@@ -56,6 +60,7 @@ impl AxisLiveness {
             events: [0; 7],
             fastest: 0.0,
             back: None,
+            planned: 0.0,
             uneven: None,
             rest_since: None,
             rough: limits.map(|limits| RoughMaster::new(*limits.get())),
@@ -68,7 +73,7 @@ impl AxisLiveness {
         let axis = &record.axis;
         let events = events_of(record.node.run, record.place, &record.far);
         if events[0] != self.events[0] {
-            self.fastest = 0.0;
+            (self.fastest, self.planned) = (0.0, 0.0);
         }
         let is_another = std::mem::replace(&mut self.events, events) != events;
         self.last = Some((t_s, *axis));
@@ -94,9 +99,14 @@ impl AxisLiveness {
         // Until its master is slow enough for its own limits it may fall behind.
         let is_too_fast =
             (self.limits).is_some_and(|limits| velocity.abs() > HALF * limits.velocity());
+        // A plan is made again once its master is more than twice as fast: swarm schedule 3088 began it with a master that had hardly moved.
+        let is_outgrown = self.planned < OUTGROWN * self.fastest;
         match &mut self.back {
-            Some(back) if !is_another && !is_too_fast => back.note(distance),
-            back => *back = Some(Way::new(t_s, distance)),
+            Some(back) if !(is_another || is_too_fast || is_outgrown) => back.note(distance),
+            back => {
+                *back = Some(Way::new(t_s, distance));
+                self.planned = self.fastest;
+            }
         }
     }
 
@@ -104,10 +114,10 @@ impl AxisLiveness {
     fn longest(&self, back: &Way) -> f64 {
         // The position received is as old as the message: half a second of travel covers every delay.
         let way = back.distance + 0.5 * self.fastest;
-        let by_plan = match self.fastest > 0.0 {
+        let by_plan = match self.planned > 0.0 {
             true => {
-                let for_velocity = STEEPEST * way / (FASTER * self.fastest);
-                let for_acceleration = (MOST_CURVED * way / (PULL * self.fastest)).sqrt();
+                let for_velocity = STEEPEST * way / (FASTER * self.planned);
+                let for_acceleration = (MOST_CURVED * way / (PULL * self.planned)).sqrt();
                 for_velocity.max(for_acceleration)
             }
             false => TO_A_RESTING_MASTER,

@@ -67,6 +67,23 @@ fn an_axis_on_its_way_back_has_the_time_that_its_way_takes() {
     );
 }
 
+/// Swarm schedule 3088: a way back of 245 u that began behind a master which had moved by micrometres, and later moved at 12 u/s.
+#[test]
+fn a_way_back_is_planned_again_behind_a_master_that_has_become_faster() {
+    use ContinuityState::Rejoining;
+    let until = |end: f64| {
+        fault_of_axis([
+            (0.0, beside(Rejoining, 100.0, 10.0)),
+            (10.0, beside(Rejoining, 100.0, 100.0)),
+            (11.0, beside(Rejoining, 100.0, 150.0)),
+            (end, beside(Rejoining, 1.0, 10.0)),
+        ])
+    };
+    // From 10 s on, when it became more than twice as fast: 100 u, and 75 u of delay, at half of 100 u/s: 1.875 · 175/50 + 0.6 = 7.1625 s.
+    assert_eq!(until(17.1), None);
+    assert!(until(17.2).is_some());
+}
+
 /// Swarm schedule 1075: its master, another far axis that its guard leads to and fro, changed its acceleration at seven times its jerk limit.
 #[test]
 fn an_axis_whose_master_is_rougher_than_its_limits_is_beside_it_by_no_more_than_that_explains() {
@@ -183,6 +200,26 @@ fn a_target_that_jumps_is_a_fault_where_its_master_moves_evenly() {
     assert_eq!(watch.broken(false), None, "in beats, or on the way");
     let fault = watch.broken(true).expect("a fault");
     assert!(fault.contains("moved at 1000.000 u/s"), "{fault}");
+}
+
+/// Swarm schedules 2726, 2799 and 3279: behind an axis in `bypass`, each frame of whose master lasts four cycles.
+#[test]
+fn a_slave_of_an_axis_in_beats_is_within_a_beat_of_it() {
+    let fault = |distance: f64| {
+        let mut watch = SlaveLiveness::new(&config().slaves[0], None);
+        for k in 0..20_000_u32 {
+            // Steps of 0.2 u, 200 u/s for a cycle: less than half of the velocity limit.
+            let target = 0.2 * f64::from(k / 4);
+            watch.push(
+                1e-3 * f64::from(k),
+                0,
+                &coupled(target + distance, distance),
+            );
+        }
+        [false, true].map(|is_even| watch.broken(is_even).is_some())
+    };
+    assert_eq!(fault(0.19), [false, true]);
+    assert_eq!(fault(0.21), [true, true]);
 }
 
 #[test]
