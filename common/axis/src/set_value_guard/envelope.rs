@@ -31,6 +31,9 @@ const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// too, without becoming weaker.
 pub const PACE: f64 = 0.03;
 
+/// Multiple of the jerk limit beyond which the jerk of a target is none that an axis nearly follows.
+const FAR_BEYOND: f64 = 2.0;
+
 /// Greatest number of cycles in which a quick axis reaches its highest velocity. With 4, one of 10
 /// 000 motions along all limits did not pass to the bit.
 const QUICK: f64 = 8.0;
@@ -235,6 +238,14 @@ impl Envelope {
     /// limits mean "none".
     pub(super) fn is_motion(&self, series: &Differences, from: f64) -> bool {
         self.is_smooth_within(&self.binding, series, from)
+    }
+
+    /// True if the jerk of a series is far beyond its limit. A plan along the limits that goes with a master is beyond them by the ripple of
+    /// that, and is followed as a motion: behind the slave of `late-ripple`, at 1 %, half of the jerk would lose some way at each turn.
+    #[inline]
+    pub(super) fn is_rough(&self, series: &Differences, from: f64) -> bool {
+        let rounding = self.rounding(from, series.position) * self.rate * self.rate * self.rate;
+        series.jerk.abs() > FAR_BEYOND * self.binding.jerk() + 4.0 * rounding
     }
 
     #[inline]

@@ -15,7 +15,7 @@ pub(super) struct Target {
     stated: Kinematics,
     /// Successive cycles in which it did not move as stated.
     deviating_cycles: u8,
-    /// Cycles in which its positions were those of no motion within the limits, less those in which they were.
+    /// Cycles in which its jerk was far beyond the limit, less those in which it was not.
     rough_cycles: u8,
     last_position: f64,
 }
@@ -39,10 +39,10 @@ const CHANGE: f64 = 0.5;
 /// positions show little of that; a target with false stated values deviates again in the next.
 const DEVIATING_CYCLES: u8 = 3;
 
-/// Number of cycles beyond the limits, less those within, from which a target is rough. A jump is three: a jerk spans four positions.
-const ROUGH_CYCLES: u8 = 4;
+/// Number of cycles far beyond the jerk limit, less the others, from which a target is rough. A jump is up to four: a jerk spans four positions.
+const ROUGH_CYCLES: u8 = 5;
 
-/// Greatest number of them that is counted: as many cycles within the limits later, less four, the target is smooth again.
+/// Greatest number of them that is counted: as many other cycles later, less five, the target is smooth again.
 const MOST_ROUGH_CYCLES: u8 = 16;
 
 /// Greatest number of cycles over which differences still show the course of a target.
@@ -74,7 +74,7 @@ impl Target {
         let series = self.series.then(next.position, cycles, rate);
         // After a gap the two stated velocities are not those at the ends of one cycle.
         let is_known = cycles == 1.0 && self.gap == 1.0;
-        let is_motion = envelope.is_motion(&series, self.series.position);
+        let is_rough = envelope.is_rough(&series, self.series.position);
         Self {
             series,
             from: self.series.position,
@@ -84,9 +84,9 @@ impl Target {
                 true => self.deviating_cycles.saturating_add(1),
                 false => 0,
             },
-            rough_cycles: match is_motion {
-                true => self.rough_cycles.saturating_sub(1),
-                false => (self.rough_cycles + 1).min(MOST_ROUGH_CYCLES),
+            rough_cycles: match is_rough {
+                true => (self.rough_cycles + 1).min(MOST_ROUGH_CYCLES),
+                false => self.rough_cycles.saturating_sub(1),
             },
             last_position,
         }

@@ -107,6 +107,41 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
 /// Seeds of swarm schedules that once failed, with the reasons.
 const SWARM_REGRESSIONS: &[(u64, &str)] = &[
     (
+        141,
+        "a position beside a time that was still to be slewed was judged by the velocity in another clock",
+    ),
+    (
+        143,
+        "an axis with limits was never following a master that came in beats",
+    ),
+    (630, "as 143"),
+    (
+        484,
+        "an acceleration that was stated in the first frame of a motion was not taken for a part of it",
+    ),
+    (
+        1_075,
+        "an axis with limits was led away from a master that its own guard led to and fro",
+    ),
+    (2_339, "as 1075"),
+    (
+        2_530,
+        "a node whose clock was set back executed a reset seconds later",
+    ),
+    (
+        2_656,
+        "the allowance for a rate that has just changed was missing every few cycles",
+    ),
+    (
+        2_726,
+        "a slave went between the beats of its master, and was to be on them",
+    ),
+    (2_799, "as 2726"),
+    (
+        3_088,
+        "a way back that was planned again was judged from its first plan on",
+    ),
+    (
         410,
         "by a timing channel, the far time of clocks that wander was farther off than stated",
     ),
