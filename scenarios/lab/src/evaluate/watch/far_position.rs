@@ -3,11 +3,13 @@
 use std::collections::VecDeque;
 
 use coaxle_axis::Modulo;
+use coaxle_clock::Span;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::Positions;
 
 use super::far_error::{stated, wanted_offset};
 use super::found::{Found, WatchedCycle};
+use super::interpolation_error::InterpolationError;
 use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
 use crate::row::Row;
 use crate::topology::{ReceiverAxis, View};
@@ -31,6 +33,7 @@ pub(in super::super) struct FarPositionWatch {
     since: Option<f64>,
     /// Position and velocity of the master in the cycle before, and its time.
     before: Option<[f64; 3]>,
+    interpolation: InterpolationError,
     /// Recent accelerations, differences between its positions and its velocities, and times.
     lately: VecDeque<[f64; 3]>,
     found: Found,
@@ -38,7 +41,13 @@ pub(in super::super) struct FarPositionWatch {
 
 impl FarPositionWatch {
     /// Absent for the receiver's own axes, or one that comes in increments.
-    pub(in super::super) fn new(config: &ReceiverConfig, view: &View) -> Option<Self> {
+    /// Its master's jerk is at most `jerk`, and it is shown that much `later`.
+    pub(in super::super) fn new(
+        config: &ReceiverConfig,
+        view: &View,
+        jerk: Option<f64>,
+        later: Span,
+    ) -> Option<Self> {
         let ReceiverAxis::Far { axis, .. } = view.of else {
             return None;
         };
@@ -54,6 +63,7 @@ impl FarPositionWatch {
             period: turns.map(Modulo::length),
             since: None,
             before: None,
+            interpolation: InterpolationError::new(jerk, later),
             lately: VecDeque::new(),
             found: Found::default(),
         })
@@ -62,6 +72,7 @@ impl FarPositionWatch {
     /// Takes the next cycle; `is_known` unless a clock has just jumped. Far time may be off by `unnoticed_us` beside its stated error, as
     /// a change of the clocks' rates is not known at once.
     pub(in super::super) fn push(&mut self, row: &Row, unnoticed_us: f64, is_known: bool) {
+        self.interpolation.note(row);
         let Some((position, velocity)) = row.truth else {
             self.before = None;
             self.since = None;
@@ -94,7 +105,8 @@ impl FarPositionWatch {
         let over = age.max(self.cycle_time);
         // Extrapolation with the acceleration of the newest frame: a change by Δa since then moves the master by ½·Δa·t².
         // A jump of the master is unknown until its frame comes.
-        let limit = by_time + 0.5 * (changed * over * over + hardest * ahead * ahead) + jumped;
+        let predicted = 0.5 * (changed * over * over + hardest * ahead * ahead) + jumped;
+        let limit = by_time + predicted + self.interpolation.most(row);
         let beside = corrected - position - velocity * ahead;
         let value = match self.period {
             // Which turn it is in nobody can know of a position within it.
