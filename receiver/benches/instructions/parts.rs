@@ -51,6 +51,8 @@ pub(crate) const PARTS: &[Part] = &[
         4_000,
         652.0,
     ),
+    part("far axis extrapolated, a cycle", far::axis_now, 4_000, 1.0),
+    part("far axis shown later, a cycle", far::axis_later, 4_000, 1.0),
     part("encoder master, a cycle", far::encoder, 4_000, 665.0),
     part("guard, passing", couplings::guard, 4_000, 419.0),
     part("flying gear, a cycle", couplings::flying_gear, 4_000, 82.0),

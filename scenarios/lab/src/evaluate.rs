@@ -140,6 +140,7 @@ impl Evaluation {
                     clock,
                     gear: root.gear,
                     later: shown_later::delay_of(scenario, view.receiver, root),
+                    jerk: shown_later::jerk_of(scenario, root),
                     // Runs of a receiver are numbered by the receiver: they never match the epoch of its sender.
                     is_receiver: root.source >= senders,
                     is_shown: !comes_through_encoder(scenario, root)

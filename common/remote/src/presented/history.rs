@@ -267,6 +267,42 @@ mod tests {
         }
     }
 
+    /// The bound that the invariant of the lab has.
+    #[test]
+    fn a_change_of_the_jerk_within_a_gap_is_off_by_a_768th() {
+        const JERK: f64 = 100_000.0;
+        let ramp = |t: f64| {
+            let t = t.max(0.0);
+            Kinematics {
+                position: JERK * t * t * t / 6.0,
+                velocity: JERK * t * t / 2.0,
+                acceleration: JERK * t,
+            }
+        };
+        // Four cycles, with the change at different places of them.
+        let worst = |change: f64| {
+            let mut history = FrameHistory::new(CYCLE);
+            for count in [1_000, 1_004] {
+                history.take(count, &ramp((count as f64 - 1_000.0 - change) * 1e-3));
+            }
+            let off = (0..=1_000).map(|step| {
+                let at = 4e-3 * f64::from(step) / 1_000.0;
+                let set = history.at(4e-3 - at, true).unwrap();
+                (set.position - ramp(at - change * 1e-3).position).abs()
+            });
+            off.fold(0.0, f64::max)
+        };
+        let bound = JERK * 4e-3_f64.powi(3) / 768.0;
+        assert!(
+            (worst(2.0) / bound - 1.0).abs() < 1e-6,
+            "{} {bound}",
+            worst(2.0)
+        );
+        for change in [0.3, 1.0, 1.7, 2.4, 3.3] {
+            assert!(worst(change) < bound, "{change}");
+        }
+    }
+
     #[test]
     fn lost_frames_are_spanned() {
         // Two of three are lost.

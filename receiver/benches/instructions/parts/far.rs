@@ -6,12 +6,14 @@ use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::observer::{ObserverParameters, PhaseObserver};
 use coaxle_clock::time_sync::{TimeSync, TimeSyncParameters};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Seconds, Span};
+use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, Intake, Node};
 use coaxle_remote::{
-    AxisSync, AxisSyncParameters, EncoderMaster, EncoderParameters, EncoderSample,
+    AxisSync, AxisSyncParameters, EncoderMaster, EncoderParameters, EncoderSample, FarAxis,
+    FarSync, FrameHistory, ShownLater,
 };
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
@@ -105,6 +107,40 @@ pub(super) fn axis_sync(calls: u32) {
         let index = CycleIndex::of_count(cycle);
         let clock = Some(Seconds(0.3e-3));
         let _ = black_box(sync.update_by_clock(index, black_box(&axis), clock, 1));
+    }
+}
+
+/// An axis of a far node whose clock is known: extrapolated …
+pub(super) fn axis_now(calls: u32) {
+    far_axis(calls, None);
+}
+
+/// … and shown 20 ms later, between two frames.
+pub(super) fn axis_later(calls: u32) {
+    far_axis(calls, Some(Seconds(20e-3)));
+}
+
+fn far_axis(calls: u32, by: Option<Seconds>) {
+    let parameters = AxisSyncParameters::default();
+    let mut clock = FarSync::start(CYCLE, &parameters).expect("in range");
+    let mut axis = FarAxis::start(CYCLE, &parameters).expect("in range");
+    let mut frames = FrameHistory::new(CYCLE);
+    // One correction for all cycles: its cost is that of the clock.
+    let correction = clock.update_by_clock(CycleIndex(0), Some(Seconds(2.3e-3)), 1);
+    for count in 0..u64::from(calls) {
+        let set = Kinematics {
+            position: 0.5 * count as f64,
+            velocity: 500.0,
+            acceleration: 0.0,
+        };
+        if by.is_some() {
+            frames.take(count, black_box(&set));
+        }
+        let later = by.map(|by| ShownLater {
+            frames: &frames,
+            by,
+        });
+        let _ = black_box(axis.update(black_box(&set), &correction, later, 1));
     }
 }
 

@@ -40,6 +40,8 @@ pub(super) struct MotionSource {
     pub(super) gear: Option<GearConfig>,
     /// Time after its generation at which the motion is shown.
     pub(super) later: Span,
+    /// Its greatest jerk, u/s³; unknown for a recorded motion.
+    pub(super) jerk: Option<f64>,
     /// True for a receiver, whose runs are not visible.
     pub(super) is_receiver: bool,
     /// True if the axis is as shown: not seen through an encoder, and not forged.
@@ -123,6 +125,9 @@ impl ReceiverJudge {
         let is_shown = sources
             .iter()
             .all(|source| source.is_shown && !source.is_receiver);
+        let jerks = sources.iter().map(|source| source.jerk);
+        let jerk = jerks.fold(Some(0.0), |most, jerk| Some(f64::max(most?, jerk?)));
+        let later = sources.iter().map(|source| source.later).max();
         Self {
             sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
@@ -142,7 +147,7 @@ impl ReceiverJudge {
                 FarErrorWatch::new(config, view, clocks.jumps, clocks.resolution_us)
             }),
             far_position: is_shown
-                .then(|| FarPositionWatch::new(config, view))
+                .then(|| FarPositionWatch::new(config, view, jerk, later.unwrap_or_default()))
                 .flatten(),
             unnoticed: UnnoticedChange::new(config, view),
             lag: MasterLag::default(),

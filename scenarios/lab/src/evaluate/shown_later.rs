@@ -5,6 +5,7 @@ use coaxle_node::config::PresentAfterMs;
 use coaxle_receiver::FilterState;
 use coaxle_receiver::config::{FarConfig, Present};
 use coaxle_sim::{Oracle, Truth};
+use coaxle_source::config::SourceConfig;
 
 use crate::record::ReceiverCycle;
 use crate::row::Reference;
@@ -31,6 +32,16 @@ pub(super) fn delay_of(scenario: &Scenario, receiver: usize, root: &Root) -> Spa
     };
     let delay = sender.axes.present_after().map(PresentAfterMs::span);
     delay.filter(|_| of_sender.all(shows)).unwrap_or(Span::ZERO)
+}
+
+/// Greatest jerk of the axis at the root, u/s³; unknown for a recorded motion.
+pub(super) fn jerk_of(scenario: &Scenario, root: &Root) -> Option<f64> {
+    let sender = scenario.senders.get(root.node)?;
+    let axis = (sender.axes.iter()).find(|axis| axis.id.get() == root.axis)?;
+    match &axis.source {
+        SourceConfig::Program(program) => Some(program.limits.jerk.get()),
+        SourceConfig::Encoder(_) | SourceConfig::Replay(_) => None,
+    }
 }
 
 /// Delay of the instant that a cycle shows: only modes that know a clock show an axis later.

@@ -5,6 +5,7 @@ mod far_error;
 mod far_node;
 mod far_position;
 mod found;
+mod interpolation_error;
 mod motion;
 mod node;
 mod slave;

@@ -3,11 +3,13 @@
 use std::collections::VecDeque;
 
 use coaxle_axis::Modulo;
+use coaxle_clock::Span;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::Positions;
 
 use super::far_error::{stated, wanted_offset};
 use super::found::{Found, WatchedCycle};
+use super::interpolation_error::InterpolationError;
 use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
 use crate::row::Row;
 use crate::topology::{ReceiverAxis, View};
@@ -33,6 +35,7 @@ pub(in super::super) struct FarPositionWatch {
     since: Option<f64>,
     /// Position and velocity of the master in the cycle before, and its time.
     before: Option<[f64; 3]>,
+    interpolation: InterpolationError,
     /// Recent motion of the master.
     lately: VecDeque<Recently>,
     /// Greatest velocity of the master up to now, u/s.
@@ -42,7 +45,13 @@ pub(in super::super) struct FarPositionWatch {
 
 impl FarPositionWatch {
     /// Absent for the receiver's own axes, or one that comes in increments.
-    pub(in super::super) fn new(config: &ReceiverConfig, view: &View) -> Option<Self> {
+    /// Its master's jerk is at most `jerk`, and it is shown that much `later`.
+    pub(in super::super) fn new(
+        config: &ReceiverConfig,
+        view: &View,
+        jerk: Option<f64>,
+        later: Span,
+    ) -> Option<Self> {
         let ReceiverAxis::Far { axis, .. } = view.of else {
             return None;
         };
@@ -58,6 +67,7 @@ impl FarPositionWatch {
             period: turns.map(Modulo::length),
             since: None,
             before: None,
+            interpolation: InterpolationError::new(jerk, later),
             lately: VecDeque::new(),
             fastest: 0.0,
             found: Found::default(),
@@ -73,6 +83,7 @@ impl FarPositionWatch {
         unnoticed_us: f64,
         is_known: bool,
     ) {
+        self.interpolation.note(row);
         let Some((position, velocity)) = row.truth else {
             self.before = None;
             self.since = None;
@@ -120,7 +131,7 @@ impl FarPositionWatch {
             true => (self.fastest + shown_velocity(row)) * over,
             false => 0.0,
         };
-        let limit = by_time + by_acceleration.max(by_velocity);
+        let limit = by_time + by_acceleration.max(by_velocity) + self.interpolation.most(row);
         let beside = corrected - position - velocity * ahead;
         let value = match self.period {
             // Which turn it is in nobody can know of a position within it.
