@@ -209,7 +209,8 @@ fn an_axis_is_off_a_steady_master_by_the_time_times_the_velocity_and_no_more() {
 fn a_time_of_the_far_clock_is_multiplied_by_the_velocity_in_that_clock() {
     let is_found = |pace: f64| {
         let config = config();
-        let mut watch = FarPositionWatch::new(&config, &view()).expect("a far axis");
+        let mut watch =
+            FarPositionWatch::new(&config, &view(), None, Span::ZERO).expect("a far axis");
         for cycle in 0..1_000 {
             let mut row = measured(cycle, 15_000.0);
             let [position, own_velocity] = steady(row.t_s);

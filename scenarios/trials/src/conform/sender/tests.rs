@@ -8,7 +8,7 @@ use coaxle_node::exchange::{
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, FrameHeader, TimeRequest};
+use coaxle_node::{Channel, FrameHeader, PresentAfter, TimeRequest};
 use coaxle_os::Machine;
 use serde_json::{Value, json};
 
