@@ -78,22 +78,22 @@ fn write(f: &mut fmt::Formatter<'_>, value: f64) -> fmt::Result {
     }
 }
 
-/// Returns the number that is nearest among those of so many significant digits.
+/// Returns the nearest number with this count of significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
-    let text = Text::of(value, digits);
+    let text = DigitsText::of(value, digits);
     text.read().parse().unwrap_or(value)
 }
 
 /// Returns the number without the digits after the sixth.
 fn cut(value: f64) -> f64 {
-    let text = Text::of(value, MOST_DIGITS);
+    let text = DigitsText::of(value, MOST_DIGITS);
     let text = text.read();
     let Some((digits, exponent)) = text.split_once('e') else {
         return value;
     };
     // The digits have a point among them, and maybe a sign before.
     let kept = DIGITS + 1 + usize::from(value < 0.0);
-    let mut short = Text::default();
+    let mut short = DigitsText::default();
     let written = write!(short, "{}e{exponent}", &digits[..kept.min(digits.len())]);
     written
         .ok()
@@ -103,12 +103,12 @@ fn cut(value: f64) -> f64 {
 
 /// Text on the stack: a sign, 17 digits with a point, and an exponent.
 #[derive(Default)]
-struct Text {
+struct DigitsText {
     bytes: [u8; 32],
     length: usize,
 }
 
-impl Text {
+impl DigitsText {
     /// Writes a number with a digit before the point. One that has no room is no text, which is no number.
     fn of(value: f64, digits: usize) -> Self {
         let mut text = Self::default();
@@ -121,7 +121,7 @@ impl Text {
     }
 }
 
-impl fmt::Write for Text {
+impl fmt::Write for DigitsText {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let end = self.length + text.len();
         let room = self.bytes.get_mut(self.length..end).ok_or(fmt::Error)?;

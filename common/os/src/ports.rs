@@ -15,7 +15,7 @@ const CLAIMS: Ipv4Addr = Ipv4Addr::new(127, 0, 0, 2);
 
 /// A port that is free for connections as well as for datagrams on 127.0.0.1.
 ///
-/// While this is held, no other search of this kind finds the port, in this program or in another one: whoever is told it takes
+/// While this is held, no other search of this kind finds the port, in this program or in another one: the program that it is for has
 /// all the time that it needs to listen there.
 #[derive(Debug)]
 pub struct ClaimedPort {

@@ -328,7 +328,7 @@ mod tests {
                 axis(1)
                     + "present-after-ms = 8\n[[axis]]\nid = 2\nname = 'belt'\n\
                            replay = { file = 'x.csv' }",
-                "axis[1].present-after-ms: received 8 ms for \"x\" and none for \"belt\", expected \
+                "axis \"belt\".present-after-ms: received 8 ms for \"x\" and none for \"belt\", expected \
                  one for all axes of a sender",
             ),
             (

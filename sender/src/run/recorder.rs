@@ -190,9 +190,12 @@ mod tests {
         recorder.record(&record());
         recorder.finish().unwrap();
         let mut reader = csv::Reader::from_path(&path).unwrap();
-        let rows: Vec<std::collections::HashMap<String, f64>> =
+        let rows: Vec<std::collections::HashMap<String, Option<f64>>> =
             reader.deserialize().collect::<Result<_, _>>().unwrap();
         assert_eq!(rows.len(), 2);
-        assert_eq!((rows[1]["at_ns"], rows[1]["x.9.velocity"]), (3_000.0, 9.0));
+        assert_eq!(
+            (rows[1]["at_ns"], rows[1]["x.9.velocity"]),
+            (Some(3_000.0), Some(9.0))
+        );
     }
 }

@@ -31,7 +31,8 @@ const WALL_ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// too, without becoming weaker.
 pub const PACE: f64 = 0.03;
 
-/// Multiple of the jerk limit beyond which the jerk of a target is none that an axis nearly follows.
+/// Multiple of the jerk limit beyond which an axis does not nearly follow: a plan along the limits that goes with a master is beyond them by
+/// the ripple of that, some percent.
 const FAR_BEYOND: f64 = 2.0;
 
 /// Greatest number of cycles in which a quick axis reaches its highest velocity. With 4, one of 10
@@ -240,8 +241,7 @@ impl Envelope {
         self.is_smooth_within(&self.binding, series, from)
     }
 
-    /// True if the jerk of a series is far beyond its limit. A plan along the limits that goes with a master is beyond them by the ripple of
-    /// that, and is followed as a motion: behind the slave of `late-ripple`, at 1 %, half of the jerk would lose some way at each turn.
+    /// True if the jerk of a series is far beyond its limit.
     #[inline]
     pub(super) fn is_rough(&self, series: &Differences, from: f64) -> bool {
         let rounding = self.rounding(from, series.position) * self.rate * self.rate * self.rate;

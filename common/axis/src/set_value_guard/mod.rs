@@ -206,12 +206,14 @@ impl SetValueGuard {
         } else {
             self.stop(elapsed)
         };
+        let distance = self.history.set.position - self.history.target.last_position();
+        self.history.target.meet(distance, &self.envelope);
         let changed_in = self.cycles_of_change(cycles);
         self.history.stated = self.set_values(target, state, changed_in);
         Guarded {
             set: self.history.stated,
             state,
-            distance: self.history.set.position - self.history.target.last_position(),
+            distance,
         }
     }
 

@@ -45,6 +45,11 @@ const ROUGH_CYCLES: u8 = 5;
 /// Greatest number of them that is counted: as many other cycles later, less five, the target is smooth again.
 const MOST_ROUGH_CYCLES: u8 = 16;
 
+/// Greatest distance from the axis, in units of the closed forms, of a target that goes on from there. A plan that is made again from where
+/// the axis was left is j·T³ beside it in its first cycle: a saw that did so every five cycles jumped as often as one in beats, and did not
+/// get back to its target (`late-ripple`).
+const MET: f64 = 4.0;
+
 /// Greatest number of cycles over which differences still show the course of a target.
 const MOST_MISSING: f64 = 4.0;
 
@@ -117,6 +122,13 @@ impl Target {
     /// The last position that was a number, u.
     pub(super) const fn last_position(&self) -> f64 {
         self.last_position
+    }
+
+    /// Takes the distance of the axis: a target that goes on from where the axis is, is another one.
+    pub(super) fn meet(&mut self, distance: f64, envelope: &Envelope) {
+        if envelope.scaled_way(distance).abs() <= MET {
+            self.rough_cycles = 0;
+        }
     }
 
     /// True for a target that goes to and fro faster than the axis can: whose positions are rounded or come in beats, or are those of

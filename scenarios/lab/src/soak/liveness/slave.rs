@@ -8,7 +8,7 @@ use coaxle_receiver::signals::SlaveSignals;
 use coaxle_slave::CouplingPhase;
 
 use super::tolerance;
-use super::way::{self, HALF, RecentPeak, Way};
+use super::way::{self, HALF, LargestLately, Way};
 
 /// Time before the end in which the target of a slave is slow, unless something says why not, s: all commands have been carried out.
 // The last couplings begin at 62 s, with the limits of the axis; those with less, down to a fiftieth, by 32 s: 500/(0.02 · 500) = 50 s.
@@ -25,7 +25,7 @@ pub(super) struct SlaveLiveness {
     /// Time, position of its target and run of its receiver in the cycle before.
     before: Option<(f64, f64, u64)>,
     /// Longest recent way of its target in a cycle, u.
-    beat: RecentPeak,
+    beat: LargestLately,
     /// Newest velocity of its target beyond half of its limit, u/s, and its time, s.
     too_fast: Option<(f64, f64)>,
     last: Option<(f64, SlaveSignals)>,
@@ -48,7 +48,7 @@ impl SlaveLiveness {
             .ok(),
             way: Way::new(0.0, 0.0),
             before: None,
-            beat: RecentPeak::over(LAST),
+            beat: LargestLately::over(LAST),
             too_fast: None,
             last: None,
         }

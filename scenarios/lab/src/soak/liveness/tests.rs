@@ -158,11 +158,10 @@ fn fault_of_slave(rows: impl IntoIterator<Item = (f64, SlaveSignals)>) -> Option
 fn a_coupled_slave_is_where_its_coupling_has_it_or_on_the_way_there() {
     // (10 + 500 · 0.51)/250 + 2 · 0.51 = 2.08 s.
     let behind = |end: f64, distance: f64| {
-        fault_of_slave([
-            (1.0, coupled(0.0, 0.0)),
-            (1.1, coupled(0.0, -10.0)),
-            (end, coupled(0.0, distance)),
-        ])
+        // Its target goes away from it at 100 u/s, and in no beat.
+        let away = (0..=100_u32).map(|k| (1.0 + 1e-3 * f64::from(k), -0.1 * f64::from(k)));
+        let rows = away.chain([(end, distance)]);
+        fault_of_slave(rows.map(|(t_s, distance)| (t_s, coupled(0.0, distance))))
     };
     assert_eq!(behind(9.0, 0.0005), None);
     assert_eq!(behind(3.0, -10.0), None);
@@ -181,7 +180,7 @@ fn a_slave_begins_to_make_up_its_distance_when_its_target_is_slow_enough() {
     // The target goes at 300 u/s up to 8 s, more than half of the limit, and stands from then on.
     let target = |t_s: f64| 300.0 * t_s.min(8.0);
     let rows = |end: f64| {
-        let times = (0_u32..).map(|k| 0.1 * f64::from(k));
+        let times = (0_u32..).map(|k| 1e-3 * f64::from(k));
         let times = times.take_while(move |t_s| *t_s <= end);
         times.map(move |t_s| (t_s, coupled(target(t_s) - 10.0, -10.0)))
     };

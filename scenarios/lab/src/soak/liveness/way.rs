@@ -35,14 +35,14 @@ pub(super) fn within(limits: &Limits, distance: f64) -> f64 {
 
 /// The largest value of the last stretch of time and the one before, each this long, s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RecentPeak {
+pub(super) struct LargestLately {
     length: f64,
     since: f64,
     now: f64,
     before: f64,
 }
 
-impl RecentPeak {
+impl LargestLately {
     pub(super) const fn over(length: f64) -> Self {
         Self {
             length,
