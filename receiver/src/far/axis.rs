@@ -416,7 +416,7 @@ impl Axis {
             cycle_time: self.cycle_time.as_secs_f64(),
             // A mode without a correction shows values as they came, not moved on.
             age: moved.correction_time.map_or(0.0, |Seconds(age)| age),
-            predicted: predicted(&moved),
+            predicted: predicted(moved),
         };
         let is_step = (self.steps).is_step(&moved.set, &course, &self.blending, &self.seen);
         // Increments have jumps of their own, and their smoothing leaves none.

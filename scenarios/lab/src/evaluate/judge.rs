@@ -125,8 +125,8 @@ impl ReceiverJudge {
         let is_shown = sources
             .iter()
             .all(|source| source.is_shown && !source.is_receiver);
-        let jerks = sources.iter().map(|source| source.jerk);
-        let jerk = jerks.fold(Some(0.0), |most, jerk| Some(f64::max(most?, jerk?)));
+        let mut jerks = sources.iter().map(|source| source.jerk);
+        let jerk = jerks.try_fold(0.0, |most, jerk| Some(f64::max(most, jerk?)));
         let later = sources.iter().map(|source| source.later).max();
         Self {
             sources,

@@ -23,9 +23,8 @@ pub(super) fn delay_of(scenario: &Scenario, receiver: usize, root: &Root) -> Spa
         None => receiver,
     };
     let far = scenario.receivers[first].far.iter();
-    let mut of_sender = far.filter(|far| {
-        far.node == sender.name || far.standby.iter().any(|node| *node == sender.name)
-    });
+    let mut of_sender =
+        far.filter(|far| far.node == sender.name || far.standby.contains(&sender.name));
     let shows = |far: &FarConfig| {
         let mut axes = far.axes.iter().filter(|axis| axis.id == root.axis);
         far.present == Present::Auto && axes.all(|axis| axis.encoder.is_none())
