@@ -1,6 +1,7 @@
 //! Check that a far axis moves where its master can have moved, in every mode, by its own positions.
 
 use crate::far_time::LARGEST_RATE_ERROR;
+use crate::largest_lately::LargestLately;
 
 /// Velocity that a mode may add to the master's while an axis rejoins, as a share of the greatest
 /// velocity seen (`coaxle_remote`'s `Continuity`).
@@ -122,14 +123,14 @@ pub struct FarMotionCheck {
     at_frame: Option<f64>,
     fastest: f64,
     acceleration: f64,
-    corrections: Recent,
+    corrections: LargestLately,
     /// Changes of accelerations and velocities from frame to frame, and mismatch of positions and
     /// velocities.
-    acceleration_noise: Recent,
-    velocity_noise: Recent,
-    position_noise: Recent,
+    acceleration_noise: LargestLately,
+    velocity_noise: LargestLately,
+    position_noise: LargestLately,
     /// Distances from frame to frame, as seen here.
-    received_steps: Recent,
+    received_steps: LargestLately,
     followed: u8,
     frames: u8,
     /// Greatest distance from the received position since it followed, u: the steepness of the
@@ -151,11 +152,11 @@ impl FarMotionCheck {
             at_frame: None,
             fastest: 0.0,
             acceleration: 0.0,
-            corrections: Recent::default(),
-            acceleration_noise: Recent::default(),
-            velocity_noise: Recent::default(),
-            position_noise: Recent::default(),
-            received_steps: Recent::default(),
+            corrections: LargestLately::over(MEMORY),
+            acceleration_noise: LargestLately::over(MEMORY),
+            velocity_noise: LargestLately::over(MEMORY),
+            position_noise: LargestLately::over(MEMORY),
+            received_steps: LargestLately::over(MEMORY),
             followed: 0,
             frames: 0,
             farthest: 0.0,
@@ -349,29 +350,6 @@ impl FarMotionCheck {
         2.0 * self.position_noise.largest()
             + self.velocity_noise.largest() * correction
             + self.acceleration_noise.largest() * correction * correction
-    }
-}
-
-/// The largest value of the last one or two seconds.
-#[derive(Clone, Copy, Debug, Default)]
-struct Recent {
-    now: f64,
-    before: f64,
-    since: f64,
-}
-
-impl Recent {
-    fn push(&mut self, value: f64, passed: f64) {
-        self.since += passed;
-        // Two windows instead of a list: the maximum over one to two seconds in constant memory.
-        if self.since >= MEMORY {
-            (self.before, self.now, self.since) = (self.now, 0.0, 0.0);
-        }
-        self.now = self.now.max(value);
-    }
-
-    const fn largest(&self) -> f64 {
-        self.now.max(self.before)
     }
 }
 

@@ -16,6 +16,7 @@ mod far_motion;
 mod far_time;
 mod hop;
 mod invariants;
+mod largest_lately;
 mod link;
 mod network;
 mod observer;
@@ -35,6 +36,7 @@ pub use far_motion::{
 pub use far_time::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 pub use hop::Load;
 pub use invariants::{Breach, Violation};
+pub use largest_lately::LargestLately;
 pub use network::RouterTraffic;
 pub use observer::{CycleSeen, Observer};
 pub use oracle::{Oracle, Truth, TruthSample};

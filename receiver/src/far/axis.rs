@@ -36,7 +36,7 @@ pub(super) struct Axis {
     wraps: Wraps,
     /// Conditioning of an axis that is only measured.
     encoder: Option<Box<Encoder>>,
-    /// Its frames, if they may be shown later: not those of an axis that is only measured, or shown now on purpose.
+    /// Frames, if they may be shown later: not those of an axis that is only measured, or shown now on purpose.
     presented: Option<Box<Presented>>,
     /// True if the newest cycle showed them later.
     showed_later: bool,

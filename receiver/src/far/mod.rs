@@ -218,8 +218,9 @@ impl FarNode {
                     axis.take(samples.get(n).copied().flatten(), &header);
                 }
             }
-            // After the newest one, whose turn the others share.
-            if let Some(header) = news.header {
+            // After the newest one, whose turn the others share. Nobody asks for them where nothing is shown later.
+            let presented = news.header.filter(|header| header.present_after.is_some());
+            if let Some(header) = presented {
                 for (count, samples) in node.frames() {
                     for (axis, sample) in self.axes.iter_mut().zip(samples) {
                         axis.take_beside(sample.as_ref(), count, &header);

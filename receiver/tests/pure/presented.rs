@@ -11,7 +11,7 @@ use crate::nodes::{self, MILLISECOND};
 
 /// Time from a cycle of the master to the arrival of its frame.
 const WAY: i64 = 5 * MILLISECOND;
-/// Its cycle by the clock of the receiver, 40 ppm long.
+/// Cycle of the master by the clock of the receiver, 40 ppm long.
 const CYCLE: i64 = 1_000_040;
 
 /// A master that goes to and fro with up to 5 000 u/s² and 100 000 u/s³, at a time of its own clock, s.

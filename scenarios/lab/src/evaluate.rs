@@ -3,6 +3,7 @@
 mod coupling;
 mod cuts;
 mod drift;
+mod followed_motion;
 mod judge;
 mod lag;
 mod moments;

@@ -63,7 +63,7 @@ pub(super) struct NodeRequest<'a> {
 
 /// Response to a request, and the place that was asked, for messages.
 pub(super) struct NodeResponse {
-    /// None if the node did not answer.
+    /// Absent if the node did not answer.
     pub(super) payload: Option<Vec<u8>>,
     pub(super) place: String,
 }

@@ -14,7 +14,7 @@ const GAIN: f64 = 4.0 / 27.0;
 
 /// A motion that comes to rest: the quartic whose velocity and acceleration reach zero together.
 ///
-/// It is the sum of the braking of the velocity and that of the acceleration, which may be shorter.
+/// The sum of the braking of the velocity and that of the acceleration, which may be shorter.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Braking {
     from: Kinematics,

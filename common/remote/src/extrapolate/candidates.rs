@@ -51,15 +51,13 @@ pub(super) struct Aim {
 impl Candidates<'_> {
     /// Set values of a mode; none if it has no correction time.
     pub(super) fn of(&self, mode: ExtrapolateMode) -> Option<Aim> {
-        let as_received = |set| Aim {
-            set,
-            acceleration: self.received.acceleration,
-            is_interpolated: false,
-        };
         match mode {
             // Bypass and PT1 need no correction: only these two can always be fallen back to.
             ExtrapolateMode::Bypass => Some(self.as_received()),
-            ExtrapolateMode::Pt1 => Some(as_received(self.filtered)),
+            ExtrapolateMode::Pt1 => Some(Aim {
+                set: self.filtered,
+                ..self.as_received()
+            }),
             ExtrapolateMode::Sync | ExtrapolateMode::Time | ExtrapolateMode::Observer => {
                 Some(self.moved(self.corrections.of(mode)?))
             }

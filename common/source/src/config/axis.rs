@@ -120,7 +120,7 @@ struct Written {
     #[serde(skip_serializing_if = "Option::is_none")]
     modulo: Option<Modulo>,
     /// Time after its generation at which everybody shows it, ms; one for all axes of a sender, of its cycle time or more.
-    /// None by default: followers move the newest values to now.
+    /// By default there is none: followers move the newest values to now.
     #[serde(skip_serializing_if = "Option::is_none")]
     present_after_ms: Option<PresentAfterMs>,
     /// A virtual axis that runs a program. One of program, encoder and replay.

@@ -8,8 +8,9 @@ use coaxle_receiver::{ContinuityState, DriveState, ReceiverConfig, SignalRow};
 use coaxle_sim::{Oracle, Truth};
 
 use super::TrackedMaster;
-use super::cuts::{self, TrueMotion as _};
+use super::cuts::TrueMotion as _;
 use super::drift::DriftTruth;
+use super::followed_motion::{FollowedMotion, seconds};
 use super::lag::MasterLag;
 use super::moments::Moments;
 use super::settling::{SettledFigure, Settling};
@@ -40,7 +41,7 @@ pub(super) struct MotionSource {
     pub(super) gear: Option<GearConfig>,
     /// Time after its generation at which the motion is shown.
     pub(super) later: Span,
-    /// Its greatest jerk, u/s³; unknown for a recorded motion.
+    /// Greatest jerk of the motion, u/s³; unknown for a recorded one.
     pub(super) jerk: Option<f64>,
     /// True for a receiver, whose runs are not visible.
     pub(super) is_receiver: bool,
@@ -497,44 +498,6 @@ impl ReceiverJudge {
         summary.slaves = slaves.map(|(slave, shares)| slave.finish(shares)).collect();
         (self.view.name, self.summary)
     }
-}
-
-/// True motion of the followed axis.
-struct FollowedMotion<'a> {
-    oracle: &'a Oracle<Reference>,
-    gear: Option<GearConfig>,
-    /// Time after its generation at which it is shown.
-    later: Span,
-    start: Instant<Reference>,
-}
-
-impl FollowedMotion<'_> {
-    /// The root as it is to be shown at an instant.
-    fn at(&self, at: Instant<Reference>) -> Option<Truth> {
-        shown_later::at(self.oracle, at, self.later)
-    }
-
-    /// Position and velocity of the followed axis, from those of the axis at the root.
-    fn moves(&self, root: &Truth) -> Option<(f64, f64)> {
-        let GearConfig { ratio, offset } = self.gear?;
-        Some((ratio * root.position + offset, ratio * root.velocity))
-    }
-}
-
-impl cuts::TrueMotion for FollowedMotion<'_> {
-    fn far_position(&self, at: Instant<Reference>) -> Option<f64> {
-        let (position, _) = self.moves(&self.at(at)?)?;
-        Some(position)
-    }
-
-    fn time(&self, at: Instant<Reference>) -> f64 {
-        seconds(at - self.start)
-    }
-}
-
-/// Returns the seconds as people write them: 2.3, where a product with 1e-9 gives 2.3000000000000003.
-fn seconds(span: Span) -> f64 {
-    span.as_nanos() as f64 / 1e9
 }
 
 fn slaves_of(config: &ReceiverConfig, view: &View) -> Vec<SlaveJudge> {

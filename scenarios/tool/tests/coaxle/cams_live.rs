@@ -5,12 +5,11 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::shared::{text, written};
+use crate::shared::{free_endpoint, text, written};
 use coaxle_host::client::Commander;
 use coaxle_node::CommandOrder;
 use coaxle_node::config::TransportConfig;
 use coaxle_node::keys::NodeName;
-use coaxle_os::ClaimedPort;
 use coaxle_test_process::{Process, output, until};
 use serde_json::{Value, json};
 
@@ -22,11 +21,6 @@ const RECEIVER: &str = "name = 'cutter'\ncycle-time-us = 2000\n\
 
 /// Limits of the differences of the set positions: velocity, acceleration, jerk.
 const LIMITS: [f64; 3] = [2_000.0, 40_000.0, 2e6];
-
-fn endpoint() -> String {
-    let port = ClaimedPort::find().expect("a free port").keep();
-    format!("tcp/127.0.0.1:{port}")
-}
 
 fn coaxle(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle"));
@@ -51,7 +45,7 @@ impl Drop for Live {
 
 impl Live {
     fn start(folder: &Path) -> Self {
-        let at = endpoint();
+        let at = free_endpoint();
         let config = written(folder, "receiver.toml", RECEIVER.as_bytes());
         let mut command = coaxle(&["receiver"]);
         command

@@ -3,8 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::shared::{text, written};
-use coaxle_os::ClaimedPort;
+use crate::shared::{free_endpoint, text, written};
 use coaxle_test_process::{Process, output};
 use serde_json::Value;
 
@@ -12,12 +11,6 @@ fn coaxle(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle"));
     command.args(arguments).stdin(Stdio::null());
     command
-}
-
-/// An endpoint that is free now.
-fn endpoint() -> String {
-    let port = ClaimedPort::find().expect("a free port").keep();
-    format!("tcp/127.0.0.1:{port}")
 }
 
 /// Output of the tool, and its exit code.
@@ -48,7 +41,7 @@ const RECEIVER: &str = "name = 'saw'\ncycle-time-us = 2000\nmaster = { node = 'b
 
 #[test]
 fn nobody_there_is_an_error_that_says_who_was_asked_and_where() {
-    let at = endpoint();
+    let at = free_endpoint();
     let (said, code) = said(&["command", "ghost", "carriage", "halt", "--connect", &at]);
     assert_eq!(code, Some(5), "{said}");
     for part in ["node ghost", "coaxle/ghost/command", &at] {
@@ -73,7 +66,7 @@ fn a_wrong_command_is_not_sent_at_all() {
 #[test]
 fn a_sender_has_no_slaves() {
     let folder = tempfile::tempdir().expect("a scratch folder");
-    let at = endpoint();
+    let at = free_endpoint();
     let _sender = start("sender", folder.path(), SENDER, &at);
     let (said, code) = said(&["command", "belt", "carriage", "halt", "--connect", &at]);
     assert_eq!(code, Some(4), "{said}");
@@ -86,7 +79,7 @@ fn a_sender_has_no_slaves() {
 #[test]
 fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
     let folder = tempfile::tempdir().expect("a scratch folder");
-    let at = endpoint();
+    let at = free_endpoint();
     let _receiver = start("receiver", folder.path(), RECEIVER, &at);
     let tell = |slave: &str, arguments: &[&str]| {
         let line = [&["command", "saw", slave], arguments, &["--connect", &at]].concat();
@@ -228,7 +221,7 @@ fn a_slave_does_what_it_is_told_and_refuses_the_rest() {
 #[test]
 fn a_node_is_told_about_a_far_node_and_refuses_the_rest() {
     let folder = tempfile::tempdir().expect("a scratch folder");
-    let at = endpoint();
+    let at = free_endpoint();
     let _receiver = start("receiver", folder.path(), RECEIVER, &at);
     let tell = |far: &str, arguments: &[&str]| {
         let line = [&["command", "saw", "--far", far], arguments].concat();

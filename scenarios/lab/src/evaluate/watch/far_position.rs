@@ -45,7 +45,7 @@ pub(in super::super) struct FarPositionWatch {
 
 impl FarPositionWatch {
     /// Absent for the receiver's own axes, or one that comes in increments.
-    /// Its master's jerk is at most `jerk`, and it is shown that much `later`.
+    /// The jerk of the master is at most `jerk`, and the axis is shown that much `later`.
     pub(in super::super) fn new(
         config: &ReceiverConfig,
         view: &View,

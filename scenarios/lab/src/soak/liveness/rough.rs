@@ -21,7 +21,7 @@ pub(super) struct RoughMaster {
     since: f64,
 }
 
-/// Its motion in a stretch of time.
+/// Motion of a master in a stretch of time.
 #[derive(Clone, Copy, Debug)]
 struct Course {
     /// Least and greatest velocity, u/s.

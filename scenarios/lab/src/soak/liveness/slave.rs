@@ -5,10 +5,11 @@ use coaxle_curve::profile::Limits;
 use coaxle_receiver::SlaveConfig;
 use coaxle_receiver::config::MasterRef;
 use coaxle_receiver::signals::SlaveSignals;
+use coaxle_sim::LargestLately;
 use coaxle_slave::CouplingPhase;
 
 use super::tolerance;
-use super::way::{self, HALF, LargestLately, Way};
+use super::way::{self, HALF, Way};
 
 /// Time before the end in which the target of a slave is slow, unless something says why not, s: all commands have been carried out.
 // The last couplings begin at 62 s, with the limits of the axis; those with less, down to a fiftieth, by 32 s: 500/(0.02 · 500) = 50 s.
@@ -69,7 +70,8 @@ impl SlaveLiveness {
         let last = last.filter(|(at, _, of)| *of == run && t_s > *at);
         let moved = last.map_or(0.0, |(_, before, _)| (target - before).abs());
         let velocity = last.map_or(0.0, |(at, ..)| moved / (t_s - at));
-        self.beat.note(t_s, moved);
+        self.beat
+            .push(moved, before.map_or(0.0, |(at, _)| t_s - at));
         let is_too_fast = velocity > HALF * most;
         if is_too_fast {
             self.too_fast = Some((velocity, t_s));

@@ -32,34 +32,3 @@ pub(super) fn within(limits: &Limits, distance: f64) -> f64 {
     // … whose way there and back, up to v·ramp, counts with the distance.
     (distance + limits.velocity() * ramp) / (HALF * limits.velocity()) + 2.0 * ramp
 }
-
-/// The largest value of the last stretch of time and the one before, each this long, s.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LargestLately {
-    length: f64,
-    since: f64,
-    now: f64,
-    before: f64,
-}
-
-impl LargestLately {
-    pub(super) const fn over(length: f64) -> Self {
-        Self {
-            length,
-            since: 0.0,
-            now: 0.0,
-            before: 0.0,
-        }
-    }
-
-    pub(super) const fn note(&mut self, t_s: f64, value: f64) {
-        if t_s - self.since >= self.length {
-            (self.before, self.now, self.since) = (self.now, 0.0, t_s);
-        }
-        self.now = self.now.max(value);
-    }
-
-    pub(super) const fn largest(&self) -> f64 {
-        self.now.max(self.before)
-    }
-}
