@@ -25,6 +25,9 @@ const CONTRADICTION: f64 = 0.05;
 /// Positions at most this number of cycles apart give the velocity: the mean over a pause of the
 /// node says nothing of its end.
 const SAID_OVER: u32 = 8;
+/// Change of the velocity from one cycle to the next that is no step, as a part of the greatest one: a clock that is 0.1 µs off shows as much
+/// in a cycle of 1 ms.
+const NO_STEP: f64 = 1e-4;
 
 /// Keeps the set values of an axis continuous.
 #[derive(Clone, Debug)]
@@ -80,8 +83,8 @@ enum Motion {
         braking: Braking,
         since: f64,
     },
-    /// The axis is to be brought to the next set values of the master.
-    Returning,
+    /// The axis is to be brought to the next set values of the master; with the way back that it was on, if any.
+    Returning(Option<Rejoin>),
     Rejoining(Rejoin),
 }
 
@@ -101,6 +104,11 @@ impl Continuity {
     pub fn follow(&mut self, master: &Kinematics, cycle: &MasterCycle) -> Kinematics {
         let passed = self.passed(cycle);
         let reach = &cycle.reach;
+        if let Motion::Returning(Some(way)) = self.motion
+            && self.goes_on(way, master, cycle)
+        {
+            self.motion = Motion::Rejoining(way);
+        }
         let set = match (&mut self.motion, &self.last) {
             // Without a previous position there is no step to avoid, so that an axis begins at its master.
             (Motion::Following, _) | (_, None) => {
@@ -112,7 +120,7 @@ impl Continuity {
                 rejoin.go_on(cycle.moved_on(), passed);
                 rejoin.over(master)
             }
-            (Motion::Braking { .. } | Motion::Returning | Motion::Rejoining(_), Some(_)) => {
+            (Motion::Braking { .. } | Motion::Returning(_) | Motion::Rejoining(_), Some(_)) => {
                 // The difference starts at the position at which the axis would be now, not where it was a cycle ago.
                 let standing = self
                     .moving(reach)
@@ -142,7 +150,7 @@ impl Continuity {
         let (braking, since) = match self.motion {
             // A braking once begun keeps its curve, whose start is the last state with data.
             Motion::Braking { braking, since } => (braking, since + passed),
-            Motion::Following | Motion::Returning | Motion::Rejoining(_) => {
+            Motion::Following | Motion::Returning(_) | Motion::Rejoining(_) => {
                 let braking = Braking::new(last, BRAKING, cycle.reach.gained());
                 // The braking begins at the last set values, which are one call ago: the first step has that length.
                 (braking, passed)
@@ -156,7 +164,12 @@ impl Continuity {
 
     /// The next set values of the master are unrelated to the previous ones: the axis is brought there.
     pub const fn rejoin(&mut self) {
-        self.motion = Motion::Returning;
+        let way = match self.motion {
+            Motion::Rejoining(way) => Some(way),
+            Motion::Returning(way) => way,
+            Motion::Following | Motion::Braking { .. } => None,
+        };
+        self.motion = Motion::Returning(way);
     }
 
     /// State of the axis.
@@ -165,8 +178,23 @@ impl Continuity {
         match self.motion {
             Motion::Following => ContinuityState::Following,
             Motion::Braking { .. } => ContinuityState::Braking,
-            Motion::Returning | Motion::Rejoining(_) => ContinuityState::Rejoining,
+            Motion::Returning(_) | Motion::Rejoining(_) => ContinuityState::Rejoining,
         }
+    }
+
+    /// True if the axis goes on without a step on the way back that it was on. In swarm schedule 4937 a way of 700 u to a master at rest
+    /// began from its start whenever the clock was found again.
+    fn goes_on(&self, mut way: Rejoin, master: &Kinematics, cycle: &MasterCycle) -> bool {
+        let (passed, reach) = (self.passed(cycle), &cycle.reach);
+        let Some(last) = self.moving(reach) else {
+            return false;
+        };
+        let standing = moved_on(&last, passed);
+        way.go_on(cycle.moved_on(), passed);
+        let on = way.over(master);
+        let step = NO_STEP * reach.velocity;
+        (on.position - standing.position).abs() <= step * passed
+            && (on.velocity - standing.velocity).abs() <= step
     }
 
     /// Seconds since the cycle before.

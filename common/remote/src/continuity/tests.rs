@@ -196,6 +196,31 @@ fn a_master_at_rest_is_joined_too() {
     );
 }
 
+/// Swarm schedule 4937: it took longer than its plan, which began again whenever the clock was found.
+#[test]
+fn a_way_back_goes_on_where_nothing_steps() {
+    let at_rest = steady(230.0, 0.0);
+    let cycles_until_back = |found_again: Option<u32>| {
+        let mut axis = Axis::of(Reach {
+            velocity: 30.0,
+            acceleration: 100.0,
+        });
+        axis.follow(&steady(-470.0, 0.0), 1);
+        axis.rejoin();
+        let mut cycles = 0;
+        while axis.state() != ContinuityState::Following {
+            if found_again.is_some_and(|every| cycles % every == every - 1) {
+                axis.rejoin();
+            }
+            axis.follow(&at_rest, 1);
+            cycles += 1;
+            assert!(cycles < 200_000);
+        }
+        cycles
+    };
+    assert_eq!(cycles_until_back(Some(20_000)), cycles_until_back(None));
+}
+
 #[test]
 fn skipped_cycles_change_nothing_of_the_curve() {
     let run = |step: u32| -> Vec<Kinematics> {
