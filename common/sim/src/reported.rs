@@ -34,7 +34,8 @@ const WAY: f64 = 1.0;
 ///   changes by at most `a·t`, and has to follow them. In wide schedules 500360 and 503539 a gear followed its master at −305 u/s, 1 %
 ///   beside its positions, and had to reverse with all of its acceleration; in 700308 with nine tenths of it in one of the cycles. Velocities after skipped cycles, and in the cycle after that, may use all that the
 ///   limits admit within those: three positions that far apart do not show where in between the
-///   axis was accelerated. A cycle later that is compensated as fast as the acceleration admits.
+///   axis was accelerated. From a cycle later on that deviation decreases in the same way. In swarm schedule 4957 an axis reversed after
+///   135 skipped cycles with all of its acceleration, which left nothing to compensate it.
 /// * An acceleration is the second difference, to twice `j` times the time from it to the middle of
 ///   the three positions, which is `t` for equal cycles.
 /// * Both keep their limits, and the velocity changes from cycle to cycle by at most `a·t` plus the
@@ -57,8 +58,8 @@ pub struct ReportedCheck {
     skipped: [f64; 3],
     /// Positions since the jerk was free.
     since_free: u8,
-    /// Deviation of the velocity by the pace that could not be compensated yet, u/s.
-    by_pace: f64,
+    /// Deviation of the velocity, by the pace or by skipped cycles, that could not be compensated yet, u/s.
+    uncompensated: f64,
 }
 
 /// A velocity by two positions, u/s, and the time between them, s.
@@ -101,7 +102,7 @@ impl ReportedCheck {
             difference: None,
             skipped: [0.0; 3],
             since_free: 0,
-            by_pace: 0.0,
+            uncompensated: 0.0,
         }
     }
 
@@ -112,7 +113,7 @@ impl ReportedCheck {
         self.difference = None;
         self.skipped = [0.0; 3];
         self.since_free = 0;
-        self.by_pace = 0.0;
+        self.uncompensated = 0.0;
     }
 
     /// Permits any jerk at the next set values.
@@ -142,17 +143,21 @@ impl ReportedCheck {
         self.skipped = [skipped, self.skipped[0], self.skipped[1]];
         // Divided as the positions are: of a velocity, and again below for an acceleration.
         let rounding = self.rounding(set, &last) / time;
-        self.by_pace = self.pace_left(set, &last, now, before);
+        self.uncompensated = self.left_over(set, &last, now, before);
         let found = [
             self.of_velocity(set, &last, now, rounding),
             before.and_then(|before| self.of_acceleration(set, now, before, rounding)),
         ];
+        if self.skipped.iter().any(|time| *time > 0.0) {
+            let deviation = now.velocity - 0.5 * (set.velocity + last.velocity);
+            self.uncompensated = self.uncompensated.max(deviation.abs());
+        }
         self.since_free = (self.since_free + 1).min(4);
         found
     }
 
-    /// The deviation by the pace that this cycle can have left, u/s.
-    fn pace_left(
+    /// The deviation that this cycle can have left, u/s.
+    fn left_over(
         &self,
         set: &Kinematics,
         last: &Kinematics,
@@ -168,7 +173,7 @@ impl ReportedCheck {
         let fastest = velocities
             .into_iter()
             .fold(0.0_f64, |most, velocity| most.max(velocity.abs()));
-        (self.by_pace - compensated).max(PACE * fastest)
+        (self.uncompensated - compensated).max(PACE * fastest)
     }
 
     fn of_velocity(
@@ -188,7 +193,7 @@ impl ReportedCheck {
             false => free,
         };
         // A slewed master runs at another pace than its velocities, by at most this share.
-        let beside = by_jerk + self.by_pace;
+        let beside = by_jerk + self.uncompensated;
         let found = |value: f64, limit: f64, more: f64| {
             let most = limit + more + RELATIVE * self.velocity + rounding;
             (value > most).then_some(ReportedMismatch {
@@ -421,6 +426,28 @@ mod tests {
         assert_eq!(after(8.0, 3), [false; 3]);
         assert_eq!(after(8.0, 4), [false, false, false, true]);
         assert_eq!(after(8.6, 2), [false, true]);
+    }
+
+    /// Swarm schedule 4957: after skipped cycles an axis reverses with all of its acceleration.
+    #[test]
+    fn what_was_skipped_stays_while_the_acceleration_is_at_its_limit() {
+        let faults = |acceleration: f64, cycles: i32| {
+            let mut check = ReportedCheck::new(&limits(), T);
+            let _ = check.push(&set(0.0, 0.0, 0.0), 1);
+            let (mut position, mut velocity) = (0.0, -100.0);
+            let mut found = 0;
+            for cycle in 0..cycles {
+                position += (velocity + 0.5 * acceleration * T) * T;
+                velocity += acceleration * T;
+                let skipped = if cycle == 0 { 9 } else { 1 };
+                let reported = set(position, velocity + 6.0, acceleration);
+                let [of_velocity, _] = check.push(&reported, skipped);
+                found += usize::from(of_velocity.is_some());
+            }
+            found
+        };
+        assert_eq!(faults(5_000.0, 20), 0);
+        assert!(faults(2_500.0, 20) > 10);
     }
 
     #[test]

@@ -157,7 +157,13 @@ impl Evaluation {
                 jumps: &clock_jumps,
                 resolution_us: steady_resolution(scenario, config),
             });
-            judges.push(ReceiverJudge::new(config, sources, view, clocks));
+            judges.push(ReceiverJudge::new(
+                config,
+                &scenario.events,
+                sources,
+                view,
+                clocks,
+            ));
         }
         let virtual_axes = |receiver: &ReceiverConfig| {
             let axes = receiver.virtual_axes.iter();

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_receiver::config::{GearConfig, MasterRef};
 use coaxle_receiver::{ContinuityState, DriveState, ReceiverConfig, SignalRow};
-use coaxle_sim::{Oracle, Truth};
+use coaxle_sim::Truth;
 
 use super::TrackedMaster;
 use super::cuts::TrueMotion as _;
@@ -19,6 +19,7 @@ use super::skipped::SkippedCycles;
 use super::slave::SlaveJudge;
 use super::unnoticed::UnnoticedChange;
 use super::watch::{FarErrorWatch, FarPositionWatch, ReceiverWatch};
+use crate::event::Event;
 use crate::followed::JudgedAxis;
 use crate::invariants::InvariantViolation;
 use crate::record::ReceiverCycle;
@@ -114,9 +115,10 @@ struct Previous {
 const MOST_TIMES: usize = 1_000;
 
 impl ReceiverJudge {
-    /// The judge of a receiver by one of its axes. Its stated error is judged if there are `clock_jumps`.
+    /// The judge of a receiver by one of its axes, in a scenario with these `events`. Its stated error is judged if there are `clock_jumps`.
     pub(super) fn new(
         config: &ReceiverConfig,
+        events: &[Event],
         sources: Vec<MotionSource>,
         view: &View,
         clock_jumps: Option<Clocks<'_>>,
@@ -148,7 +150,9 @@ impl ReceiverJudge {
                 FarErrorWatch::new(config, view, clocks.jumps, clocks.resolution_us)
             }),
             far_position: is_shown
-                .then(|| FarPositionWatch::new(config, view, jerk, later.unwrap_or_default()))
+                .then(|| {
+                    FarPositionWatch::new(config, view, events, jerk, later.unwrap_or_default())
+                })
                 .flatten(),
             unnoticed: UnnoticedChange::new(config, view),
             lag: MasterLag::default(),

@@ -1,6 +1,7 @@
 //! Invariant checks of a receiver in every cycle: itself, the nodes that it receives, its far axes and its slaves.
 
 mod axis;
+mod blending;
 mod far_error;
 mod far_node;
 mod far_position;

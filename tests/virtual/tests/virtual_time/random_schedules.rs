@@ -102,6 +102,10 @@ const WIDE_REGRESSIONS: &[(u64, &str)] = &[
         703_128,
         "as 500647, by the coarse accelerations of an encoder over 50 ms without frames",
     ),
+    (
+        723_586,
+        "what a master did while its sender stood still was to be known",
+    ),
 ];
 
 /// Seeds of swarm schedules that once failed, with the reasons.
@@ -140,6 +144,22 @@ const SWARM_REGRESSIONS: &[(u64, &str)] = &[
     (
         3_088,
         "a way back that was planned again was judged from its first plan on",
+    ),
+    (
+        2_932,
+        "by the rate of a line that had just begun, two ways took nothing together, and the error that was stated was too small",
+    ),
+    (
+        4_937,
+        "a way back began from its start whenever the clock was found again",
+    ),
+    (
+        4_941,
+        "an order made the blending longer than the check assumed",
+    ),
+    (
+        4_957,
+        "a velocity beside its positions after skipped cycles was to be compensated beyond the acceleration limit",
     ),
     (
         410,

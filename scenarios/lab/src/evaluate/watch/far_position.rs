@@ -7,16 +7,18 @@ use coaxle_clock::Span;
 use coaxle_receiver::ReceiverConfig;
 use coaxle_receiver::config::Positions;
 
+use super::blending::longest_blending;
 use super::far_error::{stated, wanted_offset};
 use super::found::{Found, WatchedCycle};
 use super::interpolation_error::InterpolationError;
+use crate::event::Event;
 use crate::invariants::{Invariant, InvariantViolation, WatchedPart};
 use crate::row::Row;
 use crate::topology::{ReceiverAxis, View};
 
-/// Duration of blending after a change of mode, in which the mode does not define the position, s.
-// More than three times the default of 0.06 s (`blending-time-s`).
-const BLENDED: f64 = 0.2;
+/// Time after which a change of mode is blended in for certain, in blending times: until then the mode does not define the position.
+// A block that falls back meanwhile blends once more, and back again: 0.2 s by default.
+const BLENDED: f64 = 10.0 / 3.0;
 /// Cycles by which the master's acceleration may appear late: it is taken from differences of its velocity.
 const LATE: f64 = 3.0;
 /// Most cycles over which a difference of two velocities is the acceleration between them.
@@ -29,6 +31,8 @@ const ROUNDING: f64 = 1e-11;
 pub(in super::super) struct FarPositionWatch {
     of: WatchedPart,
     cycle_time: f64,
+    /// Time after which a change of mode is blended in, s.
+    blended: f64,
     /// Period of a position that comes within its turn.
     period: Option<f64>,
     /// Time since which it is in sync without a break, s.
@@ -44,11 +48,12 @@ pub(in super::super) struct FarPositionWatch {
 }
 
 impl FarPositionWatch {
-    /// Absent for the receiver's own axes, or one that comes in increments.
+    /// Absent for the receiver's own axes, or one that comes in increments. `events` are those of the whole scenario.
     /// The jerk of the master is at most `jerk`, and the axis is shown that much `later`.
     pub(in super::super) fn new(
         config: &ReceiverConfig,
         view: &View,
+        events: &[Event],
         jerk: Option<f64>,
         later: Span,
     ) -> Option<Self> {
@@ -64,6 +69,7 @@ impl FarPositionWatch {
                 part: config.far_axis_names().into_iter().nth(axis),
             },
             cycle_time: config.cycle_time_us.0.as_secs_f64(),
+            blended: BLENDED * longest_blending(config, far, events),
             period: turns.map(Modulo::length),
             since: None,
             before: None,
@@ -87,6 +93,12 @@ impl FarPositionWatch {
         let Some((position, velocity)) = row.truth else {
             self.before = None;
             self.since = None;
+            // Wide schedule 723586: a sender changed its velocity by 13 u/s while it stood still for 52 ms.
+            self.remember(Recently {
+                t_s: row.t_s,
+                is_unknown: true,
+                ..Recently::default()
+            });
             return;
         };
         self.learn(row, [position, velocity]);
@@ -98,7 +110,7 @@ impl FarPositionWatch {
         };
         let since = *self.since.get_or_insert(row.t_s);
         // Set values of the observer are blended in each time that it begins to lead.
-        if row.t_s - since < BLENDED {
+        if row.t_s - since < self.blended {
             return;
         }
         // Nothing is predicted between two frames.
@@ -164,8 +176,12 @@ impl FarPositionWatch {
             recently.jump = (position - from - way).abs();
             recently.is_unknown = passed > KNOWN_OVER * self.cycle_time;
         }
+        self.remember(recently);
+    }
+
+    fn remember(&mut self, recently: Recently) {
         self.lately.push_back(recently);
-        let oldest = row.t_s - LONGEST;
+        let oldest = recently.t_s - LONGEST;
         while (self.lately.front()).is_some_and(|recently| recently.t_s < oldest) {
             self.lately.pop_front();
         }

@@ -106,7 +106,7 @@ fn a_position_within_the_turn_is_in_any_turn_of_its_master() {
         );
         let config: ReceiverConfig = parse("saw.toml", &text).expect("a config");
         let mut watch =
-            FarPositionWatch::new(&config, &view(), None, Span::ZERO).expect("a far axis");
+            FarPositionWatch::new(&config, &view(), &[], None, Span::ZERO).expect("a far axis");
         for cycle in 0..1_000 {
             let mut row = measured(cycle, 100.0);
             let [position, velocity] = steady(row.t_s);
@@ -173,7 +173,8 @@ type Motion = fn(f64) -> [f64; 2];
 /// of this age, s, and a time that may be wrong by `uncertainty`, µs.
 fn is_position_found(master: Motion, age: f64, uncertainty: f64, off: impl Fn(f64) -> f64) -> bool {
     let config = config();
-    let mut watch = FarPositionWatch::new(&config, &view(), None, Span::ZERO).expect("a far axis");
+    let mut watch =
+        FarPositionWatch::new(&config, &view(), &[], None, Span::ZERO).expect("a far axis");
     for cycle in 0..1_000 {
         let mut row = measured(cycle, uncertainty);
         let [position, velocity] = master(row.t_s);
@@ -210,7 +211,7 @@ fn a_time_of_the_far_clock_is_multiplied_by_the_velocity_in_that_clock() {
     let is_found = |pace: f64| {
         let config = config();
         let mut watch =
-            FarPositionWatch::new(&config, &view(), None, Span::ZERO).expect("a far axis");
+            FarPositionWatch::new(&config, &view(), &[], None, Span::ZERO).expect("a far axis");
         for cycle in 0..1_000 {
             let mut row = measured(cycle, 15_000.0);
             let [position, own_velocity] = steady(row.t_s);
@@ -286,7 +287,7 @@ fn a_master_that_was_not_seen_is_bounded_by_its_velocity() {
     };
     let found = |skipped: std::ops::Range<u32>, off: f64| {
         let mut watch =
-            FarPositionWatch::new(&config(), &view(), None, Span::ZERO).expect("a far axis");
+            FarPositionWatch::new(&config(), &view(), &[], None, Span::ZERO).expect("a far axis");
         for cycle in (0..900).filter(|cycle| !skipped.contains(cycle)) {
             let mut row = measured(cycle, 1.0);
             let [position, velocity] = master(row.t_s);
