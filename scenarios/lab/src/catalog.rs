@@ -95,6 +95,7 @@ pub const FAULTS: &[(&str, &str)] = catalogue![
     "faults/restart",
     "faults/freeze",
     "faults/receiver-overrun",
+    "faults/frozen-receiver",
     "faults/stalled-viewer",
     "faults/receiver-restart",
     "faults/sender-error",
