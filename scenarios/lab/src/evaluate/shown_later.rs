@@ -64,10 +64,14 @@ pub(super) fn at(oracle: &Oracle<Reference>, at: Instant<Reference>, later: Span
     }
     let guess = at - later;
     let then = oracle.at(guess)?;
+    let of_run = |at| oracle.at(at).filter(|truth| truth.epoch == then.epoch);
     // Its clock drifts by less than a thousandth, so that one step leaves a millionth of a millionth of the delay.
-    let Some(now) = oracle.at(at).filter(|now| now.epoch == then.epoch) else {
-        return Some(then);
+    let passed = match of_run(at) {
+        Some(now) => now.seconds_since(&then),
+        // After its last cycle, and into another run, its clock has the pace of before. In the last cycle of swarm schedule 5125 a drift of
+        // 342 ppm over 293 ms was taken for an error of 0.1 ms.
+        None => then.seconds_since(&of_run(guess - later)?),
     };
-    let off = now.seconds_since(&then).to_span() - later;
+    let off = passed.to_span() - later;
     oracle.at(guess + off)
 }

@@ -162,6 +162,10 @@ const SWARM_REGRESSIONS: &[(u64, &str)] = &[
         "a velocity beside its positions after skipped cycles was to be compensated beyond the acceleration limit",
     ),
     (
+        5_125,
+        "in its last cycle, an axis that is shown later was judged by another pace than that of its master's clock",
+    ),
+    (
         410,
         "by a timing channel, the far time of clocks that wander was farther off than stated",
     ),
