@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use coaxle_wire::document::{Document, Misread};
 use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 
+use super::document::{document_of, document_of_table};
 use super::schema::{compare, schema_of};
 use super::{ConfigError, check_kind};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
@@ -45,8 +47,7 @@ pub fn from_table<T: DeserializeOwned + JsonSchema>(
     file: &str,
     table: toml::Table,
 ) -> Result<T, ConfigError> {
-    // Copied for errors only: the deserializer consumes its value.
-    let read = part_of_table(file, "", table.clone().into(), &table, schema_of::<T>);
+    let read = part_of_table(file, "", &document_of_table(&table), &table, schema_of::<T>);
     read.or_else(|error| {
         // Nine unknown fields say less than that it is a sender's config.
         check_kind(file, &schema_of::<T>(), &table)?;
@@ -54,18 +55,25 @@ pub fn from_table<T: DeserializeOwned + JsonSchema>(
     })
 }
 
+/// Reads an element that is a value of its own, such as one of several forms in a list.
+///
+/// # Errors
+/// [`Misread`] with the field of the element.
+pub fn from_value<T: DeserializeOwned>(value: &toml::Value) -> Result<T, Misread> {
+    T::deserialize(&document_of(value))
+}
+
 /// Reads the part of a whole document that is at `path`, with errors that name all fields that are missing or unknown in the
 /// whole.
 pub(crate) fn part_of_table<T: DeserializeOwned>(
     file: &str,
     path: &str,
-    part: toml::Value,
+    part: &Document,
     whole: &toml::Table,
     schema_of_whole: impl FnOnce() -> Schema,
 ) -> Result<T, ConfigError> {
-    serde_path_to_error::deserialize(part).map_err(|error| {
-        let field = error.path().to_string();
-        let field = match (path, field.as_str()) {
+    T::deserialize(part).map_err(|error| {
+        let field = match (path, error.field().as_str()) {
             // The path of the part itself.
             (path, ".") => path.to_owned(),
             ("", field) => field.to_owned(),
@@ -73,7 +81,7 @@ pub(crate) fn part_of_table<T: DeserializeOwned>(
         };
         // Only after an error: a comparison with the schema costs more than reading.
         let findings = compare(schema_of_whole().as_value(), whole);
-        ConfigError::read(file, &field, error.inner().message(), findings)
+        ConfigError::read(file, &field, error.reason(), findings)
     })
 }
 

@@ -17,7 +17,10 @@ use serde_json::{Map, Value};
 use crate::config::schema::{
     LabField, lab_fields, marked_schema_of, schema_of, schema_without_lab_fields,
 };
-use crate::config::{ClockConfig, ConfigError, Wrong, check_kind, parse_table, part_of_table};
+use crate::config::{
+    ClockConfig, ConfigError, Wrong, check_kind, document_of, document_of_table, parse_table,
+    part_of_table,
+};
 use crate::faults::check_clock;
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
@@ -151,13 +154,14 @@ impl<C: WithLab> NodeFile<C> {
         refuse_lab_fields(file, schema.as_value(), &whole)?;
         let mut rest = whole.clone();
         let table = rest.remove(LAB);
-        let mut config: C = part_of_table(file, "", rest.into(), &whole, Self::schema)?;
+        let mut config: C =
+            part_of_table(file, "", &document_of_table(&rest), &whole, Self::schema)?;
         let Some(table) = table else {
             return Ok(Self { config, lab: None });
         };
         // Before parsing: shown as written, without defaults.
         let fields = LabFields::of(&table);
-        let lab: C::Lab = part_of_table(file, LAB, table, &whole, Self::schema)?;
+        let lab: C::Lab = part_of_table(file, LAB, &document_of(&table), &whole, Self::schema)?;
         // Without a folder, as in a text of a test, relative files have no place.
         if let Some(folder) = folder {
             lab.check_files(folder)
