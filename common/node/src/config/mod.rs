@@ -35,7 +35,7 @@ pub use forgery::{Forged, Forgery, Times};
 pub(crate) use kind::check_kind;
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use list::at_most;
-pub(crate) use load::part_of_table;
+pub(crate) use load::error_in_part;
 pub use load::{from_table, from_value, load, parse, parse_table};
 pub use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;
