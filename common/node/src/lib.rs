@@ -23,7 +23,7 @@ pub use coaxle_wire::{
     CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake, InvalidScan,
     KeptMessage, MOST_CHARACTERS, NodeScan, PresentAfter, Reader, ReceivedMessage, Rejection,
     RejectionCounters, Stamps, TimeRequest, TimeServer, TimeServerCounters, audit, beacon, command,
-    exchange, frame, intake, keys, one_line, time_server,
+    document, exchange, frame, intake, keys, one_line, time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};
 pub use fields::fields_of;

@@ -5,6 +5,7 @@
 //! * [`beacon`]: time requests and responses near the wire, beside the transport.
 //!   [`BeaconServer`] responds.
 //! * [`command`]: orders to the slaves of a node from anywhere, and their results: JSON.
+//! * [`document`]: what a file or a message holds, and the field of it that is wrong.
 //! * [`audit`]: who was refused what by a node, and who did what there: JSON.
 //! * [`keys`]: the key expressions under which all of it travels.
 //! * [`intake`]: arriving bytes become a [`Message`], or a [`Rejection`] with its reason.
@@ -46,6 +47,7 @@ pub mod beacon_server;
 mod channel;
 mod circle_change;
 pub mod command;
+pub mod document;
 pub mod exchange;
 pub mod frame;
 pub mod intake;

@@ -2,7 +2,7 @@
 //! mixture.
 
 use coaxle_axis::Modulo;
-use coaxle_node::config::{Unit, Wrong};
+use coaxle_node::config::{Unit, Wrong, from_value};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_remote::EncoderParameters;
@@ -156,9 +156,9 @@ impl TryFrom<Vec<Value>> for AxisList {
 /// The axes of an entry; otherwise a further reason, or an empty text.
 fn axes_of(entry: Value) -> Result<Vec<FarAxisConfig>, String> {
     match entry {
-        described @ Value::Table(_) => match described.try_into() {
+        described @ Value::Table(_) => match from_value(&described) {
             Ok(axis) => Ok(vec![axis]),
-            Err(error) => Err(format!(": {}", toml::de::Error::message(&error))),
+            Err(misread) => Err(format!(": {}", misread.reason())),
         },
         entry => ids_of(entry).ok_or_else(String::new),
     }

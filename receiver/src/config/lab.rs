@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coaxle_node::config::{ClockConfig, LinkConfig, Wrong};
+use coaxle_node::document::{Document, Misread};
 use coaxle_node::faults::check_link;
 use coaxle_node::keys::NodeName;
 use coaxle_node::lab::{LabTable, WithLab, check_lab_clock};
@@ -60,6 +61,10 @@ pub struct SlaveLab {
 }
 
 impl LabTable for ReceiverLab {
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
+
     fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)?;
         for (n, far) in self.far.iter().enumerate() {
@@ -143,6 +148,10 @@ impl SlaveLab {
 
 impl WithLab for ReceiverConfig {
     type Lab = ReceiverLab;
+
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
 
     fn set_lab(&mut self, lab: ReceiverLab) -> Result<(), Wrong> {
         (self.seed, self.clock) = (lab.seed, lab.clock);

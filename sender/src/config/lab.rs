@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coaxle_node::config::{ClockConfig, Wrong};
+use coaxle_node::document::{Document, Misread};
 use coaxle_node::lab::{LabTable, WithLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,10 @@ pub struct SenderLab {
 }
 
 impl LabTable for SenderLab {
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
+
     fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)
     }
@@ -27,6 +32,10 @@ impl LabTable for SenderLab {
 
 impl WithLab for SenderConfig {
     type Lab = SenderLab;
+
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
 
     fn set_lab(&mut self, SenderLab { seed, clock }: SenderLab) -> Result<(), Wrong> {
         // Every value of a lab table fits a sender, which has one clock.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coaxle_node::config::{ClockConfig, Wrong};
+use coaxle_node::document::{Document, Misread};
 use coaxle_node::lab::{LabTable, WithLab, check_lab_clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,10 @@ pub struct GatewayLab {
 }
 
 impl LabTable for GatewayLab {
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
+
     fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)
     }
@@ -25,6 +30,10 @@ impl LabTable for GatewayLab {
 
 impl WithLab for GatewayConfig {
     type Lab = GatewayLab;
+
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
 
     fn set_lab(&mut self, GatewayLab { clock }: GatewayLab) -> Result<(), Wrong> {
         self.clock = clock;

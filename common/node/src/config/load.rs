@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use coaxle_wire::document::Misread;
 use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 
+use super::document::{document_of, document_of_table};
 use super::schema::{compare, schema_of};
 use super::{ConfigError, check_kind};
 use crate::text_file::{self, MOST_CONFIG_BYTES};
@@ -45,36 +47,39 @@ pub fn from_table<T: DeserializeOwned + JsonSchema>(
     file: &str,
     table: toml::Table,
 ) -> Result<T, ConfigError> {
-    // Copied for errors only: the deserializer consumes its value.
-    let read = part_of_table(file, "", table.clone().into(), &table, schema_of::<T>);
-    read.or_else(|error| {
+    T::deserialize(&document_of_table(&table)).map_err(|misread| {
         // Nine unknown fields say less than that it is a sender's config.
-        check_kind(file, &schema_of::<T>(), &table)?;
-        Err(error)
+        check_kind(file, &schema_of::<T>(), &table)
+            .err()
+            .unwrap_or_else(|| error_in_part(file, "", &misread, &table, schema_of::<T>))
     })
 }
 
-/// Reads the part of a whole document that is at `path`, with errors that name all fields that are missing or unknown in the
-/// whole.
-pub(crate) fn part_of_table<T: DeserializeOwned>(
+/// Reads an element that is a value of its own, such as one of several forms in a list.
+///
+/// # Errors
+/// [`Misread`] with the field of the element.
+pub fn from_value<T: DeserializeOwned>(value: &toml::Value) -> Result<T, Misread> {
+    T::deserialize(&document_of(value))
+}
+
+/// The error of the part of a whole document that is at `path`. It names all fields that are missing or unknown in the whole.
+pub(crate) fn error_in_part(
     file: &str,
     path: &str,
-    part: toml::Value,
+    misread: &Misread,
     whole: &toml::Table,
-    schema_of_whole: impl FnOnce() -> Schema,
-) -> Result<T, ConfigError> {
-    serde_path_to_error::deserialize(part).map_err(|error| {
-        let field = error.path().to_string();
-        let field = match (path, field.as_str()) {
-            // The path of the part itself.
-            (path, ".") => path.to_owned(),
-            ("", field) => field.to_owned(),
-            (path, field) => format!("{path}.{field}"),
-        };
-        // Only after an error: a comparison with the schema costs more than reading.
-        let findings = compare(schema_of_whole().as_value(), whole);
-        ConfigError::read(file, &field, error.inner().message(), findings)
-    })
+    schema_of_whole: fn() -> Schema,
+) -> ConfigError {
+    let field = match (path, misread.field().as_str()) {
+        // The path of the part itself.
+        (path, ".") => path.to_owned(),
+        ("", field) => field.to_owned(),
+        (path, field) => format!("{path}.{field}"),
+    };
+    // Only after an error: a comparison with the schema costs more than reading.
+    let findings = compare(schema_of_whole().as_value(), whole);
+    ConfigError::read(file, &field, misread.reason(), findings)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 mod checked;
 mod clock;
+mod document;
 mod error;
 mod forgery;
 mod kind;
@@ -28,13 +29,14 @@ pub use checked::{
     PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
+pub(crate) use document::{document_of, document_of_table};
 pub use error::{ConfigError, Mistake};
 pub use forgery::{Forged, Forgery, Times};
 pub(crate) use kind::check_kind;
 pub use link::{BurstLossConfig, CorrelatedConfig, DelayStep, LinkConfig, Partition, SpikeConfig};
 pub use list::at_most;
-pub(crate) use load::part_of_table;
-pub use load::{from_table, load, parse, parse_table};
+pub(crate) use load::error_in_part;
+pub use load::{from_table, from_value, load, parse, parse_table};
 pub use place::{Position, elements_of};
 pub use real_time::RealTimeConfig;
 pub use term::{Between, Term, Wave};

@@ -9,6 +9,7 @@ mod tests;
 
 use std::path::Path;
 
+use coaxle_wire::document::{Document, Misread};
 use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -17,7 +18,10 @@ use serde_json::{Map, Value};
 use crate::config::schema::{
     LabField, lab_fields, marked_schema_of, schema_of, schema_without_lab_fields,
 };
-use crate::config::{ClockConfig, ConfigError, Wrong, check_kind, parse_table, part_of_table};
+use crate::config::{
+    ClockConfig, ConfigError, Wrong, check_kind, document_of, document_of_table, error_in_part,
+    parse_table,
+};
 use crate::faults::check_clock;
 use crate::text_file::{self, MOST_CONFIG_BYTES};
 
@@ -27,6 +31,13 @@ pub use fields::LabFields;
 pub trait WithLab: Clone + Serialize + DeserializeOwned + JsonSchema {
     /// The table.
     type Lab: LabTable;
+
+    /// Reads the config with its deserializer. Each crate that calls a deserializer makes all of its code again; this
+    /// method is made once, in the crate of the config.
+    ///
+    /// # Errors
+    /// [`Misread`] with the field.
+    fn read(document: &Document) -> Result<Self, Misread>;
 
     /// Moves the fields of the table to where they belong.
     ///
@@ -42,6 +53,12 @@ pub trait WithLab: Clone + Serialize + DeserializeOwned + JsonSchema {
 pub trait LabTable:
     Clone + Default + PartialEq + Serialize + DeserializeOwned + JsonSchema
 {
+    /// Reads the table with its deserializer, as [`WithLab::read`] does.
+    ///
+    /// # Errors
+    /// [`Misread`] with the field.
+    fn read(document: &Document) -> Result<Self, Misread>;
+
     /// Reads the files that the table names by relative paths from `folder`, as the node's start does.
     ///
     /// # Errors
@@ -151,13 +168,15 @@ impl<C: WithLab> NodeFile<C> {
         refuse_lab_fields(file, schema.as_value(), &whole)?;
         let mut rest = whole.clone();
         let table = rest.remove(LAB);
-        let mut config: C = part_of_table(file, "", rest.into(), &whole, Self::schema)?;
+        let misread =
+            |path, misread: &Misread| error_in_part(file, path, misread, &whole, Self::schema);
+        let mut config = C::read(&document_of_table(&rest)).map_err(|error| misread("", &error))?;
         let Some(table) = table else {
             return Ok(Self { config, lab: None });
         };
         // Before parsing: shown as written, without defaults.
         let fields = LabFields::of(&table);
-        let lab: C::Lab = part_of_table(file, LAB, table, &whole, Self::schema)?;
+        let lab = C::Lab::read(&document_of(&table)).map_err(|error| misread(LAB, &error))?;
         // Without a folder, as in a text of a test, relative files have no place.
         if let Some(folder) = folder {
             lab.check_files(folder)

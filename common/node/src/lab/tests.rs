@@ -39,6 +39,10 @@ struct PartLab {
 }
 
 impl LabTable for ToyLab {
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
+
     fn check_files(&self, folder: &Path) -> Result<(), Wrong> {
         check_lab_clock(&self.clock, folder)
     }
@@ -46,6 +50,10 @@ impl LabTable for ToyLab {
 
 impl WithLab for Toy {
     type Lab = ToyLab;
+
+    fn read(document: &Document) -> Result<Self, Misread> {
+        Self::deserialize(document)
+    }
 
     fn set_lab(&mut self, lab: ToyLab) -> Result<(), Wrong> {
         self.clock = lab.clock;

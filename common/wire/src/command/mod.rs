@@ -21,9 +21,10 @@ mod order;
 mod outcome;
 mod saw;
 
-use serde::de::IgnoredAny;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::document::from_json;
 use crate::one_line::one_line;
 use command_name::CommandName;
 
@@ -210,13 +211,8 @@ impl From<CommandOrder> for OrderOnWire {
     }
 }
 
-fn read<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, InvalidOrder> {
-    let mut json = serde_json::Deserializer::from_slice(bytes);
-    let value = serde_path_to_error::deserialize(&mut json)
-        .map_err(|error| malformed(&error.path().to_string(), &error.inner().to_string()))?;
-    json.end()
-        .map_err(|error| malformed(".", &error.to_string()))?;
-    Ok(value)
+fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, InvalidOrder> {
+    from_json(bytes).map_err(|misread| malformed(&misread.field(), misread.reason()))
 }
 
 fn malformed(field: &str, reason: &str) -> InvalidOrder {

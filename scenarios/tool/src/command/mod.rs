@@ -19,6 +19,7 @@ use coaxle_node::command::{
     Addressee, AnyCommand, CommandAnswer, CommandVerdict, FarName, FarView, SlaveName, SlaveView,
     WrongAddressee,
 };
+use coaxle_node::document::from_json;
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::wrong_argument;
 use coaxle_report::inspect::{self, shown};
@@ -106,11 +107,8 @@ impl CommandArgs {
     fn command(&self) -> anyhow::Result<AnyCommand> {
         match (&self.spelled, &self.order) {
             (Some(SpelledCommand(command)), None) => Ok(command.clone()),
-            (None, Some(json)) => {
-                let mut json = serde_json::Deserializer::from_str(json);
-                serde_path_to_error::deserialize(&mut json)
-                    .or_else(|reason| wrong_argument(format!("--order: {reason}")))
-            }
+            (None, Some(json)) => from_json(json.as_bytes())
+                .or_else(|reason| wrong_argument(format!("--order: {reason}"))),
             (None, None) => {
                 wrong_argument("expected a command, or --order; see coaxle command --help")
             }

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, FromArgMatches, Subcommand};
 use coaxle_node::command::{AnyCommand, CommandFamily, ListedCommand};
+use coaxle_node::document::from_json_value;
 use coaxle_slave as slave;
 use serde_json::{Value, json};
 
@@ -56,7 +57,7 @@ impl FromArgMatches for SpelledCommand {
             return Err(clap::Error::new(ErrorKind::MissingSubcommand));
         };
         let command = json!({ name: fields(name, options)? });
-        serde_path_to_error::deserialize(command)
+        from_json_value(&command)
             .map(Self)
             .map_err(|error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")))
     }
