@@ -23,6 +23,7 @@ mod drives;
 mod far;
 mod far_axes;
 mod health;
+mod hold_back;
 mod marks;
 mod node;
 mod pipeline;

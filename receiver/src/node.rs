@@ -13,7 +13,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{
     Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
-    RejectionCounters, TimeServer, TimeServerCounters,
+    PresentAfter, RejectionCounters, TimeServer, TimeServerCounters,
 };
 use coaxle_slave::{Command, Refusal};
 
@@ -217,8 +217,8 @@ impl Receiver {
             index: CycleIndex::of_count(self.tick.count),
             count: self.tick.count,
             cycle_time: self.schedule.cycle_time(),
+            present_after: PresentAfter::new(self.pipeline.hold_back()),
             // The host adds the stamp where the frame leaves.
-            present_after: None,
             send_stamp: None,
         };
         let pipeline = &mut self.pipeline;
@@ -261,6 +261,7 @@ impl Receiver {
         signals.cycle = self.tick.count;
         signals.run = self.identity.epoch;
         signals.overruns = self.schedule.overruns();
+        signals.hold_back_us = self.pipeline.hold_back().as_micros_f64();
         let TimeServerCounters { answered, dropped } = self.time_server.counters();
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;

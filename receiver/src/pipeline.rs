@@ -1,17 +1,18 @@
 //! The data flow: far axes and virtual axes in, set values of the slaves out. One scan, top to bottom.
 
 use coaxle_axis::NcToPlcAxis;
-use coaxle_clock::Seconds;
 use coaxle_clock::cycle::Tick;
+use coaxle_clock::{Seconds, Span};
 use coaxle_node::Channel;
 use coaxle_node::circles::{CircleChange, CircleState};
 use coaxle_node::config::Wrong;
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
-use crate::far::{Candidate, FarNode, FarOutputs};
+use crate::far::{Candidate, FarNode, FarOutputs, HeldNow};
 use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
+use crate::hold_back::{HoldBack, Spare};
 use crate::slaves::{Master, Slaves};
 use crate::snapshot::ReceiverSnapshot;
 use crate::virtual_axes::VirtualAxes;
@@ -29,6 +30,11 @@ pub(crate) struct Pipeline {
     masters: Box<[Option<Master>]>,
     pub(crate) virtual_axes: VirtualAxes,
     pub(crate) slaves: Slaves,
+    hold_back: HoldBack,
+    /// True for each far axis that leads a slave or is published: only these have a say about the hold-back.
+    counts: Box<[bool]>,
+    /// What the virtual axes leave of the time by which they are shown later.
+    virtual_spare: Spare,
     far_axes: PublishedFarAxes,
     /// True for each published far axis that is in a circle across nodes.
     far_axes_in_circles: Box<[bool]>,
@@ -69,6 +75,13 @@ impl Pipeline {
             masters: config.far_axes().map(|_| None).collect(),
             virtual_axes,
             slaves,
+            hold_back: HoldBack::new(
+                cycle_time.span(),
+                config.may_hold_back(),
+                !config.published_far_axes().is_empty(),
+            ),
+            counts: config.far_axes_that_lead().into(),
+            virtual_spare: config.virtual_spare(),
             far_axes: PublishedFarAxes::new(config),
             far_axes_in_circles: config.published_far_axes().iter().map(|_| false).collect(),
             arrivals: ArrivalLog::new(received_from.len()),
@@ -86,19 +99,41 @@ impl Pipeline {
     /// Runs one scan.
     pub(crate) fn scan(&mut self, tick: &Tick, shown: &mut ReceiverSnapshot) {
         self.arrivals.begin();
+        // Skipped cycles count: set values go by the ideal time and not by the number of scans.
+        let elapsed = Seconds(self.cycle_s * f64::from(tick.elapsed));
+        // Before the masters, which it places.
+        self.lead_hold_back(elapsed);
         // Masters before slaves, which read both kinds of axes as they are in this cycle.
         for n in 0..self.far.len() {
             self.far_node(n, tick, shown);
         }
         let virtual_axes = &mut shown.signals.virtual_axes;
-        let virtual_axes = self.virtual_axes.cycle(tick.ideal_start, virtual_axes);
-        // Skipped cycles count: set values go by the ideal time and not by the number of scans.
-        let elapsed = Seconds(self.cycle_s * f64::from(tick.elapsed));
-        self.slaves.update(&self.masters, virtual_axes, elapsed);
+        let hold_back = self.hold_back.by();
+        let virtual_axes = (self.virtual_axes).cycle(tick.ideal_start, hold_back, virtual_axes);
+        (self.slaves).update(&self.masters, virtual_axes, hold_back, elapsed);
         self.slaves.show(shown);
         // Last, because it depends on all of the others.
         shown.health = self.health(shown);
         shown.signals.node.health = shown.health.name();
+    }
+
+    /// The hold-back of the newest cycle.
+    pub(crate) const fn hold_back(&self) -> Span {
+        self.hold_back.by()
+    }
+
+    /// Leads the hold-back to what all axes leave, as they were in the cycle before.
+    fn lead_hold_back(&mut self, elapsed: Seconds) {
+        if !self.hold_back.is_possible() {
+            return;
+        }
+        let of = |far: &FarNode, (first, end): (usize, usize)| far.spare(&self.counts[first..end]);
+        let far = self.far.iter().zip(&self.ranges);
+        let spare = far
+            .map(|(far, range)| of(far, *range))
+            .fold(self.virtual_spare, Spare::and);
+        let slaves = &self.slaves;
+        (self.hold_back).advance(elapsed.to_span(), spare, || slaves.rest());
     }
 
     /// Processes a far node: the node and run followed, its clock, its axes.
@@ -112,7 +147,11 @@ impl Pipeline {
             health: &mut shown.far_health,
             data_cycle_times: &mut shown.data_cycle_times,
         };
-        self.far[n].scan(tick, &mut self.arrivals, outputs);
+        let held = HeldNow {
+            by: self.hold_back.by(),
+            is_decided: self.hold_back.is_decided(),
+        };
+        self.far[n].scan(tick, held, &mut self.arrivals, outputs);
     }
 
     /// Takes the circle across nodes that an axis is in.

@@ -25,6 +25,9 @@ signals! {
         overruns: u64 [""] last "cycles skipped",
         /// The node's own judgement of its health.
         health: HealthName [""],
+        /// Time by which the drives of its slaves are given the set values later than these are calculated: frames of
+        /// slaves and far axes state it.
+        hold_back_us: f64 ["µs"],
         /// Time requests responded to.
         requests_answered: u64 [""],
         /// Time requests dropped because too many arrived in one cycle.
@@ -172,6 +175,10 @@ signals! {
         /// Presentation delay with which 99.9 % of the own cycles of the last minute would have found the frames that
         /// they need: the age of the newest frame, and a cycle of each side.
         needed_present_after_us: Option<f64> ["µs"] last,
+        /// Lag of its axes, of that delay, in its clock; none if their values are moved to now.
+        presentation_lag_us: Option<f64> ["µs"] last,
+        /// Lag minus the delay needed; negative: frames come too late, and the rest is predicted.
+        presentation_margin_us: Option<f64> ["µs"] last,
         /// Accepted messages: in order, duplicates, late, waiting, dropped because of an overflow,
         /// or foreign.
         received: u64 [""] last,
@@ -386,6 +393,12 @@ signals! {
         drive_attached: Option<bool> [""],
         /// Own cycles since the heartbeat of that process changed; none before the first change.
         drive_heartbeat_age: Option<u32> [""],
+        /// Time by which the drive is given the set values later; 0: at once.
+        held_back_us: f64 ["µs"],
+        /// Set position that the drive is given in this cycle; none before coupling, if coupled from the start.
+        shown_position: Option<f64> ["u"],
+        /// Times that an error or a stop set the axis back to what its drive was given.
+        set_back: u32 [""],
         /// State of the drive.
         drive_state: DriveState [""],
         /// Actual position.

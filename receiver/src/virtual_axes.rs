@@ -1,9 +1,9 @@
 //! The virtual axes: the receiver's own, without a clock to estimate.
 
 use coaxle_axis::{AxisState, NcToPlcAxis, StateWord};
-use coaxle_clock::{Instant, Local};
+use coaxle_clock::{Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::config::Wrong;
+use coaxle_node::config::{PresentAfterMs, Wrong};
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{SourceAxis, SourceSample};
 
@@ -20,6 +20,8 @@ pub(crate) struct VirtualAxes {
     /// Start of the receiver in its own clock, the origin of the axes' time.
     start: Instant<Local>,
     sources: Box<[SourceAxis]>,
+    /// Times by which they are shown later.
+    delays: Box<[Span]>,
     /// Axis structures in the newest cycle.
     axes: Box<[NcToPlcAxis]>,
     /// Masters of the newest cycle, for the slaves.
@@ -42,24 +44,29 @@ impl VirtualAxes {
         Ok(Self {
             start,
             sources: sources.collect::<Result<_, _>>()?,
+            delays: configs.iter().map(delay).collect(),
             masters: axes.iter().map(master).collect(),
             axes,
         })
     }
 
-    /// Runs one cycle, which ideally began at `at`; returns the axes as masters.
+    /// Runs one cycle, which ideally began at `at`; returns the axes as masters. Slaves are held back by `hold_back`: an
+    /// axis that is shown later by more lags by the rest.
     pub(crate) fn cycle(
         &mut self,
         at: Instant<Local>,
+        hold_back: Span,
         signals: &mut [VirtualAxisSignals],
     ) -> &[Master] {
         // By the ideal start: a scan that wakes late must not move the axes on.
         let since_start = at - self.start;
         let places = self.axes.iter_mut().zip(&mut self.masters);
-        for ((source, (axis, place)), signals) in self.sources.iter_mut().zip(places).zip(signals) {
+        let sources = self.sources.iter_mut().zip(&self.delays);
+        for (((source, delay), (axis, place)), signals) in sources.zip(places).zip(signals) {
+            let lag = (*delay - hold_back).max(Span::ZERO);
             // Before the source writes its values in place.
             let last = *axis;
-            let sample = source.at(since_start, axis);
+            let sample = source.at((since_start - lag).max(Span::ZERO), axis);
             // A receiver elsewhere would refuse the whole frame for one such axis.
             if axis.implausible_field().is_some() {
                 *axis = in_error(&last, source.id());
@@ -74,6 +81,10 @@ impl VirtualAxes {
     pub(crate) fn axes(&self) -> &[NcToPlcAxis] {
         &self.axes
     }
+}
+
+fn delay(config: &AxisConfig) -> Span {
+    (config.present_after_ms).map_or(Span::ZERO, PresentAfterMs::span)
 }
 
 /// Puts an axis with implausible values in error at its last position; a frame with such values

@@ -8,6 +8,7 @@
     feature = "alloc",
     doc = "* [`curve`]: such pieces one after the other, found quickly; [`spline`]: the cubics through many points."
 )]
+//! * [`between`]: the motion between two known states.
 //! * [`quadrature`]: integrals over them.
 //! * [`figure`]: numbers as messages show them.
 //!
@@ -45,6 +46,7 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+pub mod between;
 #[cfg(feature = "alloc")]
 pub mod curve;
 pub mod figure;

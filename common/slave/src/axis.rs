@@ -3,6 +3,7 @@
 mod added;
 mod apply;
 mod cycle;
+mod held_back;
 mod plan;
 mod plates;
 mod start;
@@ -10,7 +11,7 @@ mod sync_positions;
 
 use alloc::boxed::Box;
 
-use coaxle_clock::{CycleTime, Seconds};
+use coaxle_clock::{CycleTime, Seconds, Span};
 
 use coaxle_axis::drive::{Actual, Drive, DriveState};
 use coaxle_axis::guard::Guard;
@@ -56,6 +57,10 @@ pub struct SlaveAxis {
     on_master_loss: OnMasterLoss,
     cycle_time: f64,
     drive: DrivePort,
+    /// Time by which the drive is to be given the set values later than they are calculated.
+    hold_back: Span,
+    /// Number of times that the axis was set back to what its drive was shown.
+    set_backs: u32,
     /// The axis's position where the drive's is 0: homing shifts it.
     drive_zero: f64,
     state: StateMachine,
@@ -132,6 +137,8 @@ impl SlaveAxis {
             on_master_loss: parameters.on_master_loss,
             cycle_time: cycle_time.as_secs_f64(),
             drive,
+            hold_back: Span::ZERO,
+            set_backs: 0,
             drive_zero: 0.0,
             state: StateMachine::default(),
             powered: false,
@@ -177,10 +184,14 @@ impl SlaveAxis {
             return self.set;
         }
         // Before the cycle: power is switched off only after two cycles at rest.
-        let (before, stood) = (self.set.position, self.stands());
-        let moving = self.moving_time(elapsed);
+        let (mut before, stood) = (self.set.position, self.stands());
+        let (moving, set_backs) = (self.moving_time(elapsed), self.set_backs);
         if let Err(error) = self.advance(plates, elapsed, moving) {
             self.fail(plates, error);
+            if self.set_backs != set_backs {
+                // The way back to what its drive is shown is no motion of the axis.
+                before = self.set.position;
+            }
             // The failed cycle is the first one of the brake. Otherwise the axis would stand for it, with a velocity.
             self.run_plan(moving);
         }

@@ -38,6 +38,8 @@ pub(super) enum Effect {
     Home(f64),
     /// Own motion.
     Run(Profile),
+    /// Own motion to rest, from what the drive is shown.
+    Stop(Profile),
     /// Engaging or changing a coupling.
     Couple(Engagement, CouplingEffect),
     /// Shifting the master as the coupling sees it.
@@ -71,7 +73,7 @@ impl Effect {
     pub(super) const fn takes_over(&self) -> TakesOver {
         match self {
             // Homing takes over as well, so that its job ends like that of a motion.
-            Self::Home(_) | Self::Run(_) | Self::Couple(..) => TakesOver::AndGoesOn,
+            Self::Home(_) | Self::Run(_) | Self::Stop(_) | Self::Couple(..) => TakesOver::AndGoesOn,
             Self::Phase(_) | Self::Superimpose(_) => TakesOver::GoesOnBeside,
             // The axis is released at once. The velocity that it keeps is no part of the command.
             Self::Release => TakesOver::AndIsDone,

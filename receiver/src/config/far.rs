@@ -19,6 +19,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::axes::{AxisList, FarAxisConfig};
+use super::lag::Lag;
 
 /// A followed node. Its clock is estimated once, for all of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,6 +53,9 @@ pub struct FarConfig {
     /// Instant that is shown: `auto`, as much later as its frames say, or `now`. `auto` by default.
     #[serde(default)]
     pub present: Present,
+    /// Lag of axes that are shown later: `full`, `auto`, or ms. The slaves are held back by the rest. `full` by default.
+    #[serde(default)]
+    pub lag_ms: Lag,
     /// Parameters of the TS5066 blocks.
     #[serde(default)]
     pub sync: AxisSyncParameters,

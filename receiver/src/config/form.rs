@@ -19,8 +19,8 @@ use super::far::delay_in_range;
 use super::far_limits::FarLimits;
 use super::names::check_names;
 use super::{
-    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Positions, Present,
-    PublishFarAxes, ReceiverConfig, SlaveConfig,
+    AsymmetryConfig, AxisList, CamSource, FarAxisConfig, FarChannel, FarConfig, Lag, Positions,
+    Present, PublishFarAxes, ReceiverConfig, SlaveConfig,
 };
 
 /// A receiver's file as written.
@@ -40,6 +40,8 @@ pub(super) struct Form {
     mode: Option<FilterMode>,
     /// Short form, with `master`: instant that is shown, `auto` or `now`.
     present: Option<Present>,
+    /// Short form, with `master`: lag of an axis that is shown later, `full`, `auto` or ms.
+    lag_ms: Option<Lag>,
     /// Short form, with `master`: parameters of the TS5066 blocks.
     sync: Option<AxisSyncParameters>,
     /// Short form, with `master`: parameters of the phase observer.
@@ -180,6 +182,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 // The defaults of a [[far]], which serde fills in there.
                 mode: form.mode.unwrap_or(FilterMode::Observer),
                 present: form.present.unwrap_or_default(),
+                lag_ms: form.lag_ms.unwrap_or_default(),
                 sync: form.sync.unwrap_or_default(),
                 observer: form.observer.unwrap_or_default(),
                 delay: form.delay.unwrap_or(DelaySource::Measured),
@@ -193,6 +196,7 @@ impl TryFrom<Form> for ReceiverConfig {
                 let short = [
                     ("mode", form.mode.is_some()),
                     ("present", form.present.is_some()),
+                    ("lag-ms", form.lag_ms.is_some()),
                     ("sync", form.sync.is_some()),
                     ("observer", form.observer.is_some()),
                     ("delay", form.delay.is_some()),

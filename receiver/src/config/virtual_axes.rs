@@ -3,6 +3,7 @@
 use coaxle_node::config::{Unit, Wrong};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
+use coaxle_slave::MOST_HELD_BACK;
 use coaxle_source::config::AxisConfig;
 
 use super::ReceiverConfig;
@@ -40,15 +41,27 @@ impl ReceiverConfig {
                 let expected = "an id of its own for each";
                 return Err(Wrong::of("virtual-axis", received, expected));
             }
-            if let Some(time) = axis.present_after_ms {
-                let expected = "none: slaves of a virtual axis of the receiver show it at once";
-                let wrong = Wrong::of("present-after-ms", time.get(), expected);
-                return Err(wrong.within(format_args!("virtual-axis[{n}]")));
-            }
+            self.check_delay(axis)
+                .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}]")))?;
             self.check_name(axis, before)
                 .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}].name")))?;
         }
         Ok(())
+    }
+
+    /// Checks the time by which it is shown later: its slaves are held back by it, in whole cycles.
+    fn check_delay(&self, axis: &AxisConfig) -> Result<(), Wrong> {
+        let Some(time) = axis.present_after_ms else {
+            return Ok(());
+        };
+        let cycle = self.cycle_time_us.0.span();
+        let longest = cycle * i64::from(MOST_HELD_BACK);
+        if (cycle..=longest).contains(&time.span()) {
+            return Ok(());
+        }
+        let [least, most] = [cycle, longest].map(|time| time.as_micros_f64() / 1e3);
+        let expected = format!("{least} to {most}: a cycle to {MOST_HELD_BACK} cycles");
+        Err(Wrong::of("present-after-ms", time.get(), expected))
     }
 
     /// Checks the name: slaves refer to it, and its signals begin with it, so no other axis and no
@@ -167,8 +180,12 @@ mod tests {
                 "virtual-axis[1].name: received \"a\", which is another virtual axis",
             ),
             (
-                axis(1, "a") + "present-after-ms = 8",
-                "virtual-axis \"a\".present-after-ms: received 8, expected none: slaves of a virtual",
+                axis(1, "a").replace("unit", "present-after-ms = 1001\nunit"),
+                "virtual-axis \"a\".present-after-ms: received 1001, expected 1 to 1000: a cycle to 1000 cycles",
+            ),
+            (
+                axis(1, "a").replace("unit", "present-after-ms = 0.5\nunit"),
+                "virtual-axis \"a\".present-after-ms: received 0.5, expected 1 to 1000",
             ),
             (axis(0, "a"), "virtual-axis \"a\".id: "),
             (

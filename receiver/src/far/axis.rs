@@ -91,6 +91,8 @@ pub(super) struct AxisScan {
     pub(super) age: u32,
     /// True if without new data for too long.
     pub(super) is_lost: bool,
+    /// Hold-back of the slaves, in the far clock's time.
+    pub(super) held: Seconds,
     /// The standard deviation of the far time, s, if known.
     pub(super) time_sigma: Option<Seconds>,
 }
@@ -257,7 +259,7 @@ impl Axis {
             self.begin_anew();
             self.rejoin();
         }
-        self.follow_presentation(header, correction, elapsed);
+        self.follow_presentation(header, correction, &scan);
         let age = correction
             .time(correction.mode)
             .map_or(0.0, |Seconds(age)| age);

@@ -12,6 +12,7 @@ use super::beacons::Beacons;
 use super::clock::{Clock, ClockOutput, ClockSetup};
 use super::clock_signals::show_observation;
 use super::encoder::Encoder;
+use super::frames::TakenFrame;
 use super::inbox::Inbox;
 use super::take_over::{Presence, Standing};
 use crate::arrivals::Arrivals;
@@ -21,7 +22,7 @@ use crate::signals::FarNodeSignals;
 /// A node that the axes can be read from.
 #[derive(Debug)]
 pub(crate) struct Candidate {
-    cycle_time: CycleTime,
+    pub(super) cycle_time: CycleTime,
     /// Number of the node among all received ones.
     pub(super) number: usize,
     pub(super) inbox: Inbox,
@@ -40,7 +41,7 @@ pub(crate) struct Candidate {
     /// that the axes themselves have.
     encoders: Box<[Option<Box<Encoder>>]>,
     /// Presentation delay that its frames would need.
-    needed: Box<NeededDelay>,
+    pub(super) needed: Box<NeededDelay>,
     /// Beacons, if it has a timing channel.
     beacons: Option<Box<Beacons>>,
     news: News,
@@ -174,8 +175,10 @@ impl Candidate {
         }
         let following = self.news.following.as_ref();
         let correction = following.map(|following| &following.correction);
-        // The age of a node that is silent says nothing about its way.
-        let known = correction.filter(|correction| !correction.is_silent);
+        // The age of a node that is silent says nothing about its way, nor does one by a clock that is not known yet.
+        let needs_no_sync = !self.clock.synchronises();
+        let known = correction
+            .filter(|correction| !correction.is_silent && (correction.synced || needs_no_sync));
         if let Some(age) = known.and_then(|correction| correction.time(correction.mode)) {
             let passed = self.cycle_time.span() * i64::from(tick.elapsed);
             self.needed.take(age.to_span(), passed);
@@ -232,8 +235,8 @@ impl Candidate {
         self.inbox.fresh_axes().unwrap_or_default()
     }
 
-    /// Counts and axes of all frames that the newest cycle took in, in any order.
-    pub(super) fn frames(&self) -> impl Iterator<Item = (u64, &[Option<AxisSample>])> {
+    /// All frames that the newest cycle took in, in any order.
+    pub(super) fn frames(&self) -> impl Iterator<Item = TakenFrame<'_>> {
         self.inbox.taken_in()
     }
 
@@ -350,10 +353,7 @@ impl Candidate {
             signals.index = Some(header.index.0);
             signals.age_cycles = self.age_cycles;
             signals.present_after_us = header.present_after.map(|by| by.span().as_micros_f64());
-            // One cycle of each side on top: frames and cycles drift past each other.
-            let cycles = header.cycle_time.span() + self.cycle_time.span();
-            signals.needed_present_after_us =
-                (self.needed.needed()).map(|needed| (needed + cycles).as_micros_f64());
+            signals.needed_present_after_us = self.needed_delay().map(Span::as_micros_f64);
             following.show(signals);
             if let Some(observed) = self.clock.observation() {
                 show_observation(observed, signals);

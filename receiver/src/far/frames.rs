@@ -6,7 +6,7 @@
 //! otherwise the first to arrive.
 
 use coaxle_clock::{Instant, Local};
-use coaxle_node::{AxisSample, Frame, FrameHeader};
+use coaxle_node::{AxisSample, Frame, FrameHeader, PresentAfter};
 
 use super::held_back::{self, WaitingFrame};
 
@@ -27,8 +27,17 @@ struct Kept {
     due: Instant<Local>,
     epoch: u64,
     count: u64,
+    present_after: Option<PresentAfter>,
     /// True once a cycle has taken it in as a frame of the run that is followed.
     is_taken: bool,
+}
+
+/// A frame that a cycle has taken in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TakenFrame<'a> {
+    pub(super) count: u64,
+    pub(super) present_after: Option<PresentAfter>,
+    pub(super) samples: &'a [Option<AxisSample>],
 }
 
 impl Kept {
@@ -70,6 +79,7 @@ impl Frames {
             due,
             epoch: frame.header.epoch,
             count: frame.header.count,
+            present_after: frame.header.present_after,
             is_taken: false,
         };
         // A copy between slices of two lengths would panic.
@@ -96,15 +106,16 @@ impl Frames {
         }
     }
 
-    /// Counts and axes of the frames of a run that this cycle has taken in, in any order.
-    pub(super) fn taken_in(
-        &self,
-        epoch: u64,
-    ) -> impl Iterator<Item = (u64, &[Option<AxisSample>])> {
+    /// The frames of a run that this cycle has taken in, in any order.
+    pub(super) fn taken_in(&self, epoch: u64) -> impl Iterator<Item = TakenFrame<'_>> {
         let kept = (0..).zip(self.kept.iter());
         kept.filter_map(move |(place, kept)| {
             let kept = kept.filter(|kept| kept.is_taken && kept.epoch == epoch)?;
-            Some((kept.count, self.at(place)))
+            Some(TakenFrame {
+                count: kept.count,
+                present_after: kept.present_after,
+                samples: self.at(place),
+            })
         })
     }
 
@@ -236,10 +247,12 @@ mod tests {
         frames.take_in(&other.header);
         let taken: Vec<_> = frames.taken_in(1).collect();
         let expected = [1, 2, 3].map(|count| (count, [sample(count), None]));
-        assert_eq!(
-            taken,
-            expected.each_ref().map(|(count, axes)| (*count, &axes[..]))
-        );
+        let expected = expected.each_ref().map(|(count, axes)| TakenFrame {
+            count: *count,
+            present_after: None,
+            samples: axes,
+        });
+        assert_eq!(taken, expected);
         frames.forget_until(at(1_000));
         assert_eq!(frames.taken_in(1).count(), 0);
     }

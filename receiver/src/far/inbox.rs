@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use coaxle_clock::{Age, AgeGate, Instant, Local, Span};
 use coaxle_node::{AxisSample, Frame, FrameHeader, Rejection, RejectionCounters};
 
-use super::frames::Frames;
+use super::frames::{Frames, TakenFrame};
 use super::held_back::{self, WaitingFrame};
 use super::pace::Pace;
 use super::run::{Admission, RunChoice};
@@ -180,8 +180,8 @@ impl Inbox {
         self.frames.find(self.image.as_ref()?)
     }
 
-    /// Counts and axes of all frames of the image's run that this cycle has taken in, in any order.
-    pub(crate) fn taken_in(&self) -> impl Iterator<Item = (u64, &[Option<AxisSample>])> {
+    /// All frames of the image's run that this cycle has taken in, in any order.
+    pub(super) fn taken_in(&self) -> impl Iterator<Item = TakenFrame<'_>> {
         let image = self.image.as_ref();
         image
             .into_iter()

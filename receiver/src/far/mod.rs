@@ -10,6 +10,7 @@ mod encoder;
 mod frames;
 mod held_back;
 mod inbox;
+mod lag;
 mod limited;
 mod orders;
 mod pace;
@@ -26,7 +27,7 @@ use coaxle_clock::{CycleTime, Instant, Local, Seconds, Span};
 use coaxle_node::config::LinkConfig;
 
 use crate::arrivals::ArrivalLog;
-use crate::config::{FarAxisConfig, FarConfig};
+use crate::config::{FarAxisConfig, FarConfig, Lag};
 use crate::health::Health;
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
@@ -37,6 +38,8 @@ use candidate::age_limit;
 use clock::ClockSetup;
 use encoder::Encoder;
 use inbox::Inbox;
+pub(crate) use lag::HeldNow;
+use lag::show_lag;
 use orders::OrderCounters;
 #[cfg(feature = "host")]
 pub(crate) use pace::LARGEST_PPM;
@@ -50,6 +53,8 @@ pub(crate) struct FarNode {
     candidates: Box<[Candidate]>,
     take_over: TakeOver,
     axes: Box<[Axis]>,
+    /// Lag of axes that are shown later.
+    lag: Lag,
     orders: OrderCounters,
 }
 
@@ -116,6 +121,7 @@ impl FarNode {
             candidates: candidates.collect::<Result<_, _>>()?,
             take_over: TakeOver::default(),
             axes: config.axes.iter().map(axis).collect::<Result<_, _>>()?,
+            lag: config.lag_ms,
             orders: OrderCounters::default(),
         })
     }
@@ -126,7 +132,13 @@ impl FarNode {
     }
 
     /// Runs one cycle: selects the node and its run, evaluates its clock, and calculates its axes.
-    pub(crate) fn scan(&mut self, tick: &Tick, arrivals: &mut ArrivalLog, out: FarOutputs<'_>) {
+    pub(crate) fn scan(
+        &mut self,
+        tick: &Tick,
+        held: HeldNow,
+        arrivals: &mut ArrivalLog,
+        out: FarOutputs<'_>,
+    ) {
         // Standbys run their clocks, too: a node takes over with a clock that is known already.
         for node in &mut self.candidates {
             node.cycle(tick, arrivals.of(node.number));
@@ -134,7 +146,7 @@ impl FarNode {
         self.take_over(tick);
         self.take_axes(tick);
         // After the choice of the node, since all axes move by the clock of that one.
-        let error = self.correct_axes(tick, out.masters, out.axes);
+        let error = self.correct_axes(tick, held, out.masters, out.axes);
         let followed = self.take_over.followed();
         for (place, node) in self.candidates.iter_mut().enumerate() {
             // An error of an axis is one of the node that the axis comes from.
@@ -144,6 +156,9 @@ impl FarNode {
             let signals = &mut out.nodes[node.number];
             node.show(signals);
             self.orders.show(signals);
+            if place == followed {
+                show_lag(&self.axes, signals);
+            }
             signals.health = own.name();
             signals.followed = place == followed;
             signals.stands_by = place != followed && node.could_take_over(tick.ideal_start);
@@ -221,9 +236,9 @@ impl FarNode {
             // After the newest one, whose turn the others share. Nobody asks for them where nothing is shown later.
             let presented = news.header.filter(|header| header.present_after.is_some());
             if let Some(header) = presented {
-                for (count, samples) in node.frames() {
-                    for (axis, sample) in self.axes.iter_mut().zip(samples) {
-                        axis.take_beside(sample.as_ref(), count, &header);
+                for frame in node.frames() {
+                    for (axis, sample) in self.axes.iter_mut().zip(frame.samples) {
+                        axis.take_beside(sample.as_ref(), &frame, &header);
                     }
                 }
             }
@@ -238,6 +253,7 @@ impl FarNode {
     fn correct_axes(
         &mut self,
         tick: &Tick,
+        held: HeldNow,
         masters: &mut [Option<Master>],
         signals: &mut [FarAxisSignals],
     ) -> Option<SyncError> {
@@ -251,6 +267,7 @@ impl FarNode {
         let correction = &following.correction;
         let age_limit = node.clock.age_limit();
         let time_sigma = node.clock.time_sigma();
+        let held_in_its_clock = node.in_its_clock(held.by);
         // At most 10 000 cycles, since none is shorter than 100 µs.
         let longest = (SILENCE.as_nanos() / self.cycle_time.span().as_nanos()) as u32;
         let mut first = None;
@@ -278,17 +295,21 @@ impl FarNode {
                 elapsed: tick.elapsed,
                 age,
                 is_lost,
+                held: held_in_its_clock,
                 time_sigma,
             };
             *master = axis.cycle(header, correction, scan, signals);
             signals.age_cycles = age;
+            // The first hold-back moves an axis that is shown later.
+            signals.synced &= held.is_decided || axis.lag().is_none();
             if let Some(master) = master {
                 master.is_sound &= age <= longest || covers;
                 // Bypass, PT1 and time mode never report sync, so their axes are ready without it.
                 let needs_no_clock = node.clock.is_enabled() && !node.clock.synchronises();
                 let is_there = signals.synced || needs_no_clock;
                 // A blend is a straight line between two modes: its velocity steps where it begins and ends.
-                master.is_ready = master.is_sound && is_there && !axis.is_blending();
+                let is_placed = held.is_decided || axis.lag().is_none();
+                master.is_ready = master.is_sound && is_there && is_placed && !axis.is_blending();
                 first = first.or(axis.error());
             }
         }

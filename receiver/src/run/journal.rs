@@ -1,6 +1,7 @@
 //! Log events of a receiver.
 
 mod delay;
+mod late_frames;
 mod standby;
 mod wraps;
 
@@ -17,6 +18,7 @@ use crate::signals::FarNodeSignals;
 use crate::snapshot::ReceiverSnapshot;
 use coaxle_remote::{ContinuityState, FilterState};
 use delay::{Asked, delay, denied};
+use late_frames::LateFrames;
 use standby::{Heard, heard, standing_by, taken_over};
 use wraps::of_wraps;
 
@@ -34,6 +36,8 @@ pub(super) struct Journal {
     before: Option<ReceiverSnapshot>,
     /// State of the unanswered time requests to each node received from.
     asked: Vec<Asked>,
+    /// Frames of each node received from that come too late to be shown.
+    late: Vec<LateFrames>,
     window: Option<NoteWindow>,
 }
 
@@ -87,6 +91,7 @@ impl Journal {
                 .collect(),
             before: None,
             asked: Vec::new(),
+            late: Vec::new(),
             window: None,
         }
     }
@@ -106,12 +111,17 @@ impl Journal {
             None => {
                 self.before = Some(now.clone());
                 self.asked = self.far.iter().map(|_| Asked::default()).collect();
+                self.late = self.far.iter().map(|_| LateFrames::default()).collect();
                 Vec::new()
             }
         };
         for ((asked, heard), signals) in self.asked.iter_mut().zip(&self.far).zip(&now.signals.far)
         {
             let note = asked.in_vain(at, signals);
+            notes.extend(note.map(|note| about(heard, self.far.len(), note)));
+        }
+        for ((late, heard), signals) in self.late.iter_mut().zip(&self.far).zip(&now.signals.far) {
+            let note = late.too_late(at, signals);
             notes.extend(note.map(|note| about(heard, self.far.len(), note)));
         }
         self.keep_short(at, &mut notes);

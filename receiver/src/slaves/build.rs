@@ -151,6 +151,9 @@ fn slave(
     let drive = drives.take(slave)?;
     let mut axis = SlaveAxis::new(&limits, drive, cycle_time)
         .map_err(|error| Wrong::with_reason("limits", error))?;
+    if config.may_hold_back() {
+        axis.prepare_hold_back();
+    }
     axis.set_modulo(slave.modulo, config.modulo_of(sources[0]));
     axis.prepare_cams(id_of_master(config, sources[0]), id)
         .map_err(|error| Wrong::with_reason("limits", error))?;

@@ -10,7 +10,7 @@ mod tool;
 
 use coaxle_axis::{Job, NcToPlcAxis, Origin, TravelDirection};
 use coaxle_cam::Tables;
-use coaxle_clock::Seconds;
+use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::CommandOutcome;
 use coaxle_node::circles::CircleState;
@@ -65,6 +65,7 @@ impl Slaves {
         &mut self,
         far: &[Option<Master>],
         virtual_axes: &[Master],
+        hold_back: Span,
         elapsed: Seconds,
     ) {
         // By places, because a slave is changed while its masters among the slaves are read.
@@ -78,8 +79,21 @@ impl Slaves {
                     MasterRef::Slave(master) => self.slaves[master].as_master(),
                 });
             }
+            let leads_back = |source: &MasterRef| match source {
+                MasterRef::Slave(master) => self.slaves[*master].was_set_back(),
+                MasterRef::Far(_) | MasterRef::Virtual(_) => false,
+            };
+            if self.slaves[n].sources().iter().any(leads_back) {
+                self.slaves[n].axis.set_back_with_master();
+            }
+            self.slaves[n].axis.set_hold_back(hold_back);
             self.slaves[n].cycle(&mut self.plates, &masters, elapsed);
         }
+    }
+
+    /// True if no slave moves, and no drive.
+    pub(crate) fn rest(&self) -> bool {
+        self.slaves.iter().all(Slave::rests)
     }
 
     /// Executes a command that does not come from a program.

@@ -46,6 +46,9 @@ pub(super) struct Slave {
     refusal: Option<RefusedCommand>,
     /// True if the coupling from the start was refused.
     start_refused: bool,
+    /// Times that it was set back to what its drive was shown, and true if it was in the newest cycle.
+    set_backs: u32,
+    was_set_back: bool,
 }
 
 /// The parts of a slave.
@@ -76,6 +79,8 @@ impl Slave {
             program: parts.program,
             refusal: None,
             start_refused: false,
+            set_backs: 0,
+            was_set_back: false,
         }
     }
 
@@ -83,6 +88,18 @@ impl Slave {
     pub(super) fn cycle(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
         self.follow(plates, masters, elapsed);
         self.watch_tool();
+        let set_backs = self.axis.set_back_count();
+        self.was_set_back = std::mem::replace(&mut self.set_backs, set_backs) != set_backs;
+    }
+
+    /// True if it was set back in the newest cycle to what its drive is shown.
+    pub(super) const fn was_set_back(&self) -> bool {
+        self.was_set_back
+    }
+
+    /// True if neither it nor its drive moves.
+    pub(super) fn rests(&self) -> bool {
+        self.start.is_some() || self.axis.rests()
     }
 
     fn follow(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
@@ -429,6 +446,9 @@ impl Slave {
             drive_kind: self.drive_kind,
             drive_attached: attachment.map(|attachment| attachment.attached),
             drive_heartbeat_age: attachment.and_then(|attachment| attachment.heartbeat_age),
+            held_back_us: self.axis.held_back_by().as_micros_f64(),
+            shown_position: set.map(|_| self.axis.shown().position),
+            set_back: self.axis.set_back_count(),
             drive_state: drive.state,
             drive_position: self.axis.actual_position(),
             drive_velocity: drive.velocity,

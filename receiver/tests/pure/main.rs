@@ -4,6 +4,7 @@ mod bench;
 mod cam_files;
 mod cam_orders;
 mod cam_steps;
+mod cascade;
 mod commanded;
 mod continuity;
 mod delay_steps;

@@ -254,6 +254,7 @@ const RECEIVER: &[Declared] = &[
     number_of("lag_error_max_us", "µs", UnitMeaning::Receiver),
     number_of("lag_error_rms_us", "µs", UnitMeaning::Receiver),
     number_of("drive_position_error_max", "u", UnitMeaning::Slave),
+    number_of("shown_position_error_max", "u", UnitMeaning::Slave),
     number_of("following_error_max", "u", UnitMeaning::Slave),
     flag("drive_tripped"),
     number_of("wake_up_max_us", "µs", UnitMeaning::Receiver),

@@ -1,16 +1,24 @@
 //! The last frames of an axis, and its motion between them.
 
-use coaxle_clock::Span;
-use coaxle_curve::law::Motion;
-use coaxle_curve::law::polynom::quintic;
+use coaxle_clock::{Seconds, Span};
+use coaxle_curve::between::{Ends, between};
 use coaxle_curve::profile::Kinematics;
 
 /// Number of frames kept.
-// 64 frames of a millisecond reach over every delay that a local network needs; 2 kB an axis.
+// 64 frames of a millisecond reach over every delay that a local network needs; 2.5 kB an axis.
 const FRAMES: usize = 64;
 /// Cycles that a presentation delay may take without a frame being left out: the rest are frames that are newer than
 /// needed.
 const FOR_DELAY: u64 = 60;
+
+/// A frame of an axis.
+#[derive(Clone, Copy, Debug)]
+struct AxisFrame {
+    count: u64,
+    set: Kinematics,
+    /// Time after its generation at which it is shown.
+    delay: Span,
+}
 
 /// Set values of the last frames of an axis, by the count of their cycle.
 ///
@@ -22,11 +30,20 @@ pub struct FrameHistory {
     /// Frames are kept whose count is a multiple of it.
     stride: u64,
     /// A ring of frames in the order of their counts.
-    frames: [(u64, Kinematics); FRAMES],
+    frames: [AxisFrame; FRAMES],
     /// Place of the oldest one.
     first: usize,
     kept: usize,
-    newest: Option<(u64, Kinematics)>,
+    newest: Option<AxisFrame>,
+}
+
+/// Two neighbours in the history, and an instant between them.
+struct Neighbours<'a> {
+    before: &'a AxisFrame,
+    after: &'a AxisFrame,
+    /// Time between them, s, and the share of it that has passed at the instant.
+    gap: f64,
+    share: f64,
 }
 
 impl FrameHistory {
@@ -36,7 +53,11 @@ impl FrameHistory {
         Self {
             cycle: cycle.as_secs_f64(),
             stride: 1,
-            frames: [(0, Kinematics::at_rest(0.0)); FRAMES],
+            frames: [AxisFrame {
+                count: 0,
+                set: Kinematics::at_rest(0.0),
+                delay: Span::ZERO,
+            }; FRAMES],
             first: 0,
             kept: 0,
             newest: None,
@@ -63,13 +84,18 @@ impl FrameHistory {
         self.newest = None;
     }
 
-    /// Takes the set values of a frame.
-    pub fn take(&mut self, count: u64, set: &Kinematics) {
-        if self.newest.is_none_or(|(newest, _)| count >= newest) {
-            self.newest = Some((count, *set));
+    /// Takes the set values of a frame, and the time after its generation at which it is shown.
+    pub fn take(&mut self, count: u64, set: &Kinematics, delay: Span) {
+        let frame = AxisFrame {
+            count,
+            set: *set,
+            delay,
+        };
+        if self.newest.is_none_or(|newest| count >= newest.count) {
+            self.newest = Some(frame);
         }
         if count.is_multiple_of(self.stride) {
-            self.insert(count, set);
+            self.insert(&frame);
         }
     }
 
@@ -80,7 +106,35 @@ impl FrameHistory {
     /// the motion is then a cubic through position and velocity.
     #[must_use]
     pub fn at(&self, behind: f64, by_acceleration: bool) -> Option<Kinematics> {
-        let (newest, newest_set) = self.newest.as_ref()?;
+        let at = self.around(behind)?;
+        // The newest one itself: nothing lies between.
+        if at.gap == 0.0 {
+            return Some(at.after.set);
+        }
+        let ends = match by_acceleration {
+            true => Ends::WithAccelerations,
+            false => Ends::WithoutAccelerations,
+        };
+        Some(between(
+            &at.before.set,
+            &at.after.set,
+            at.gap,
+            at.share,
+            ends,
+        ))
+    }
+
+    /// Returns the delay of the frames at that instant. Where it is slewed, it is not yet that of the newest frame.
+    #[must_use]
+    pub fn delay_at(&self, behind: f64) -> Option<Seconds> {
+        let at = self.around(behind)?;
+        let [before, after] = [at.before, at.after].map(|frame| frame.delay.as_secs_f64());
+        Some(Seconds(before + (after - before) * at.share))
+    }
+
+    /// The neighbours of an instant `behind` seconds before the newest frame.
+    fn around(&self, behind: f64) -> Option<Neighbours<'_>> {
+        let newest = self.newest.as_ref()?;
         let back = behind / self.cycle;
         // Of NaN, too, there is none.
         if !(0.0..=LONGEST).contains(&back) {
@@ -88,58 +142,63 @@ impl FrameHistory {
         }
         let cycles = libm::ceil(back) as u64;
         if cycles == 0 {
-            return Some(*newest_set);
+            return Some(Neighbours {
+                before: newest,
+                after: newest,
+                gap: 0.0,
+                share: 0.0,
+            });
         }
-        let before = self.at_or_before(newest.checked_sub(cycles)?)?;
-        let (after, after_set) = match before + 1 < self.kept {
+        let before = self.at_or_before(newest.count.checked_sub(cycles)?)?;
+        let after = match before + 1 < self.kept {
             true => self.frame(before + 1),
-            false => (*newest, newest_set),
+            false => newest,
         };
-        let (before, before_set) = self.frame(before);
-        let gap = (after - before) as f64;
+        let before = self.frame(before);
+        let gap = (after.count - before.count) as f64;
         // Over so long a gap nothing is known, nor over a count that makes no sense.
         if gap > LONGEST {
             return None;
         }
-        let share = ((newest - before) as f64 - back) / gap;
-        let gap = gap * self.cycle;
-        Some(between(before_set, after_set, gap, share, by_acceleration))
+        Some(Neighbours {
+            before,
+            after,
+            gap: gap * self.cycle,
+            share: ((newest.count - before.count) as f64 - back) / gap,
+        })
     }
 
     /// The n-th frame, from the oldest one on.
-    const fn frame(&self, n: usize) -> (u64, &Kinematics) {
-        let (count, set) = &self.frames[(self.first + n) % FRAMES];
-        (*count, set)
+    const fn frame(&self, n: usize) -> &AxisFrame {
+        &self.frames[(self.first + n) % FRAMES]
     }
 
     /// Number of the last frame up to this count.
     fn at_or_before(&self, count: u64) -> Option<usize> {
         let last = self.kept.checked_sub(1)?;
-        let ahead = self
-            .frame(last)
-            .0
-            .saturating_sub(count)
-            .div_ceil(self.stride);
+        let newest = self.frame(last).count;
+        let ahead = newest.saturating_sub(count).div_ceil(self.stride);
         // Counts differ by the stride at least: the frame that many places before the last one is not later.
         let mut n = last - usize::try_from(ahead).unwrap_or(last).min(last);
-        if self.frame(n).0 > count {
+        if self.frame(n).count > count {
             return None;
         }
         // Frames that were lost since make it an earlier one.
-        while n < last && self.frame(n + 1).0 <= count {
+        while n < last && self.frame(n + 1).count <= count {
             n += 1;
         }
         Some(n)
     }
 
     /// Inserts a frame behind those with lower counts: mostly it is the last one.
-    fn insert(&mut self, count: u64, set: &Kinematics) {
+    fn insert(&mut self, frame: &AxisFrame) {
+        let count = frame.count;
         let mut n = self.kept;
-        while n > 0 && self.frame(n - 1).0 > count {
+        while n > 0 && self.frame(n - 1).count > count {
             n -= 1;
         }
-        if n > 0 && self.frame(n - 1).0 == count {
-            self.frames[(self.first + n - 1) % FRAMES].1 = *set;
+        if n > 0 && self.frame(n - 1).count == count {
+            self.frames[(self.first + n - 1) % FRAMES] = *frame;
             return;
         }
         if self.kept == FRAMES {
@@ -155,7 +214,7 @@ impl FrameHistory {
             self.frames[(self.first + later + 1) % FRAMES] =
                 self.frames[(self.first + later) % FRAMES];
         }
-        self.frames[(self.first + n) % FRAMES] = (count, *set);
+        self.frames[(self.first + n) % FRAMES] = *frame;
         self.kept += 1;
     }
 }
@@ -163,52 +222,12 @@ impl FrameHistory {
 /// Beyond this number of cycles there is no history: the longest delay and a silence of a second, in the shortest cycles.
 const LONGEST: f64 = 50_000.0;
 
-/// Motion at a share of the time between two frames, `gap` seconds apart.
-fn between(
-    before: &Kinematics,
-    after: &Kinematics,
-    gap: f64,
-    share: f64,
-    by_acceleration: bool,
-) -> Kinematics {
-    let [before, after] = [before, after].map(|set| Motion {
-        position: set.position,
-        // Derivatives by the share of the gap.
-        velocity: set.velocity * gap,
-        acceleration: set.acceleration * gap * gap,
-        ..Motion::default()
-    });
-    let (start, end) = match by_acceleration {
-        true => (before, after),
-        false => with_cubic_accelerations(&before, &after),
-    };
-    let [position, velocity, acceleration, _] = quintic(&start, &end).derivatives(share);
-    Kinematics {
-        position,
-        velocity: velocity / gap,
-        acceleration: acceleration / (gap * gap),
-    }
-}
-
-/// The ends with the accelerations of the cubic through their positions and velocities, with which the quintic is that
-/// cubic.
-fn with_cubic_accelerations(before: &Motion, after: &Motion) -> (Motion, Motion) {
-    let rise = after.position - before.position;
-    let (from, to) = (before.velocity, after.velocity);
-    let start = 6.0 * rise - 4.0 * from - 2.0 * to;
-    let end = -6.0 * rise + 2.0 * from + 4.0 * to;
-    let with = |motion: &Motion, acceleration| Motion {
-        acceleration,
-        ..*motion
-    };
-    (with(before, start), with(after, end))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const CYCLE: Span = Span::from_millis(1);
+    const DELAY: Span = Span::from_millis(20);
 
     /// A master that goes to and fro with a jerk of up to 100 000 u/s³.
     fn master(t: f64) -> Kinematics {
@@ -226,7 +245,7 @@ mod tests {
         let mut history = FrameHistory::new(CYCLE);
         history.prepare(delay, CYCLE);
         for count in (1_000..1_100).filter(|count| keep(*count) || *count == 1_099) {
-            history.take(count, &master(count as f64 * 1e-3));
+            history.take(count, &master(count as f64 * 1e-3), DELAY);
         }
         history
     }
@@ -283,7 +302,11 @@ mod tests {
         let worst = |change: f64| {
             let mut history = FrameHistory::new(CYCLE);
             for count in [1_000, 1_004] {
-                history.take(count, &ramp((count as f64 - 1_000.0 - change) * 1e-3));
+                history.take(
+                    count,
+                    &ramp((count as f64 - 1_000.0 - change) * 1e-3),
+                    DELAY,
+                );
             }
             let off = (0..=1_000).map(|step| {
                 let at = 4e-3 * f64::from(step) / 1_000.0;
@@ -330,7 +353,7 @@ mod tests {
                 acceleration: 1e9,
                 ..master(count as f64 * 1e-3)
             };
-            noisy.take(count, &set);
+            noisy.take(count, &set, DELAY);
         }
         let [with_noise, ..] = deviations(&noisy, 60.0, false);
         assert!(with_noise < 2e-8, "{with_noise}");
@@ -348,10 +371,10 @@ mod tests {
         assert_eq!(cleared.at(0.0, true), None);
         // A run that begins with cycle 0 has nothing before it.
         let mut first = FrameHistory::new(CYCLE);
-        first.take(0, &master(0.0));
+        first.take(0, &master(0.0), DELAY);
         assert_eq!(first.at(0.0, true), Some(master(0.0)));
         assert_eq!(first.at(1e-3, true), None);
-        first.take(u64::MAX, &master(0.0));
+        first.take(u64::MAX, &master(0.0), DELAY);
         assert_eq!(first.at(1e-3, true), None);
     }
 
@@ -361,12 +384,12 @@ mod tests {
         for n in 0..100_u64 {
             // Pairs change places.
             let count = 1_000 + (n ^ 1);
-            shuffled.take(count, &master(count as f64 * 1e-3));
+            shuffled.take(count, &master(count as f64 * 1e-3), DELAY);
             // A frame again.
-            shuffled.take(count, &master(count as f64 * 1e-3));
+            shuffled.take(count, &master(count as f64 * 1e-3), DELAY);
         }
         // One that is older than all of them.
-        shuffled.take(7, &master(0.0));
+        shuffled.take(7, &master(0.0), DELAY);
         let ordered = history(Span::from_millis(50), |_| true);
         for step in 0..1_000 {
             let behind = 0.063 * f64::from(step) / 1_000.0;
@@ -380,7 +403,7 @@ mod tests {
         let mut history = FrameHistory::new(CYCLE);
         history.prepare(Span::from_millis(50), CYCLE);
         for count in (1_000..1_200_u64).filter(|count| !(1_100..1_140).contains(count)) {
-            history.take(count, &master(count as f64 * 1e-3));
+            history.take(count, &master(count as f64 * 1e-3), DELAY);
             for step in 0..50_u32 {
                 // A little after a frame, whose count no rounding can miss.
                 let behind = (1e-3 * f64::from(step) - 1e-9).max(0.0);
@@ -400,7 +423,7 @@ mod tests {
         let mut long = FrameHistory::new(CYCLE);
         long.prepare(delay, CYCLE);
         for count in 0..5_000_u64 {
-            long.take(count, &master(count as f64 * 1e-3));
+            long.take(count, &master(count as f64 * 1e-3), DELAY);
         }
         for step in 0..1_000 {
             let behind = 1e-3 * f64::from(step);
@@ -409,5 +432,25 @@ mod tests {
             let off = (set.position - master(4.999 - behind).position).abs();
             assert!(off < 1e-4, "{step}: {off}");
         }
+    }
+    /// A delay that is slewed belongs to the frames that state it, and not to the instant at which they arrive.
+    #[test]
+    fn the_delay_at_an_instant_is_that_of_its_frames() {
+        let mut history = FrameHistory::new(CYCLE);
+        for count in 0..50_u64 {
+            // By 800 ns a cycle.
+            let delay = Span::from_nanos(20_000_000 + 800 * count as i64);
+            history.take(count, &master(count as f64 * 1e-3), delay);
+        }
+        for (behind, expected) in [
+            (0.0, 20.0392e-3),
+            (10e-3, 20.0312e-3),
+            (10.5e-3, 20.0308e-3),
+        ] {
+            let Seconds(found) = history.delay_at(behind).unwrap();
+            assert!((found - expected).abs() < 1e-12, "{behind} {found}");
+        }
+        assert_eq!(history.delay_at(-1e-3), None);
+        assert_eq!(history.delay_at(50e-3), None);
     }
 }

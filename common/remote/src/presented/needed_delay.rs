@@ -4,6 +4,8 @@ use coaxle_clock::Span;
 
 /// Time after which the older half of the ages is forgotten: the figure is that of the last minute, or half of it.
 const HALF: Span = Span::from_secs(30);
+/// Time after which the figure can be relied on.
+const LEAST: Span = Span::from_secs(1);
 /// Part of the cycles for which the delay may be too short.
 const TOO_SHORT: f64 = 1e-3;
 /// Resolution of the ages: 16 steps to each doubling, 4.4 %.
@@ -83,6 +85,12 @@ impl NeededDelay {
         self.needed
     }
 
+    /// True after a second of ages: before, a rare one may be missing.
+    #[must_use]
+    pub const fn is_measured(&self) -> bool {
+        self.before.all > 0 || self.since.as_nanos() >= LEAST.as_nanos()
+    }
+
     fn quantile(&self) -> Span {
         let all = f64::from(self.now.all) + f64::from(self.before.all);
         let mut above = 0.0;
@@ -139,6 +147,7 @@ mod tests {
     fn it_is_what_nearly_all_cycles_need_and_rare_ones_do_not_count() {
         let mut needed = NeededDelay::default();
         assert_eq!(needed.needed(), None);
+        assert!(!needed.is_measured());
         for cycle in 0..60_000 {
             // 20 ms for most, 25 for one in a hundred, 300 for one in two thousand.
             let millis = match cycle {
@@ -148,6 +157,7 @@ mod tests {
             };
             needed.take(Span::from_millis(millis), CYCLE);
         }
+        assert!(needed.is_measured());
         let found = needed.needed().unwrap();
         assert!(
             found >= Span::from_millis(25) && found < Span::from_millis(27),
@@ -165,6 +175,6 @@ mod tests {
         }
         assert!(needed.needed().unwrap() < Span::from_millis(6));
         needed.clear();
-        assert_eq!(needed.needed(), None);
+        assert!(needed.needed().is_none() && !needed.is_measured());
     }
 }

@@ -91,6 +91,10 @@ impl SlaveAxis {
             Effect::Reset => self.reset(plates),
             Effect::Home(position) => self.home(plates, position),
             Effect::Run(profile) => self.run(plates, profile),
+            Effect::Stop(profile) => {
+                self.set_back();
+                self.run(plates, profile);
+            }
             Effect::Couple(engagement, _) => self.engage(plates, &engagement, job),
             Effect::Phase(profile) => self.phasing.start(profile, job, &mut self.jobs),
             Effect::Superimpose(profile) => {
@@ -127,6 +131,10 @@ impl SlaveAxis {
     fn power(&mut self, plates: &mut Tables, on: bool) {
         self.powered = on;
         let before = self.status();
+        if !on {
+            // What is shown comes to rest, and not what would be shown later.
+            self.set_back();
+        }
         // Read before any change: a drive that is still switching on has to be switched off, too.
         let is_off = self.drive.actual().state == DriveState::Off;
         if before == AxisStatus::Disabled && on {
@@ -176,6 +184,7 @@ impl SlaveAxis {
 
     /// Places the axis at its drive, without passing a software limit if the drive overshot.
     pub(super) fn stand_where_drive_is(&mut self, plates: &mut Tables) {
+        self.drive.release();
         let actual = Kinematics::at_rest(self.actual_position());
         // A drive may rest beyond a software limit by its following error.
         let stands = self.guard.confined(self.set.position, &actual);

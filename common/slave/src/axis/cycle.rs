@@ -249,6 +249,8 @@ impl SlaveAxis {
         } else {
             *self.guard.limits()
         };
+        // First of all: what is shown brakes, and not what would be shown later.
+        self.set_back();
         // Before anything changes: the brake begins in the state of the failed motion.
         let mut from = self.free();
         if quick {
@@ -335,7 +337,8 @@ impl SlaveAxis {
             position: self.set.position - self.drive_zero,
             ..self.set
         };
-        self.drive.step(&set, elapsed);
+        let stands = self.stands();
+        self.drive.step(&set, elapsed, self.hold_back, stands);
         let lost = match (self.status(), self.drive.actual().state) {
             // An axis in error stop reacts already. A second error would hide the first one, which is the cause.
             (AxisStatus::ErrorStop, _) | (_, DriveState::Following) => return,

@@ -4,7 +4,9 @@ use coaxle_axis::guard::{ROUNDING, check_number};
 use coaxle_axis::{Awaits, AxisStatus, Dynamics, NotPlanned, PlanInputs, Planned, Transition};
 use coaxle_cam::Tables;
 use coaxle_clock::Seconds;
-use coaxle_curve::profile::{Limits, Profile, ProfileExtremes, to_position, to_velocity};
+use coaxle_curve::profile::{
+    Kinematics, Limits, Profile, ProfileExtremes, to_position, to_velocity,
+};
 use coaxle_saw::SawCommand;
 
 use super::SlaveAxis;
@@ -72,7 +74,10 @@ impl SlaveAxis {
                 velocity,
                 ref dynamics,
             } => self.plan_velocity(velocity, dynamics),
-            Command::Halt { ref dynamics } => self.plan_halt(dynamics).map(Effect::Run),
+            Command::Halt { ref dynamics } => {
+                let (start, here) = (self.free(), self.set.position);
+                self.plan_halt(&start, here, dynamics).map(Effect::Run)
+            }
             Command::Stop { ref dynamics } => self.plan_stop(dynamics),
             Command::PhasingAbsolute {
                 shift,
@@ -182,7 +187,7 @@ impl SlaveAxis {
     ) -> Result<Effect, Refusal> {
         self.guard.check_target(field, target)?;
         let start = self.free();
-        let profile = self.profile(velocity, dynamics, |limits| {
+        let profile = self.profile(self.set.position, velocity, dynamics, |limits| {
             to_position(&start, target, limits)
         })?;
         self.guard
@@ -195,20 +200,26 @@ impl SlaveAxis {
         check_number("velocity", velocity)?;
         self.guard.check_speed(velocity)?;
         let start = self.free();
-        let profile = self.profile(None, dynamics, |limits| {
+        let profile = self.profile(self.set.position, None, dynamics, |limits| {
             to_velocity(&start, velocity, limits)
         })?;
         Ok(Effect::Run(profile))
     }
 
-    fn plan_halt(&self, dynamics: &Dynamics) -> Result<Profile, Refusal> {
-        let start = self.free();
-        self.profile(None, dynamics, |limits| to_velocity(&start, 0.0, limits))
+    fn plan_halt(
+        &self,
+        start: &Kinematics,
+        here: f64,
+        dynamics: &Dynamics,
+    ) -> Result<Profile, Refusal> {
+        self.profile(here, None, dynamics, |limits| {
+            to_velocity(start, 0.0, limits)
+        })
     }
 
     /// Plans a stop. While the axis stops, only a stop that ends earlier can take over.
     fn plan_stop(&self, dynamics: &Dynamics) -> Result<Effect, Refusal> {
-        let profile = self.plan_halt(dynamics)?;
+        let profile = self.plan_halt(&self.stoppable(), self.shown().position, dynamics)?;
         match &self.motion {
             Motion::Own(stop) if self.status() == AxisStatus::Stopping => {
                 let (received, left) = (profile.duration().0, stop.left());
@@ -219,21 +230,22 @@ impl SlaveAxis {
             }
             _ => {}
         }
-        Ok(Effect::Run(profile))
+        Ok(Effect::Stop(profile))
     }
 
     /// A profile with the dynamics of a command, or with the axis's own if those are too slow to
     /// keep the highest velocity and the software limits from here.
     fn profile(
         &self,
+        here: f64,
         velocity: Option<f64>,
         dynamics: &Dynamics,
         plan: impl Fn(&Limits) -> Profile,
     ) -> Result<Profile, Refusal> {
         let profile = plan(&self.guard.limits_of(velocity, dynamics)?);
         let extremes = ProfileExtremes::of(&profile);
-        let keeps = self.guard.keeps_velocity(&extremes)
-            && self.guard.check_way(self.set.position, &extremes).is_ok();
+        let keeps =
+            self.guard.keeps_velocity(&extremes) && self.guard.check_way(here, &extremes).is_ok();
         if keeps {
             Ok(profile)
         } else {

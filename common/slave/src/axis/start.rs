@@ -84,8 +84,11 @@ impl SlaveAxis {
 
     /// Switches on a drive that the mechanics have at `set`. A drive elsewhere would have to jump.
     fn power_on_moving(&mut self, set: &Kinematics) -> Result<(), Refusal> {
-        let expected = set.position - self.drive_zero;
-        self.drive.power_on(expected, set.velocity);
+        let in_drive = Kinematics {
+            position: set.position - self.drive_zero,
+            ..*set
+        };
+        let expected = self.drive.power_on_moving(&in_drive, self.hold_back);
         let Actual {
             state, position, ..
         } = *self.drive.actual();
@@ -99,9 +102,10 @@ impl SlaveAxis {
         let received = self.actual_position();
         // Otherwise the drive would have power without a motion of the axis.
         self.drive.reset();
+        self.drive.release();
         Err(Refusal::DriveElsewhere {
             received,
-            expected: set.position,
+            expected: expected + self.drive_zero,
         })
     }
 

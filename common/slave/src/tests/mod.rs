@@ -13,6 +13,7 @@ mod drives;
 mod dry_run;
 mod hand_over;
 mod hand_over_random;
+mod held_back;
 mod invariants;
 mod life_cycle;
 mod moves;

@@ -134,7 +134,7 @@ fn far_axis(calls: u32, by: Option<Seconds>) {
             acceleration: 0.0,
         };
         if by.is_some() {
-            frames.take(count, black_box(&set));
+            frames.take(count, black_box(&set), Span::from_millis(20));
         }
         let later = by.map(|by| ShownLater {
             frames: &frames,

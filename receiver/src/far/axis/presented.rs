@@ -2,10 +2,10 @@
 
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_node::FrameHeader;
+use coaxle_node::{FrameHeader, PresentAfter};
 use coaxle_remote::{FarCorrection, FrameHistory, ShownLater};
 
-use super::Axis;
+use super::{Axis, AxisScan};
 
 /// A delay that changes by no more than a cycle is followed at this part of the time: a cascade slews its own as slowly.
 /// Anything more is another delay, to which the axis is brought.
@@ -17,6 +17,8 @@ pub(super) struct Presented {
     frames: FrameHistory,
     /// Delay in force; zero where the newest values are moved to now.
     by: Span,
+    /// Part of it by which the axis is evaluated later, in the far clock's time: the slaves are held back by the rest.
+    lag: Seconds,
     /// True if the newest cycle showed values between two frames.
     pub(super) is_interpolated: bool,
     /// Own cycles in which the frame that was needed had not arrived.
@@ -28,6 +30,7 @@ impl Presented {
         Self {
             frames: FrameHistory::new(cycle.span()),
             by: Span::ZERO,
+            lag: Seconds::ZERO,
             is_interpolated: false,
             extrapolated: 0,
         }
@@ -38,18 +41,22 @@ impl Presented {
         self.frames.clear();
     }
 
-    /// Takes the set values of a frame.
-    pub(super) fn take(&mut self, count: u64, set: &Kinematics) {
-        self.frames.take(count, set);
+    /// Takes the set values of a frame, and the delay that it states.
+    pub(super) fn take(&mut self, count: u64, set: &Kinematics, stated: Option<PresentAfter>) {
+        self.frames.take(count, set, delay_of(stated));
     }
 
-    /// Adopts the delay of the newest frame, `passed` after the previous cycle.
-    pub(super) fn follow(&mut self, header: &FrameHeader, passed: Span) {
-        let stated = header
-            .present_after
-            .map_or(Span::ZERO, |delay| delay.span());
+    /// Adopts the delay of the newest frame, `passed` after the previous cycle; `held` of it is the hold-back.
+    pub(super) fn follow(&mut self, header: &FrameHeader, passed: Span, age: f64, held: Seconds) {
+        let newest = delay_of(header.present_after);
+        let is_slewed =
+            self.by > Span::ZERO && (newest - self.by).abs() <= header.cycle_time.span();
+        // A delay that is slewed belongs to the frame that states it, which may be shown only long after.
+        let stated = match is_slewed && newest != self.by {
+            true => (self.frames.delay_at(self.lag.0 - age)).map_or(newest, Seconds::to_span),
+            false => newest,
+        };
         let change = stated - self.by;
-        let is_slewed = self.by > Span::ZERO && change.abs() <= header.cycle_time.span();
         let most = Seconds(passed.as_secs_f64() * SLEW).to_span();
         self.by = match is_slewed && change.abs() > most {
             true if change > Span::ZERO => self.by + most,
@@ -57,34 +64,40 @@ impl Presented {
             false => stated,
         };
         self.frames.prepare(self.by, header.cycle_time.span());
+        // A hold-back beyond the delay would be a guess.
+        self.lag = Seconds((self.by.as_secs_f64() - held.0).max(0.0));
     }
 
     /// The frames and their delay, if they are shown later.
     pub(super) fn later(&self) -> Option<ShownLater<'_>> {
-        (self.by > Span::ZERO).then(|| ShownLater {
+        self.is_in_force().then_some(ShownLater {
             frames: &self.frames,
-            by: Seconds(self.by.as_secs_f64()),
+            by: self.lag,
         })
     }
 
     /// True if the instant that is shown lies before the newest frame: a silence since then takes nothing away.
     pub(super) fn covers(&self, correction: &FarCorrection) -> bool {
         let known = correction.of_clock();
-        self.by > Span::ZERO && known.is_some_and(|Seconds(age)| age <= self.by.as_secs_f64())
+        self.is_in_force() && known.is_some_and(|Seconds(age)| age <= self.lag.0)
     }
 
     /// Notes how the newest cycle was calculated; `is_by_clock` in a mode that shows frames later.
     pub(super) fn note(&mut self, is_by_clock: bool, is_interpolated: bool, elapsed: u32) {
         self.is_interpolated = is_interpolated;
-        if self.by > Span::ZERO && is_by_clock && !is_interpolated {
+        if self.is_in_force() && is_by_clock && !is_interpolated {
             self.extrapolated = self.extrapolated.saturating_add(elapsed.into());
         }
     }
 
     /// True if its frames are to be shown later.
     pub(super) fn is_in_force(&self) -> bool {
-        self.by > Span::ZERO
+        self.lag > Seconds::ZERO
     }
+}
+
+fn delay_of(stated: Option<PresentAfter>) -> Span {
+    stated.map_or(Span::ZERO, PresentAfter::span)
 }
 
 impl Axis {
@@ -101,19 +114,34 @@ impl Axis {
         presented.is_some_and(|presented| presented.covers(correction))
     }
 
+    /// The time by which it is shown later, as its frames state; none where it is shown now whatever they state.
+    pub(in super::super) fn delay(&self) -> Option<Span> {
+        let by = self.presented.as_ref()?.by;
+        (by > Span::ZERO).then_some(by)
+    }
+
+    /// Its lag; none where it is shown now.
+    pub(in super::super) fn lag(&self) -> Option<Seconds> {
+        let presented = self.presented.as_ref().filter(|_| self.showed_later)?;
+        Some(presented.lag)
+    }
+
     /// Adopts the presentation delay of the newest frame. Between values shown later and values as received lies the
     /// whole delay, over which a blend would be a straight line.
     pub(super) fn follow_presentation(
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
-        elapsed: u32,
+        scan: &AxisScan,
     ) {
         let Some(presented) = &mut self.presented else {
             return;
         };
-        presented.follow(header, self.cycle_time * i64::from(elapsed));
-        let shows = presented.is_in_force() && correction.time(correction.mode).is_some();
+        let passed = self.cycle_time * i64::from(scan.elapsed);
+        let age = correction.time(correction.mode);
+        let Seconds(age_or_none) = age.unwrap_or(Seconds::ZERO);
+        presented.follow(header, passed, age_or_none, scan.held);
+        let shows = presented.is_in_force() && age.is_some();
         if std::mem::replace(&mut self.showed_later, shows) != shows {
             self.begin_anew();
             self.rejoin();
@@ -125,7 +153,6 @@ impl Axis {
 mod tests {
     use super::*;
     use coaxle_clock::CycleIndex;
-    use coaxle_node::PresentAfter;
 
     const CYCLE: Span = Span::from_millis(1);
 
@@ -146,7 +173,10 @@ mod tests {
         let mut presented = Presented::new(CycleTime::new(CYCLE).unwrap());
         assert!(presented.later().is_none());
         let mut follow = |micros| {
-            presented.follow(&header(Span::from_micros(micros)), CYCLE);
+            let header = header(Span::from_micros(micros));
+            presented.follow(&header, CYCLE, 0.0, Seconds(100e-6));
+            let lag = presented.by.as_secs_f64() - 100e-6;
+            assert!((presented.lag.0 - lag.max(0.0)).abs() < 1e-12);
             presented.by.as_nanos()
         };
         assert_eq!(follow(20_000), 20_000_000);
@@ -158,5 +188,15 @@ mod tests {
         assert_eq!(follow(30_000), 30_000_000);
         assert_eq!(follow(0), 0);
         assert_eq!(follow(500), 500_000);
+    }
+
+    #[test]
+    fn a_hold_back_beyond_the_delay_leaves_no_lag() {
+        let mut presented = Presented::new(CycleTime::new(CYCLE).unwrap());
+        for (held, is_later) in [(0.0, true), (19e-3, true), (20e-3, false), (30e-3, false)] {
+            let header = header(Span::from_millis(20));
+            presented.follow(&header, CYCLE, 0.0, Seconds(held));
+            assert_eq!(presented.later().is_some(), is_later, "{held}");
+        }
     }
 }

@@ -4,6 +4,7 @@ use coaxle_clock::Seconds;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::FarCorrection;
 
+use super::super::frames::TakenFrame;
 use super::super::seen::LARGEST_BEAT;
 use super::Axis;
 
@@ -32,7 +33,7 @@ impl Axis {
                 self.wraps.take(before, &sample.set, passed);
             }
             if let Some(presented) = &mut self.presented {
-                presented.take(count, &sample.set);
+                presented.take(count, &sample.set, header.present_after);
             }
             self.sample = Some(sample);
             self.count = count;
@@ -46,9 +47,10 @@ impl Axis {
     pub(in super::super) fn take_beside(
         &mut self,
         sample: Option<&AxisSample>,
-        count: u64,
+        frame: &TakenFrame<'_>,
         header: &FrameHeader,
     ) {
+        let count = frame.count;
         let (Some(presented), Some(sample)) = (&mut self.presented, sample) else {
             return;
         };
@@ -61,7 +63,7 @@ impl Axis {
             Some(turns) => turns.beside(&sample.set, -behind),
             None => sample.set,
         };
-        presented.take(count, &set);
+        presented.take(count, &set, frame.present_after);
     }
 
     /// Correction for an axis that was missing in the newest frame.

@@ -9,6 +9,7 @@ use super::shown_later;
 use crate::row::Reference;
 
 /// True motion of the followed axis.
+#[derive(Clone, Copy)]
 pub(super) struct FollowedMotion<'a> {
     pub(super) oracle: &'a Oracle<Reference>,
     pub(super) gear: Option<GearConfig>,

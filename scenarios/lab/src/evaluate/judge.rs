@@ -221,12 +221,24 @@ impl ReceiverJudge {
             clock if clock == source.motion && far.later == Span::ZERO => truth,
             clock => masters[clock].oracle.at(at),
         };
-        // The frames of a relay are moved to now by its clock, however late their motion is.
+        // The frames of a relay are evaluated by its clock, however late their motion is.
         let clock = match source.clock == source.motion {
             true => truth,
-            false => clock_now,
+            false => match shown_later::lag_in(&record) {
+                Span::ZERO => clock_now,
+                lag => shown_later::at(&masters[source.clock].oracle, at, lag),
+            },
         };
         let master = truth.and_then(|truth| far.moves(&truth));
+        // What the drive is given was calculated earlier, and shows an earlier instant.
+        let held_back = record.slave().map_or(0.0, |slave| slave.held_back_us);
+        let master_of_drive = if held_back == 0.0 {
+            master
+        } else {
+            let later = far.later + Span::from_micros_f64(held_back);
+            let shown = FollowedMotion { later, ..far };
+            shown.at(at).and_then(|truth| shown.moves(&truth))
+        };
         let epoch = truth.map(|truth| truth.epoch);
         let set_velocity = self.difference(
             &record,
@@ -278,6 +290,7 @@ impl ReceiverJudge {
             // Asked in every evaluated cycle, as each break has to restart the time.
             let settled = self.settling.is_settled(record.axis.synced && is_heard, at);
             self.measure(&row, epoch, settled || !self.synchronises);
+            self.measure_drive(&row, master_of_drive);
             if settled {
                 self.lag.push(&row, self.gear, self.fastest_master);
             }
@@ -423,16 +436,12 @@ impl ReceiverJudge {
         };
         self.fastest_master = self.fastest_master.max(velocity.abs());
         // A cam or a saw has no ratio by which the slave's velocity could be compared.
-        let Some(GearConfig { ratio, offset }) = self.gear else {
+        let Some(GearConfig { ratio, .. }) = self.gear else {
             return;
         };
-        let Some(slave) = row.record.slave() else {
+        if row.record.slave().is_none() {
             return;
-        };
-        let drive_error = (slave.drive_position - (ratio * position + offset)).abs();
-        // Present only if a gear leads to the drive: 0 would claim a perfect one.
-        let worst = self.summary.drive_position_error_max.get_or_insert(0.0);
-        *worst = worst.max(drive_error);
+        }
         // Over the stretch of the set position's difference, and both its ends must count; a
         // restarted master has no velocity from one run to the next.
         let counts = self.previous.is_some_and(|previous| {
@@ -446,6 +455,25 @@ impl ReceiverJudge {
         if let (Some(set), Some(truly), true) = (row.set_velocity, truly, counts) {
             // In units of the master, so that gears of any ratio compare.
             self.ripple.push(set / ratio - truly, is_settled);
+        }
+    }
+
+    /// Measures the distances of the drive, and of what it is given, from the position by the master's.
+    fn measure_drive(&mut self, row: &Row, master: Option<(f64, f64)>) {
+        let (Some((position, _)), Some(slave)) = (master, row.record.slave()) else {
+            return;
+        };
+        // Present only if a gear leads to the drive: 0 would claim a perfect one.
+        let Some(GearConfig { ratio, offset }) = self.gear else {
+            return;
+        };
+        let wanted = ratio * position + offset;
+        let summary = &mut self.summary;
+        let worst = summary.drive_position_error_max.get_or_insert(0.0);
+        *worst = worst.max((slave.drive_position - wanted).abs());
+        if let Some(shown) = slave.shown_position {
+            let worst = summary.shown_position_error_max.get_or_insert(0.0);
+            *worst = worst.max((shown - wanted).abs());
         }
     }
 

@@ -1,7 +1,7 @@
 //! The truth of an axis that is shown later: its master as it was, by the clock of the node that generated it.
 
 use coaxle_clock::{Instant, Span};
-use coaxle_node::config::PresentAfterMs;
+use coaxle_node::keys::NodeName;
 use coaxle_receiver::FilterState;
 use coaxle_receiver::config::{FarConfig, Present};
 use coaxle_sim::{Oracle, Truth};
@@ -14,23 +14,47 @@ use crate::topology::Root;
 
 /// Presentation delay of an axis of the receiver `receiver` with this root, by the configs; zero where it is shown now.
 pub(super) fn delay_of(scenario: &Scenario, receiver: usize, root: &Root) -> Span {
-    let Some(sender) = scenario.senders.get(root.node) else {
+    let Some((publisher, delay)) = published(scenario, receiver, root) else {
         return Span::ZERO;
     };
-    // Behind a relay the first receiver decides: its own frames are moved to now.
+    // Behind a relay the first receiver decides.
     let first = match root.source.checked_sub(scenario.senders.len()) {
         Some(relay) => relay,
         None => receiver,
     };
     let far = scenario.receivers[first].far.iter();
-    let mut of_sender =
-        far.filter(|far| far.node == sender.name || far.standby.contains(&sender.name));
+    let mut of_publisher =
+        far.filter(|far| far.node == *publisher || far.standby.contains(publisher));
     let shows = |far: &FarConfig| {
         let mut axes = far.axes.iter().filter(|axis| axis.id == root.axis);
         far.present == Present::Auto && axes.all(|axis| axis.encoder.is_none())
     };
-    let delay = sender.axes.present_after().map(PresentAfterMs::span);
-    delay.filter(|_| of_sender.all(shows)).unwrap_or(Span::ZERO)
+    match of_publisher.all(shows) {
+        true => delay,
+        false => Span::ZERO,
+    }
+}
+
+/// The node at the root, and the delay that its frames state.
+fn published<'a>(
+    scenario: &'a Scenario,
+    receiver: usize,
+    root: &Root,
+) -> Option<(&'a NodeName, Span)> {
+    let senders = scenario.senders.len();
+    if let Some(sender) = scenario.senders.get(root.node) {
+        let delay = sender.axes.present_after()?;
+        return Some((&sender.name, delay.span()));
+    }
+    let own = root.node - senders;
+    // Its own slaves are calculated at once, and only their drives are later.
+    let config = scenario.receivers.get(own).filter(|_| own != receiver)?;
+    // Beside far axes the hold-back depends on those.
+    let mut axes = config.virtual_axes.iter().filter(|_| config.far.is_empty());
+    let axis = axes.find(|axis| axis.id.get() == root.axis)?;
+    let cycle = config.cycle_time_us.0.span();
+    let cycles = axis.present_after_ms?.span().div_floor(cycle);
+    Some((&config.name, cycle * cycles))
 }
 
 /// Greatest jerk of the axis at the root, u/s³; unknown for a recorded motion.
@@ -43,18 +67,25 @@ pub(super) fn jerk_of(scenario: &Scenario, root: &Root) -> Option<f64> {
     }
 }
 
-/// Delay of the instant that a cycle shows: only modes that know a clock show an axis later.
+/// Delay of the instant that the axis of a cycle shows: only modes that know a clock show an axis later. What its frames
+/// state has not passed yet when they are sent, and its lag is the part of it that its receiver waits for; drives wait for
+/// the rest.
 pub(super) fn delay_in(cycle: &ReceiverCycle, delay: Span, is_relayed: bool) -> Span {
     let state = cycle.axis.state;
     let is_by_clock = matches!(
         state,
         Some(FilterState::Sync | FilterState::Time | FilterState::Observer)
     );
-    if is_by_clock || is_relayed {
-        delay
-    } else {
-        Span::ZERO
+    if delay == Span::ZERO || !(is_by_clock || is_relayed) {
+        return Span::ZERO;
     }
+    let stated = Span::from_micros_f64(cycle.far.present_after_us.unwrap_or_default());
+    (delay - stated + lag_in(cycle)).max(Span::ZERO)
+}
+
+/// Lag of the axis of a cycle behind the generation of its frames.
+pub(super) fn lag_in(cycle: &ReceiverCycle) -> Span {
+    Span::from_micros_f64(cycle.far.presentation_lag_us.unwrap_or_default())
 }
 
 /// The master as it was `later` before `at`, by its own clock.

@@ -109,7 +109,9 @@ impl SlaveJudge {
                 AxisStatus::Disabled | AxisStatus::Standstill | AxisStatus::Homing
             )
         };
-        if is_set_anew(before) || is_set_anew(slave) || passed <= 0.0 {
+        // The way back to what the drive was given is no motion.
+        let is_set_back = before.set_back != slave.set_back;
+        if is_set_anew(before) || is_set_anew(slave) || is_set_back || passed <= 0.0 {
             return;
         }
         let (Some(from), Some(to)) = (before.position, slave.position) else {

@@ -54,6 +54,7 @@ struct SlaveBefore {
     acceleration: Option<f64>,
     distance: f64,
     set_anew: u32,
+    set_back: u32,
 }
 
 impl SlaveBefore {
@@ -66,6 +67,7 @@ impl SlaveBefore {
             acceleration: slave.acceleration,
             distance: slave.distance,
             set_anew: slave.set_anew,
+            set_back: slave.set_back,
         }
     }
 }
@@ -118,8 +120,10 @@ impl SlaveWatch {
         self.watch_rest(cycle, &before, slave);
         let stops_now = self.stops_instantly && is_instant_stop(&before, slave);
         let is_set_anew = slave.set_anew != before.set_anew || slave.state == AxisStatus::Disabled;
+        // The drive sees no step of it: it goes on from what it was given.
+        let is_set_back = slave.set_back != before.set_back;
         // A position that is set, or a stop within a cycle, is a step that differences would take for a motion.
-        let begins_anew = is_set_anew || stops_now || cycle.since.is_none();
+        let begins_anew = is_set_anew || is_set_back || stops_now || cycle.since.is_none();
         self.watch_positions(cycle, slave, begins_anew);
         self.watch_told(cycle, slave, begins_anew);
     }
@@ -216,7 +220,8 @@ impl SlaveWatch {
             return;
         };
         // Each error stop is measured from its own beginning.
-        if slave.state != AxisStatus::ErrorStop || slave.set_anew != before.set_anew || !is_next {
+        let is_placed = slave.set_anew != before.set_anew || slave.set_back != before.set_back;
+        if slave.state != AxisStatus::ErrorStop || is_placed || !is_next {
             let is_before = slave.state != AxisStatus::ErrorStop;
             stop.restart(set_of(slave).filter(|_| is_before));
         }

@@ -1,0 +1,229 @@
+//! An axis whose drive shows its set values later: commands wait, stops do not, and its drive never steps.
+
+use std::vec::Vec;
+
+use super::*;
+use crate::{CoupledStart, SlaveError};
+use coaxle_axis::AxisStatus;
+use coaxle_gear::LinearGear;
+
+const BY: Span = Span::from_millis(40);
+
+/// What the drive was given, cycle by cycle, with the limits that its differences have to keep.
+struct Given(Vec<f64>);
+
+impl Given {
+    fn take(&mut self, axis: &AxisWithPlates) {
+        self.0.push(axis.shown().position);
+    }
+
+    /// Greatest acceleration and jerk of the differences.
+    fn hardest(&self) -> (f64, f64) {
+        let differences = |of: &[f64]| -> Vec<f64> {
+            of.windows(2)
+                .map(|pair| (pair[1] - pair[0]) * 1e3)
+                .collect()
+        };
+        let most = |of: &[f64]| of.iter().fold(0.0_f64, |most, one| most.max(one.abs()));
+        let accelerations = differences(&differences(&self.0));
+        (most(&accelerations), most(&differences(&accelerations)))
+    }
+}
+
+fn held_back() -> AxisWithPlates {
+    let mut axis = axis(&PARAMETERS);
+    axis.prepare_hold_back();
+    axis.set_hold_back(BY);
+    start(&mut axis, &Command::Power(true));
+    run(&mut axis, 5);
+    assert_eq!(axis.held_back_by(), BY);
+    axis
+}
+
+fn run_with(axis: &mut AxisWithPlates, given: &mut Given, cycles: u32) {
+    for _ in 0..cycles {
+        axis.update(None, CYCLE);
+        given.take(axis);
+    }
+}
+
+#[test]
+fn a_motion_is_shown_later_with_its_own_bits() {
+    let mut axis = held_back();
+    start(&mut axis, &move_absolute(300.0));
+    let (mut early, mut shown) = (Vec::new(), Vec::new());
+    for _ in 0..2_000 {
+        early.push(axis.update(None, CYCLE));
+        shown.push(axis.shown());
+    }
+    assert_eq!(early[..1_960], shown[40..]);
+    assert!(
+        axis.rests()
+            && shown[..40]
+                .iter()
+                .all(|set| *set == Kinematics::at_rest(0.0))
+    );
+}
+
+#[test]
+fn a_halt_is_a_command_and_waits() {
+    let mut axis = held_back();
+    start(&mut axis, &move_velocity(500.0));
+    run(&mut axis, 1_000);
+    start(&mut axis, &HALT);
+    run(&mut axis, 40);
+    assert_eq!(axis.shown().velocity, 500.0);
+    run(&mut axis, 5);
+    assert!(axis.shown().velocity < 500.0 && axis.set_back_count() == 0);
+}
+
+/// Runs to a ramp, where what is shown differs from what is calculated in everything.
+fn on_a_ramp() -> (AxisWithPlates, Given) {
+    let mut axis = held_back();
+    let mut given = Given(Vec::new());
+    start(&mut axis, &move_velocity(800.0));
+    run_with(&mut axis, &mut given, 100);
+    assert!(axis.shown().velocity < axis.set().velocity);
+    (axis, given)
+}
+
+fn assert_brakes_at_once(mut axis: AxisWithPlates, mut given: Given, shown: Kinematics) {
+    assert_eq!(axis.set_back_count(), 1);
+    assert_eq!(axis.held_back_by(), Span::ZERO);
+    // A cycle from there on.
+    let moved = axis.shown().position - shown.position;
+    assert!((moved - shown.velocity * 1e-3).abs() < 0.02, "{moved}");
+    run_with(&mut axis, &mut given, 1_000);
+    let (acceleration, jerk) = given.hardest();
+    assert!(acceleration < 5_000.0 * 1.001, "{acceleration}");
+    assert!(jerk < 100_000.0 * 1.01, "{jerk}");
+    assert!(axis.stands());
+    // From rest on it is held back again.
+    assert_eq!(axis.held_back_by(), BY);
+}
+
+#[test]
+fn a_stop_acts_on_what_is_shown() {
+    let (mut axis, mut given) = on_a_ramp();
+    let shown = axis.shown();
+    start(&mut axis, &STOP);
+    run_with(&mut axis, &mut given, 1);
+    assert_eq!(axis.status(), AxisStatus::Stopping);
+    assert_brakes_at_once(axis, given, shown);
+}
+
+#[test]
+fn a_loss_of_power_acts_on_what_is_shown() {
+    let (mut axis, mut given) = on_a_ramp();
+    let shown = axis.shown();
+    start(&mut axis, &Command::Power(false));
+    run_with(&mut axis, &mut given, 1);
+    assert_eq!(axis.set_back_count(), 1);
+    let moved = axis.shown().position - shown.position;
+    assert!((moved - shown.velocity * 1e-3).abs() < 0.02, "{moved}");
+    run_with(&mut axis, &mut given, 1_000);
+    assert_eq!(axis.status(), AxisStatus::Disabled);
+}
+
+/// The master goes on, ahead of what is shown.
+#[test]
+fn a_lost_master_brakes_what_is_shown() {
+    let mut axis = held_back();
+    let mut given = Given(Vec::new());
+    let mut master = Master::at(0.0, 0.0);
+    master.lead(&mut axis, 1);
+    start(&mut axis, &Command::GearIn(GearIn::of(1.0)));
+    for cycle in 0..150 {
+        let wanted = if cycle < 100 { 4_000.0 } else { 0.0 };
+        master.accelerate(&mut axis, wanted, 80_000.0);
+        given.take(&axis);
+    }
+    let shown = axis.shown();
+    assert!(axis.set().position > shown.position + 5.0);
+    run_with(&mut axis, &mut given, 1);
+    assert_eq!(axis.error(), Some(SlaveError::MasterLost));
+    assert_brakes_at_once(axis, given, shown);
+}
+
+#[test]
+fn power_off_at_rest_waits_for_what_is_still_shown() {
+    let mut axis = held_back();
+    let mut given = Given(Vec::new());
+    start(&mut axis, &move_absolute(50.0));
+    while axis.status() != AxisStatus::Standstill {
+        run_with(&mut axis, &mut given, 1);
+    }
+    assert!(axis.shown().velocity > 0.0);
+    start(&mut axis, &Command::Power(false));
+    run_with(&mut axis, &mut given, 1);
+    assert!(axis.status() != AxisStatus::Disabled && axis.is_operational());
+    // Without power the axis is where its drive is.
+    loop {
+        run(&mut axis, 1);
+        if axis.status() == AxisStatus::Disabled {
+            break;
+        }
+        given.take(&axis);
+    }
+    let (acceleration, _) = given.hardest();
+    assert!(acceleration < 5_000.0 * 1.001, "{acceleration}");
+}
+
+#[test]
+fn homing_moves_no_drive() {
+    let mut axis = held_back();
+    start(&mut axis, &move_absolute(50.0));
+    while axis.status() != AxisStatus::Standstill {
+        run(&mut axis, 1);
+    }
+    let before = axis.shown().position;
+    start(&mut axis, &Command::Home { position: 1_000.0 });
+    run(&mut axis, 1);
+    let after = axis.shown().position - 950.0;
+    assert!(after >= before && after - before < 1.0, "{before} {after}");
+    run(&mut axis, 100);
+    assert_eq!(axis.shown().position, 1_000.0);
+}
+
+#[test]
+fn coupled_from_the_start_its_drive_comes_to_the_first_set_value_in_time() {
+    let mut axis = axis(&PARAMETERS);
+    axis.prepare_hold_back();
+    axis.set_hold_back(BY);
+    let mut master = Master::at(100.0, 500.0);
+    let start = CoupledStart::Gear(LinearGear::new(2.0, 0.0).expect("a gear"));
+    let job = axis.switch_on_coupled(&start, Some(&master.0));
+    assert!(job.is_ok());
+    assert_eq!(axis.set().position, 200.0);
+    assert!((axis.shown().position - 160.0).abs() < 1e-9);
+    for cycle in 1..200 {
+        master.lead(&mut axis, 1);
+        let expected = 2.0 * (100.0 + 0.5 * f64::from(cycle - 40));
+        assert!((axis.shown().position - expected).abs() < 1e-9, "{cycle}");
+    }
+    assert!(axis.is_operational());
+}
+
+/// A hold-back that is not prepared, and one of zero, leave every bit alone.
+#[test]
+fn without_a_hold_back_nothing_changes() {
+    let motion = |prepare: fn(&mut AxisWithPlates)| {
+        let mut axis = axis(&PARAMETERS);
+        prepare(&mut axis);
+        start(&mut axis, &Command::Power(true));
+        run(&mut axis, 5);
+        start(&mut axis, &move_velocity(500.0));
+        let mut seen = Vec::new();
+        for cycle in 0..1_000 {
+            if cycle == 400 {
+                start(&mut axis, &STOP);
+            }
+            seen.push(axis.update(None, CYCLE));
+            assert_eq!(axis.shown(), axis.set());
+        }
+        (seen, axis.actual().position)
+    };
+    let plain = motion(|_| {});
+    assert_eq!(plain, motion(|axis| axis.prepare_hold_back()));
+    assert_eq!(plain, motion(|axis| axis.set_hold_back(BY)));
+}
