@@ -46,12 +46,12 @@ pub(crate) struct HoldBack {
     /// Hold-back that it is led to.
     target: Span,
     is_decided: bool,
-    course: Option<Course>,
+    course: Option<HoldBackChange>,
 }
 
 /// A slewed change.
 #[derive(Clone, Copy, Debug)]
-struct Course {
+struct HoldBackChange {
     from: Span,
     change: Span,
     passed: Span,
@@ -132,7 +132,7 @@ impl HoldBack {
         }
         let most = self.whole(MOST_AT_ONCE).max(self.cycle);
         let change = change.min(most).max(Span::ZERO - most);
-        self.course = Some(Course {
+        self.course = Some(HoldBackChange {
             from: self.by,
             change,
             passed: Span::ZERO,
@@ -147,7 +147,7 @@ impl HoldBack {
     }
 }
 
-impl Course {
+impl HoldBackChange {
     fn at(&self) -> Span {
         if self.passed >= self.lasts {
             return self.from + self.change;

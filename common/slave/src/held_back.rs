@@ -20,7 +20,7 @@ const SLEW: i64 = 500;
 
 /// A set value and the instant at which it is shown.
 #[derive(Clone, Copy, Debug)]
-struct Due {
+struct WaitingSet {
     at: Span,
     set: Kinematics,
 }
@@ -29,7 +29,7 @@ struct Due {
 #[derive(Debug)]
 pub(crate) struct HeldBack {
     /// A ring in the order of their instants.
-    waiting: Box<[Due]>,
+    waiting: Box<[WaitingSet]>,
     first: usize,
     kept: usize,
     /// Time of the newest cycle, since the start.
@@ -42,7 +42,7 @@ pub(crate) struct HeldBack {
 impl HeldBack {
     /// Creates the place of waiting set values, which are shown at once at first.
     pub(crate) fn new() -> Self {
-        let none = Due {
+        let none = WaitingSet {
             at: Span::ZERO,
             set: Kinematics::at_rest(0.0),
         };
@@ -116,13 +116,13 @@ impl HeldBack {
     }
 
     fn push(&mut self, set: &Kinematics) {
-        self.put(&Due {
+        self.put(&WaitingSet {
             at: self.now + self.by,
             set: *set,
         });
     }
 
-    fn put(&mut self, due: &Due) {
+    fn put(&mut self, due: &WaitingSet) {
         // A shorter hold-back by more than a cycle: the newest set values count.
         while self.kept > 0 && self.at_place(self.kept - 1).at >= due.at {
             self.kept -= 1;
@@ -169,7 +169,7 @@ impl HeldBack {
         )
     }
 
-    const fn at_place(&self, n: usize) -> &Due {
+    const fn at_place(&self, n: usize) -> &WaitingSet {
         &self.waiting[(self.first + n) % self.waiting.len()]
     }
 }

@@ -38,7 +38,7 @@ pub struct FrameHistory {
 }
 
 /// Two neighbours in the history, and an instant between them.
-struct Neighbours<'a> {
+struct FramesAround<'a> {
     before: &'a AxisFrame,
     after: &'a AxisFrame,
     /// Time between them, s, and the share of it that has passed at the instant.
@@ -133,7 +133,7 @@ impl FrameHistory {
     }
 
     /// The neighbours of an instant `behind` seconds before the newest frame.
-    fn around(&self, behind: f64) -> Option<Neighbours<'_>> {
+    fn around(&self, behind: f64) -> Option<FramesAround<'_>> {
         let newest = self.newest.as_ref()?;
         let back = behind / self.cycle;
         // Of NaN, too, there is none.
@@ -142,7 +142,7 @@ impl FrameHistory {
         }
         let cycles = libm::ceil(back) as u64;
         if cycles == 0 {
-            return Some(Neighbours {
+            return Some(FramesAround {
                 before: newest,
                 after: newest,
                 gap: 0.0,
@@ -160,7 +160,7 @@ impl FrameHistory {
         if gap > LONGEST {
             return None;
         }
-        Some(Neighbours {
+        Some(FramesAround {
             before,
             after,
             gap: gap * self.cycle,
