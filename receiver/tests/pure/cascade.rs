@@ -97,7 +97,7 @@ impl Stage {
         );
         let config: ReceiverConfig = parse("s.toml", &text).expect("a config");
         let key = format!("coaxle/s{}/slaves", n.wrapping_sub(1));
-        let sender = NodeName::new(&format!("s{}", n.wrapping_sub(1)));
+        let sender = NodeName::new(format!("s{}", n.wrapping_sub(1)));
         let sender = sender.unwrap_or_else(|_| NodeName::new("none").expect("a name"));
         // Phases of their own.
         let start = MILLISECOND / 7 * (n as i64 + 1);
