@@ -6,7 +6,7 @@ use serde::Deserializer;
 use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde_json::Value;
 
-use super::misread::Step;
+use super::misread::PathStep;
 use super::{Document, Misread};
 
 /// Reads a value from JSON.
@@ -39,13 +39,22 @@ where
     let found = match Part(&mut path).deserialize(json) {
         // All of it can be read where more follows behind it.
         Ok(document) => T::deserialize(&document).err().unwrap_or_default(),
-        Err(_) => Misread::at(path),
+        Err(end) if end.to_string() == error.to_string() => Misread::at(path),
+        // The document ends where it is nested too deeply, inside the field that is wrong.
+        Err(_) => {
+            let keys = path
+                .iter()
+                .take_while(|step| matches!(step, PathStep::Key(_)));
+            let keys = keys.count();
+            path.truncate(keys);
+            Misread::at(path)
+        }
     };
     found.with_reason(error.to_string())
 }
 
 /// A part of a document. After an error the path leads to where it is; otherwise it is as before.
-struct Part<'p>(&'p mut Vec<Step>);
+struct Part<'p>(&'p mut Vec<PathStep>);
 
 impl<'de> DeserializeSeed<'de> for Part<'_> {
     type Value = Document;
@@ -88,11 +97,11 @@ impl<'de> Visitor<'de> for Part<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Document, A::Error> {
         let mut list = Vec::new();
-        self.0.push(Step::Element(0));
+        self.0.push(PathStep::Element(0));
         while let Some(element) = elements.next_element_seed(Part(self.0))? {
             list.push(element);
             self.0.pop();
-            self.0.push(Step::Element(list.len()));
+            self.0.push(PathStep::Element(list.len()));
         }
         self.0.pop();
         Ok(Document::List(list))
@@ -101,7 +110,7 @@ impl<'de> Visitor<'de> for Part<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut fields: A) -> Result<Document, A::Error> {
         let mut table = Vec::new();
         while let Some(key) = fields.next_key::<String>()? {
-            self.0.push(Step::Key(key.clone()));
+            self.0.push(PathStep::Key(key.clone()));
             let value = fields.next_value_seed(Part(self.0))?;
             self.0.pop();
             table.push((Document::Text(key), value));

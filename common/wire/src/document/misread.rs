@@ -14,12 +14,12 @@ pub struct Misread(Box<Contents>);
 struct Contents {
     reason: String,
     /// From the field outwards, as it is found.
-    path: Vec<Step>,
+    path: Vec<PathStep>,
 }
 
 /// A step of a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(super) enum PathStep {
     Key(String),
     Element(usize),
 }
@@ -41,16 +41,16 @@ impl Misread {
         for step in self.0.path.iter().rev() {
             // Writing to a text cannot fail.
             let _ = match step {
-                Step::Element(index) => write!(field, "[{index}]"),
-                Step::Key(key) if field.is_empty() => field.write_str(key),
-                Step::Key(key) => write!(field, ".{key}"),
+                PathStep::Element(index) => write!(field, "[{index}]"),
+                PathStep::Key(key) if field.is_empty() => field.write_str(key),
+                PathStep::Key(key) => write!(field, ".{key}"),
             };
         }
         field
     }
 
     /// An error without a reason, at the end of a path that begins with the outermost step.
-    pub(super) fn at(mut path: Vec<Step>) -> Self {
+    pub(super) fn at(mut path: Vec<PathStep>) -> Self {
         path.reverse();
         Self(Box::new(Contents {
             path,
@@ -66,13 +66,13 @@ impl Misread {
 
     #[cold]
     pub(super) fn within_key(mut self, key: &str) -> Self {
-        self.0.path.push(Step::Key(key.to_owned()));
+        self.0.path.push(PathStep::Key(key.to_owned()));
         self
     }
 
     #[cold]
     pub(super) fn within_element(mut self, index: usize) -> Self {
-        self.0.path.push(Step::Element(index));
+        self.0.path.push(PathStep::Element(index));
         self
     }
 }
