@@ -43,7 +43,7 @@ fn a_node_without_memory_ends_with_the_cause() {
     let node = node(&bench);
     // From what the program itself takes, in uneven steps: where it ends differs from each to the next.
     for most in [
-        60_000, 70_000, 80_000, 90_000, 110_000, 130_000, 150_000, 170_000, 200_000,
+        60_000, 70_000, 80_000, 90_000, 100_000, 110_000, 120_000, 130_000, 150_000,
     ] {
         let Some(end) = run_with(&[("-v", most)], &["sender", &node, "--for", "1s"]) else {
             return;
@@ -58,7 +58,7 @@ fn a_node_without_memory_ends_with_the_cause() {
         assert!(end.says("`ulimit -v`"), "{most}: {}", end.text);
     }
     // It either runs, or says why not.
-    for most in [250_000, 350_000, 500_000, 700_000] {
+    for most in [170_000, 200_000, 250_000, 350_000, 500_000, 700_000] {
         if let Some(end) = run_with(&[("-v", most)], &["sender", &node, "--for", "1s"]) {
             end.has_not_crashed();
             assert!(
