@@ -14,7 +14,7 @@ use super::followed_motion::{FollowedMotion, seconds};
 use super::lag::MasterLag;
 use super::moments::Moments;
 use super::settling::{SettledFigure, Settling};
-use super::shown_later;
+use super::shown_later::{self, OwnPace};
 use super::skipped::SkippedCycles;
 use super::slave::SlaveJudge;
 use super::unnoticed::UnnoticedChange;
@@ -92,6 +92,7 @@ pub(super) struct ReceiverJudge {
     lag: MasterLag,
     fastest_master: f64,
     drift: DriftTruth,
+    own_pace: OwnPace,
     was_synced: bool,
     was_error: u16,
     was_warning: u16,
@@ -158,6 +159,7 @@ impl ReceiverJudge {
             lag: MasterLag::default(),
             fastest_master: 0.0,
             drift: DriftTruth::default(),
+            own_pace: OwnPace::default(),
             was_synced: false,
             was_error: 0,
             was_warning: 0,
@@ -209,10 +211,16 @@ impl ReceiverJudge {
     ) -> Row {
         let at = Instant::from_nanos(record.at_ns);
         let source = self.sources[record.place];
+        let oracle = &masters[source.motion].oracle;
+        self.own_pace.take(record.node.cycle, record.at_ns);
+        let pace = || {
+            let own = (self.own_pace).at(record.node.cycle, record.at_ns, self.cycle_time.span());
+            own * oracle.at(at).map_or(1.0, |truth| truth.pace)
+        };
         let far = FollowedMotion {
-            oracle: &masters[source.motion].oracle,
+            oracle,
             gear: source.gear,
-            later: shown_later::delay_in(&record, source.later, source.is_receiver),
+            later: shown_later::delay_in(&record, source.later, source.is_receiver, pace),
             start,
         };
         let truth = far.at(at);
@@ -230,14 +238,15 @@ impl ReceiverJudge {
             },
         };
         let master = truth.and_then(|truth| far.moves(&truth));
-        // What the drive is given was calculated earlier, and shows an earlier instant.
-        let held_back = record.slave().map_or(0.0, |slave| slave.held_back_us);
-        let master_of_drive = if held_back == 0.0 {
-            master
-        } else {
-            let later = far.later + Span::from_micros_f64(held_back);
-            let shown = FollowedMotion { later, ..far };
-            shown.at(at).and_then(|truth| shown.moves(&truth))
+        // What the drive is given was calculated earlier, and shows the instant that all others show.
+        let is_held_back = record.slave().is_some_and(|slave| slave.held_back_us > 0.0);
+        let master_of_drive = match is_held_back {
+            true => {
+                let later = source.later;
+                let shown = FollowedMotion { later, ..far };
+                shown.at(at).and_then(|truth| shown.moves(&truth))
+            }
+            false => master,
         };
         let epoch = truth.map(|truth| truth.epoch);
         let set_velocity = self.difference(

@@ -67,10 +67,14 @@ pub(super) fn jerk_of(scenario: &Scenario, root: &Root) -> Option<f64> {
     }
 }
 
-/// Delay of the instant that the axis of a cycle shows: only modes that know a clock show an axis later. What its frames
-/// state has not passed yet when they are sent, and its lag is the part of it that its receiver waits for; drives wait for
-/// the rest.
-pub(super) fn delay_in(cycle: &ReceiverCycle, delay: Span, is_relayed: bool) -> Span {
+/// Delay of the instant that the axis of a cycle shows, by the clock at the root, which runs at this `pace` by that of the receiver: only modes
+/// that know a clock show an axis later, and what its drives wait for is still to pass. Frames that are shown as they come state what is left.
+pub(super) fn delay_in(
+    cycle: &ReceiverCycle,
+    delay: Span,
+    is_relayed: bool,
+    pace: impl FnOnce() -> f64,
+) -> Span {
     let state = cycle.axis.state;
     let is_by_clock = matches!(
         state,
@@ -79,8 +83,47 @@ pub(super) fn delay_in(cycle: &ReceiverCycle, delay: Span, is_relayed: bool) -> 
     if delay == Span::ZERO || !(is_by_clock || is_relayed) {
         return Span::ZERO;
     }
-    let stated = Span::from_micros_f64(cycle.far.present_after_us.unwrap_or_default());
-    (delay - stated + lag_in(cycle)).max(Span::ZERO)
+    let left_us = match cycle.far.presentation_lag_us {
+        Some(_) if cycle.node.hold_back_us > 0.0 => cycle.node.hold_back_us * pace(),
+        Some(_) => 0.0,
+        None => cycle.far.present_after_us.unwrap_or_default(),
+    };
+    (delay - Span::from_micros_f64(left_us)).max(Span::ZERO)
+}
+
+/// Pace of a receiver's own clock, by its cycles.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OwnPace {
+    /// A cycle and its time by the reference clock, ns, and the one that comes next.
+    since: Option<(u64, i64)>,
+    next: Option<(u64, i64)>,
+}
+
+impl OwnPace {
+    /// Least time that the pace is taken over, ns.
+    // Cycles begin at whole nanoseconds: over a second they tell 1e-9, of a hold-back of a second 1 ns.
+    const LEAST: i64 = 1_000_000_000;
+
+    /// Takes a cycle of the receiver.
+    pub(super) fn take(&mut self, cycle: u64, at_ns: i64) {
+        let is_next = self
+            .next
+            .is_none_or(|(_, next)| at_ns - next >= Self::LEAST);
+        if is_next {
+            self.since = self.next.replace((cycle, at_ns));
+        }
+    }
+
+    /// Seconds of the reference clock per second of the own one, up to a cycle; 1 before it is known.
+    pub(super) fn at(&self, cycle: u64, at_ns: i64, cycle_time: Span) -> f64 {
+        match self.since {
+            Some((since, from)) if cycle > since => {
+                let own = cycle_time.as_nanos() as f64 * (cycle - since) as f64;
+                (at_ns - from) as f64 / own
+            }
+            _ => 1.0,
+        }
+    }
 }
 
 /// Lag of the axis of a cycle behind the generation of its frames.
