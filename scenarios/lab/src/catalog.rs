@@ -29,6 +29,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "loss",
     "master-in-motion",
     "presented",
+    "presented-chain",
     "drift-change",
     "sender-restart",
     "twin-sender",
