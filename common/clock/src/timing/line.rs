@@ -35,7 +35,7 @@ const COVERED: f64 = 3.0;
 
 /// Ways of one exchange, beside a line with the rate that was known when it began, s.
 #[derive(Clone, Copy, Debug, Default)]
-struct Ways {
+struct ExchangeWays {
     /// Departure of the request, and arrival of the response, since the first exchange.
     left: f64,
     arrived: f64,
@@ -52,7 +52,7 @@ pub(crate) struct TimingLine {
     here: Instant<Local>,
     far: Span,
     rate: f64,
-    group: [Ways; GROUP],
+    group: [ExchangeWays; GROUP],
     filled: usize,
     bank: Option<Bank>,
     /// Time of the bank's estimate since the beginning, s.
@@ -76,7 +76,7 @@ impl TimingLine {
             here: first.requested,
             far: first.received,
             rate,
-            group: [Ways::default(); GROUP],
+            group: [ExchangeWays::default(); GROUP],
             filled: 0,
             bank: None,
             at: 0.0,
@@ -98,7 +98,7 @@ impl TimingLine {
     /// has them.
     pub(crate) fn take(&mut self, arrived: Instant<Local>, exchange: &TimeResponse) -> bool {
         let (left, came) = (self.since(exchange.requested), self.since(arrived));
-        self.group[self.filled] = Ways {
+        self.group[self.filled] = ExchangeWays {
             left,
             arrived: came,
             there: self.ahead(exchange.received, left),
