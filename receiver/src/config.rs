@@ -18,6 +18,8 @@ mod positions;
 mod publish;
 mod slave;
 mod standby;
+#[cfg(test)]
+mod test_config;
 mod virtual_axes;
 
 use std::path::Path;

@@ -15,7 +15,7 @@ pub enum Ends {
 
 /// Returns the state at a share of the time between two states, `gap` seconds apart.
 ///
-/// It is exact while the jerk does not change between them, C2 where two gaps meet, and each end is met to rounding.
+/// Exact while the jerk does not change between them, C2 where two gaps meet, and each end is met to rounding.
 #[must_use]
 pub fn between(
     before: &Kinematics,

@@ -122,9 +122,7 @@ impl Continuity {
             }
             (Motion::Braking { .. } | Motion::Returning(_) | Motion::Rejoining(_), Some(_)) => {
                 // The difference starts at the position at which the axis would be now, not where it was a cycle ago.
-                let standing = self
-                    .moving(reach)
-                    .map_or(*master, |last| moved_on(&last, passed));
+                let standing = self.standing(cycle).unwrap_or(*master);
                 let moved_on = cycle.moved_on();
                 // Velocities beyond those of the master are of a jump, and the plan would begin with them.
                 let master = reach.possible(&moved_on.unwrap_or(*master));
@@ -186,15 +184,20 @@ impl Continuity {
     /// began from its start whenever the clock was found again.
     fn goes_on(&self, mut way: Rejoin, master: &Kinematics, cycle: &MasterCycle) -> bool {
         let (passed, reach) = (self.passed(cycle), &cycle.reach);
-        let Some(last) = self.moving(reach) else {
+        let Some(standing) = self.standing(cycle) else {
             return false;
         };
-        let standing = moved_on(&last, passed);
         way.go_on(cycle.moved_on(), passed);
         let on = way.over(master);
         let step = NO_STEP * reach.velocity;
         (on.position - standing.position).abs() <= step * passed
             && (on.velocity - standing.velocity).abs() <= step
+    }
+
+    /// The motion of the axis in this cycle, if it went on from the one before.
+    fn standing(&self, cycle: &MasterCycle) -> Option<Kinematics> {
+        let last = self.moving(&cycle.reach)?;
+        Some(moved_on(&last, self.passed(cycle)))
     }
 
     /// Seconds since the cycle before.

@@ -64,12 +64,7 @@ fn check(encoder: &EncoderParameters, cycle: Span) -> Result<(), Wrong> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
-    fn config(rest: &str) -> Result<ReceiverConfig, String> {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
-        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
-    }
+    use crate::config::test_config::config;
 
     fn long(encoder: &str) -> String {
         format!("[[far]]\nnode = 'a'\naxes = [4, {{ id = 1, unit = 'mm', encoder = {encoder} }}]")

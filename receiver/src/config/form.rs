@@ -293,11 +293,7 @@ impl ReceiverConfig {
 mod tests {
     use super::*;
     use crate::config::MasterRef;
-
-    fn config(rest: &str) -> Result<ReceiverConfig, String> {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
-        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
-    }
+    use crate::config::test_config::config;
 
     #[test]
     fn positions_within_the_turn_need_its_length() {

@@ -1,4 +1,4 @@
-//! What may hold the slaves of a receiver back.
+//! Reasons to hold the slaves of a receiver back.
 
 use coaxle_clock::Span;
 use coaxle_node::config::PresentAfterMs;
@@ -21,7 +21,7 @@ impl ReceiverConfig {
         (0..self.far_axes().count()).map(leads).collect()
     }
 
-    /// What the virtual axes with slaves leave of the time by which they are shown later.
+    /// Time that virtual axes with slaves leave, of that by which they are shown later.
     pub(crate) fn virtual_spare(&self) -> Spare {
         let axes = self.virtual_axes.iter().enumerate();
         let leading = axes.filter(|(n, _)| self.leads(MasterRef::Virtual(*n)));
@@ -42,10 +42,10 @@ impl ReceiverConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::test_config;
 
     fn config(rest: &str) -> ReceiverConfig {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
-        coaxle_node::config::parse("r.toml", &text).expect("a config")
+        test_config::config(rest).expect("a config")
     }
 
     const SHAFT: &str = "[[virtual-axis]]\nid = 1\nname = 'shaft'\npresent-after-ms = 8\n\

@@ -9,8 +9,8 @@ use toml::Value;
 
 /// Lag of axes that are shown later: `"full"` (default), `"auto"`, or milliseconds.
 ///
-/// What it leaves of the time by which they are shown later is the hold-back of the slaves: followers of this node have
-/// it for their own way.
+/// The rest of the time by which they are shown later is the hold-back of the slaves: followers of this node have it
+/// for their own way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Value", into = "Value")]
 pub enum Lag {
@@ -18,7 +18,7 @@ pub enum Lag {
     /// right for a node without followers, which has no use for a hold-back.
     #[default]
     Full,
-    /// What the frames of the last minute needed, and a margin.
+    /// Time that the frames of the last minute needed, and a margin.
     Auto,
     /// As given.
     Fixed(PresentAfterMs),
@@ -90,11 +90,7 @@ impl JsonSchema for Lag {
 mod tests {
     use super::*;
     use crate::config::ReceiverConfig;
-
-    fn config(rest: &str) -> Result<ReceiverConfig, String> {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
-        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
-    }
+    use crate::config::test_config::config;
 
     #[test]
     fn it_is_all_by_default_a_figure_or_what_is_needed() {

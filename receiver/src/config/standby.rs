@@ -86,13 +86,8 @@ impl ReceiverConfig {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::config::test_config::config;
     use coaxle_node::Channel;
-
-    fn config(rest: &str) -> Result<ReceiverConfig, String> {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
-        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
-    }
 
     const TWO: &str = "[[far]]\nnode = 'a'\nstandby = ['b', 'c']\ntake-over-after-ms = 20\n\
         [[far]]\nnode = 'd'\nstandby = ['e']\naxes = [3]\n";

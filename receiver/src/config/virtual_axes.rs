@@ -96,14 +96,10 @@ impl ReceiverConfig {
 mod tests {
     use super::*;
     use crate::config::MasterRef;
+    use crate::config::test_config::config;
 
     const SHAFT: &str = "program = { start-velocity = 90, limits = { velocity = 360, \
                          acceleration = 720, jerk = 7200 } }\n";
-
-    fn config(rest: &str) -> Result<ReceiverConfig, String> {
-        let text = format!("name = 'r'\ncycle-time-us = 1000\n{rest}");
-        coaxle_node::config::parse("r.toml", &text).map_err(|error| error.to_string())
-    }
 
     fn axis(id: u32, name: &str) -> String {
         format!("[[virtual-axis]]\nid = {id}\nname = '{name}'\nunit = '°'\n{SHAFT}")

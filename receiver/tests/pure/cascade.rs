@@ -4,25 +4,13 @@ use std::collections::BinaryHeap;
 
 use assert_no_alloc::assert_no_alloc;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
 use coaxle_node::frame::seal;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{AxisSample, Channel, Frame, FrameHeader, Intake, Message, Node, PresentAfter};
 use coaxle_receiver::{Receiver, ReceiverConfig};
 
-use crate::nodes::MILLISECOND;
-
-/// A master that goes to and fro with up to 5 000 u/s² and 100 000 u/s³, at a time of its own clock, s.
-fn master(t: f64) -> Kinematics {
-    const W: f64 = 20.0;
-    const A: f64 = 5_000.0 / (W * W);
-    Kinematics {
-        position: 400.0 * t + A * (W * t).sin(),
-        velocity: 400.0 + A * W * (W * t).cos(),
-        acceleration: -A * W * W * (W * t).sin(),
-    }
-}
+use crate::nodes::{MILLISECOND, to_and_fro as master};
 
 /// Drift of the master's clock, and of those of the stages.
 const DRIFTS: [f64; 4] = [40e-6, -60e-6, 80e-6, -20e-6];

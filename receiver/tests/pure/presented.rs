@@ -2,28 +2,16 @@
 
 use assert_no_alloc::assert_no_alloc;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node, PresentAfter};
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
 use coaxle_receiver::{ContinuityState, FilterState, Receiver};
 
-use crate::nodes::{self, MILLISECOND};
+use crate::nodes::{self, MILLISECOND, to_and_fro as master};
 
 /// Time from a cycle of the master to the arrival of its frame.
 const WAY: i64 = 5 * MILLISECOND;
 /// Cycle of the master by the clock of the receiver, 40 ppm long.
 const CYCLE: i64 = 1_000_040;
-
-/// A master that goes to and fro with up to 5 000 u/s² and 100 000 u/s³, at a time of its own clock, s.
-fn master(t: f64) -> Kinematics {
-    const W: f64 = 20.0;
-    const A: f64 = 5_000.0 / (W * W);
-    Kinematics {
-        position: 400.0 * t + A * (W * t).sin(),
-        velocity: 400.0 + A * W * (W * t).cos(),
-        acceleration: -A * W * W * (W * t).sin(),
-    }
-}
 
 struct Bench {
     receiver: Receiver,

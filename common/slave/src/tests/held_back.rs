@@ -9,7 +9,7 @@ use coaxle_gear::LinearGear;
 
 const BY: Span = Span::from_millis(40);
 
-/// What the drive was given, cycle by cycle, with the limits that its differences have to keep.
+/// Set values that the drive was given, cycle by cycle, with the limits that its differences have to keep.
 struct Given(Vec<f64>);
 
 impl Given {

@@ -153,7 +153,7 @@ impl<'de> MapAccess<'de> for Fields<'de> {
 /// A variant of an enum: a text, or a table with the variant as its only key.
 struct Variant<'de> {
     name: &'de Document,
-    /// What the variant holds; none for a text.
+    /// Contents of the variant; none for a text.
     value: Option<&'de Document>,
 }
 
@@ -192,7 +192,7 @@ impl<'de> EnumAccess<'de> for Variant<'de> {
 }
 
 impl<'de> Variant<'de> {
-    /// What the variant holds, if that is of this kind.
+    /// Contents of the variant, if they are of this kind.
     fn value(&self, kind: &'static str) -> Result<&'de Document, Misread> {
         let missing = || Misread::invalid_type(Unexpected::UnitVariant, &kind);
         self.value.ok_or_else(missing)

@@ -120,7 +120,7 @@ impl Axis {
         (by > Span::ZERO).then_some(by)
     }
 
-    /// Its lag; none where it is shown now.
+    /// Lag of the axis; none where it is shown now.
     pub(in super::super) fn lag(&self) -> Option<Seconds> {
         let presented = self.presented.as_ref().filter(|_| self.showed_later)?;
         Some(presented.lag)

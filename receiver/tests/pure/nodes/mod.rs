@@ -10,6 +10,17 @@ use coaxle_receiver::{Receiver, ReceiverConfig, SignalRow};
 
 pub(crate) const MILLISECOND: i64 = 1_000_000;
 
+/// A master that goes to and fro with up to 5 000 u/s² and 100 000 u/s³, at a time of its own clock, s.
+pub(crate) fn to_and_fro(t: f64) -> Kinematics {
+    const W: f64 = 20.0;
+    const A: f64 = 5_000.0 / (W * W);
+    Kinematics {
+        position: 400.0 * t + A * (W * t).sin(),
+        velocity: 400.0 + A * W * (W * t).cos(),
+        acceleration: -A * W * W * (W * t).sin(),
+    }
+}
+
 /// A far node as seen by the receiver, with a delay of 200 µs and up to 1 µs more.
 pub(crate) struct Far {
     pub(crate) subscription: usize,

@@ -1,4 +1,4 @@
-//! Which responses count, and what happens without any.
+//! Responses that count, and times without any.
 
 use super::*;
 
