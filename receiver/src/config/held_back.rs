@@ -8,14 +8,16 @@ use crate::hold_back::Spare;
 
 impl ReceiverConfig {
     /// True if its slaves may be held back: otherwise nothing is kept for it.
-    pub(crate) fn may_hold_back(&self) -> bool {
+    #[must_use]
+    pub fn may_hold_back(&self) -> bool {
         let by_far = self.far.iter().any(|far| far.lag_ms != Lag::Full);
         let mut virtual_axes = self.virtual_axes.iter();
         by_far || virtual_axes.any(|axis| axis.present_after_ms.is_some())
     }
 
     /// True for each far axis that leads a slave, or is published for others.
-    pub(crate) fn far_axes_that_lead(&self) -> Vec<bool> {
+    #[must_use]
+    pub fn far_axes_that_lead(&self) -> Vec<bool> {
         let published = self.published_far_axes();
         let leads = |axis| published.contains(&axis) || self.leads(MasterRef::Far(axis));
         (0..self.far_axes().count()).map(leads).collect()

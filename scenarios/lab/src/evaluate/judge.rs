@@ -215,7 +215,9 @@ impl ReceiverJudge {
         self.own_pace.take(record.node.cycle, record.at_ns);
         let pace = || {
             let own = (self.own_pace).at(record.node.cycle, record.at_ns, self.cycle_time.span());
-            own * oracle.at(at).map_or(1.0, |truth| truth.pace)
+            // After the last cycle of the run its clock has the pace of before (swarm schedule 20033).
+            let known = oracle.at(at).or_else(|| oracle.at(at - source.later));
+            own * known.map_or(1.0, |truth| truth.pace)
         };
         let far = FollowedMotion {
             oracle,

@@ -49,8 +49,9 @@ fn published<'a>(
     let own = root.node - senders;
     // Its own slaves are calculated at once, and only their drives are later.
     let config = scenario.receivers.get(own).filter(|_| own != receiver)?;
-    // Beside far axes the hold-back depends on those.
-    let mut axes = config.virtual_axes.iter().filter(|_| config.far.is_empty());
+    // Beside far axes that lead slaves the hold-back depends on those. Others have no say (swarm schedule 20355).
+    let is_own = !config.far_axes_that_lead().contains(&true);
+    let mut axes = config.virtual_axes.iter().filter(|_| is_own);
     let axis = axes.find(|axis| axis.id.get() == root.axis)?;
     let cycle = config.cycle_time_us.0.span();
     let cycles = axis.present_after_ms?.span().div_floor(cycle);

@@ -9,6 +9,7 @@ mod found;
 mod interpolation_error;
 mod motion;
 mod node;
+mod shown;
 mod slave;
 mod target;
 #[cfg(test)]

@@ -17,6 +17,7 @@ use coaxle_node::faults::Random;
 
 use draw::Draw;
 use extra_draws::ExtraDraws;
+pub use extra_draws::before_lags;
 use wide::Wide;
 
 /// End of the last fault, s.

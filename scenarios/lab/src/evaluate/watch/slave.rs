@@ -13,6 +13,7 @@ use coaxle_sim::{
 use coaxle_slave::{Command, OnMasterLoss, SlaveError, SlaveParameters};
 
 use super::found::{Found, WatchedCycle};
+use super::shown::{SHOWN_FASTER, ShownWatch};
 use super::target::TargetWatch;
 use crate::event::{Event, EventKind};
 use crate::invariants::Invariant;
@@ -27,6 +28,7 @@ pub(super) struct SlaveWatch {
     pub(super) name: String,
     check: Option<SetValueCheck>,
     reported: Option<ReportedCheck>,
+    shown: Option<ShownWatch>,
     target: Option<TargetWatch>,
     stop: Option<ErrorStopCheck>,
     /// The newest cycle and its signals.
@@ -39,6 +41,8 @@ pub(super) struct SlaveWatch {
     stops_quickly: bool,
     /// A master that runs back may stop it within a cycle.
     stops_instantly: bool,
+    /// True while it may be as fast as it was shown when it was set back.
+    is_braked_back: bool,
     before: SlaveBefore,
     pub(super) found: Found,
 }
@@ -84,6 +88,11 @@ impl SlaveWatch {
             name: config.name.to_string(),
             check: profile.map(check),
             reported: profile.map(|profile| ReportedCheck::new(&profile, cycle_time)),
+            // A stop without a jerk limit is shown later than it is made.
+            shown: profile
+                .filter(|_| receiver.may_hold_back() && !stops_instantly)
+                .filter(|_| limits.on_master_loss != OnMasterLoss::QuickStop)
+                .map(|profile| ShownWatch::new(&profile, cycle_time)),
             target: profile
                 .and_then(|profile| TargetWatch::new(&limits, &profile, receiver.cycle_time_us.0)),
             last: None,
@@ -92,6 +101,7 @@ impl SlaveWatch {
             cycle_time,
             stops_quickly: limits.on_master_loss == OnMasterLoss::QuickStop,
             stops_instantly,
+            is_braked_back: false,
             before: SlaveBefore::default(),
             found: Found::default(),
         }
@@ -125,6 +135,11 @@ impl SlaveWatch {
         // A position that is set, or a stop within a cycle, is a step that differences would take for a motion.
         let begins_anew = is_set_anew || is_set_back || stops_now || cycle.since.is_none();
         self.watch_positions(cycle, slave, begins_anew);
+        self.is_braked_back |= is_set_back;
+        if let Some(shown) = &mut self.shown {
+            let begins_anew = is_set_anew || cycle.since.is_none();
+            shown.push(cycle, slave, begins_anew, &mut self.found);
+        }
         self.watch_told(cycle, slave, begins_anew);
     }
 
@@ -140,9 +155,17 @@ impl SlaveWatch {
             check.free_jerk();
         }
         let found = &mut self.found;
+        let mut is_faster = false;
         check.push(position, cycle.since.unwrap_or(1), |excess| {
-            found.add(cycle, excess.bound.into(), excess.value, excess.limit);
+            let is_velocity = excess.bound == SetValueBound::Velocity;
+            is_faster |= is_velocity;
+            // It brakes from the velocity that its drive was shown.
+            if !(self.is_braked_back && is_velocity && excess.value <= excess.limit * SHOWN_FASTER)
+            {
+                found.add(cycle, excess.bound.into(), excess.value, excess.limit);
+            }
         });
+        self.is_braked_back &= is_faster;
     }
 
     fn watch_told(&mut self, cycle: &WatchedCycle, slave: &SlaveSignals, begins_anew: bool) {

@@ -1,17 +1,33 @@
-//! Occasional draws from random streams of their own: terms of drifts and delays, clocks that jump back, and axes that are
-//! shown later. A seed without them keeps its earlier schedule.
+//! Occasional draws from random streams of their own: terms of drifts and delays, clocks that jump back, axes that are
+//! shown later, and lags. A seed without them keeps its earlier schedule.
 
 use coaxle_node::faults::{Random, seed_of};
 
 use super::{Draw as _, QUIET_FROM};
+
+/// End of the lines that were drawn last of all: without them a schedule is what it was before ([`before_lags`]).
+const OF_LAGS: &str = "# a lag";
+
+/// The schedule that its seed gave before lags were drawn: seeds that failed earlier are kept as they failed.
+#[must_use]
+pub fn before_lags(schedule: &str) -> String {
+    let lines = schedule.split_inclusive('\n');
+    lines
+        .filter(|line| !line.trim_end().ends_with(OF_LAGS))
+        .collect()
+}
 
 /// The separate random stream.
 pub(super) struct ExtraDraws {
     random: Random,
     /// That of the presentation, which came later.
     presentation: Random,
+    /// That of the lags, which came after it.
+    lags: Random,
     /// True once a sender shows its axes later.
     is_presented: bool,
+    /// True once a virtual axis of a receiver is.
+    is_virtual_presented: bool,
 }
 
 impl ExtraDraws {
@@ -20,7 +36,9 @@ impl ExtraDraws {
             // Draws from the common stream would shift all later ones, and turn the known regressions into other schedules.
             random: Random::new(seed_of(seed, "apart")),
             presentation: Random::new(seed_of(seed, "presentation")),
+            lags: Random::new(seed_of(seed, "lags")),
             is_presented: false,
+            is_virtual_presented: false,
         }
     }
 
@@ -64,6 +82,34 @@ impl ExtraDraws {
             true => "present = 'now'\n",
             false => "",
         }
+    }
+
+    /// Line of a receiver whose slaves are held back by a part of the time by which its masters are shown later.
+    pub(super) fn lag(&mut self) -> String {
+        let lags = &mut self.lags;
+        let is_presented = self.is_presented || self.is_virtual_presented;
+        if !is_presented || lags.chance(0.4) {
+            return String::new();
+        }
+        let lag = match lags.chance(0.4) {
+            true => "'auto'".to_owned(),
+            // As the times that are drawn: too short for the way, a part of it, or all of it.
+            false => format!("{:.3}", lags.decades(0.5, 300.0)),
+        };
+        format!("lag-ms = {lag} {OF_LAGS}\n")
+    }
+
+    /// Line of a virtual axis of a receiver with this cycle time, µs, that is shown later; mostly none.
+    pub(super) fn virtual_present_after(&mut self, cycle: u64) -> String {
+        let lags = &mut self.lags;
+        if !lags.chance(0.25) {
+            return String::new();
+        }
+        self.is_virtual_presented = true;
+        let cycle = cycle as f64 * 1e-3;
+        // A cycle to the greatest number of cycles by which slaves are held back, as far as that is shorter.
+        let millis = lags.decades(0.5, 300.0).clamp(cycle, 1_000.0 * cycle);
+        format!("present-after-ms = {millis:.3} {OF_LAGS}\n")
     }
 
     /// Draws terms of at most this amount in a share of all cases, the slow ones with periods from this on.

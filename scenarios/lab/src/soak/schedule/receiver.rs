@@ -45,13 +45,14 @@ impl SoakSchedule {
         };
         let faults = self.faults();
         let present = self.extra_draws.present();
+        let lag = self.extra_draws.lag();
         let time_sync = self
             .wide
             .time_sync()
             .unwrap_or_else(|| TIME_SYNC.to_owned());
         let _ = write!(
             self.text,
-            "\n[[receiver]]\nname = '{name}'\ncycle-time-us = {cycle}\nmode = '{mode}'\n{present}master = {source}\n{clock}{delay}{PLATES}\
+            "\n[[receiver]]\nname = '{name}'\ncycle-time-us = {cycle}\nmode = '{mode}'\n{present}{lag}master = {source}\n{clock}{delay}{PLATES}\
              sync.time-sync = {time_sync}\n{faults}"
         );
         for slave in 0..self.random.whole(1, 3) {

@@ -72,8 +72,10 @@ impl SwarmSchedule {
         let (far, mode, axes) = self.far(upstream);
         let mut masters: Vec<_> = (1..=axes).map(|n| format!("m{n}")).collect();
         if self.features.has(Feature::VirtualMasters) {
+            let later = self.base.extra_draws.virtual_present_after(cycle);
             self.base
                 .add("\n[[receiver.virtual-axis]]\nid = 1\nname = 'shaft'\nunit = 'mm'\n");
+            self.base.add(&later);
             self.motion();
             masters.push("shaft".to_owned());
         }
@@ -129,6 +131,7 @@ impl SwarmSchedule {
             axes.join(", ")
         );
         text += self.base.extra_draws.present();
+        text += &self.base.extra_draws.lag();
         let random = &mut self.base.random;
         if random.chance(0.3) {
             let start = *random.one_of(&["bypass", "pt1", "time"]);
