@@ -3,7 +3,7 @@
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::{FrameHeader, PresentAfter};
-use coaxle_remote::{FarCorrection, FrameHistory, ShownLater};
+use coaxle_remote::{FarCorrection, FrameHistory, PlannedAhead, ShownLater};
 
 use super::{Axis, AxisScan};
 
@@ -82,10 +82,10 @@ impl Presented {
         self.is_in_force() && known.is_some_and(|Seconds(age)| age <= self.lag.0)
     }
 
-    /// Notes how the newest cycle was calculated; `is_by_clock` in a mode that shows frames later.
-    pub(super) fn note(&mut self, is_by_clock: bool, is_interpolated: bool, elapsed: u32) {
+    /// Notes how the newest cycle was calculated.
+    pub(super) fn note(&mut self, is_interpolated: bool, is_predicted: bool, elapsed: u32) {
         self.is_interpolated = is_interpolated;
-        if self.is_in_force() && is_by_clock && !is_interpolated {
+        if self.is_in_force() && is_predicted {
             self.extrapolated = self.extrapolated.saturating_add(elapsed.into());
         }
     }
@@ -108,10 +108,15 @@ impl Axis {
         }
     }
 
-    /// True if the frames that are shown have arrived, although they are shown later.
-    pub(in super::super) fn covers(&self, correction: &FarCorrection) -> bool {
+    /// True if the frames that are shown have arrived, although they are shown later, or the motion is promised.
+    pub(in super::super) fn covers(
+        &self,
+        correction: &FarCorrection,
+        planned: Option<PlannedAhead<'_>>,
+    ) -> bool {
         let presented = self.presented.as_ref();
         presented.is_some_and(|presented| presented.covers(correction))
+            || self.is_promised(correction, planned)
     }
 
     /// The time by which it is shown later, as its frames state; none where it is shown now whatever they state.
@@ -132,7 +137,7 @@ impl Axis {
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
-        scan: &AxisScan,
+        scan: &AxisScan<'_>,
     ) {
         let Some(presented) = &mut self.presented else {
             return;
