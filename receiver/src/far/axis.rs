@@ -15,7 +15,7 @@ use coaxle_remote::{
     FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, PlannedAhead, ReceivedMotion,
 };
 
-use self::planned::known;
+use self::planned::{PlanUse, known};
 use self::presented::Presented;
 use self::shown::far_time;
 use super::course::{Advance, FarTimeCourse};
@@ -42,9 +42,7 @@ pub(super) struct Axis {
     presented: Option<Box<Presented>>,
     /// True if the newest cycle showed them later.
     showed_later: bool,
-    /// True if the newest cycle showed the motion of a plan, and number of such own cycles.
-    is_planned: bool,
-    planned_cycles: u64,
+    plan: PlanUse,
     /// True if the axis or its node was silent for too long in the newest cycle.
     is_lost: bool,
     continuity: Continuity,
@@ -100,7 +98,7 @@ pub(super) struct AxisScan<'a> {
     pub(super) held: Seconds,
     /// The standard deviation of the far time, s, if known.
     pub(super) time_sigma: Option<Seconds>,
-    /// The motion that its node has promised.
+    /// The motion that its node has promised, if it is to be used.
     pub(super) planned: Option<PlannedAhead<'a>>,
 }
 
@@ -125,8 +123,7 @@ impl Axis {
             presented: (far.present == Present::Auto && config.encoder.is_none())
                 .then(|| Box::new(Presented::new(cycle_time))),
             showed_later: false,
-            is_planned: false,
-            planned_cycles: 0,
+            plan: PlanUse::default(),
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
@@ -317,7 +314,7 @@ impl Axis {
         moved.synced &= is_known && self.follows();
         self.error = moved.error;
         *signals = self.show(&sample, &moved, far_time);
-        self.show_plan(&moved, &scan, signals);
+        self.show_plan(signals);
         signals.prediction_sigma = self.prediction_sigma(&moved, scan.time_sigma);
         if set.is_none() && is_known {
             // Received only once, and too long ago, the position of the axis is unknown. Wide schedule 200456: a first frame that is 3.2 s old.

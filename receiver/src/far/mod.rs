@@ -286,7 +286,8 @@ impl FarNode {
             };
             // Frames that are shown later outlast a silence, and so does a promise.
             let outlasting;
-            let covers = axis.covers(correction, planned);
+            let planned = axis.usable(correction, planned, tick.elapsed);
+            let covers = axis.covers(correction) || planned.is_some();
             let correction = match covers {
                 true => {
                     outlasting = correction.despite_silence();

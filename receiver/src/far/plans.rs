@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use coaxle_axis::motion_plan::{MOST_PIECES, MotionPiece, PlanFault};
 use coaxle_clock::{Instant, Local};
 use coaxle_node::config::LinkConfig;
+use coaxle_node::plan::MAX_PLANS;
 use coaxle_node::{FrameHeader, PlannedPiece};
 use coaxle_remote::{PlannedAhead, PlannedMotion, ReceivedPlan};
 
@@ -12,10 +13,10 @@ use super::frames::TakenFrame;
 use crate::config::{FarAxisConfig, FarConfig};
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 
-/// Plans of each axis that can wait …
-// A sender publishes one of an axis in a cycle at most.
-const WAITING: usize = 4;
-/// … and where injected faults hold them back: those of some seconds.
+/// Messages of plans that can wait …
+// A sender publishes one in a cycle at most, and not in each cycle.
+const WAITING: usize = 2;
+/// … and plans of each axis where injected faults hold them back: those of some seconds.
 const WAITING_OF_FAULTS: usize = 64;
 
 /// Plans of a node's axes.
@@ -84,12 +85,12 @@ impl Plans {
         };
         let axes: Box<[_]> = config.axes.iter().map(axis).collect();
         let waiting = match config.faults == LinkConfig::default() {
-            true => WAITING,
-            false => WAITING_OF_FAULTS,
+            true => WAITING * axes.len().min(MAX_PLANS),
+            false => WAITING_OF_FAULTS * axes.len(),
         };
         config.uses_plans().then(|| Self {
             // Sized once, because nothing between two cycles allocates.
-            waiting: VecDeque::with_capacity(waiting * MOST_PIECES * axes.len()),
+            waiting: VecDeque::with_capacity(waiting * MOST_PIECES),
             assembly: PlanAssembly {
                 pieces: [MotionPiece::default(); MOST_PIECES],
                 next: None,

@@ -3,7 +3,7 @@
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::{FrameHeader, PresentAfter};
-use coaxle_remote::{FarCorrection, FrameHistory, PlannedAhead, ShownLater};
+use coaxle_remote::{FarCorrection, FrameHistory, ShownLater};
 
 use super::{Axis, AxisScan};
 
@@ -108,15 +108,10 @@ impl Axis {
         }
     }
 
-    /// True if the frames that are shown have arrived, although they are shown later, or the motion is promised.
-    pub(in super::super) fn covers(
-        &self,
-        correction: &FarCorrection,
-        planned: Option<PlannedAhead<'_>>,
-    ) -> bool {
+    /// True if the frames that are shown have arrived, although they are shown later.
+    pub(in super::super) fn covers(&self, correction: &FarCorrection) -> bool {
         let presented = self.presented.as_ref();
         presented.is_some_and(|presented| presented.covers(correction))
-            || self.is_promised(correction, planned)
     }
 
     /// The time by which it is shown later, as its frames state; none where it is shown now whatever they state.
