@@ -19,7 +19,7 @@ pub(crate) struct PlanPublisher {
     /// Start of the node after the ideal start of its cycle 0, with which the instants of a run begin.
     origin: Span,
     /// Axes that plan, in the order in which they have a turn.
-    axes: Box<[PlannedAxis]>,
+    axes: Box<[AxisInTurn]>,
     /// The next one.
     turn: usize,
     message: Vec<AxisPlan>,
@@ -32,7 +32,7 @@ pub(crate) struct PlanPublisher {
 
 /// An axis that plans.
 #[derive(Debug)]
-struct PlannedAxis {
+struct AxisInTurn {
     id: u32,
     /// Time between two plans without a new decision.
     period: Span,
@@ -51,7 +51,7 @@ impl PlanPublisher {
         header: PlansHeader,
     ) -> Option<Self> {
         let planned = configs.iter().filter(|axis| axis.lead() > Span::ZERO);
-        let axes: Box<[_]> = planned.map(|axis| PlannedAxis::new(axis, cycle)).collect();
+        let axes: Box<[_]> = planned.map(|axis| AxisInTurn::new(axis, cycle)).collect();
         (!axes.is_empty()).then(|| Self {
             header,
             origin,
@@ -113,7 +113,7 @@ impl PlanPublisher {
     }
 }
 
-impl PlannedAxis {
+impl AxisInTurn {
     fn new(axis: &AxisConfig, cycle: Span) -> Self {
         Self {
             id: axis.id.get(),

@@ -107,9 +107,9 @@ impl KeySeal {
         Ok(plans.header)
     }
 
-    fn verified_plans<'a>(&self, payload: &'a [u8]) -> Result<Plans<'a>, Rejection> {
-        let content = self.verify(payload, |content| Plans::read(content).map(drop))?;
-        Plans::read(content)
+    fn verified_plans<'a>(&self, payload: &'a [u8]) -> Result<ReadPlans<'a>, Rejection> {
+        let content = self.verify(payload, |content| ReadPlans::read(content).map(drop))?;
+        ReadPlans::read(content)
     }
 }
 
@@ -307,14 +307,14 @@ impl From<PlannedPieceOnWire> for PlannedPiece {
 }
 
 /// Message of plans, read to its end.
-struct Plans<'a> {
+struct ReadPlans<'a> {
     header: PlansHeader,
     count: u32,
     /// Bytes that begin with the plans.
     plans: &'a [u8],
 }
 
-impl<'a> Plans<'a> {
+impl<'a> ReadPlans<'a> {
     fn read(content: &'a [u8]) -> Result<Self, Rejection> {
         let (prefix, plans) = read::<PlansPrefix>(content)?;
         if prefix.plans > MAX_PLANS as u32 {

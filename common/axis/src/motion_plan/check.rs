@@ -59,10 +59,10 @@ fn count(fault: PlanFault, pieces: &[MotionPiece]) -> InvalidPlan {
 }
 
 /// A fault, with the value received and the one expected.
-type Fault = (PlanFault, f64, Option<f64>);
+type PieceFault = (PlanFault, f64, Option<f64>);
 
 /// Checks the numbers of a piece by themselves.
-fn values(piece: &MotionPiece) -> Result<(), Fault> {
+fn values(piece: &MotionPiece) -> Result<(), PieceFault> {
     let Kinematics {
         position,
         velocity,
@@ -87,7 +87,7 @@ fn values(piece: &MotionPiece) -> Result<(), Fault> {
 }
 
 /// Checks that a piece keeps the limits of its axis.
-fn within(piece: &MotionPiece, limits: &Limits) -> Result<(), Fault> {
+fn within(piece: &MotionPiece, limits: &Limits) -> Result<(), PieceFault> {
     let (velocity, acceleration) = piece.peaks();
     let steepest = limits.acceleration().max(limits.deceleration());
     // A piece that ends on the grid is as much longer.
@@ -106,7 +106,7 @@ fn within(piece: &MotionPiece, limits: &Limits) -> Result<(), Fault> {
 }
 
 /// Checks that a piece continues the one before it.
-fn joint(before: &MotionPiece, piece: &MotionPiece, limits: &Limits) -> Result<(), Fault> {
+fn joint(before: &MotionPiece, piece: &MotionPiece, limits: &Limits) -> Result<(), PieceFault> {
     let due = before.end();
     if piece.start != due {
         let fault = match piece.start < due {
