@@ -400,6 +400,7 @@ mod tests {
         let kept = FRAMES * size_of::<Option<AxisSample>>();
         let shown = size_of::<FarAxisSignals>() + size_of::<Option<Master>>();
         let bytes = size_of::<Axis>() + kept + shown;
-        assert!(bytes <= 1384, "{bytes}");
+        // Frames that are shown later and plans lie beside it.
+        assert!(bytes <= 1456, "{bytes}");
     }
 }
