@@ -31,7 +31,7 @@ use coaxle_node::config::{
 use coaxle_node::faults::check_clock;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
-use coaxle_node::{Channel, Intake, Reader};
+use coaxle_node::{Channel, Intake, PlanIntake, Reader};
 use coaxle_source::config::AxisConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -167,6 +167,7 @@ impl ReceiverConfig {
         let own = own.into_iter().chain(far_axes);
         let mut publications: Vec<_> = own.map(|c| Publication::new(&self.name, c)).collect();
         let mut subscriptions = Vec::new();
+        let mut plans = Vec::new();
         for (number, ReceivedNode { far, node, .. }) in
             self.received_nodes().into_iter().enumerate()
         {
@@ -188,6 +189,9 @@ impl ReceiverConfig {
                 Channel::TimeResponses,
                 Reader::time_responses_of(node, &self.name),
             );
+            if config.uses_plans() {
+                plans.push((number, node, config));
+            }
             publications.push(Publication {
                 faults: config.faults_of_requests().clone(),
                 far: number,
@@ -195,6 +199,14 @@ impl ReceiverConfig {
             });
         }
         subscriptions.push(Subscription::time_requests_to(&self.name));
+        // After all others, whose numbers they leave as they are.
+        subscriptions.extend(plans.into_iter().map(|(far, node, config)| Subscription {
+            node: node.clone(),
+            channel: Channel::Plans,
+            reader: PlanIntake::new(node, &config.axes.ids()).into(),
+            faults: config.faults.clone(),
+            far,
+        }));
         let mut wiring = Wiring {
             node: self.name.clone(),
             publications,

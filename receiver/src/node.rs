@@ -1,5 +1,6 @@
 //! The receiver as a node.
 
+use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::{Job, NcToPlcAxis};
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
@@ -60,6 +61,8 @@ enum Source {
     Requests,
     /// The timing channel to a far node.
     Beacons(usize),
+    /// Plans of a far node or a standby.
+    Plans(usize),
 }
 
 /// Sender's identity in every frame.
@@ -145,6 +148,7 @@ impl Receiver {
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
             Channel::BeaconRequests | Channel::BeaconResponses => Source::Beacons(subscription.far),
+            Channel::Plans => Source::Plans(subscription.far),
             Channel::Axes | Channel::Slaves | Channel::FarAxes | Channel::TimeResponses => {
                 Source::Far(subscription.far)
             }
@@ -300,6 +304,15 @@ impl Node for Receiver {
                     _ => {}
                 }
             }
+            (message, Some(Source::Plans(number))) => {
+                let node = self.pipeline.received_from(*number);
+                match message {
+                    Message::PlannedPiece(piece) => node.store_plan(at, piece),
+                    Message::PlanRefused(fault) => node.refuse_plan(*fault),
+                    Message::Rejected(_) => node.refuse_plan(PlanFault::Unreadable),
+                    _ => {}
+                }
+            }
             (message, Some(Source::Far(number))) => {
                 let node = self.pipeline.received_from(*number);
                 match message {
@@ -308,7 +321,9 @@ impl Node for Receiver {
                     Message::Rejected(reason) => node.reject(*reason),
                     Message::TimeRequest(_)
                     | Message::BeaconRequest(_)
-                    | Message::BeaconResponse(_) => {}
+                    | Message::BeaconResponse(_)
+                    | Message::PlannedPiece(_)
+                    | Message::PlanRefused(_) => {}
                 }
             }
             // Without a reader: a subscription that the config does not have, or anything but a request among these.

@@ -1,6 +1,7 @@
 //! The signals of a receiver: each is declared here, and computed where its value is at hand.
 
 use coaxle_axis::drive::{DriveKind, DriveState};
+use coaxle_axis::motion_plan::PlanFault;
 use coaxle_axis::set_value_guard::GuardState;
 use coaxle_axis::{AxisStatus, TravelDirection};
 use coaxle_clock::delay::DelayState;
@@ -179,6 +180,12 @@ signals! {
         presentation_lag_us: Option<f64> ["µs"] last,
         /// Lag minus the delay needed; negative: frames come too late, and the rest is predicted.
         presentation_margin_us: Option<f64> ["µs"] last,
+        /// Plans of its axes received.
+        plans_received: u64 [""] last,
+        /// Plans refused.
+        plans_refused: u64 [""] last,
+        /// The last fault of a plan; none without any.
+        plan_fault: Option<PlanFault> [""] last,
         /// Accepted messages: in order, duplicates, late, waiting, dropped because of an overflow,
         /// or foreign.
         received: u64 [""] last,
@@ -272,6 +279,14 @@ signals! {
         interpolated: Option<bool> [""],
         /// Own cycles in which a frame that was to be shown had not arrived, so that the set values were predicted.
         extrapolated_cycles: u64 [""] last,
+        /// True if the set values are those of its node's plan, as a frame is missing; none without a plan.
+        planned: Option<bool> [""],
+        /// Own cycles in which the set values were those of the plan.
+        planned_cycles: u64 [""] last,
+        /// Time from the instant shown to the end of the promise; negative: the promise is over.
+        promised_ahead_us: Option<f64> ["µs"],
+        /// Plans that a sample or a later plan has contradicted: they are not used.
+        plan_contradictions: u64 [""] last,
         /// Wraps of the received position, which is configured as continuous: `position =
         /// "within-turn"` and `modulo` are missing in the config.
         wraps: u32 [""] last,

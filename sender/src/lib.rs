@@ -6,6 +6,7 @@
 
 pub mod config;
 mod node;
+mod plans;
 #[cfg(feature = "host")]
 pub mod run;
 pub mod signals;

@@ -9,13 +9,14 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::{PresentAfterMs, Wrong};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
 use coaxle_node::{
-    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, TimeServer,
+    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, PlansHeader, TimeServer,
     TimeServerCounters,
 };
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{SourceAxis, SourceSample};
 
 use crate::config::SenderConfig;
+use crate::plans::PlanPublisher;
 use crate::signals::AxisSignals;
 use crate::snapshot::SenderSnapshot;
 
@@ -33,6 +34,8 @@ pub struct Sender {
     body: Vec<u8>,
     /// Length of the pending body.
     waiting: Option<usize>,
+    /// None without an axis that plans.
+    plans: Option<Box<PlanPublisher>>,
     time_server: TimeServer,
     beacon_server: BeaconServer,
     snapshot: SenderSnapshot,
@@ -70,6 +73,16 @@ impl Sender {
         let sender = sender_id(&config.name);
         let first = config.clock.first_count.get();
         let schedule = Schedule::counting_from(first, start, cycle_time);
+        let plans = PlanPublisher::new(
+            &config.axes,
+            cycle_time.span(),
+            start - schedule.start(),
+            PlansHeader {
+                sender,
+                epoch,
+                count: first,
+            },
+        );
         Ok(Self {
             start,
             header: FrameHeader {
@@ -86,6 +99,7 @@ impl Sender {
             body: vec![0; body_capacity(axes.len())],
             axes,
             waiting: None,
+            plans: plans.map(Box::new),
             // The start of cycle 0, which lies before the node's own start if counting begins later.
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
             beacon_server: BeaconServer::new(sender, epoch, schedule.start(), cycle_time),
@@ -108,6 +122,20 @@ impl Sender {
                 self.snapshot.signals.axes[slot] = signals_of(&sample);
             }
         }
+    }
+
+    fn plan(&mut self, tick: &Tick) {
+        let Some(plans) = &mut self.plans else {
+            return;
+        };
+        let axes = &self.axes;
+        // In the order of their ids.
+        let source_of = |id| {
+            let place = axes.binary_search_by_key(&id, |axis| axis.source.id());
+            place.ok().map(|place| &axes[place].source)
+        };
+        plans.encode(tick, tick.ideal_start - self.start, source_of);
+        self.snapshot.signals.node.plans_published = plans.published;
     }
 
     fn encode(&mut self, tick: &Tick) {
@@ -155,7 +183,11 @@ impl Node for Sender {
                 let refused = &mut self.snapshot.signals.node.requests_refused;
                 *refused = refused.saturating_add(1);
             }
-            Message::Frame(_) | Message::TimeResponse(_) | Message::BeaconResponse(_) => {}
+            Message::Frame(_)
+            | Message::TimeResponse(_)
+            | Message::BeaconResponse(_)
+            | Message::PlannedPiece(_)
+            | Message::PlanRefused(_) => {}
         }
     }
 
@@ -164,6 +196,7 @@ impl Node for Sender {
         // Skipped cycles are in the difference: after a stall the axis is where time has taken it.
         self.move_axes(tick.ideal_start - self.start);
         self.encode(&tick);
+        self.plan(&tick);
         // After the axes: the response must not delay them, and carries its own time.
         self.time_server.respond(&tick, now);
         self.beacon_server.respond(&tick, now);
@@ -173,17 +206,20 @@ impl Node for Sender {
     }
 
     fn transmit(&mut self) -> Option<Outgoing<'_>> {
-        // The frame of axes leaves before all responses, which may be many.
-        let Some(length) = self.waiting.take() else {
-            let responses = self.time_server.transmit();
-            return responses.or_else(|| self.beacon_server.transmit());
-        };
-        Some(Outgoing {
-            channel: Channel::Axes,
-            far: 0,
-            ideal_start: self.snapshot.ideal_start,
-            body: &self.body[..length],
-        })
+        // The frame of axes leaves before all others: responses may be many, and plans have time.
+        let ideal_start = self.snapshot.ideal_start;
+        if let Some(length) = self.waiting.take() {
+            return Some(Outgoing {
+                channel: Channel::Axes,
+                far: 0,
+                ideal_start,
+                body: &self.body[..length],
+            });
+        }
+        let responses = self.time_server.transmit();
+        responses
+            .or_else(|| self.beacon_server.transmit())
+            .or_else(|| self.plans.as_mut()?.transmit(ideal_start))
     }
 
     fn next_cycle(&self) -> Instant<Local> {
@@ -203,7 +239,7 @@ impl Axis {
     fn new(axis: usize, config: &AxisConfig) -> Result<Self, Wrong> {
         let field = || format!("axis[{axis}].replay.file");
         let source =
-            SourceAxis::open(config).map_err(|error| Wrong::with_reason(field(), error))?;
+            SourceAxis::open_ahead(config).map_err(|error| Wrong::with_reason(field(), error))?;
         Ok(Self { source, slot: None })
     }
 }

@@ -16,6 +16,8 @@ signals! {
         present_after_us: Option<f64> ["µs"],
         /// Cycles skipped.
         overruns: u64 [""],
+        /// Plans published, of all axes.
+        plans_published: u64 [""],
         /// Time requests responded to.
         requests_answered: u64 [""],
         /// Time requests dropped because too many arrived in one cycle.

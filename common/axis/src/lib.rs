@@ -12,6 +12,7 @@
 //! * The connection to its [`Masters`]: a [`Coupling`] of any kind. Each kind is a crate, which
 //!   implements that and [`Engage`]; the slave axis uses only these traits.
 //! * The follower of its set values: a [`drive`], simulated, in another process, or custom.
+//! * A motion promised ahead: a [`motion_plan`].
 //!
 //! ```
 //! use coaxle_axis::guard::{Guard, GuardRefusal};
@@ -63,6 +64,7 @@ mod image;
 mod job;
 mod masters;
 mod modulo;
+pub mod motion_plan;
 mod nc_to_plc;
 mod plcopen;
 pub mod set_value_guard;

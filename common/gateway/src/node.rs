@@ -242,7 +242,9 @@ impl<P: Port> Node for Gateway<P> {
             (_, Message::Frame(_))
             | (_, Message::TimeResponse(_))
             | (_, Message::BeaconRequest(_))
-            | (_, Message::BeaconResponse(_)) => {}
+            | (_, Message::BeaconResponse(_))
+            | (_, Message::PlannedPiece(_))
+            | (_, Message::PlanRefused(_)) => {}
         }
     }
 

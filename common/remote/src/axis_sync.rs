@@ -14,6 +14,7 @@ use super::extrapolate::{ExtrapolateDiagnostic, set_of, with_set};
 use super::far_axis::FarAxis;
 use super::far_sync::{FarCorrection, FarSync};
 use super::parameters::{AxisSyncParameters, FilterMode, FilterState};
+use super::planned::KnownMotion;
 
 /// `FB_AxisSync`.
 #[doc(alias = "FB_AxisSync")]
@@ -188,7 +189,8 @@ impl Enabled {
         elapsed: u32,
     ) -> AxisSyncOutput {
         // The correction of this very cycle: one from the previous cycle is off by a cycle's drift and every beat.
-        let moved = (self.axis).update(&set_of(axis_in), correction, None, elapsed);
+        let known = KnownMotion::default();
+        let moved = (self.axis).update(&set_of(axis_in), correction, known, elapsed);
         if moved.re_initialised {
             // The block is a unit: its clock restarts with its axis.
             self.clock.restart(index);

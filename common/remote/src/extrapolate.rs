@@ -18,8 +18,8 @@ mod candidates;
 use coaxle_clock::time_sync::{SyncError, WrongParameter};
 use coaxle_clock::{Seconds, Span};
 
+use super::planned::KnownMotion;
 use super::prediction::moved_on;
-use super::presented::ShownLater;
 use super::pt1::Pt1;
 use blend::Blend;
 pub(super) use candidates::CorrectionTimes;
@@ -208,6 +208,8 @@ pub(super) struct Moved {
     pub(super) diagnostic: ExtrapolateDiagnostic,
     /// True if they lie between two frames that are shown later.
     pub(super) is_interpolated: bool,
+    /// True if they are those of a plan.
+    pub(super) is_planned: bool,
 }
 
 /// The set values of an axis.
@@ -315,7 +317,8 @@ impl AxisExtrapolate {
             observer: correction_time,
         };
         let set = set_of(axis_in);
-        let moved = self.move_set_values(&set, corrections, None, mode, fall_back, elapsed);
+        let known = KnownMotion::default();
+        let moved = self.move_set_values(&set, corrections, known, mode, fall_back, elapsed);
         ExtrapolateOutput {
             axis: with_set(axis_in, &moved.set),
             state: moved.state,
@@ -324,13 +327,13 @@ impl AxisExtrapolate {
         }
     }
 
-    /// Runs one cycle for bare set values, with a correction time for each of the modes, and the frames if they are
-    /// shown later.
+    /// Runs one cycle for bare set values, with a correction time for each of the modes, and what is known of their motion
+    /// besides.
     pub(super) fn move_set_values(
         &mut self,
         received: &Kinematics,
         corrections: CorrectionTimes,
-        later: Option<ShownLater<'_>>,
+        known: KnownMotion<'_>,
         mode: ExtrapolateMode,
         fall_back: FallBackMode,
         elapsed: u32,
@@ -344,7 +347,7 @@ impl AxisExtrapolate {
             filtered: SetValues { position, velocity },
             by_acceleration: self.parameters.use_acc_for_extrapolation,
             corrections,
-            later,
+            known,
         };
         let wished = candidates.of(mode);
         let error = wished.and_then(|aim| self.position_error(mode, &aim, received));
@@ -371,6 +374,7 @@ impl AxisExtrapolate {
                 velocity_diff: received.velocity - set.velocity,
             },
             is_interpolated: aim.is_interpolated,
+            is_planned: aim.is_planned,
         }
     }
 
@@ -382,9 +386,9 @@ impl AxisExtrapolate {
     ) -> Option<SyncError> {
         let limit = self.parameters.max_position_diff;
         // The manual monitors the extrapolation; the lag of the PT1 filter is wanted and no error, and nothing is
-        // guessed between two frames.
+        // guessed between two frames and by a plan.
         let extrapolates = !matches!(mode, ExtrapolateMode::Bypass | ExtrapolateMode::Pt1);
-        if !extrapolates || aim.is_interpolated {
+        if !extrapolates || aim.is_interpolated || aim.is_planned {
             return None;
         }
         let difference = (aim.set.position - received.position).abs();

@@ -7,7 +7,7 @@ use coaxle_curve::profile::Kinematics;
 use super::extrapolate::{AxisExtrapolate, ExtrapolateDiagnostic};
 use super::far_sync::{FarCorrection, OnPositionError};
 use super::parameters::{AxisSyncParameters, CheckedParameters, FilterState};
-use super::presented::ShownLater;
+use super::planned::KnownMotion;
 
 /// An axis of a far node: filter, blending and position error of its own, the clock shared.
 #[derive(Clone, Debug)]
@@ -32,9 +32,11 @@ pub struct FarAxisOutput {
     pub error: Option<SyncError>,
     /// Correction that moved the set values; none if the mode needs none or has none.
     pub correction_time: Option<Seconds>,
-    /// True if the set values lie between two frames that are shown later; otherwise they are a prediction, or as
-    /// received.
+    /// True if the set values lie between two frames that are shown later; otherwise they are planned, a prediction, or
+    /// as received.
     pub is_interpolated: bool,
+    /// True if the set values are those of a plan.
+    pub is_planned: bool,
     /// Received minus calculated.
     pub diagnostic: ExtrapolateDiagnostic,
     /// A position error was latched, and the axis restarts with the next cycle.
@@ -57,13 +59,13 @@ impl FarAxis {
         })
     }
 
-    /// Runs one cycle, with the set values of the frame that the correction is for. The modes with a correction show
-    /// `later` that much later; bypass and PT1 show the set values as received.
+    /// Runs one cycle, with the set values of the frame that the correction is for. The modes with a correction show them
+    /// later, or by a plan, if `known` has one; bypass and PT1 show the set values as received.
     pub fn update(
         &mut self,
         received: &Kinematics,
         correction: &FarCorrection,
-        later: Option<ShownLater<'_>>,
+        known: KnownMotion<'_>,
         elapsed: u32,
     ) -> FarAxisOutput {
         let fall_back = correction.fall_back;
@@ -76,7 +78,7 @@ impl FarAxis {
         let times = correction.times;
         let moved = self
             .extrapolate
-            .move_set_values(received, times, later, mode, fall_back, elapsed);
+            .move_set_values(received, times, known, mode, fall_back, elapsed);
         let position_error = match correction.on_position_error {
             OnPositionError::Forget => moved.error,
             OnPositionError::FallBack | OnPositionError::KeepMode => {
@@ -97,8 +99,9 @@ impl FarAxis {
             synced: correction.synced && error.is_none(),
             error,
             // That of the mode actually used, which differs from the selected one in the fallback.
-            correction_time: shown(correction.time(moved.state), later),
+            correction_time: shown(correction.time(moved.state), known),
             is_interpolated: moved.is_interpolated,
+            is_planned: moved.is_planned,
             diagnostic: moved.diagnostic,
             re_initialised,
         }
@@ -134,7 +137,7 @@ impl FarAxis {
         &mut self,
         received: &Kinematics,
         correction: &FarCorrection,
-        later: Option<ShownLater<'_>>,
+        known: KnownMotion<'_>,
         moved: &FarAxisOutput,
         elapsed: u32,
     ) -> FarAxisOutput {
@@ -143,7 +146,7 @@ impl FarAxis {
         let (times, fall_back) = (correction.times, correction.fall_back);
         let mode = moved.state;
         let again =
-            (self.extrapolate).move_set_values(received, times, later, mode, fall_back, elapsed);
+            (self.extrapolate).move_set_values(received, times, known, mode, fall_back, elapsed);
         FarAxisOutput {
             set: again.set,
             diagnostic: again.diagnostic,
@@ -166,7 +169,7 @@ impl FarAxis {
 }
 
 /// Correction up to the instant that is shown.
-fn shown(correction: Option<Seconds>, later: Option<ShownLater<'_>>) -> Option<Seconds> {
-    let by = later.map_or(Seconds::ZERO, |later| later.by);
+fn shown(correction: Option<Seconds>, known: KnownMotion<'_>) -> Option<Seconds> {
+    let by = known.later.map_or(Seconds::ZERO, |later| later.by);
     correction.map(|correction| correction - by)
 }

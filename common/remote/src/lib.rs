@@ -27,7 +27,8 @@
 //! ```
 //!
 //! A generated master may be shown later, by everybody alike: a [`FrameHistory`] has its motion between the received
-//! frames, and [`FarAxis::update`] takes it as the axis [`ShownLater`].
+//! frames, and [`FarAxis::update`] takes it as the axis [`ShownLater`]. Where frames are missing, the [`PlannedMotion`]
+//! that its node has promised takes their place.
 //!
 //! A far axis that is only measured is received in increments: an [`EncoderMaster`] calculates a
 //! smooth master from their counts, with limited jerk and acceleration, a compensated lag and a
@@ -86,6 +87,7 @@ mod extrapolate;
 mod far_axis;
 mod far_sync;
 mod parameters;
+mod planned;
 mod prediction;
 mod presented;
 mod pt1;
@@ -104,5 +106,6 @@ pub use extrapolate::{
 pub use far_axis::{FarAxis, FarAxisOutput};
 pub use far_sync::{FarCorrection, FarSync};
 pub use parameters::{AxisSyncParameters, CheckedParameters, FilterMode, FilterState, StartUpMode};
+pub use planned::{KnownMotion, PlannedAhead, PlannedMotion, ReceivedPlan};
 pub use prediction::LASTING;
 pub use presented::{FrameHistory, NeededDelay, ShownLater};

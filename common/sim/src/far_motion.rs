@@ -68,6 +68,9 @@ pub struct FarMotion {
     pub correction: Option<f64>,
     /// Origin of the set values.
     pub mode: FarAxisMode,
+    /// Velocity promised by the plan that it moves by, u/s, before the frames show it; none without a plan. Whether the
+    /// promise is kept shows the position of the master.
+    pub promised: Option<f64>,
     /// True if it is at the position of its mode: not braked, rejoining or held by limits.
     pub follows: bool,
     /// Own cycles since the cycle before.
@@ -245,6 +248,7 @@ impl FarMotionCheck {
         let frame = now.received;
         // Greatest ever, not the newest: an axis may still be on its way from a fast phase of its master.
         self.fastest = self.fastest.max(frame.velocity.abs());
+        self.fastest = self.fastest.max(now.promised.unwrap_or(0.0).abs());
         // Set values are extrapolated with the stated one, too: the first frame of a motion may have no velocity yet (swarm schedule 484).
         self.acceleration = self.acceleration.max(frame.acceleration.abs());
         let mut seen = [0.0; 4];
@@ -389,6 +393,7 @@ mod tests {
             received,
             correction,
             mode,
+            promised: None,
             follows: true,
             cycles: 1,
         }

@@ -1,11 +1,12 @@
 //! An axis of a config with its source.
 
+use coaxle_axis::motion_plan::MotionPlan;
 use coaxle_axis::{Modulo, NcToPlcAxis};
 use coaxle_clock::Span;
 
 use crate::axis_struct::write_axis_struct;
 use crate::config::AxisConfig;
-use crate::open::open;
+use crate::open::{open, open_ahead};
 use crate::replay::ReplayError;
 use crate::source::{AxisSource, SourceSample};
 
@@ -23,17 +24,42 @@ impl SourceAxis {
     /// # Errors
     /// [`ReplayError`] if that file cannot be replayed.
     pub fn open(config: &AxisConfig) -> Result<Self, ReplayError> {
-        Ok(Self {
+        Ok(Self::with(config, open(&config.source)?))
+    }
+
+    /// Opens the axis with a source that takes its decisions ahead, by [the lead](AxisConfig::lead) of the config.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_ahead(config: &AxisConfig) -> Result<Self, ReplayError> {
+        let source = open_ahead(&config.source, config.lead())?;
+        Ok(Self::with(config, source))
+    }
+
+    fn with(config: &AxisConfig, source: Box<dyn AxisSource>) -> Self {
+        Self {
             id: config.id.get(),
             modulo: config.modulo,
-            source: open(&config.source)?,
-        })
+            source,
+        }
     }
 
     /// Returns the axis id.
     #[must_use]
     pub const fn id(&self) -> u32 {
         self.id
+    }
+
+    /// Returns its plan from the newest motion on: [`AxisSource::plan`].
+    #[must_use]
+    pub fn plan(&self, since_start: Span, origin: Span) -> Option<MotionPlan> {
+        self.source.plan(since_start, origin)
+    }
+
+    /// Returns the number of decisions so far: each changes the plan.
+    #[must_use]
+    pub fn decisions(&self) -> u64 {
+        self.source.decisions()
     }
 
     /// Returns its motion at a time after the start of its node, which must not go back, and writes its

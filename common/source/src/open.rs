@@ -1,5 +1,7 @@
 //! Opening the source that a config describes.
 
+use coaxle_clock::Span;
+
 use crate::config::SourceConfig;
 use crate::encoder::EncoderSource;
 use crate::program::MotionProgram;
@@ -16,4 +18,15 @@ pub fn open(config: &SourceConfig) -> Result<Box<dyn AxisSource>, ReplayError> {
         SourceConfig::Encoder(encoder) => Box::new(EncoderSource::new(encoder)),
         SourceConfig::Replay(replay) => Box::new(Replay::open(replay)?),
     })
+}
+
+/// Opens the source that a config describes; a program takes its decisions ahead by `lead`.
+pub(crate) fn open_ahead(
+    config: &SourceConfig,
+    lead: Span,
+) -> Result<Box<dyn AxisSource>, ReplayError> {
+    match config {
+        SourceConfig::Program(program) => Ok(Box::new(MotionProgram::new(program).with_lead(lead))),
+        SourceConfig::Encoder(_) | SourceConfig::Replay(_) => open(config),
+    }
 }

@@ -1,8 +1,16 @@
 //! A virtual axis that runs a program.
 
-use coaxle_clock::{Seconds, Span};
+mod active_motion;
+mod planned_pieces;
+
+use std::collections::VecDeque;
+
+use coaxle_axis::motion_plan::MotionPlan;
+use coaxle_clock::Span;
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
 
+use self::active_motion::ActiveMotion;
+use self::planned_pieces::PlannedPieces;
 use crate::config::ProgramConfig;
 use crate::instructions::{Instruction, compile};
 use crate::source::{Activity, AxisSource, SourceSample};
@@ -11,7 +19,14 @@ use crate::source::{Activity, AxisSource, SourceSample};
 /// up over its next cycles.
 const INSTRUCTIONS_PER_CYCLE: usize = 256;
 
+/// Decisions that are taken ahead and have not begun: more of them wait.
+// A plan has eight pieces at most, and a decision leads to one at least.
+const MOST_AHEAD: usize = 8;
+
 /// A virtual axis that runs a program.
+///
+/// It may take its decisions ahead, by a lead: what it will do until then is known and will not change
+/// ([`AxisSource::plan`]). Its motion is the same at any lead.
 #[derive(Debug)]
 pub struct MotionProgram {
     limits: Limits,
@@ -22,9 +37,15 @@ pub struct MotionProgram {
     next: usize,
     /// Time at which it is due.
     due: Span,
-    motion: ActiveMotion,
-    enabled: bool,
-    command_number: u16,
+    /// The newest decision, …
+    newest: Decision,
+    /// … the one in force, and those between that have not begun.
+    in_force: Decision,
+    ahead: VecDeque<Decision>,
+    /// Time by which decisions are taken ahead.
+    lead: Span,
+    /// Number of decisions.
+    decisions: u64,
 }
 
 /// A pass through a loop.
@@ -35,36 +56,13 @@ struct Pass {
     left: Option<u32>,
 }
 
-/// The motion in progress, and the state that it leaves.
+/// State of the axis from a time on.
 #[derive(Clone, Copy, Debug)]
-struct ActiveMotion {
-    began: Span,
-    profile: Profile,
-    under_way: Activity,
-    afterwards: Activity,
-}
-
-impl ActiveMotion {
-    fn is_over(&self, at: Span) -> bool {
-        Seconds::from(at - self.began) >= self.profile.duration()
-    }
-
-    fn at(&self, at: Span) -> Kinematics {
-        self.profile.at(Seconds::from(at - self.began))
-    }
-
-    /// Returns the first nanosecond at which it is certainly over.
-    fn end(&self) -> Span {
-        // Rounded up and one more: at a rounded-down end the profile would be a fraction of a nanosecond from its
-        // target.
-        let nanos = (self.profile.duration().0 * 1e9).ceil();
-        // A motion without duration takes no time at all, not one nanosecond.
-        if nanos > 0.0 {
-            self.began + Span::from_nanos(nanos as i64) + Span::from_nanos(1)
-        } else {
-            self.began
-        }
-    }
+struct Decision {
+    from: Span,
+    motion: ActiveMotion,
+    enabled: bool,
+    command_number: u16,
 }
 
 impl MotionProgram {
@@ -83,12 +81,8 @@ impl MotionProgram {
         } else {
             Activity::Idle
         };
-        Self {
-            limits,
-            instructions,
-            passes: vec![Pass::default(); depth],
-            next: 0,
-            due: Span::ZERO,
+        let first = Decision {
+            from: Span::ZERO,
             motion: ActiveMotion {
                 began: Span::ZERO,
                 // A profile to its own velocity: moving on, or standing, needs no case of its own.
@@ -98,57 +92,92 @@ impl MotionProgram {
             },
             enabled: moves,
             command_number: u16::from(moves),
+        };
+        Self {
+            limits,
+            instructions,
+            passes: vec![Pass::default(); depth],
+            next: 0,
+            due: Span::ZERO,
+            newest: first,
+            in_force: first,
+            ahead: VecDeque::new(),
+            lead: Span::ZERO,
+            decisions: 0,
         }
     }
 
-    fn run(&mut self, instruction: Instruction) {
+    /// Takes decisions ahead by this time, or less if many follow each other.
+    #[must_use]
+    pub fn with_lead(mut self, lead: Span) -> Self {
+        self.lead = lead.max(Span::ZERO);
+        if self.lead > Span::ZERO {
+            self.ahead.reserve_exact(MOST_AHEAD);
+        }
+        self
+    }
+
+    /// Runs an instruction; true if it decides on the state of the axis.
+    fn run(&mut self, instruction: Instruction) -> bool {
         match instruction {
-            Instruction::Enable(enabled) => self.enabled = enabled,
+            Instruction::Enable(enabled) => {
+                self.newest.enabled = enabled;
+                return true;
+            }
             Instruction::MoveAbsolute { position, limits } => self.go_to(position, &limits),
             Instruction::MoveRelative { distance, limits } => {
                 // Where the axis is when the step is due, which lies between two cycles: steps do not wait for one.
-                let from = self.motion.at(self.due).position;
+                let from = self.newest.motion.at(self.due).position;
                 self.go_to(from + distance, &limits);
             }
             Instruction::Velocity { value, keep } => {
-                let profile = to_velocity(&self.motion.at(self.due), value, &self.limits);
+                let profile = to_velocity(&self.newest.motion.at(self.due), value, &self.limits);
                 self.start(profile, Activity::Continuous, Activity::Continuous);
                 // Counted from the end of the ramp, at which `start` has set the due time.
                 self.due += keep;
             }
             Instruction::Halt => {
-                let now = self.motion.at(self.due);
+                let now = self.newest.motion.at(self.due);
                 // A halt at rest is none: otherwise it would count as a command and change the state.
-                if (now.velocity, now.acceleration) != (0.0, 0.0) {
-                    let profile = to_velocity(&now, 0.0, &self.limits);
-                    self.start(profile, Activity::Halting, Activity::Halted);
+                if (now.velocity, now.acceleration) == (0.0, 0.0) {
+                    return false;
                 }
+                let profile = to_velocity(&now, 0.0, &self.limits);
+                self.start(profile, Activity::Halting, Activity::Halted);
             }
-            Instruction::Dwell(time) => self.due += time,
+            Instruction::Dwell(time) => {
+                self.due += time;
+                return false;
+            }
             Instruction::LoopBegin { depth, passes } => {
                 self.passes[depth] = Pass {
                     began: self.due,
                     left: passes.map(|count| count.get() - 1),
                 };
+                return false;
             }
-            Instruction::LoopEnd { depth, body } => self.end_pass(depth, body),
+            Instruction::LoopEnd { depth, body } => {
+                self.end_pass(depth, body);
+                return false;
+            }
         }
+        true
     }
 
     fn go_to(&mut self, target: f64, limits: &Limits) {
-        let profile = to_position(&self.motion.at(self.due), target, limits);
+        let profile = to_position(&self.newest.motion.at(self.due), target, limits);
         self.start(profile, Activity::Positioning, Activity::InTarget);
     }
 
     fn start(&mut self, profile: Profile, under_way: Activity, afterwards: Activity) {
-        self.motion = ActiveMotion {
+        self.newest.motion = ActiveMotion {
             began: self.due,
             profile,
             under_way,
             afterwards,
         };
-        self.due = self.motion.end();
-        self.command_number = self.command_number.wrapping_add(1);
+        self.newest.command_number = self.newest.command_number.wrapping_add(1);
+        self.due = self.newest.motion.end();
     }
 
     fn end_pass(&mut self, depth: usize, body: usize) {
@@ -166,39 +195,102 @@ impl MotionProgram {
         }
         pass.began = self.due;
     }
+
+    /// Runs all instructions that are due in a cycle, and those ahead.
+    fn decide(&mut self, since_start: Span) {
+        while let Some(next) = self.ahead.front().filter(|next| next.from <= since_start) {
+            self.in_force = *next;
+            self.ahead.pop_front();
+        }
+        for _ in 0..INSTRUCTIONS_PER_CYCLE {
+            let Some(&instruction) = self.instructions.get(self.next) else {
+                return;
+            };
+            // Due times are exact and cycles are not: several instructions may be due in one cycle, or none.
+            let is_due = self.due <= since_start;
+            let may_be_ahead = self.ahead.len() < MOST_AHEAD && self.due <= since_start + self.lead;
+            if !(is_due || may_be_ahead) {
+                return;
+            }
+            self.next += 1;
+            let from = self.due;
+            if self.run(instruction) {
+                self.newest.from = from;
+                self.note_newest(since_start);
+            }
+        }
+    }
+
+    /// Notes the newest decision, which is in force at once if it is due.
+    fn note_newest(&mut self, since_start: Span) {
+        self.decisions = self.decisions.wrapping_add(1);
+        if self.newest.from <= since_start {
+            // None of those ahead of it can be later.
+            self.ahead.clear();
+            self.in_force = self.newest;
+            return;
+        }
+        match self.ahead.back_mut() {
+            // Decisions at one instant: the last one counts.
+            Some(last) if last.from == self.newest.from => *last = self.newest,
+            _ => self.ahead.push_back(self.newest),
+        }
+    }
+
+    /// The instant until which all is decided.
+    fn decided_until(&self, since_start: Span) -> Span {
+        let horizon = since_start + self.lead;
+        match self.next < self.instructions.len() {
+            // An instruction that waits for room, or for the next cycle, takes effect when it is due.
+            true => horizon.min(self.due),
+            false => horizon,
+        }
+    }
 }
 
 impl AxisSource for MotionProgram {
     fn sample(&mut self, since_start: Span) -> SourceSample {
-        for _ in 0..INSTRUCTIONS_PER_CYCLE {
-            let Some(&instruction) = self.instructions.get(self.next) else {
-                break;
-            };
-            // Due times are exact and cycles are not: several instructions may be due in one cycle, or none.
-            if self.due > since_start {
-                break;
-            }
-            self.next += 1;
-            self.run(instruction);
-        }
+        self.decide(since_start);
         // After all instructions: the motion of the newest one, begun at its own time and not with the cycle.
-        let kinematics = self.motion.at(since_start);
-        let activity = if self.motion.is_over(since_start) {
-            self.motion.afterwards
+        let Decision {
+            motion,
+            enabled,
+            command_number,
+            ..
+        } = &self.in_force;
+        let kinematics = motion.at(since_start);
+        let activity = if motion.is_over(since_start) {
+            motion.afterwards
         } else {
-            self.motion.under_way
+            motion.under_way
         };
         SourceSample {
             motion: kinematics,
             seen: kinematics,
-            enabled: self.enabled,
+            enabled: *enabled,
             activity,
-            command_number: self.command_number,
+            command_number: *command_number,
             target_position: match activity {
                 // A constant velocity has no target, and its profile ends with the ramp.
                 Activity::Continuous => kinematics.position,
-                _ => self.motion.profile.end().position,
+                _ => motion.profile.end().position,
             },
         }
+    }
+
+    fn decisions(&self) -> u64 {
+        self.decisions
+    }
+
+    fn plan(&self, since_start: Span, origin: Span) -> Option<MotionPlan> {
+        if self.lead == Span::ZERO {
+            return None;
+        }
+        let ahead = self.ahead.iter();
+        let motions = std::iter::once(&self.in_force).chain(ahead);
+        let motions = motions.map(|decision| &decision.motion);
+        let decided_until = self.decided_until(since_start);
+        let pieces = PlannedPieces::of(motions, since_start, decided_until);
+        pieces.plan(origin, &self.limits)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use coaxle_axis::motion_plan::MotionPlan;
 use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,18 @@ use serde::{Deserialize, Serialize};
 pub trait AxisSource: fmt::Debug + Send {
     /// Returns the axis `since_start` after the start of the node. Times never go back.
     fn sample(&mut self, since_start: Span) -> SourceSample;
+
+    /// Returns the motion that is decided from the newest sample on, `since_start`, with instants after `origin`; none
+    /// of a source that decides nothing ahead, or whose motion has no pieces of constant jerk.
+    fn plan(&self, since_start: Span, origin: Span) -> Option<MotionPlan> {
+        let _ = (since_start, origin);
+        None
+    }
+
+    /// Returns the number of decisions so far: each changes the plan.
+    fn decisions(&self) -> u64 {
+        0
+    }
 }
 
 /// State of an axis at one instant.

@@ -17,11 +17,13 @@ pub enum Channel {
     BeaconRequests,
     /// `coaxle/<node>/beacon-responses`: the node's responses to them. Beside the transport.
     BeaconResponses,
+    /// `coaxle/<node>/plans`: motions of a sender's own axes, promised ahead.
+    Plans,
 }
 
 impl Channel {
     /// Every channel.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Axes,
         Self::Slaves,
         Self::TimeRequests,
@@ -29,6 +31,7 @@ impl Channel {
         Self::FarAxes,
         Self::BeaconRequests,
         Self::BeaconResponses,
+        Self::Plans,
     ];
 
     /// Returns the last part of its key.
@@ -42,6 +45,7 @@ impl Channel {
             Self::FarAxes => "far-axes",
             Self::BeaconRequests => "beacon-requests",
             Self::BeaconResponses => "beacon-responses",
+            Self::Plans => "plans",
         }
     }
 

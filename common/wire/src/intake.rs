@@ -6,6 +6,7 @@ use crate::channel::Channel;
 use crate::frame::{AxisSample, Frame, KeySeal, sender_id};
 use crate::keys::NodeName;
 use crate::message::Message;
+use crate::plan::PlanIntake;
 pub use crate::rejection::{Rejection, RejectionCounters};
 
 /// Takes the axes that are followed out of the frames of one key.
@@ -114,6 +115,8 @@ pub enum Reader {
     TimeResponses(TimeResponseIntake),
     /// Beacons of the timing channel.
     Beacons(BeaconIntake),
+    /// Plans of axes.
+    Plans(PlanIntake),
 }
 
 /// Picks a node's responses out of all responses of its counterpart.
@@ -146,7 +149,7 @@ impl Reader {
     pub fn axes(&self) -> usize {
         match self {
             Self::Axes(intake) => intake.samples.len(),
-            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) => 0,
+            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) | Self::Plans(_) => 0,
         }
     }
 
@@ -155,7 +158,9 @@ impl Reader {
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         match self {
             Self::Axes(intake) => intake.axis_ids(payload),
-            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) => Vec::new(),
+            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) | Self::Plans(_) => {
+                Vec::new()
+            }
         }
     }
 
@@ -165,12 +170,12 @@ impl Reader {
     pub fn concerns(&self, label: &BeaconLabel) -> bool {
         match self {
             Self::Beacons(intake) => intake.concerns(label),
-            Self::Axes(_) | Self::TimeRequests(_) | Self::TimeResponses(_) => true,
+            Self::Axes(_) | Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Plans(_) => true,
         }
     }
 
-    /// Passes on the messages to the node about a frame: one, but for responses, which may be several or
-    /// none. Does not allocate.
+    /// Passes on the messages to the node about a frame: one, but for responses and plans, which may be several
+    /// or none. Does not allocate.
     pub fn read(&mut self, payload: &[u8], mut each: impl FnMut(&Message<'_>)) {
         match self {
             Self::Axes(intake) => each(&intake.message(payload)),
@@ -191,6 +196,11 @@ impl Reader {
                     each(&Message::Rejected(reason));
                 }
             }
+            Self::Plans(intake) => {
+                if let Err(reason) = intake.read(payload, &mut each) {
+                    each(&Message::Rejected(reason));
+                }
+            }
             Self::Beacons(intake) => {
                 if let Some(message) = intake.message(payload) {
                     each(&message);
@@ -203,6 +213,12 @@ impl Reader {
 impl From<BeaconIntake> for Reader {
     fn from(intake: BeaconIntake) -> Self {
         Self::Beacons(intake)
+    }
+}
+
+impl From<PlanIntake> for Reader {
+    fn from(intake: PlanIntake) -> Self {
+        Self::Plans(intake)
     }
 }
 

@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/command`, `/command/<operator>`, `/status`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
+//! `/plans`, `/command`, `/command/<operator>`, `/status`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
 
 use std::fmt;
 
@@ -175,6 +175,7 @@ mod tests {
             name.channel_key(Channel::TimeResponses),
             "coaxle/saw-1/time-responses"
         );
+        assert_eq!(name.channel_key(Channel::Plans), "coaxle/saw-1/plans");
         assert_eq!(name.command_key(), "coaxle/saw-1/command");
         let anna = NodeName::new("anna").unwrap();
         assert_eq!(

@@ -2,6 +2,7 @@
 //!
 //! * [`frame`]: the axes of a node, once per cycle of its own clock.
 //! * [`exchange`]: time requests and responses; [`TimeServer`] responds.
+//! * [`plan`]: motions of axes, promised ahead.
 //! * [`beacon`]: time requests and responses near the wire, beside the transport.
 //!   [`BeaconServer`] responds.
 //! * [`command`]: orders to the slaves of a node from anywhere, and their results: JSON.
@@ -54,6 +55,7 @@ pub mod intake;
 pub mod keys;
 mod message;
 mod one_line;
+pub mod plan;
 mod present_after;
 mod rejection;
 mod scan;
@@ -70,6 +72,7 @@ pub use frame::{AxisSample, Frame, FrameHeader};
 pub use intake::{Intake, Reader};
 pub use message::{KeptMessage, Message, Outgoing};
 pub use one_line::{MOST_CHARACTERS, one_line};
+pub use plan::{AxisPlan, PlanIntake, PlannedPiece, PlansHeader};
 pub use present_after::PresentAfter;
 pub use rejection::{Rejection, RejectionCounters};
 pub use scan::{InvalidScan, NodeScan, ReceivedMessage, SCAN_VERSION};

@@ -1,5 +1,6 @@
 //! Messages to a node, and messages that it sends.
 
+use coaxle_axis::motion_plan::PlanFault;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local};
 
@@ -7,6 +8,7 @@ use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::channel::Channel;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame};
+use crate::plan::PlannedPiece;
 use crate::rejection::Rejection;
 
 /// Event on a subscription of a node. One variant per kind of event, so that only the node counts.
@@ -22,6 +24,10 @@ pub enum Message<'a> {
     BeaconRequest(BeaconRequest),
     /// Response of the followed node to a beacon of this node.
     BeaconResponse(BeaconResponse),
+    /// Piece of the plan of an axis that this node follows.
+    PlannedPiece(PlannedPiece),
+    /// Plan of an axis that this node follows, refused on its way in.
+    PlanRefused(PlanFault),
     /// Frame that was refused on its way in.
     Rejected(Rejection),
 }
@@ -38,6 +44,8 @@ impl<'a> Message<'a> {
             Self::TimeResponse(response) => (Message::TimeResponse(response), &[]),
             Self::BeaconRequest(request) => (Message::BeaconRequest(request), &[]),
             Self::BeaconResponse(response) => (Message::BeaconResponse(response), &[]),
+            Self::PlannedPiece(piece) => (Message::PlannedPiece(piece), &[]),
+            Self::PlanRefused(fault) => (Message::PlanRefused(fault), &[]),
             Self::Rejected(reason) => (Message::Rejected(reason), &[]),
         }
     }

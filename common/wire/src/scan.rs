@@ -1,6 +1,10 @@
 //! Inputs of a node before a scan, as bytes: replaying them gives the same outputs.
 
+#[cfg(test)]
+mod tests;
+
 use coaxle_axis::StateWord;
+use coaxle_axis::motion_plan::PlanFault;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
@@ -12,6 +16,7 @@ use crate::command::CommandOrder;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame, FrameHeader};
 use crate::message::{KeptMessage, Message};
+use crate::plan::PlannedPieceOnWire;
 use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
 
@@ -168,6 +173,9 @@ enum MessageOnWire {
     BeaconResponse(BeaconResponse),
     /// Presentation delay, ns, and the frame.
     PresentedFrame(u32, FrameOnWire),
+    PlannedPiece(PlannedPieceOnWire),
+    /// Index in [`PlanFault::ALL`].
+    PlanRefused(u8),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -235,6 +243,8 @@ impl From<Message<'_>> for MessageOnWire {
             },
             Message::BeaconRequest(request) => Self::BeaconRequest(request),
             Message::BeaconResponse(response) => Self::BeaconResponse(response),
+            Message::PlannedPiece(piece) => Self::PlannedPiece(piece.into()),
+            Message::PlanRefused(fault) => Self::PlanRefused(fault as u8),
             Message::Rejected(reason) => {
                 let place = REJECTIONS.iter().position(|other| *other == reason);
                 Self::Rejected(place.map_or(u8::MAX, |place| place as u8))
@@ -279,6 +289,11 @@ impl MessageOnWire {
             }),
             Self::BeaconRequest(request) => Message::BeaconRequest(request),
             Self::BeaconResponse(response) => Message::BeaconResponse(response),
+            Self::PlannedPiece(piece) => Message::PlannedPiece(piece.into()),
+            Self::PlanRefused(place) => {
+                let fault = PlanFault::ALL.get(usize::from(place));
+                Message::PlanRefused(*fault.ok_or(InvalidScan::Malformed)?)
+            }
             Self::Rejected(place) => {
                 let reason = REJECTIONS.get(usize::from(place));
                 Message::Rejected(*reason.ok_or(InvalidScan::Malformed)?)
@@ -343,145 +358,6 @@ impl From<AxisOnWire> for AxisSample {
             },
             state_word: StateWord::from_bits_retain(axis.state_word),
             error_code: axis.error_code,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::channel::Channel;
-    use coaxle_slave::CircleState;
-    use proptest::prelude::*;
-
-    fn scan() -> NodeScan {
-        let header = FrameHeader {
-            sender: 7,
-            epoch: u64::MAX,
-            index: CycleIndex(65_535),
-            count: 1 << 40,
-            cycle_time: CycleTime::new(Span::from_micros(250)).unwrap(),
-            present_after: None,
-            send_stamp: Some(Span::from_nanos(-3)),
-        };
-        let axis = AxisSample {
-            set: Kinematics {
-                position: 0.1 + 0.2,
-                velocity: -0.0,
-                acceleration: 5e-324,
-            },
-            state_word: StateWord::from_bits_retain(0xffff_ffff),
-            error_code: 0x4b52,
-        };
-        let axes: &[_] = &[Some(axis), None];
-        let response = TimeResponse {
-            run: 1,
-            number: u32::MAX,
-            requested: Instant::from_nanos(-1),
-            epoch: 2,
-            received: Span::from_nanos(5),
-            responded: Span::from_nanos(6),
-        };
-        let request = TimeRequest {
-            requester: 1,
-            run: 2,
-            number: 3,
-            requested: i64::MIN,
-        };
-        let messages = [
-            Message::Frame(Frame { header, axes }),
-            Message::Frame(Frame {
-                header: FrameHeader {
-                    present_after: PresentAfter::new(Span::from_millis(8)),
-                    ..header
-                },
-                axes,
-            }),
-            Message::TimeResponse(response),
-            Message::TimeRequest(request),
-            Message::Rejected(Rejection::Implausible),
-        ];
-        let received = messages
-            .iter()
-            .enumerate()
-            .map(|(n, message)| ReceivedMessage {
-                at: Instant::from_nanos(n as i64 - 1),
-                subscription: n,
-                message: KeptMessage::new(message),
-            });
-        let order = r#"{"version":1,"slave":"saw","command":{"home":{"position":3}}}"#;
-        NodeScan {
-            received: received.collect(),
-            circles: Vec::new(),
-            orders: vec![CommandOrder::from_json(order.as_bytes()).unwrap()],
-            now: Instant::from_nanos(12),
-        }
-    }
-
-    #[test]
-    fn what_a_node_was_told_comes_back_to_the_last_bit() {
-        let scan = scan();
-        let back = NodeScan::from_bytes(&scan.to_bytes()).unwrap();
-        assert_eq!(back, scan);
-        let bits = |scan: &NodeScan| match scan.received[0].message.get() {
-            Message::Frame(frame) => frame.axes[0].unwrap().set.velocity.to_bits(),
-            other => panic!("{other:?}"),
-        };
-        assert_eq!(bits(&back), bits(&scan), "minus nothing, too");
-        let quiet = NodeScan::default();
-        assert_eq!(NodeScan::from_bytes(&quiet.to_bytes()), Ok(quiet));
-    }
-
-    #[test]
-    fn every_reason_has_a_number_in_a_scan() {
-        for reason in Rejection::ALL {
-            assert!(REJECTIONS.contains(&reason), "{reason:?}");
-        }
-    }
-
-    #[test]
-    fn circles_come_back_and_without_them_older_tools_read_the_scan() {
-        assert_eq!(scan().to_bytes()[0], 1);
-        let change = |channel, state| CircleChange {
-            channel,
-            id: 7,
-            state,
-        };
-        let scan = NodeScan {
-            circles: vec![
-                change(Channel::Slaves, CircleState::Open),
-                change(Channel::FarAxes, CircleState::Closed),
-                change(Channel::Slaves, CircleState::None),
-            ],
-            ..scan()
-        };
-        let bytes = scan.to_bytes();
-        assert_eq!(NodeScan::from_bytes(&bytes), Ok(scan));
-        // The last byte is a state.
-        let wrong = [&bytes[..bytes.len() - 1], &[3]].concat();
-        assert_eq!(NodeScan::from_bytes(&wrong), Err(InvalidScan::Malformed));
-    }
-
-    #[test]
-    fn other_bytes_are_named() {
-        let bytes = scan().to_bytes();
-        let of = |bytes: &[u8]| NodeScan::from_bytes(bytes).unwrap_err().to_string();
-        assert_eq!(of(&[]), "received version None, expected 1 or 2");
-        assert_eq!(of(&[3]), "received version Some(3), expected 1 or 2");
-        let malformed = "received bytes that are no scan of their version";
-        assert_eq!(of(&[2]), malformed);
-        assert_eq!(of(&bytes[..bytes.len() - 1]), malformed);
-        assert_eq!(of(&[bytes.as_slice(), &[0]].concat()), malformed);
-    }
-
-    proptest! {
-        #[test]
-        fn whatever_comes_is_read_without_a_panic(bytes: Vec<u8>, at in 0..400_usize, with: u8) {
-            let _ = NodeScan::from_bytes(&bytes);
-            let mut bytes = scan().to_bytes();
-            let at = at % bytes.len();
-            bytes[at] = with;
-            let _ = NodeScan::from_bytes(&bytes);
         }
     }
 }

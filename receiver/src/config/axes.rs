@@ -41,6 +41,13 @@ pub struct FarAxisConfig {
 }
 
 impl FarAxisConfig {
+    /// True if it moves as its node plans it: an axis that is smoothed here, or whose positions begin again with each turn,
+    /// does not.
+    #[must_use]
+    pub fn uses_plans(&self) -> bool {
+        self.encoder.is_none() && self.position != Positions::WithinTurn
+    }
+
     /// Creates the axis with an id and defaults.
     #[must_use]
     pub const fn with_id(id: u32) -> Self {

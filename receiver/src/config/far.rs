@@ -113,6 +113,14 @@ impl FarConfig {
         self.request_faults.as_ref().unwrap_or(&self.faults)
     }
 
+    /// True if plans of its axes can be used: the phase observer knows the instants that they are for, and only senders
+    /// publish them.
+    #[must_use]
+    pub fn uses_plans(&self) -> bool {
+        let has_use = self.axes.iter().any(FarAxisConfig::uses_plans);
+        has_use && self.mode == FilterMode::Observer && self.channel == FarChannel::Axes
+    }
+
     /// Name of one of its axes among the masters of slaves: its own name, or node and id.
     #[must_use]
     pub fn axis_name(&self, axis: &FarAxisConfig) -> String {

@@ -1,6 +1,6 @@
 //! `[[virtual-axis]]`: axes of the receiver's own, written as in a sender's config.
 
-use coaxle_node::config::{Unit, Wrong};
+use coaxle_node::config::{LeadMs, Unit, Wrong};
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_slave::MOST_HELD_BACK;
@@ -42,6 +42,7 @@ impl ReceiverConfig {
                 return Err(Wrong::of("virtual-axis", received, expected));
             }
             self.check_delay(axis)
+                .and_then(|()| check_lead(axis))
                 .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}]")))?;
             self.check_name(axis, before)
                 .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}].name")))?;
@@ -89,6 +90,18 @@ impl ReceiverConfig {
             }
             None => Ok(()),
         }
+    }
+}
+
+/// Checks that no motion is promised: a receiver publishes no plans.
+fn check_lead(axis: &AxisConfig) -> Result<(), Wrong> {
+    match axis.lead_ms.map(LeadMs::get).filter(|ms| *ms > 0.0) {
+        Some(ms) => Err(Wrong::of(
+            "lead-ms",
+            ms,
+            "0 or none: only senders publish plans",
+        )),
+        None => Ok(()),
     }
 }
 

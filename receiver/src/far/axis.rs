@@ -1,5 +1,6 @@
 //! A far axis: its newest values, moved in time by the clock of its node.
 
+mod planned;
 mod presented;
 mod received;
 mod shown;
@@ -11,9 +12,10 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_node::{AxisSample, FrameHeader};
 use coaxle_remote::{
     CheckedParameters, Continuity, ContinuityState, ExtrapolateDiagnostic, ExtrapolateParameters,
-    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, ReceivedMotion,
+    FarAxis, FarAxisOutput, FarCorrection, FilterState, MasterCycle, PlannedAhead, ReceivedMotion,
 };
 
+use self::planned::{PlanUse, known};
 use self::presented::Presented;
 use self::shown::far_time;
 use super::course::{Advance, FarTimeCourse};
@@ -40,6 +42,7 @@ pub(super) struct Axis {
     presented: Option<Box<Presented>>,
     /// True if the newest cycle showed them later.
     showed_later: bool,
+    plan: PlanUse,
     /// True if the axis or its node was silent for too long in the newest cycle.
     is_lost: bool,
     continuity: Continuity,
@@ -84,7 +87,7 @@ struct Continuation {
 
 /// A cycle of an axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct AxisScan {
+pub(super) struct AxisScan<'a> {
     /// Own cycles since the previous one.
     pub(super) elapsed: u32,
     /// Own cycles without new data of it.
@@ -95,6 +98,8 @@ pub(super) struct AxisScan {
     pub(super) held: Seconds,
     /// The standard deviation of the far time, s, if known.
     pub(super) time_sigma: Option<Seconds>,
+    /// The motion that its node has promised, if it is to be used.
+    pub(super) planned: Option<PlannedAhead<'a>>,
 }
 
 impl Axis {
@@ -118,6 +123,7 @@ impl Axis {
             presented: (far.present == Present::Auto && config.encoder.is_none())
                 .then(|| Box::new(Presented::new(cycle_time))),
             showed_later: false,
+            plan: PlanUse::default(),
             is_lost: false,
             block: FarAxis::start(cycle_time.span(), parameters)?,
             continuity: Continuity::new(cycle_time.span(), parameters.extrapolate.blending_time),
@@ -230,7 +236,7 @@ impl Axis {
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
-        scan: AxisScan,
+        scan: AxisScan<'_>,
         signals: &mut FarAxisSignals,
     ) -> Option<Master> {
         let AxisScan {
@@ -264,12 +270,14 @@ impl Axis {
             .time(correction.mode)
             .map_or(0.0, |Seconds(age)| age);
         let credible = self.seen.credible(&sample.set, age);
-        let later = self.presented.as_ref().and_then(|shown| shown.later());
-        let mut moved = (self.block).update(&credible, correction, later, elapsed);
+        let known = known(self.presented.as_deref(), &scan);
+        let mut moved = (self.block).update(&credible, correction, known, elapsed);
         if let Some(presented) = &mut self.presented {
             let is_by_clock = moved.correction_time.is_some();
-            presented.note(is_by_clock, moved.is_interpolated, elapsed);
+            let is_predicted = is_by_clock && !moved.is_interpolated && !moved.is_planned;
+            presented.note(moved.is_interpolated, is_predicted, elapsed);
         }
+        self.note_plan(&moved, elapsed);
         self.condition(&sample, &mut moved, elapsed);
         self.leads = moved.state == FilterState::Observer;
         let passed = self.cycle_time * i64::from(elapsed);
@@ -280,8 +288,8 @@ impl Axis {
         }
         let far_time = far_time(header, self.count, &moved);
         // The way of a lost axis is braked by its own plan, which follows no far time.
-        let known = far_time.filter(|_| !is_lost);
-        let (way, mut moved) = self.without_step(&credible, moved, correction, known, elapsed);
+        let far = far_time.filter(|_| !is_lost);
+        let (way, mut moved) = self.without_step(&credible, moved, correction, far, &scan);
         let shows = shows_what_comes(moved.state) && self.encoder.is_none();
         let silence = cycles_of_silence(header, self.cycle_time, scan.age);
         let continuation = Continuation {
@@ -306,6 +314,7 @@ impl Axis {
         moved.synced &= is_known && self.follows();
         self.error = moved.error;
         *signals = self.show(&sample, &moved, far_time);
+        self.show_plan(signals);
         signals.prediction_sigma = self.prediction_sigma(&moved, scan.time_sigma);
         if set.is_none() && is_known {
             // Received only once, and too long ago, the position of the axis is unknown. Wide schedule 200456: a first frame that is 3.2 s old.
@@ -332,11 +341,12 @@ impl Axis {
         received: &Kinematics,
         moved: FarAxisOutput,
         correction: &FarCorrection,
-        known: Option<Instant<Remote>>,
-        elapsed: u32,
+        far: Option<Instant<Remote>>,
+        scan: &AxisScan<'_>,
     ) -> (f64, FarAxisOutput) {
+        let elapsed = scan.elapsed;
         let passed = self.cycle_time * i64::from(elapsed);
-        let advance = self.course.advance(moved.state, known, passed);
+        let advance = self.course.advance(moved.state, far, passed);
         let before = self.steps.position();
         let is_step = self.is_step(received, &moved, advance, passed);
         let state = self.continuity.state();
@@ -352,8 +362,8 @@ impl Axis {
         if !self.block.is_blending() {
             return (0.0, moved);
         }
-        let later = self.presented.as_ref().and_then(|shown| shown.later());
-        let unblended = (self.block).without_blend(received, correction, later, &moved, elapsed);
+        let known = known(self.presented.as_deref(), scan);
+        let unblended = (self.block).without_blend(received, correction, known, &moved, elapsed);
         if self.encoder.is_some() {
             return (0.0, moved);
         }
@@ -498,10 +508,10 @@ fn blending(parameters: &ExtrapolateParameters, cycle_time: Span) -> Blending {
     }
 }
 
-/// Time by which set values are predicted beyond the newest frame, s: none between two frames.
+/// Time by which set values are predicted beyond the newest frame, s: none between two frames, and by a plan.
 fn predicted(moved: &FarAxisOutput) -> f64 {
     match moved.correction_time {
-        Some(Seconds(age)) if !moved.is_interpolated => age,
+        Some(Seconds(age)) if !moved.is_interpolated && !moved.is_planned => age,
         _ => 0.0,
     }
 }

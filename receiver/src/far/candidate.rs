@@ -1,11 +1,12 @@
 //! A node as source of the axes: its messages and its clock are evaluated while it is followed or
 //! stands by.
 
+use coaxle_axis::motion_plan::PlanFault;
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::time_sync::WrongParameter;
 use coaxle_clock::{CycleTime, Instant, Local, Span};
-use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, Rejection};
+use coaxle_node::{AxisSample, BeaconResponse, Frame, FrameHeader, PlannedPiece, Rejection};
 use coaxle_remote::{AxisSyncParameters, NeededDelay};
 
 use super::beacons::Beacons;
@@ -14,6 +15,7 @@ use super::clock_signals::show_observation;
 use super::encoder::Encoder;
 use super::frames::TakenFrame;
 use super::inbox::Inbox;
+use super::plans::Plans;
 use super::take_over::{Presence, Standing};
 use crate::arrivals::Arrivals;
 use crate::config::FarConfig;
@@ -44,6 +46,8 @@ pub(crate) struct Candidate {
     pub(super) needed: Box<NeededDelay>,
     /// Beacons, if it has a timing channel.
     beacons: Option<Box<Beacons>>,
+    /// Plans of its axes, if they can be used.
+    pub(super) plans: Option<Box<Plans>>,
     news: News,
 }
 
@@ -92,6 +96,7 @@ impl Candidate {
             encoders,
             needed: Box::default(),
             beacons: None,
+            plans: Plans::new(config).map(Box::new),
             news: News::default(),
         })
     }
@@ -114,6 +119,20 @@ impl Candidate {
     /// Stores a response that arrived at `at`.
     pub(crate) fn store_response(&mut self, at: Instant<Local>, response: &TimeResponse) {
         self.clock.response(at, response);
+    }
+
+    /// Stores a piece of a plan that arrived at `at`.
+    pub(crate) fn store_plan(&mut self, at: Instant<Local>, piece: &PlannedPiece) {
+        if let Some(plans) = &mut self.plans {
+            plans.store(at, piece);
+        }
+    }
+
+    /// Counts a plan that was refused.
+    pub(crate) const fn refuse_plan(&mut self, fault: PlanFault) {
+        if let Some(plans) = &mut self.plans {
+            plans.refuse(fault);
+        }
     }
 
     /// Returns the number of the time request that is due, if any.
@@ -145,6 +164,7 @@ impl Candidate {
     pub(super) fn cycle(&mut self, tick: &Tick, mut arrivals: Arrivals<'_>) {
         self.news = News::default();
         self.take_messages(tick, &mut arrivals);
+        self.take_plans(tick);
         self.rival = self.inbox.rival(tick.ideal_start);
         let clock = &mut self.clock;
         if let Some(beacons) = &mut self.beacons {
@@ -166,6 +186,19 @@ impl Candidate {
             following.correction = following.correction.refused();
         }
         self.note_age(tick);
+    }
+
+    /// Takes the plans that have arrived, and compares them with the frames of this cycle.
+    fn take_plans(&mut self, tick: &Tick) {
+        let (header, inbox) = (self.news.header.as_ref(), &self.inbox);
+        if let Some(plans) = &mut self.plans {
+            plans.take(tick.ideal_start, header);
+            for frame in inbox.taken_in() {
+                if let Some(header) = header {
+                    plans.check(&frame, header);
+                }
+            }
+        }
     }
 
     /// Takes the age of the newest frame, by which a presentation delay would have to exceed none.
@@ -362,6 +395,9 @@ impl Candidate {
             // A part of that time, and in force with it.
             signals.time_offset_us = signals.correction_us.map(|_| offset.as_micros());
             self.synced = signals.synced;
+        }
+        if let Some(plans) = &self.plans {
+            plans.show(signals);
         }
         let cycle_time = self.clock.data_cycle_time();
         signals.cycle_time_us = cycle_time.map(|time| time.span().as_micros_f64());

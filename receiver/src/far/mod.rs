@@ -14,6 +14,7 @@ mod lag;
 mod limited;
 mod orders;
 mod pace;
+mod plans;
 mod run;
 mod seen;
 mod sequence;
@@ -271,18 +272,22 @@ impl FarNode {
         // At most 10 000 cycles, since none is shorter than 100 µs.
         let longest = (SILENCE.as_nanos() / self.cycle_time.span().as_nanos()) as u32;
         let mut first = None;
-        for ((axis, master), signals) in self.axes.iter_mut().zip(masters).zip(signals) {
+        let plans = node.plans.as_deref();
+        let axes = self.axes.iter_mut().zip(masters).zip(signals);
+        for (n, ((axis, master), signals)) in axes.enumerate() {
             let own;
             // An axis that the newest frame lacks is older than its node, and is moved on by that much more.
+            let planned = plans.and_then(|plans| plans.of(n, axis.count(), header));
             let (age, correction) = if axis.count() == header.count {
                 (node.age_cycles(), correction)
             } else {
                 own = axis.catch_up(correction, header, tick.elapsed, age_limit);
                 (axis.missing_cycles(), &own)
             };
-            // Frames that are shown later outlast a silence.
+            // Frames that are shown later outlast a silence, and so does a promise.
             let outlasting;
-            let covers = axis.covers(correction);
+            let planned = axis.usable(correction, planned, tick.elapsed);
+            let covers = axis.covers(correction) || planned.is_some();
             let correction = match covers {
                 true => {
                     outlasting = correction.despite_silence();
@@ -297,9 +302,13 @@ impl FarNode {
                 is_lost,
                 held: held_in_its_clock,
                 time_sigma,
+                planned,
             };
             *master = axis.cycle(header, correction, scan, signals);
             signals.age_cycles = age;
+            if let Some(plans) = plans {
+                plans.show_axis(n, signals);
+            }
             // The first hold-back moves an axis that is shown later.
             signals.synced &= held.is_decided || axis.lag().is_none();
             if let Some(master) = master {
@@ -391,6 +400,7 @@ mod tests {
         let kept = FRAMES * size_of::<Option<AxisSample>>();
         let shown = size_of::<FarAxisSignals>() + size_of::<Option<Master>>();
         let bytes = size_of::<Axis>() + kept + shown;
-        assert!(bytes <= 1384, "{bytes}");
+        // Frames that are shown later and plans lie beside it.
+        assert!(bytes <= 1456, "{bytes}");
     }
 }

@@ -112,6 +112,14 @@ impl ObservedMotion {
         reach.acceleration = reach.acceleration.max(set.acceleration.abs());
     }
 
+    /// Takes a set value of a plan: velocity and acceleration that its node has stated before any frame shows them.
+    pub(super) fn take_planned(&mut self, set: &Kinematics) {
+        let acceleration = set.acceleration.abs();
+        self.reach.velocity = self.reach.velocity.max(set.velocity.abs());
+        self.reach.acceleration = self.reach.acceleration.max(acceleration);
+        self.by_velocities = self.by_velocities.max(acceleration);
+    }
+
     /// Largest observed motion; for increments, after smoothing.
     pub(super) fn reach(&self) -> Reach {
         self.smoothed.unwrap_or(self.reach)

@@ -2,6 +2,7 @@
 
 mod delay;
 mod late_frames;
+mod plans;
 mod standby;
 mod wraps;
 
@@ -19,6 +20,7 @@ use crate::snapshot::ReceiverSnapshot;
 use coaxle_remote::{ContinuityState, FilterState};
 use delay::{Asked, delay, denied};
 use late_frames::LateFrames;
+use plans::{of_contradictions, of_refusals};
 use standby::{Heard, heard, standing_by, taken_over};
 use wraps::of_wraps;
 
@@ -102,6 +104,7 @@ impl Journal {
             Some(before) => {
                 let mut notes = changes(before, now, &self.far, &self.slaves);
                 notes.extend(of_wraps(before, now, &self.far_axes));
+                notes.extend(of_contradictions(before, now, &self.far_axes));
                 notes.extend(of_virtual_axes(before, now, &self.virtual_axes));
                 notes.extend(of_programs(before, now, &self.slaves));
                 // Into the memory of the last one, in each cycle.
@@ -194,6 +197,7 @@ fn changes(
     let pairs = before.signals.far.iter().zip(&now.signals.far);
     for (n, (signals, changed)) in pairs.enumerate() {
         let mut own = changes_of_far(signals, changed);
+        own.extend(of_refusals(signals, changed));
         let health = now.far_health[n];
         let taken_over = taken_over(before, now, heard, n);
         let is_told = match health {

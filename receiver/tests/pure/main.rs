@@ -22,6 +22,7 @@ mod nodes;
 mod own_drive;
 mod paths;
 mod pending_coupling;
+mod planned;
 mod presented;
 mod programs;
 mod slave;

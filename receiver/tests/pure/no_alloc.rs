@@ -451,7 +451,8 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                     | Channel::Slaves
                     | Channel::FarAxes
                     | Channel::BeaconRequests
-                    | Channel::BeaconResponses => {}
+                    | Channel::BeaconResponses
+                    | Channel::Plans => {}
                 }
             }
             while let Some(arrival) = receiver.arrival() {

@@ -29,6 +29,7 @@ mod shown;
 use std::ops::Deref;
 use std::path::Path;
 
+use coaxle_clock::Span;
 use coaxle_node::Channel;
 use coaxle_node::config::{
     ClockConfig, CycleMicros, PresentAfterMs, RealTimeConfig, TimingEndpoints, TimingServerConfig,
@@ -106,8 +107,10 @@ impl SenderConfig {
         let wiring = Wiring {
             node: self.name.clone(),
             publications: [Channel::Axes, Channel::TimeResponses]
+                .into_iter()
+                .chain(self.axes.plans().then_some(Channel::Plans))
                 .map(|channel| Publication::new(&self.name, channel))
-                .into(),
+                .collect(),
             subscriptions: vec![Subscription::time_requests_to(&self.name)],
         };
         match &self.timing {
@@ -153,6 +156,12 @@ impl AxisList {
         }
         check_presentation(&axes)?;
         Ok(Self(axes))
+    }
+
+    /// True if the motion of any of them is planned ahead.
+    #[must_use]
+    pub fn plans(&self) -> bool {
+        self.0.iter().any(|axis| axis.lead() > Span::ZERO)
     }
 
     /// Time after its generation at which its frames are shown.

@@ -26,7 +26,7 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
     for id in 3..10 {
         write!(
             text,
-            "[[axis]]\nid = {id}\nname = 'x'\n[axis.program]\n{limits}\nrepeat = true\n\
+            "[[axis]]\nid = {id}\nname = 'x'\nlead-ms = 50\n[axis.program]\n{limits}\nrepeat = true\n\
              steps = [{{ enable = true }}, {{ move-absolute = {{ position = {id} }} }}, \
              {{ loop = {{ count = 2, steps = [{{ move-relative = {{ distance = 1 }} }}] }} }}, \
              {{ velocity = {{ value = -50.0, for-s = 0.01 }} }}, {{ halt = {{}} }}, \
@@ -59,4 +59,5 @@ fn cycles_of_every_kind_of_axis_do_not_allocate() {
     // Nine axes of some fifty bytes each.
     assert!(sent > 3_000 * 9 * 50);
     assert_eq!(sender.snapshot().signals.node.requests_answered, 3_000);
+    assert!(sender.snapshot().signals.node.plans_published > 7 * 30);
 }

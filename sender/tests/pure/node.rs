@@ -1,11 +1,12 @@
 //! The sender seen from outside: cycles in, frames out.
 
+use coaxle_axis::motion_plan::MotionPlan;
 use coaxle_axis::{AxisState, CoupleState, NcToPlcAxis, StateWord};
 use coaxle_clock::delay::TimeResponse;
-use coaxle_clock::{CycleIndex, Instant, Local, Span};
+use coaxle_clock::{CycleIndex, Instant, Local, Seconds, Span};
 use coaxle_node::beacon::{BeaconSeal, Departure};
 use coaxle_node::config::parse;
-use coaxle_node::frame::{FrameHeader, decode, seal, sender_id};
+use coaxle_node::frame::{FrameHeader, KeySeal, decode, seal, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::{BeaconRequest, Channel, Message, Node, Reader, Rejection, Stamps, TimeRequest};
 use coaxle_sender::Sender;
@@ -295,4 +296,92 @@ fn a_recording_that_is_not_there_names_its_field() {
         error.starts_with("axis[0].replay.file: no/such.csv: cannot be read: "),
         "{error}"
     );
+}
+
+/// The plans that a sender has published in a cycle, with their axis ids.
+fn plans_of(sender: &mut Sender, now: Instant<Local>) -> Vec<(u32, MotionPlan)> {
+    let _ = sender.cycle(now);
+    let mut plans = Vec::new();
+    while let Some(outgoing) = sender.transmit() {
+        if outgoing.channel == Channel::Plans {
+            let mut message = Vec::new();
+            seal("coaxle/test/plans", outgoing.body, None, &mut message);
+            let header = KeySeal::new("coaxle/test/plans")
+                .open_plans(&message, |id, plan| plans.push((id, plan.expect("valid"))))
+                .expect("plans");
+            assert_eq!(header.epoch, EPOCH);
+            assert_eq!(header.count, sender.snapshot().signals.node.cycle);
+        }
+    }
+    plans
+}
+
+fn in_cycle(sender: &Sender) -> Instant<Local> {
+    sender.next_cycle() + Span::from_micros(30)
+}
+
+#[test]
+fn plans_come_with_every_decision_and_again_before_they_end() {
+    let moving = "[[axis]]\nid = 3\nname = 'moving'\nlead-ms = 300\nprogram = { limits = { velocity = 1000, acceleration = 5000, \
+                  jerk = 100000 }, steps = [{ enable = true }, { dwell = { for-s = 0.65 } }, { move-absolute = { position = 90 } }] }\n";
+    let standing = axis(4, 0.0) + "lead-ms = 40\n";
+    let without = axis(5, 10.0);
+    let first = "clock = { first-count = 1000 }\n";
+    let mut sender = sender(&format!("{first}{moving}{standing}{without}"));
+    let mut told = [Vec::new(), Vec::new()];
+    for cycle in 0..1_000 {
+        let now = in_cycle(&sender);
+        for (id, plan) in plans_of(&mut sender, now) {
+            told[id as usize - 3].push(cycle);
+            // Instants of the run begin with cycle 0.
+            let at = Span::from_millis(1_000 + cycle);
+            let shown = sender.axes()[id as usize - 3];
+            let planned = plan.at(at, Seconds::ZERO).expect("the present");
+            assert!(
+                (planned.position - shown.set_position).abs() < 1e-9,
+                "{cycle}"
+            );
+            let lead = if id == 3 { 300 } else { 40 };
+            assert!(plan.promised_until() <= at + Span::from_millis(lead));
+        }
+    }
+    // Every 100 ms, and when the move is decided, 300 ms before it begins.
+    assert_eq!(told[0][..6], [0, 100, 200, 300, 350, 450]);
+    // Twice in each lead.
+    let expected: Vec<_> = (0..50).map(|n| 20 * n).collect();
+    assert_eq!(told[1], expected);
+    assert_eq!(
+        sender.snapshot().signals.node.plans_published as usize,
+        told[0].len() + 50
+    );
+}
+
+#[test]
+fn many_axes_take_turns_and_a_sender_without_a_lead_plans_nothing() {
+    let axes = |rest: &str| (1..=100).map(|id| axis(id, 5.0) + rest).collect::<String>();
+    let mut many = sender(&axes("present-after-ms = 50\n"));
+    let mut told = vec![0; 100];
+    for _ in 0..50 {
+        let now = in_cycle(&many);
+        let plans = plans_of(&mut many, now);
+        assert!(plans.len() <= 8);
+        plans.iter().for_each(|(id, _)| told[*id as usize - 1] += 1);
+    }
+    assert!(told.iter().all(|times| (2..=3).contains(times)), "{told:?}");
+    let channels = |sender: &str| -> Vec<Channel> {
+        let text = format!("name = 'test'\ncycle-time-us = 1000\n{sender}");
+        let config: SenderConfig = parse("s.toml", &text).expect("valid");
+        config
+            .wiring()
+            .publications
+            .iter()
+            .map(|it| it.channel)
+            .collect()
+    };
+    assert_eq!(
+        channels(&axis(1, 5.0)),
+        [Channel::Axes, Channel::TimeResponses]
+    );
+    let planned = [Channel::Axes, Channel::TimeResponses, Channel::Plans];
+    assert_eq!(channels(&(axis(1, 5.0) + "lead-ms = 5\n")), planned);
 }

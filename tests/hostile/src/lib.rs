@@ -69,6 +69,12 @@ pub const TARGETS: &[Target] = &[
         seeds: seeds::time_responses,
     },
     Target {
+        name: "plans",
+        kind: Kind::Bytes,
+        run: wire::plans,
+        seeds: seeds::plans,
+    },
+    Target {
         name: "arrivals",
         kind: Kind::Bytes,
         run: streams::arrivals,

@@ -11,7 +11,9 @@ use coaxle_node::exchange::{
     TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
 use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
-use coaxle_node::{Channel, FrameHeader, PresentAfter, TimeRequest};
+use coaxle_node::plan::{PLANS_CAPACITY, encode_plans};
+use coaxle_node::{AxisPlan, Channel, FrameHeader, PlansHeader, PresentAfter, TimeRequest};
+use coaxle_source::{AxisSource, MotionProgram};
 
 use crate::streams::subscription_to;
 use crate::wire::{FOLLOWED, far, near};
@@ -238,6 +240,35 @@ pub(crate) fn time_responses() -> Seeds {
         ("one".to_owned(), responses(1)),
         ("as-many-as-fit".to_owned(), responses(MAX_TIME_RESPONSES)),
         ("none".to_owned(), responses(0)),
+    ]
+}
+
+/// Plans of a program, from its start and in a move.
+pub(crate) fn plans() -> Seeds {
+    let program = "limits = { velocity = 1000, acceleration = 5000, jerk = 100000 }\nsteps = [{ enable = true }, \
+                   { dwell = { for-s = 0.1 } }, { move-absolute = { position = 300 } }]";
+    let program = coaxle_node::config::parse("p.toml", program).expect("a program");
+    let mut axis = MotionProgram::new(&program).with_lead(Span::from_millis(400));
+    let mut message = |millis: i64, ids: &[u32]| {
+        let now = Span::from_millis(millis);
+        axis.sample(now);
+        let plan = axis.plan(now, Span::ZERO).expect("a plan");
+        let plans: Vec<_> = (ids.iter())
+            .map(|id| AxisPlan { axis_id: *id, plan })
+            .collect();
+        let header = PlansHeader {
+            sender: sender_id(&far()),
+            epoch: 5,
+            count: millis as u64,
+        };
+        let mut body = [0; PLANS_CAPACITY];
+        let length = encode_plans(&header, &plans, &mut body);
+        sealed(Channel::Plans, &body[..length], Some(Span::from_micros(12)))
+    };
+    vec![
+        ("standing".to_owned(), message(0, &FOLLOWED)),
+        ("moving".to_owned(), message(150, &[2, 9])),
+        ("none".to_owned(), message(200, &[])),
     ]
 }
 

@@ -1,9 +1,12 @@
 //! Input from the network, message by message, as a node's subscriptions read it.
 
-use coaxle_clock::{CycleTime, Instant, Span};
+use coaxle_axis::motion_plan::MOST_PIECES;
+use coaxle_clock::{CycleTime, Instant, Seconds, Span};
 use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, Intake, KeptMessage, Message, Reader, TimeServer};
+use coaxle_node::{
+    Channel, Intake, KeptMessage, Message, PlanIntake, PlannedPiece, Reader, TimeServer,
+};
 
 use crate::Outcome;
 
@@ -25,6 +28,12 @@ pub(crate) fn frame(data: &[u8]) -> Outcome {
     let key = far().channel_key(Channel::Axes);
     let intake = Intake::new(&key, &far(), &FOLLOWED);
     read(intake.into(), &key, data)
+}
+
+/// A message of plans.
+pub(crate) fn plans(data: &[u8]) -> Outcome {
+    let key = far().channel_key(Channel::Plans);
+    read(PlanIntake::new(&far(), &FOLLOWED).into(), &key, data)
 }
 
 /// A time request, up to the response.
@@ -62,11 +71,28 @@ fn read_one(reader: &mut Reader, data: &[u8]) -> Outcome {
                 assert!(good.clone().all(|axis| axis.set.position.is_finite()));
             }
             Message::TimeRequest(request) => respond(request),
+            Message::PlannedPiece(planned) => assert_plausible(planned),
+            Message::PlanRefused(fault) => outcome = Err(fault.name().to_owned()),
             Message::TimeResponse(_) | Message::BeaconRequest(_) | Message::BeaconResponse(_) => {}
             Message::Rejected(reason) => outcome = Err(reason.to_string()),
         }
     });
     outcome
+}
+
+/// A piece that is handed out can be evaluated anywhere in it.
+fn assert_plausible(planned: &PlannedPiece) {
+    let PlannedPiece {
+        piece, number, of, ..
+    } = planned;
+    assert!(
+        number < of
+            && usize::from(*of) <= MOST_PIECES
+            && usize::from(planned.axis) < FOLLOWED.len()
+    );
+    assert!(piece.duration > Span::ZERO && piece.end() > piece.start);
+    let end = piece.at(piece.end(), Seconds::ZERO);
+    assert!(end.position.is_finite() && end.velocity.is_finite() && end.acceleration.is_finite());
 }
 
 fn respond(request: &coaxle_node::TimeRequest) {

@@ -65,6 +65,7 @@ mutations_hold! {
     frames: "frame",
     time_requests: "time-request",
     time_responses: "time-response",
+    plans: "plans",
     arrivals: "arrivals",
     orders: "order",
     sender_configs: "sender-config",

@@ -128,7 +128,7 @@ impl Reception {
                 let arrival = arrival + delay;
                 let mut is_of_other_axes = false;
                 reader.read(payload, |message| {
-                    is_good |= !matches!(message, Message::Rejected(_));
+                    is_good |= !matches!(message, Message::Rejected(_) | Message::PlanRefused(_));
                     match message {
                         Message::Frame(_) => {
                             let nanos = arrival.as_nanos();
@@ -140,11 +140,14 @@ impl Reception {
                             is_of_other_axes = *reason == Rejection::AxisMissing;
                             count(&counters.refused);
                         }
-                        Message::Rejected(_) => count(&counters.exchange_refused),
+                        Message::Rejected(_) | Message::PlanRefused(_) => {
+                            count(&counters.exchange_refused);
+                        }
                         Message::TimeRequest(_)
                         | Message::TimeResponse(_)
                         | Message::BeaconRequest(_)
-                        | Message::BeaconResponse(_) => {}
+                        | Message::BeaconResponse(_)
+                        | Message::PlannedPiece(_) => {}
                     }
                     // Refused messages as well: the node counts them by their reasons.
                     inbox.push(arrival, message);

@@ -58,7 +58,9 @@ impl Node for Toy {
             Message::TimeRequest(_)
             | Message::TimeResponse(_)
             | Message::BeaconRequest(_)
-            | Message::BeaconResponse(_) => {}
+            | Message::BeaconResponse(_)
+            | Message::PlannedPiece(_)
+            | Message::PlanRefused(_) => {}
         }
     }
 

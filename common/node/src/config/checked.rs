@@ -131,6 +131,11 @@ checked_number! {
 }
 
 checked_number! {
+    /// Time by which the decisions on the motion of an axis are taken ahead, ms.
+    LeadMs, "a number from 0 to 4000", (Included(0.0), Included(4e3))
+}
+
+checked_number! {
     /// Duration added by a fault, µs: up to about a minute and a half.
     FaultMicros, "a number from 0 to 100000000", (Included(0.0), Included(1e8))
 }
@@ -177,6 +182,14 @@ impl PresentAfterMs {
         PresentAfter::new(self.span())
     }
 
+    /// The time.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0 * 1e3)
+    }
+}
+
+impl LeadMs {
     /// The time.
     #[must_use]
     pub fn span(self) -> Span {

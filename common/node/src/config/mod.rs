@@ -25,7 +25,7 @@ mod wrong;
 pub use crate::guess::did_you_mean;
 pub use checked::{
     AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros, DelayMicros,
-    DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment,
+    DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment, LeadMs,
     PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};

@@ -3,8 +3,8 @@
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 
+use super::super::planned::KnownMotion;
 use super::super::prediction::moved_on;
-use super::super::presented::ShownLater;
 use super::{ExtrapolateMode, SetValues};
 
 /// The correction times that the extrapolating modes use, if known.
@@ -35,8 +35,8 @@ pub(super) struct Candidates<'a> {
     /// True if the acceleration is taken into account.
     pub(super) by_acceleration: bool,
     pub(super) corrections: CorrectionTimes,
-    /// The frames, if they are shown later.
-    pub(super) later: Option<ShownLater<'a>>,
+    /// The motion that is known besides.
+    pub(super) known: KnownMotion<'a>,
 }
 
 /// Set values of a mode.
@@ -46,6 +46,8 @@ pub(super) struct Aim {
     pub(super) acceleration: f64,
     /// True if they lie between two frames.
     pub(super) is_interpolated: bool,
+    /// True if they are those of a plan.
+    pub(super) is_planned: bool,
 }
 
 impl Candidates<'_> {
@@ -59,7 +61,7 @@ impl Candidates<'_> {
                 ..self.as_received()
             }),
             ExtrapolateMode::Sync | ExtrapolateMode::Time | ExtrapolateMode::Observer => {
-                Some(self.moved(self.corrections.of(mode)?))
+                Some(self.moved(mode, self.corrections.of(mode)?))
             }
         }
     }
@@ -70,6 +72,7 @@ impl Candidates<'_> {
             set: (*self.received).into(),
             acceleration: self.received.acceleration,
             is_interpolated: false,
+            is_planned: false,
         }
     }
 
@@ -83,16 +86,25 @@ impl Candidates<'_> {
         }
     }
 
-    fn moved(&self, Seconds(correction): Seconds) -> Aim {
-        let Some(ShownLater { frames, by }) = self.later else {
-            return self.extrapolated(correction);
+    fn moved(&self, mode: ExtrapolateMode, Seconds(correction): Seconds) -> Aim {
+        let KnownMotion { later, planned } = self.known;
+        let age = later.map_or(correction, |later| correction - later.by.0);
+        // The far time of the blocks of TS5066 has a constant offset, at which the plan would be another motion.
+        let planned = planned.filter(|_| mode == ExtrapolateMode::Observer);
+        // Frames come first, and a plan is for those that are missing.
+        let is_missing = |_: &_| later.is_none_or(|later| later.frames.is_missing(-age));
+        let planned = planned.filter(is_missing).and_then(|plan| plan.at(age));
+        let interpolated = || later?.frames.at(-age, self.by_acceleration);
+        let (set, is_planned) = match planned {
+            Some(set) => (Some(set), true),
+            None => (interpolated(), false),
         };
-        let age = correction - by.0;
-        match frames.at(-age, self.by_acceleration) {
+        match set {
             Some(set) => Aim {
                 set: set.into(),
                 acceleration: set.acceleration,
-                is_interpolated: true,
+                is_interpolated: !is_planned,
+                is_planned,
             },
             // The frame that is needed has not arrived.
             None => self.extrapolated(age),
@@ -115,6 +127,7 @@ impl Candidates<'_> {
             set: moved.into(),
             acceleration,
             is_interpolated: false,
+            is_planned: false,
         }
     }
 }

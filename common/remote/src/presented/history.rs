@@ -124,6 +124,14 @@ impl FrameHistory {
         ))
     }
 
+    /// True if a frame beside that instant is missing: lost, or not arrived.
+    #[must_use]
+    pub fn is_missing(&self, behind: f64) -> bool {
+        let kept = self.stride as f64 * self.cycle;
+        // Half a cycle more, as a gap is a whole number of cycles.
+        (self.around(behind)).is_none_or(|at| at.gap > kept + 0.5 * self.cycle)
+    }
+
     /// Returns the delay of the frames at that instant. Where it is slewed, it is not yet that of the newest frame.
     #[must_use]
     pub fn delay_at(&self, behind: f64) -> Option<Seconds> {
@@ -395,6 +403,25 @@ mod tests {
             let behind = 0.063 * f64::from(step) / 1_000.0;
             assert_eq!(shuffled.at(behind, true), ordered.at(behind, true));
         }
+    }
+
+    #[test]
+    fn a_lost_frame_is_missing_and_one_that_is_left_out_is_not() {
+        let some = history(Span::from_millis(50), |count| count != 1_090);
+        for (behind, is_missing) in [
+            (-1e-6, true),
+            (0.0, false),
+            (7.5e-3, false),
+            (8.5e-3, true),
+            (9.5e-3, true),
+            (10.5e-3, false),
+            (1.0, true),
+        ] {
+            assert_eq!(some.is_missing(behind), is_missing, "{behind}");
+        }
+        // Every second one is kept.
+        let long = history(Span::from_millis(100), |_| true);
+        assert!(!long.is_missing(50.5e-3) && !long.is_missing(0.5e-3));
     }
 
     /// A silence of 40 ms is spanned as long as it is shown, when 45 frames have come since.

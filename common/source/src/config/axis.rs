@@ -4,7 +4,8 @@ use std::num::{NonZeroU16, NonZeroU32};
 use std::path::{Path, PathBuf};
 
 use coaxle_axis::Modulo;
-use coaxle_node::config::{Increment, PresentAfterMs, Unit, Wrong};
+use coaxle_clock::Span;
+use coaxle_node::config::{Increment, LeadMs, PresentAfterMs, Unit, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,11 +25,25 @@ pub struct AxisConfig {
     pub modulo: Option<Modulo>,
     /// Time after its generation at which it is shown, ms; none where followers move the newest values to now.
     pub present_after_ms: Option<PresentAfterMs>,
+    /// Time by which its motion is decided and promised ahead, ms; none for that of its presentation.
+    pub lead_ms: Option<LeadMs>,
     /// Source of its motion.
     pub source: SourceConfig,
 }
 
 impl AxisConfig {
+    /// Returns the time by which its motion is decided and promised ahead: that of its presentation by default, and none
+    /// for a motion that is not generated in pieces of constant jerk.
+    #[must_use]
+    pub fn lead(&self) -> Span {
+        let SourceConfig::Program(_) = self.source else {
+            return Span::ZERO;
+        };
+        let as_shown = || self.present_after_ms.map(PresentAfterMs::span);
+        let lead = self.lead_ms.map(LeadMs::span).or_else(as_shown);
+        lead.unwrap_or_default()
+    }
+
     /// Resolves a relative path in its source against `folder`, say the config's own.
     pub fn relative_to(&mut self, folder: &Path) {
         if let SourceConfig::Replay(replay) = &mut self.source {
@@ -123,6 +138,10 @@ struct Written {
     /// By default there is none: followers move the newest values to now.
     #[serde(skip_serializing_if = "Option::is_none")]
     present_after_ms: Option<PresentAfterMs>,
+    /// Time by which the steps of its program are decided ahead, ms: a sender promises the motion until then, and followers
+    /// know it where frames are missing. `present-after-ms` by default; 0: no promise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lead_ms: Option<LeadMs>,
     /// A virtual axis that runs a program. One of program, encoder and replay.
     #[serde(skip_serializing_if = "Option::is_none")]
     program: Option<ProgramConfig>,
@@ -144,6 +163,7 @@ impl TryFrom<Written> for AxisConfig {
             unit,
             modulo,
             present_after_ms,
+            lead_ms,
             ..
         } = written;
         // Characters, not bytes: a name in any script has the same room.
@@ -167,14 +187,34 @@ impl TryFrom<Written> for AxisConfig {
                 ]));
             }
         };
+        check_lead(lead_ms, &source)?;
         Ok(Self {
             id,
             name,
             unit,
             modulo,
             present_after_ms,
+            lead_ms,
             source,
         })
+    }
+}
+
+/// Checks that only the motion of a program is promised: nobody knows ahead what is measured, and a recorded motion has no
+/// pieces of constant jerk.
+fn check_lead(lead_ms: Option<LeadMs>, source: &SourceConfig) -> Result<(), Wrong> {
+    let kind = match source {
+        SourceConfig::Program(_) => return Ok(()),
+        SourceConfig::Encoder(_) => "an encoder",
+        SourceConfig::Replay(_) => "a replay",
+    };
+    match lead_ms.map(LeadMs::get).filter(|ms| *ms > 0.0) {
+        Some(ms) => {
+            let expected =
+                format!("0 or none for {kind}: only the motion of a program is known ahead");
+            Err(Wrong::of("lead-ms", ms, expected))
+        }
+        None => Ok(()),
     }
 }
 
@@ -200,6 +240,7 @@ impl From<AxisConfig> for Written {
             unit,
             modulo,
             present_after_ms,
+            lead_ms,
             source,
         } = axis;
         let mut written = Self {
@@ -208,6 +249,7 @@ impl From<AxisConfig> for Written {
             unit,
             modulo,
             present_after_ms,
+            lead_ms,
             program: None,
             encoder: None,
             replay: None,

@@ -9,8 +9,10 @@ mod frame;
 mod golden;
 mod intake;
 mod no_alloc;
+mod plan;
 mod wire_example;
 mod wire_exchange;
+mod wire_plan;
 
 use assert_no_alloc::AllocDisabler;
 

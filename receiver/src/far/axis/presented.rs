@@ -82,10 +82,10 @@ impl Presented {
         self.is_in_force() && known.is_some_and(|Seconds(age)| age <= self.lag.0)
     }
 
-    /// Notes how the newest cycle was calculated; `is_by_clock` in a mode that shows frames later.
-    pub(super) fn note(&mut self, is_by_clock: bool, is_interpolated: bool, elapsed: u32) {
+    /// Notes how the newest cycle was calculated.
+    pub(super) fn note(&mut self, is_interpolated: bool, is_predicted: bool, elapsed: u32) {
         self.is_interpolated = is_interpolated;
-        if self.is_in_force() && is_by_clock && !is_interpolated {
+        if self.is_in_force() && is_predicted {
             self.extrapolated = self.extrapolated.saturating_add(elapsed.into());
         }
     }
@@ -132,7 +132,7 @@ impl Axis {
         &mut self,
         header: &FrameHeader,
         correction: &FarCorrection,
-        scan: &AxisScan,
+        scan: &AxisScan<'_>,
     ) {
         let Some(presented) = &mut self.presented else {
             return;

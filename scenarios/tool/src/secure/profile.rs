@@ -87,6 +87,7 @@ fn limits() -> Vec<String> {
         "coaxle/*/far-axes",
         "coaxle/*/time-requests",
         "coaxle/*/time-responses",
+        "coaxle/*/plans",
     ];
     vec![
         // Statuses and rows are bounded by the size of a message alone.

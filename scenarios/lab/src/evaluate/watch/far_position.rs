@@ -113,10 +113,9 @@ impl FarPositionWatch {
         if row.t_s - since < self.blended {
             return;
         }
-        // Nothing is predicted between two frames.
-        let predicted = axis
-            .correction_us
-            .filter(|_| axis.interpolated != Some(true));
+        // Nothing is predicted between two frames, nor by a plan.
+        let is_certain = [axis.interpolated, axis.planned].contains(&Some(true));
+        let predicted = axis.correction_us.filter(|_| !is_certain);
         let age = predicted.unwrap_or_default().abs() * 1e-6;
         let late = (bound + unnoticed_us) * 1e-6;
         // The axis shows its master that much later, at the velocity that it has now.

@@ -66,6 +66,7 @@ impl MotionWatch {
                 received,
                 correction: axis.correction_us.map(|correction| correction * 1e-6),
                 mode: mode_of(axis.state?),
+                promised: promised(axis),
                 follows: axis.continuity == ContinuityState::Following,
                 cycles: cycle.since.unwrap_or(1),
             })
@@ -117,6 +118,14 @@ impl MotionWatch {
             found.add(cycle, Invariant::EndsWell, axis.error.into(), 0.0);
         }
     }
+}
+
+/// Velocity of the plan that an axis moves by, or is brought to, u/s; none without a plan.
+fn promised(axis: &FarAxisSignals) -> Option<f64> {
+    let is_planned = axis.planned == Some(true);
+    // The set values of the mode, before an axis on its way back is brought to them.
+    let velocity = axis.received_velocity? - axis.velocity_diff?;
+    is_planned.then_some(velocity)
 }
 
 /// Excess pace of the far time of TS5066's blocks: they follow their slopes, and remove the difference of a beat over their
