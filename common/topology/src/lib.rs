@@ -57,6 +57,8 @@
 //! # Ok::<(), coaxle_clock::cycle::CycleTimeOutOfRange>(())
 //! ```
 
+mod about;
+mod about_watch;
 mod analysis;
 mod dot;
 mod finding;
@@ -67,6 +69,8 @@ mod proposal;
 mod routes;
 mod way;
 
+pub use about::{InvalidAbout, about_from_json, about_to_json};
+pub use about_watch::{AboutContradiction, AboutWatch};
 pub use analysis::{
     AxisSummary, LinkSummary, NodeSummary, PlantAnalysis, Proposal, RouteSummary, StageSummary,
 };

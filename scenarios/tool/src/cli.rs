@@ -113,7 +113,7 @@ enum CoaxleCommand {
     Secure(SecureSubcommand),
     /// Examine this PC's fitness for cycles; or what the configs of nodes leave open to others, and how to close it
     Doctor(DoctorArgs),
-    /// Show who follows whom over all nodes, from their configs: routes with their delays, circles, contradictions, a proposal
+    /// Show who follows whom over all nodes, from their configs or while they run: routes with their delays, circles, contradictions, a proposal
     /// for present-after-ms; docs/TOPOLOGY.md
     Topology(TopologyArgs),
     /// Measure the real path on this machine: lateness of cycles, travel time of samples between two nodes, and their

@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::shared::{text, written};
+use coaxle_test_process::{Process, output};
+
+use crate::shared::{free_endpoint, text, written};
 
 const LINE: &str = "\
 name = 'line'
@@ -175,4 +177,120 @@ fn a_file_that_is_no_config_is_named() {
     let output = plant.run(&[]);
     assert_eq!(output.status.code(), Some(78), "{output:?}");
     assert!(text(&output.stderr).contains("x.toml"), "{output:?}");
+}
+
+/// A node that ends with the test.
+fn start(role: &str, folder: &Path, config: &str, arguments: &[&str]) -> Process {
+    let file = written(folder, &format!("{role}.toml"), config.as_bytes());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coaxle"));
+    command.arg(role).arg(file).args(arguments);
+    command.args(["--for", "600s", "--quiet"]);
+    Process::start(role, &mut command, &folder.join(format!("{role}.log")))
+}
+
+fn tool(arguments: &[&str]) -> (String, Option<i32>) {
+    let output = output(Command::new(env!("CARGO_BIN_EXE_coaxle")).args(arguments));
+    let said = text(&output.stdout) + &text(&output.stderr);
+    (said, output.status.code())
+}
+
+/// Asks until the answer has this text; a busy machine starts a node within a minute.
+fn until(arguments: &[&str], expected: &str) -> String {
+    let end = std::time::Instant::now() + std::time::Duration::from_secs(60);
+    loop {
+        let (said, _) = tool(arguments);
+        if said.contains(expected) {
+            return said;
+        }
+        assert!(std::time::Instant::now() < end, "{expected}: {said}");
+    }
+}
+
+const LIVE_LINE: &str = "\
+name = 'line'
+cycle-time-us = 2000
+[[axis]]
+id = 3
+name = 'conveyor'
+unit = 'mm'
+present-after-ms = 100
+program = { start-velocity = 5, limits = { velocity = 10, acceleration = 10, jerk = 100 } }
+";
+
+#[test]
+fn running_nodes_are_shown_with_measured_delays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (line, saw) = (free_endpoint(), free_endpoint());
+    let _line = start("sender", folder.path(), LIVE_LINE, &["--listen", &line]);
+    let config = "name = 'saw'\ncycle-time-us = 2000\nmaster = { node = 'line', axis = 3 }\n\
+                  slave = [{ name = 'carriage' }]\n";
+    let follows = ["--listen", &saw, "--connect", &line];
+    let _saw = start("receiver", folder.path(), config, &follows);
+    let (waited, code) = tool(&["wait-sync", "saw", "--timeout", "60s", "--connect", &saw]);
+    assert_eq!(code, Some(0), "{waited}");
+    let arguments = [
+        "topology",
+        "--live",
+        "--json",
+        "--connect",
+        &line,
+        "--connect",
+        &saw,
+    ];
+    let said = until(&arguments, "\"interpolated\"");
+    let json: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!(json["findings"], serde_json::json!([]), "{said}");
+    let route = &json["routes"][0];
+    let way = ["line/conveyor", "saw/line.3", "saw/carriage"];
+    assert_eq!(route["way"], serde_json::json!(way), "{said}");
+    let stage = &route["stages"][0];
+    assert_eq!(stage["delay_origin"], "measured", "{said}");
+    assert_eq!(stage["present_after_ms"], 100.0, "{said}");
+    let needed = stage["needed_ms"].as_f64().expect("measured");
+    // Two cycles of 2 ms at least, and less than the delay, or it would not be interpolated.
+    assert!((4.0..100.0).contains(&needed), "{said}");
+    // By the line alone: 2 ms, as its config says, with the unit.
+    let line = &json["nodes"][0]["axes"][0];
+    assert_eq!(
+        (&line["kind"], &line["unit"]),
+        (&"program".into(), &"mm".into())
+    );
+    // The receiver takes the unit, where its config states none.
+    let (status, _) = tool(&["status", "saw", "--format", "json", "--connect", &saw]);
+    let status: serde_json::Value = serde_json::from_str(&status).expect("JSON");
+    assert_eq!(status[0]["axes"]["line.3"]["unit"], "mm", "{status}");
+    assert_eq!(status[0]["about"]["line"]["described"], true, "{status}");
+}
+
+#[test]
+fn a_receiver_that_means_another_unit_does_not_move() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (line, saw) = (free_endpoint(), free_endpoint());
+    let _line = start("sender", folder.path(), LIVE_LINE, &["--listen", &line]);
+    let config = "name = 'saw'\ncycle-time-us = 2000\nmaster = { node = 'line', axis = 3, unit = 'inch' }\n\
+                  slave = [{ name = 'carriage' }]\n";
+    let follows = ["--listen", &saw, "--connect", &line];
+    let _saw = start("receiver", folder.path(), config, &follows);
+    let said = until(
+        &["status", "saw", "--format", "json", "--connect", &saw],
+        "axis-contradicts",
+    );
+    let status: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let contradiction = &status[0]["about"]["line"]["contradictions"][0];
+    let expected =
+        "received \"inch\" for line.3, expected \"mm\", as line says of its axis conveyor";
+    assert!(
+        contradiction
+            .as_str()
+            .is_some_and(|text| text.ends_with(expected)),
+        "{said}"
+    );
+    let position = || {
+        let (said, _) = tool(&["status", "saw", "--format", "json", "--connect", &saw]);
+        let status: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+        status[0]["slaves"]["carriage"]["position"].as_f64()
+    };
+    let before = position();
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    assert_eq!(position(), before, "it stands");
 }

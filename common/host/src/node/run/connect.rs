@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use coaxle_node::Node;
 use coaxle_node::circles::CircleChange;
+use coaxle_topology::about_to_json;
 use rtrb::Consumer;
 
 use super::rings::IncomingEnds;
 use super::{RunContext, Setup};
 use crate::network::credentials::{OLD_TIMING_KEY_FILE, TIMING_KEYS_FILE, timing_keys};
 use crate::network::transport::{Declared, Transport, Urgency};
+use crate::node::about::{AboutReader, Abouts, OwnAbout};
 use crate::node::circles::CircleSearch;
 use crate::node::publisher::PublishedChannel;
 use crate::node::session::Session;
@@ -21,6 +23,7 @@ pub(super) struct Connected {
     pub(super) channels: Vec<PublishedChannel>,
     pub(super) timing: Option<TimingChannel>,
     pub(super) circle_search: CircleSearch,
+    pub(super) abouts: Abouts,
     pub(super) circles: Consumer<CircleChange>,
     /// Service that runs on the transport.
     pub(super) service: Option<Declared>,
@@ -70,11 +73,24 @@ pub(super) fn connect<N: Node>(
         circle_names,
         &**session.transport(),
     )?;
+    let followed = setup.wiring.subscriptions.iter();
+    // In the order of the subscriptions, as the session has them.
+    let followed = followed.filter(|subscription| subscription.channel.carries_axes());
+    let contacts = followed
+        .zip(session.contacts())
+        .map(|(subscription, contact)| (subscription.node.clone(), Arc::clone(contact)))
+        .collect();
+    let about = about_to_json(&setup.plant, run.epoch);
+    let abouts = Abouts {
+        own: OwnAbout::serve(&run.name, about, &**session.transport())?,
+        others: AboutReader::open(setup.plant.clone(), contacts, &**session.transport())?,
+    };
     Ok(Connected {
         session,
         channels,
         timing,
         circle_search,
+        abouts,
         circles,
         service,
     })

@@ -18,6 +18,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, CommandOrder, Intake};
 use coaxle_slave::Command;
+use coaxle_topology::{PlantNode, PlantRole};
 use serde_json::{Map, Value};
 
 use crate::node::toy::{Toy, ToySnapshot};
@@ -108,6 +109,15 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
             node: name(node),
             publications: vec![Publication::new(&sender, Channel::Axes)],
             subscriptions: Vec::new(),
+        },
+        plant: PlantNode {
+            file: node.to_owned(),
+            name: name(node),
+            role: PlantRole::Unknown,
+            cycle_time: CycleTime::new(Span::from_millis(2)).ok(),
+            axes: Vec::new(),
+            is_complete: true,
+            hold_back: None,
         },
         timing: TimingEndpoints::default(),
         run_for: Some(Span::from_secs(secs)),
