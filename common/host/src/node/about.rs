@@ -73,7 +73,7 @@ pub(crate) struct Abouts {
 }
 
 /// State of the followed nodes, for the threads of the transport and the one that reports.
-struct Followed {
+struct FollowedAbouts {
     node: NodeName,
     watch: AboutWatch,
     /// The last description of each node: most are repetitions.
@@ -85,7 +85,7 @@ struct Followed {
 pub(crate) struct AboutReader {
     /// Axes of the config: some state no unit.
     own: PlantNode,
-    followed: Arc<Mutex<Followed>>,
+    followed: Arc<Mutex<FollowedAbouts>>,
     logged: Vec<AboutContradiction>,
     _declared: Vec<Declared>,
 }
@@ -108,7 +108,7 @@ impl AboutReader {
                 contact.described().expect();
             }
         }
-        let followed = Arc::new(Mutex::new(Followed {
+        let followed = Arc::new(Mutex::new(FollowedAbouts {
             node: own.name.clone(),
             watch,
             read: BTreeMap::new(),
@@ -204,7 +204,7 @@ impl AboutReader {
     }
 }
 
-impl Followed {
+impl FollowedAbouts {
     /// Takes a description, and decides about the frames of its run.
     fn take(&mut self, source: &NodeName, bytes: &[u8]) {
         // Cut and not dropped: one that is too long is counted.
@@ -225,7 +225,7 @@ impl Followed {
     }
 }
 
-fn lock(followed: &Mutex<Followed>) -> MutexGuard<'_, Followed> {
+fn lock(followed: &Mutex<FollowedAbouts>) -> MutexGuard<'_, FollowedAbouts> {
     // Each call leaves the state whole: a panic elsewhere does not spoil it.
     followed.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -27,7 +27,7 @@ pub(crate) struct DescribedRuns {
 
 /// Decision about a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Admission {
+pub(crate) enum FrameAdmission {
     /// Nothing contradicts.
     Pass,
     /// The description of the run is still to come.
@@ -54,12 +54,12 @@ impl DescribedRuns {
     }
 
     /// Decides about a frame of a run.
-    pub(crate) fn admission(&self, epoch: u64, arrival: Instant<Machine>) -> Admission {
+    pub(crate) fn admission(&self, epoch: u64, arrival: Instant<Machine>) -> FrameAdmission {
         if !self.is_stated.load(Ordering::Relaxed) || is_in(&self.agree, epoch) {
-            return Admission::Pass;
+            return FrameAdmission::Pass;
         }
         if is_in(&self.contradict, epoch) {
-            return Admission::Refuse;
+            return FrameAdmission::Refuse;
         }
         // Another run of a node that describes its axes waits again; those of a client that does not wait once.
         let describes = !is_in(&self.agree, 0) || !is_in(&self.contradict, 0);
@@ -70,8 +70,8 @@ impl DescribedRuns {
         }
         let since = Instant::from_nanos(self.since.load(Ordering::Relaxed));
         match arrival - since < GRACE {
-            true => Admission::Wait,
-            false => Admission::Pass,
+            true => FrameAdmission::Wait,
+            false => FrameAdmission::Pass,
         }
     }
 }
@@ -89,7 +89,7 @@ fn is_in(cells: &[AtomicU64; RUNS], epoch: u64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Admission::{Pass, Refuse, Wait};
+    use FrameAdmission::{Pass, Refuse, Wait};
 
     fn at(millis: i64) -> Instant<Machine> {
         Instant::EPOCH + Span::from_millis(millis)

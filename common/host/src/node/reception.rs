@@ -10,7 +10,7 @@ use coaxle_node::{Message, Reader, Rejection};
 use coaxle_os::machine::Machine;
 
 use crate::node::counters::{Counters, count};
-use crate::node::described::{Admission, DescribedRuns};
+use crate::node::described::{DescribedRuns, FrameAdmission};
 use crate::node::faults::Faults;
 use crate::node::mailbox::Inbox;
 
@@ -140,9 +140,9 @@ impl Reception {
                     if let Message::Frame(frame) = message {
                         // Otherwise as if it had not come: nothing may move by it.
                         match contact.described.admission(frame.header.epoch, arrival) {
-                            Admission::Pass => {}
-                            Admission::Wait => return,
-                            Admission::Refuse => {
+                            FrameAdmission::Pass => {}
+                            FrameAdmission::Wait => return,
+                            FrameAdmission::Refuse => {
                                 count(&counters.refused);
                                 return;
                             }
