@@ -6,12 +6,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use coaxle_clock::{Instant, Span};
 use coaxle_node::keys::NodeName;
+use coaxle_node::wiring::Subscription;
 use coaxle_os::machine::Machine;
-use coaxle_topology::{AboutContradiction, AboutWatch, AxisOrigin, PlantNode};
+use coaxle_topology::{AboutContradiction, AboutWatch, AxisOrigin, PlantNode, about_to_json};
 use serde_json::{Map, Value, json};
 
 use crate::network::transport::{Declared, Publisher, Request, Transport, Urgency};
 use crate::node::reception::Contact;
+use crate::node::session::Session;
 
 /// Longest description kept, bytes; [`AboutWatch`] refuses it then.
 const LONGEST: usize = (1 << 20) + 1;
@@ -31,11 +33,7 @@ impl OwnAbout {
     ///
     /// # Errors
     /// The transport refuses.
-    pub(crate) fn serve(
-        name: &NodeName,
-        json: String,
-        transport: &dyn Transport,
-    ) -> anyhow::Result<Self> {
+    fn serve(name: &NodeName, json: String, transport: &dyn Transport) -> anyhow::Result<Self> {
         let key = name.about_key();
         let publisher = transport.publisher(&key, Urgency::Ordinary)?;
         let answer = json.clone();
@@ -72,6 +70,30 @@ pub(crate) struct Abouts {
     pub(crate) others: AboutReader,
 }
 
+impl Abouts {
+    /// Opens both for a run of a node with these subscriptions.
+    ///
+    /// # Errors
+    /// The transport refuses.
+    pub(crate) fn open(
+        own: PlantNode,
+        epoch: u64,
+        subscriptions: &[Subscription],
+        session: &Session,
+    ) -> anyhow::Result<Self> {
+        let followed = subscriptions.iter();
+        // In the order of the subscriptions, as the session has them.
+        let followed = followed.filter(|subscription| subscription.channel.carries_axes());
+        let contacts = followed.zip(session.contacts());
+        let contacts = contacts.map(|(heard, contact)| (heard.node.clone(), Arc::clone(contact)));
+        let (json, transport) = (about_to_json(&own, epoch), &**session.transport());
+        Ok(Self {
+            own: OwnAbout::serve(&own.name, json, transport)?,
+            others: AboutReader::open(own, contacts.collect(), transport)?,
+        })
+    }
+}
+
 /// State of the followed nodes, for the threads of the transport and the one that reports.
 struct FollowedAbouts {
     node: NodeName,
@@ -95,7 +117,7 @@ impl AboutReader {
     ///
     /// # Errors
     /// The transport refuses.
-    pub(crate) fn open(
+    fn open(
         own: PlantNode,
         contacts: Vec<(NodeName, Arc<Contact>)>,
         transport: &dyn Transport,

@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use coaxle_node::Node;
 use coaxle_node::circles::CircleChange;
-use coaxle_topology::about_to_json;
 use rtrb::Consumer;
 
 use super::rings::IncomingEnds;
 use super::{RunContext, Setup};
 use crate::network::credentials::{OLD_TIMING_KEY_FILE, TIMING_KEYS_FILE, timing_keys};
 use crate::network::transport::{Declared, Transport, Urgency};
-use crate::node::about::{AboutReader, Abouts, OwnAbout};
+use crate::node::about::Abouts;
 use crate::node::circles::CircleSearch;
 use crate::node::publisher::PublishedChannel;
 use crate::node::session::Session;
@@ -73,18 +72,8 @@ pub(super) fn connect<N: Node>(
         circle_names,
         &**session.transport(),
     )?;
-    let followed = setup.wiring.subscriptions.iter();
-    // In the order of the subscriptions, as the session has them.
-    let followed = followed.filter(|subscription| subscription.channel.carries_axes());
-    let contacts = followed
-        .zip(session.contacts())
-        .map(|(subscription, contact)| (subscription.node.clone(), Arc::clone(contact)))
-        .collect();
-    let about = about_to_json(&setup.plant, run.epoch);
-    let abouts = Abouts {
-        own: OwnAbout::serve(&run.name, about, &**session.transport())?,
-        others: AboutReader::open(setup.plant.clone(), contacts, &**session.transport())?,
-    };
+    let (plant, heard) = (setup.plant.clone(), &setup.wiring.subscriptions);
+    let abouts = Abouts::open(plant, run.epoch, heard, &session)?;
     Ok(Connected {
         session,
         channels,

@@ -110,15 +110,7 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
             publications: vec![Publication::new(&sender, Channel::Axes)],
             subscriptions: Vec::new(),
         },
-        plant: PlantNode {
-            file: node.to_owned(),
-            name: name(node),
-            role: PlantRole::Unknown,
-            cycle_time: CycleTime::new(Span::from_millis(2)).ok(),
-            axes: Vec::new(),
-            is_complete: true,
-            hold_back: None,
-        },
+        plant: plant(node),
         timing: TimingEndpoints::default(),
         run_for: Some(Span::from_secs(secs)),
         build: Box::new(move |start, epoch| {
@@ -127,6 +119,19 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
         }),
         recorder: Box::new(memory.clone()),
         transport_service: None,
+    }
+}
+
+/// A node that says nothing of its axes.
+fn plant(node: &str) -> PlantNode {
+    PlantNode {
+        file: node.to_owned(),
+        name: name(node),
+        role: PlantRole::Unknown,
+        cycle_time: CycleTime::new(Span::from_millis(2)).ok(),
+        axes: Vec::new(),
+        is_complete: true,
+        hold_back: None,
     }
 }
 
