@@ -14,6 +14,7 @@ mod lag;
 mod masters;
 mod names;
 mod notes;
+mod plant;
 mod positions;
 mod publish;
 mod slave;

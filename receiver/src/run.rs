@@ -123,6 +123,7 @@ pub fn setup(
         lab: None,
         send_stamps: true,
         wiring: config.wiring(),
+        plant: config.plant_node("config"),
         timing: config.timing_endpoints(),
         run_for: None,
         build,

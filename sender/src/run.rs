@@ -82,6 +82,7 @@ pub fn setup<N: Node>(
         lab: None,
         send_stamps: config.send_stamps,
         wiring: config.wiring(),
+        plant: config.plant_node("config"),
         timing: config.timing_endpoints(),
         run_for: None,
         build,

@@ -46,6 +46,7 @@ mod address;
 mod check;
 mod lab;
 mod outputs;
+mod plant;
 
 /// A gateway: one PLC, the connection to it, its axes, and its outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/plans`, `/command`, `/command/<operator>`, `/status`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
+//! `/plans`, `/command`, `/command/<operator>`, `/status`, `/about`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
 
 use std::fmt;
 
@@ -84,6 +84,12 @@ impl NodeName {
     #[must_use]
     pub fn status_key(&self) -> String {
         format!("coaxle/{self}/status")
+    }
+
+    /// Returns the key of the description of its axes, JSON: published, and a queryable.
+    #[must_use]
+    pub fn about_key(&self) -> String {
+        format!("coaxle/{self}/about")
     }
 
     /// Returns the key of its rows for observers: small recordings, published while there is a
@@ -184,6 +190,7 @@ mod tests {
         );
         assert_eq!(name.operator_command_keys(), "coaxle/saw-1/command/*");
         assert_eq!(name.status_key(), "coaxle/saw-1/status");
+        assert_eq!(name.about_key(), "coaxle/saw-1/about");
         assert_eq!(name.audit_key(), "coaxle/saw-1/audit");
         assert_eq!(name.alive_key(), "coaxle/saw-1/alive");
         assert_eq!(name.seen_by_key(&anna), "coaxle/saw-1/seen-by/anna");

@@ -34,6 +34,7 @@ use crate::secure::cli::SecureSubcommand;
 use crate::soak::SoakArgs;
 use crate::status::{self, GetArgs, NodesArgs, StatusArgs, WaitArgs};
 use crate::sweep::SweepArgs;
+use crate::topology::{self, TopologyArgs};
 
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
 /// clock.
@@ -112,6 +113,9 @@ enum CoaxleCommand {
     Secure(SecureSubcommand),
     /// Examine this PC's fitness for cycles; or what the configs of nodes leave open to others, and how to close it
     Doctor(DoctorArgs),
+    /// Show who follows whom over all nodes, from their configs or while they run: routes with their delays, circles, contradictions, a proposal
+    /// for present-after-ms; docs/TOPOLOGY.md
+    Topology(TopologyArgs),
     /// Measure the real path on this machine: lateness of cycles, travel time of samples between two nodes, and their
     /// cost, beside the machine without coaxle: docs/SPEED.md
     Bench(BenchArgs),
@@ -218,6 +222,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
             (crate::secure::cli::print(&command)?, Exit::Failed)
         }
         Some(CoaxleCommand::Doctor(args)) => (doctor::print(&args)?, Exit::Failed),
+        Some(CoaxleCommand::Topology(args)) => return topology::topology(&args),
         Some(CoaxleCommand::Bench(args)) => return bench::bench(&args),
         Some(CoaxleCommand::BenchPeer(args)) => return bench::run_peer(&args),
         Some(CoaxleCommand::Schema(args)) => (schema::print(&args).map(|()| true)?, Exit::Failed),

@@ -32,7 +32,8 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Files",
         &[
-            "example", "list", "show", "check", "cam", "saw", "gear", "signals", "schema",
+            "example", "list", "show", "check", "topology", "cam", "saw", "gear", "signals",
+            "schema",
         ],
     ),
     ("Measure", &["bench", "scale", "conform", "record-arrivals"]),

@@ -24,6 +24,7 @@
 //! ```
 
 mod lab;
+mod plant;
 mod shown;
 
 use std::ops::Deref;

@@ -100,6 +100,7 @@ fn setup(
         lab: None,
         send_stamps: true,
         wiring: config.wiring(),
+        plant: config.plant_node("config"),
         // Beacons would show the clock of the gateway, not that of the PLC.
         timing: TimingEndpoints::default(),
         run_for: args.run_for,

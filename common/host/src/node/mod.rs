@@ -11,11 +11,13 @@
 //!
 //! Refusals and actions are noted in the [audit], from any thread but that of the cycle.
 
+mod about;
 pub mod audit;
 mod circles;
 mod commands;
 mod counters;
 mod cycle;
+mod described;
 mod faults;
 mod mailbox;
 mod outbox;

@@ -10,6 +10,7 @@ use coaxle_node::{Message, Reader, Rejection};
 use coaxle_os::machine::Machine;
 
 use crate::node::counters::{Counters, count};
+use crate::node::described::{DescribedRuns, FrameAdmission};
 use crate::node::faults::Faults;
 use crate::node::mailbox::Inbox;
 
@@ -20,6 +21,8 @@ pub(crate) struct Contact {
     last_frame: AtomicI64,
     /// The axis ids of a frame with none of the followed axes, and its arrival.
     other_axes: Mutex<Option<(Instant<Machine>, Vec<u32>)>>,
+    /// Decision about runs by what they say of their axes.
+    described: DescribedRuns,
 }
 
 /// Interval between checks of the axes of frames that have none of the followed ones.
@@ -32,7 +35,13 @@ impl Contact {
             alive: AtomicBool::new(false),
             last_frame: AtomicI64::new(i64::MIN),
             other_axes: Mutex::new(None),
+            described: DescribedRuns::default(),
         })
+    }
+
+    /// Decision about runs by what they say of their axes.
+    pub(crate) const fn described(&self) -> &DescribedRuns {
+        &self.described
     }
 
     /// Ids of the axes received instead of the followed ones; empty otherwise.
@@ -128,6 +137,17 @@ impl Reception {
                 let arrival = arrival + delay;
                 let mut is_of_other_axes = false;
                 reader.read(payload, |message| {
+                    if let Message::Frame(frame) = message {
+                        // Otherwise as if it had not come: nothing may move by it.
+                        match contact.described.admission(frame.header.epoch, arrival) {
+                            FrameAdmission::Pass => {}
+                            FrameAdmission::Wait => return,
+                            FrameAdmission::Refuse => {
+                                count(&counters.refused);
+                                return;
+                            }
+                        }
+                    }
                     is_good |= !matches!(message, Message::Rejected(_) | Message::PlanRefused(_));
                     match message {
                         Message::Frame(_) => {

@@ -18,6 +18,7 @@ use coaxle_node::wiring::Wiring;
 use coaxle_os::EndReason;
 use coaxle_os::machine;
 use coaxle_os::{EndSignals, Os, System};
+use coaxle_topology::PlantNode;
 
 use crate::machine::real_time;
 use crate::network::credentials::{Credentials, RENEW_WITHIN, date};
@@ -52,6 +53,8 @@ pub struct Setup<N: Node> {
     pub send_stamps: bool,
     /// Publications and subscriptions. The node follows the nodes whose axes it subscribes to.
     pub wiring: Wiring,
+    /// Description of the node and its axes, which it publishes, and to which the followed nodes must not contradict.
+    pub plant: PlantNode,
     /// Endpoints of the timing channel, if there is one.
     pub timing: TimingEndpoints,
     /// Duration of the run; none: until a signal.

@@ -7,11 +7,13 @@ mod maps;
 mod panels;
 mod pdf;
 mod picture;
+mod plant;
 mod svg;
 
 use std::path::Path;
 
 use anyhow::Context;
+use coaxle_topology::PlantAnalysis;
 
 use self::panels::Paper;
 use self::svg::SvgUnit;
@@ -61,6 +63,18 @@ pub fn svg(figure: &Figure) -> String {
 #[must_use]
 pub fn svg_of_maps(maps: &Maps) -> String {
     svg::drawn(&maps::picture(maps), SvgUnit::Pixels(PIXELS))
+}
+
+/// Width of a laptop's screen, pixels.
+const SCREEN: f64 = 1366.0;
+
+/// Returns all nodes of a plant as SVG for a screen.
+#[must_use]
+pub fn svg_of_plant(plant: &PlantAnalysis) -> String {
+    let picture = plant::picture(plant);
+    // A plant of many layers is drawn smaller.
+    let each = f64::min(PIXELS, SCREEN / picture.width);
+    svg::drawn(&picture, SvgUnit::Pixels(each))
 }
 
 #[cfg(test)]

@@ -114,6 +114,10 @@ fn subscription_rights(
             let key = subscribed.node.alive_key();
             rights.push(right(of, flow, ANNOUNCE, &key));
             rights.push(right(of, back, WATCH, &key));
+            // What the node says of its axes, for the unit and the modulo period.
+            let key = subscribed.node.about_key();
+            rights.push(right(of, flow, PUBLISH, &key));
+            rights.push(right(of, back, SUBSCRIBE, &key));
             // A node that follows others may follow its follower: circles are found by its status.
             if subscribed.channel != Channel::Axes {
                 let key = subscribed.node.status_key();
@@ -139,6 +143,7 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
     let own = node.name.operator_command_key(&operator.name);
     let (status, alive) = (node.name.status_key(), node.name.alive_key());
     let (rows, audit) = (node.name.rows_key(), node.name.audit_key());
+    let about = node.name.about_key();
     vec![
         // The operator's own name is part of the key, so nobody sends orders in the name of another.
         right(of, orders, ORDER, &own),
@@ -155,6 +160,9 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
         right(of, orders, ORDER, &audit),
         right(of, answers, REPLY, &audit),
         right(of, answers, SERVE, &audit),
+        right(of, orders, ORDER, &about),
+        right(of, answers, REPLY, &about),
+        right(of, answers, SERVE, &about),
         right(of, orders, WATCH, &alive),
         right(of, answers, ANNOUNCE, &alive),
     ]
@@ -233,9 +241,11 @@ mod tests {
                 "Egress declare_subscriber coaxle/line/time-requests",
                 "Egress liveliness_query coaxle/line/seen-by/*",
                 "Egress liveliness_token coaxle/line/alive",
+                "Egress put coaxle/line/about",
                 "Egress put coaxle/line/axes",
                 "Egress put coaxle/line/time-responses",
                 "Ingress declare_liveliness_subscriber coaxle/line/alive",
+                "Ingress declare_subscriber coaxle/line/about",
                 "Ingress declare_subscriber coaxle/line/axes",
                 "Ingress declare_subscriber coaxle/line/time-responses",
                 "Ingress liveliness_query coaxle/line/alive",
@@ -318,6 +328,9 @@ mod tests {
                 "Ingress query coaxle/saw/audit",
                 "Egress reply coaxle/saw/audit",
                 "Egress declare_queryable coaxle/saw/audit",
+                "Ingress query coaxle/saw/about",
+                "Egress reply coaxle/saw/about",
+                "Egress declare_queryable coaxle/saw/about",
                 "Ingress declare_liveliness_subscriber coaxle/saw/alive",
                 "Ingress liveliness_query coaxle/saw/alive",
                 "Egress liveliness_token coaxle/saw/alive",

@@ -31,6 +31,7 @@ pub use get::{GetArgs, get};
 pub use nodes::{NodesArgs, nodes};
 use reading::StatusFields;
 pub use wait::{WaitArgs, wait};
+pub(crate) use words::UNKNOWN;
 
 /// Startup time allowed for a node to appear.
 // Sessions dial again every second at the latest (`connect/retry`), and a status follows within a quarter.

@@ -1,7 +1,7 @@
 //! Numbers of a status in words.
 
 /// Text of an unknown value.
-pub(super) const UNKNOWN: &str = "–";
+pub(crate) const UNKNOWN: &str = "–";
 
 /// `12.41 ± 0.08 ppm slow`: how a clock runs beside the own one.
 pub(super) fn drift(ppm: f64, sigma: Option<f64>) -> String {

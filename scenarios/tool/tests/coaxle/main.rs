@@ -9,3 +9,4 @@ mod mistakes;
 mod saw;
 mod secure;
 mod shared;
+mod topology;

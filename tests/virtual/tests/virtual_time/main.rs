@@ -12,4 +12,5 @@ mod hot_standby;
 mod random_schedules;
 mod rotary_knife;
 mod same_stream;
+mod topology;
 mod zero_lag;

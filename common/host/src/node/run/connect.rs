@@ -10,6 +10,7 @@ use super::rings::IncomingEnds;
 use super::{RunContext, Setup};
 use crate::network::credentials::{OLD_TIMING_KEY_FILE, TIMING_KEYS_FILE, timing_keys};
 use crate::network::transport::{Declared, Transport, Urgency};
+use crate::node::about::Abouts;
 use crate::node::circles::CircleSearch;
 use crate::node::publisher::PublishedChannel;
 use crate::node::session::Session;
@@ -21,6 +22,7 @@ pub(super) struct Connected {
     pub(super) channels: Vec<PublishedChannel>,
     pub(super) timing: Option<TimingChannel>,
     pub(super) circle_search: CircleSearch,
+    pub(super) abouts: Abouts,
     pub(super) circles: Consumer<CircleChange>,
     /// Service that runs on the transport.
     pub(super) service: Option<Declared>,
@@ -70,11 +72,14 @@ pub(super) fn connect<N: Node>(
         circle_names,
         &**session.transport(),
     )?;
+    let (plant, heard) = (setup.plant.clone(), &setup.wiring.subscriptions);
+    let abouts = Abouts::open(plant, run.epoch, heard, &session)?;
     Ok(Connected {
         session,
         channels,
         timing,
         circle_search,
+        abouts,
         circles,
         service,
     })

@@ -63,7 +63,7 @@ pub(super) fn start<N: Node + Send + 'static>(
         Arc::clone(&session),
         Arc::clone(&run.counters),
         Arc::clone(&denied),
-        connected.circle_search,
+        (connected.circle_search, connected.abouts),
         machine::now(),
     );
     let telemetry = start_telemetry(outgoing.telemetry, setup.recorder, reporter, &run.panics)?;

@@ -19,6 +19,8 @@ pub enum Health {
     Waiting,
     /// A node that this one follows refuses it, or is refused.
     Refused,
+    /// The config states another unit or modulo period of an axis than the node that publishes it.
+    AxisContradicts,
     /// Another node of the same name is announced.
     NameTaken,
     /// All is well, while somebody floods the node with connects that fail.
@@ -36,6 +38,7 @@ impl Health {
             Self::NoData => "no-data",
             Self::Waiting => "waiting",
             Self::Refused => "refused",
+            Self::AxisContradicts => "axis-contradicts",
             Self::NameTaken => "name-taken",
             Self::ConnectionFlood => "connection-flood",
             Self::Stopped => "stopped",

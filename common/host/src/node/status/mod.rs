@@ -18,6 +18,7 @@ use serde_json::{Map, Value, json};
 
 use crate::machine::real_time;
 use crate::network::transport::InvisibilityReason;
+use crate::node::about::Abouts;
 use crate::node::audit::FreshRecord;
 use crate::node::circles::CircleSearch;
 use crate::node::counters::{Counters, read};
@@ -65,6 +66,7 @@ pub(crate) struct Reporter {
     inquiry: Inquiry,
     announcements: Announcements,
     circles: CircleSearch,
+    abouts: Abouts,
     /// Search for the reason why no node receives the axes of this one although there is a subscriber.
     unheard: Search,
 }
@@ -75,7 +77,7 @@ impl Reporter {
         session: Arc<Session>,
         counters: Arc<Counters>,
         granted: Arc<real_time::Outcome>,
-        circles: CircleSearch,
+        (circles, abouts): (CircleSearch, Abouts),
         started: Instant<Machine>,
     ) -> Self {
         Self {
@@ -93,6 +95,7 @@ impl Reporter {
             inquiry: Inquiry::default(),
             announcements: Announcements::default(),
             circles,
+            abouts,
             unheard: Search::default(),
         }
     }
@@ -104,6 +107,7 @@ impl Reporter {
         mut details: Map<String, Value>,
     ) -> String {
         self.look_for_circles(now, &mut details);
+        let contradicts = self.compare_descriptions(now, &mut details);
         self.look_for_missing(now);
         self.announce_received_nodes(now);
         self.look_for_hearers(now);
@@ -111,6 +115,8 @@ impl Reporter {
         // A namesake outranks all others: whose frames arrive is then unknown.
         let health = match (self.session.namesakes(), judge(evidence)) {
             // Refused only while waiting: a node whose frames arrive is not refused, whatever a dial says.
+            // Its frames are refused, which looks like their absence.
+            (0, _) if contradicts => Health::AxisContradicts,
             (0, Health::Waiting) if self.is_refused(source) => Health::Refused,
             // A subscriber is there, and access control drops the frames at either end.
             (0, Health::Ok) if self.unheard.reason().is_some() => Health::Refused,
@@ -209,6 +215,17 @@ impl Reporter {
                 .filter(|((of, _), _)| of == node);
             of_node.any(|(_, contact)| judge(evidence_of(contact, now)) == Health::Ok)
         });
+    }
+
+    /// Publishes the own description, and compares the config with those of the followed nodes. Returns true if one
+    /// contradicts.
+    fn compare_descriptions(
+        &mut self,
+        now: Instant<Machine>,
+        details: &mut Map<String, Value>,
+    ) -> bool {
+        self.abouts.own.publish(now);
+        self.abouts.others.look(details)
     }
 
     /// Outside a secure network all data pass, and a listener need not announce itself.
@@ -338,6 +355,10 @@ impl Reporter {
             ),
             // The listener itself logs the flood, with its origin.
             Note::Changed if is_in_order(health) => tracing::info!(%node, "health is {word}"),
+            // The line of the contradiction has both values.
+            Note::Changed if health == Health::AxisContradicts => {
+                tracing::warn!(%node, "health is {word}");
+            }
             Note::Changed => tracing::warn!(%node, "health is {word}: needs {wanted}"),
             Note::StillWaiting => tracing::warn!(%node, "still {word}: needs {wanted}"),
         }

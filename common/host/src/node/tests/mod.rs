@@ -18,6 +18,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
 use coaxle_node::{Channel, CommandOrder, Intake};
 use coaxle_slave::Command;
+use coaxle_topology::{PlantNode, PlantRole};
 use serde_json::{Map, Value};
 
 use crate::node::toy::{Toy, ToySnapshot};
@@ -109,6 +110,7 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
             publications: vec![Publication::new(&sender, Channel::Axes)],
             subscriptions: Vec::new(),
         },
+        plant: plant(node),
         timing: TimingEndpoints::default(),
         run_for: Some(Span::from_secs(secs)),
         build: Box::new(move |start, epoch| {
@@ -117,6 +119,19 @@ fn setup(node: &str, transport: TransportConfig, secs: i64, memory: &Memory) -> 
         }),
         recorder: Box::new(memory.clone()),
         transport_service: None,
+    }
+}
+
+/// A node that says nothing of its axes.
+fn plant(node: &str) -> PlantNode {
+    PlantNode {
+        file: node.to_owned(),
+        name: name(node),
+        role: PlantRole::Unknown,
+        cycle_time: CycleTime::new(Span::from_millis(2)).ok(),
+        axes: Vec::new(),
+        is_complete: true,
+        hold_back: None,
     }
 }
 

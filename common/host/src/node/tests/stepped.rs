@@ -14,10 +14,11 @@ use coaxle_slave::Command;
 use rtrb::RingBuffer;
 use serde_json::{Map, Value};
 
-use super::{AXIS, body, following, name, order};
+use super::{AXIS, body, following, name, order, plant};
 use crate::client::Commander;
 use crate::network::transport::InProcess;
 use crate::network::transport::{Declared, Transport};
+use crate::node::about::Abouts;
 use crate::node::audit::Audit;
 use crate::node::circles::CircleSearch;
 use crate::node::commands::{CommandServer, commands};
@@ -128,6 +129,7 @@ impl Stepped {
         let session = Arc::new(session);
         let (circle_search, circles) =
             CircleSearch::open(&node, subscriptions, server.circles(), &network.transport).unwrap();
+        let abouts = Abouts::open(plant(node.as_str()), 0xab, subscriptions, &session).unwrap();
         let (outbox, frames) = outbox(4096);
         // A single place: these tests take no arrivals.
         let (arrivals, arrived) = RingBuffer::new(1);
@@ -181,7 +183,7 @@ impl Stepped {
                 Arc::clone(&session),
                 Arc::clone(&counters),
                 Arc::default(),
-                circle_search,
+                (circle_search, abouts),
                 Instant::EPOCH,
             ),
             session,
