@@ -12,9 +12,9 @@ use proptest::prelude::*;
 fn node(name: &str, role: PlantRole, axes: Vec<PlantAxis>) -> PlantNode {
     PlantNode {
         file: format!("{name}.toml"),
-        name: NodeName::new(name).unwrap(),
+        name: NodeName::new(name).expect("a name"),
         role,
-        cycle_time: Some(CycleTime::new(Span::from_millis(1)).unwrap()),
+        cycle_time: Some(CycleTime::new(Span::from_millis(1)).expect("a cycle time")),
         axes,
         is_complete: true,
         hold_back: None,
@@ -53,7 +53,7 @@ fn line(present_after_ms: i64) -> PlantNode {
 fn far(source: &str, delay_ms: Option<i64>, showing: Showing) -> FarReference {
     FarReference {
         field: "far[0]".to_owned(),
-        sources: vec![AxisAddress::read(source).unwrap()],
+        sources: vec![AxisAddress::read(source).expect("an address")],
         way: match delay_ms {
             None => WaySource::Unknown,
             Some(delay) => WaySource::Constant {

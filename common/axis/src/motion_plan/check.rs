@@ -69,8 +69,7 @@ fn values(piece: &MotionPiece) -> Result<(), PieceFault> {
         acceleration,
     } = piece.from;
     let values = [position, velocity, acceleration, piece.jerk];
-    // NaN compares false with everything: the negated form finds it.
-    let wrong = |value: &&f64| !(value.abs() <= LARGEST);
+    let wrong = |value: &&f64| value.is_nan() || value.abs() > LARGEST;
     if let Some(value) = values.iter().find(wrong) {
         return Err((PlanFault::OutOfRange, *value, None));
     }
@@ -98,7 +97,7 @@ fn within(piece: &MotionPiece, limits: &Limits) -> Result<(), PieceFault> {
         (PlanFault::JerkLimit, piece.jerk.abs(), limits.jerk()),
     ];
     for ((fault, peak, limit), of_grid) in peaks.into_iter().zip(of_grid) {
-        if !(peak <= limit * (1.0 + OVER_LIMIT) + of_grid) {
+        if peak.is_nan() || peak > limit * (1.0 + OVER_LIMIT) + of_grid {
             return Err((fault, peak, Some(limit)));
         }
     }

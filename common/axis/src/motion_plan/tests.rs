@@ -113,7 +113,7 @@ fn every_fault_is_named_with_what_came_and_what_is_expected() {
             "piece 8, duration, s: received 9223372036.854",
         ),
         (
-            changed(|all| all[3].start = all[3].start - Span::from_nanos(1)),
+            changed(|all| all[3].start -= Span::from_nanos(1)),
             PlanFault::OutOfOrder,
             "piece 4, start, s: received 40000000.2",
         ),

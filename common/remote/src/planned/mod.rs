@@ -192,7 +192,8 @@ fn is_beside(piece: &MotionPiece, instant: Span, state: &Kinematics) -> bool {
     let scale = terms.max(state.position.abs());
     let most = ROUNDING * scale + planned.velocity.abs() * TIMING;
     // Of NaN, too.
-    !((state.position - planned.position).abs() <= most)
+    let off = (state.position - planned.position).abs();
+    off.is_nan() || off > most
 }
 
 /// What is known of the motion of an axis besides its newest frame.

@@ -13,7 +13,7 @@ use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, Intake, Node};
 use coaxle_remote::{
     AxisSync, AxisSyncParameters, EncoderMaster, EncoderParameters, EncoderSample, FarAxis,
-    FarSync, FrameHistory, ShownLater,
+    FarSync, FrameHistory, KnownMotion, ShownLater,
 };
 use coaxle_sender::Sender;
 use coaxle_sender::config::SenderConfig;
@@ -136,11 +136,14 @@ fn far_axis(calls: u32, by: Option<Seconds>) {
         if by.is_some() {
             frames.take(count, black_box(&set), Span::from_millis(20));
         }
-        let later = by.map(|by| ShownLater {
-            frames: &frames,
-            by,
-        });
-        let _ = black_box(axis.update(black_box(&set), &correction, later, 1));
+        let known = KnownMotion {
+            later: by.map(|by| ShownLater {
+                frames: &frames,
+                by,
+            }),
+            planned: None,
+        };
+        let _ = black_box(axis.update(black_box(&set), &correction, known, 1));
     }
 }
 

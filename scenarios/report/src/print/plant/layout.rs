@@ -70,8 +70,10 @@ pub(super) fn layout(
         parts[*layer].push(LayerPart::Node(node));
     }
     for (n, link) in plant.links.iter().enumerate() {
-        for passed in layer[link.from.0] + 1..layer[link.to.0] {
-            parts[passed].push(LayerPart::Lane(n));
+        // Along a link that leads back there is no lane.
+        let passed = layer[link.from.0] + 1..layer[link.to.0];
+        for part in parts.get_mut(passed).into_iter().flatten() {
+            part.push(LayerPart::Lane(n));
         }
     }
     let lines = rows.iter().zip(heads);
