@@ -203,6 +203,7 @@ const LAG_REGRESSIONS: &[(u64, &str)] = &[
         20_033,
         "in its last cycle, the lag of an axis was taken at another pace than that of its master's clock",
     ),
+    (20_067, "as 20300, of the first hold-back"),
     (
         20_194,
         "a hold-back that was slewed was shown in waves, and a slave was stopped with the acceleration of such a wave",

@@ -10,10 +10,12 @@ use super::motion::MotionWatch;
 use crate::invariants::Invariant;
 use crate::topology::followed_of;
 
-/// Largest change of a lag in a cycle by which it is slewed, µs. While all slaves stand it may change at once, by a hold-back that jumps, and
-/// the time shown with it (swarm schedule 20300).
-// A hold-back jumps by more than 5 ms. In the longest cycle, of 100 ms, it is slewed by 0.94 ‰, and by as much for each cycle skipped.
-const LARGEST_SLEW_US: f64 = 4_000.0;
+/// Largest share of the time by which a lag is slewed. The first one is there at once, and so is a much shorter or longer one while all slaves
+/// stand, and the time shown with it (swarm schedules 20067 and 20300).
+// Slewed by 0.94 ‰.
+const LARGEST_SLEW: f64 = 1e-3;
+/// Resolution of lags, µs.
+const RESOLUTION_US: f64 = 2e-3;
 
 /// Watches a far axis.
 #[derive(Debug)]
@@ -30,6 +32,8 @@ pub(super) struct AxisWatch {
     line: Option<(FilterState, u32, usize)>,
     /// Lag of the axis behind its node's time, µs.
     lag_us: f64,
+    /// Cycle time, µs.
+    cycle_us: f64,
     /// The frame that was used last.
     used: Option<Used>,
     /// Index of the node it is read from, and number of take-overs before.
@@ -53,6 +57,7 @@ impl AxisWatch {
             last: None,
             line: None,
             lag_us: 0.0,
+            cycle_us: 1e6 * cycle_time,
             used: None,
             owner: None,
             found: Found::default(),
@@ -105,7 +110,9 @@ impl AxisWatch {
             return;
         };
         let lag = far.presentation_lag_us.unwrap_or_default();
-        let jumped = (lag - std::mem::replace(&mut self.lag_us, lag)).abs() > LARGEST_SLEW_US;
+        let changed = (lag - std::mem::replace(&mut self.lag_us, lag)).abs();
+        let jumped = changed
+            > LARGEST_SLEW * self.cycle_us * f64::from(cycle.since.unwrap_or(1)) + RESOLUTION_US;
         if is_another || jumped || cycle.since.is_none() {
             self.check.restart();
         }
