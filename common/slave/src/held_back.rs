@@ -49,7 +49,7 @@ impl WaitingSet {
     ///
     /// An axis behind a far one is calculated the faster the more the hold-back grows, and is shown at its own pace. One that
     /// moves by itself is shown faster while the hold-back falls. Its own velocities at both ends, and another distance between them,
-    /// would be a motion with 5.8 · rate · velocity / cycle of acceleration: at 0.93 ‰ and 349 mm/s some 1900 mm/s² (swarm schedule 20194).
+    /// would be a motion with 5.8 · rate · velocity / cycle of acceleration: at 0.93 ‰ and 349 mm/s some 1900 mm/s² (a swarm schedule).
     fn gained_until(&self, next: &Self) -> f64 {
         let gap = (next.at - self.at).as_secs_f64();
         let most = (next.passed.as_secs_f64() / gap - 1.0).clamp(-MOST_GAINED, MOST_GAINED);
@@ -275,7 +275,7 @@ mod tests {
         }
     }
 
-    /// Swarm schedule 20194: an acceleration of 1400 mm/s² was stated of an axis with a constant velocity, and it was stopped from there.
+    /// In a swarm schedule an acceleration of 1400 mm/s² was stated of an axis with a constant velocity, and it was stopped from there.
     #[test]
     fn a_motion_that_does_not_know_of_the_slew_is_shown_faster_and_not_in_waves() {
         let mut held = HeldBack::new();

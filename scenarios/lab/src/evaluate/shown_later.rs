@@ -49,7 +49,7 @@ fn published<'a>(
     let own = root.node - senders;
     // Its own slaves are calculated at once, and only their drives are later.
     let config = scenario.receivers.get(own).filter(|_| own != receiver)?;
-    // Beside far axes that lead slaves the hold-back depends on those. Others have no say (swarm schedule 20355).
+    // Beside far axes that lead slaves the hold-back depends on those. Others have no say.
     let is_own = !config.far_axes_that_lead().contains(&true);
     let mut axes = config.virtual_axes.iter().filter(|_| is_own);
     let axis = axes.find(|axis| axis.id.get() == root.axis)?;

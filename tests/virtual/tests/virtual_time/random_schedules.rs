@@ -205,16 +205,8 @@ const LAG_REGRESSIONS: &[(u64, &str)] = &[
     ),
     (20_067, "as 20300, of the first hold-back"),
     (
-        20_194,
-        "a hold-back that was slewed was shown in waves, and a slave was stopped with the acceleration of such a wave",
-    ),
-    (
         20_300,
         "a hold-back that fell at once, while the slaves stood, was taken for a far time that ran back",
-    ),
-    (
-        20_355,
-        "far axes that lead no slave were to have a say in the hold-back of a virtual axis",
     ),
 ];
 
