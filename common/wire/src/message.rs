@@ -1,14 +1,13 @@
 //! Messages to a node, and messages that it sends.
 
-use coaxle_axis::motion_plan::PlanFault;
+use coaxle_axis::motion_plan::{MotionPiece, PlanFault};
 use coaxle_clock::delay::TimeResponse;
-use coaxle_clock::{Instant, Local};
+use coaxle_clock::{Instant, Local, Span};
 
 use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::channel::Channel;
 use crate::exchange::TimeRequest;
 use crate::frame::{AxisSample, Frame};
-use crate::plan::PlannedPiece;
 use crate::rejection::Rejection;
 
 /// Event on a subscription of a node. One variant per kind of event, so that only the node counts.
@@ -30,6 +29,25 @@ pub enum Message<'a> {
     PlanRefused(PlanFault),
     /// Frame that was refused on its way in.
     Rejected(Rejection),
+}
+
+/// A piece of the plan of a followed axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlannedPiece {
+    /// Run of the sender.
+    pub epoch: u64,
+    /// The sender's cycle count when it made the plan.
+    pub count: u64,
+    /// Number of the axis among those that are followed, from 0.
+    pub axis: u16,
+    /// Number of the piece in its plan, from 0.
+    pub number: u8,
+    /// Number of pieces of the plan.
+    pub of: u8,
+    /// The instant until which the axis will not deviate from the plan.
+    pub promised_until: Span,
+    /// The piece.
+    pub piece: MotionPiece,
 }
 
 impl<'a> Message<'a> {

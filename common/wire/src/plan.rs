@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::channel::Channel;
 use crate::frame::{FORMAT_VERSION, KeySeal, read, read_send_stamp, sender_id, write};
 use crate::keys::NodeName;
-use crate::message::Message;
+use crate::message::{Message, PlannedPiece};
 use crate::rejection::Rejection;
 
 /// Greatest number of plans in one message.
@@ -43,25 +43,6 @@ pub struct AxisPlan {
     pub axis_id: u32,
     /// Its motion ahead.
     pub plan: MotionPlan,
-}
-
-/// A piece of the plan of a followed axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlannedPiece {
-    /// Run of the sender.
-    pub epoch: u64,
-    /// The sender's cycle count when it made the plan.
-    pub count: u64,
-    /// Number of the axis among those that are followed, from 0.
-    pub axis: u16,
-    /// Number of the piece in its plan, from 0.
-    pub number: u8,
-    /// Number of pieces of the plan.
-    pub of: u8,
-    /// The instant until which the axis will not deviate from the plan.
-    pub promised_until: Span,
-    /// The piece.
-    pub piece: MotionPiece,
 }
 
 /// Writes a message of plans up to its send stamp into `out` and returns its length. Of more than [`MAX_PLANS`] the first

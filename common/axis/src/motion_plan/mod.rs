@@ -1,7 +1,7 @@
 //! A motion promised ahead: the pieces of constant jerk that a generated axis will move along.
 //!
 //! A node that generates the motion of an axis knows it before it happens. A [`MotionPlan`] states it, and the instant
-//! until which the node will not deviate from it. Whoever follows the axis evaluates the plan where it has no sample of
+//! until which the node will not deviate from it. A follower of the axis evaluates the plan where it has no sample of
 //! the motion. Instants are times after the ideal start of cycle 0 of the node's run, in its own clock: those of its
 //! frames are count · cycle time.
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::channel::Channel;
-use crate::plan::PlannedPiece;
+use crate::message::PlannedPiece;
 use coaxle_axis::motion_plan::MotionPiece;
 use coaxle_slave::CircleState;
 use proptest::prelude::*;
