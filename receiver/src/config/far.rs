@@ -113,12 +113,12 @@ impl FarConfig {
         self.request_faults.as_ref().unwrap_or(&self.faults)
     }
 
-    /// True if plans of its axes can be used: the phase observer knows the instants that they are for, and only senders
-    /// publish them.
+    /// True if plans of its axes can be used: only senders publish them. In any mode, as an order may change it to that of
+    /// the observer, which knows the instants that they are for.
     #[must_use]
     pub fn uses_plans(&self) -> bool {
         let has_use = self.axes.iter().any(FarAxisConfig::uses_plans);
-        has_use && self.mode == FilterMode::Observer && self.channel == FarChannel::Axes
+        has_use && self.channel == FarChannel::Axes
     }
 
     /// Name of one of its axes among the masters of slaves: its own name, or node and id.
