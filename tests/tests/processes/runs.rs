@@ -92,6 +92,10 @@ fn the_beat_is_shown_and_cured() {
         &[
             "duration-s=15",
             "sender.master.clock.drift-ppm=1000",
+            "receiver.bypass.sync.time-sync.automatic-re-init=true",
+            "receiver.pt1.sync.time-sync.automatic-re-init=true",
+            "receiver.sync.sync.time-sync.automatic-re-init=true",
+            "receiver.time.sync.time-sync.automatic-re-init=true",
             "expect=[]",
         ],
     );
@@ -227,7 +231,9 @@ fn stray_messages_move_nothing() {
 fn receivers_can_be_chained() {
     let _alone = alone();
     let out = tempfile::tempdir().expect("a scratch folder");
-    let wide = "{ age-of-data-limit = 500, max-cycle-index-difference = 500 }";
+    // A busy machine may pause a node for longer than the limit: its error is not to last.
+    let wide =
+        "{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true }";
     let summary = run_processes(
         "chain",
         out.path(),
