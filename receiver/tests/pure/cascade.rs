@@ -3,14 +3,14 @@
 use std::collections::BinaryHeap;
 
 use assert_no_alloc::assert_no_alloc;
-use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_clock::{Instant, Span};
 use coaxle_node::config::parse;
 use coaxle_node::frame::seal;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{AxisSample, Channel, Frame, FrameHeader, Intake, Message, Node, PresentAfter};
 use coaxle_receiver::{Receiver, ReceiverConfig};
 
-use crate::nodes::{MILLISECOND, to_and_fro as master};
+use crate::nodes::{self, MILLISECOND, to_and_fro as master};
 
 /// Drift of the master's clock, and of those of the stages.
 const DRIFTS: [f64; 4] = [40e-6, -60e-6, 80e-6, -20e-6];
@@ -227,13 +227,9 @@ impl Chain {
                 }
                 Payload::Master(count) => {
                     let header = FrameHeader {
-                        sender: 1,
-                        epoch: 1,
-                        index: CycleIndex::of_count(count),
-                        count,
-                        cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
                         present_after: PresentAfter::new(self.delay),
                         send_stamp: Some(Span::ZERO),
+                        ..nodes::header_of(count)
                     };
                     let set = master(count as f64 * 1e-3);
                     let axes = &[Some(AxisSample {

@@ -2,7 +2,7 @@
 
 use assert_no_alloc::assert_no_alloc;
 use coaxle_axis::motion_plan::{MotionPlan, PlanFault};
-use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_clock::{Instant, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
 use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node, PlannedPiece, PresentAfter};
@@ -79,13 +79,8 @@ impl Bench {
             let jitter = (count * 7_919 % 997) as i64;
             let at = Instant::from_nanos(count as i64 * CYCLE + WAY + jitter);
             let header = FrameHeader {
-                sender: 1,
-                epoch: 1,
-                index: CycleIndex::of_count(count),
-                count,
-                cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
                 present_after: PresentAfter::new(self.delay),
-                send_stamp: None,
+                ..nodes::header_of(count)
             };
             let axes = &[Some(AxisSample {
                 set,

@@ -1,7 +1,7 @@
 //! A far axis that is shown later: between its frames, through losses and silences, and brought to another delay.
 
 use assert_no_alloc::assert_no_alloc;
-use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_clock::{Instant, Span};
 use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node, PresentAfter};
 use coaxle_receiver::signals::{FarAxisSignals, FarNodeSignals};
 use coaxle_receiver::{ContinuityState, FilterState, Receiver};
@@ -49,13 +49,8 @@ impl Bench {
             // Primes: 997 messages in sequence have different jitters, of up to a microsecond.
             let jitter = (count * 7_919 % 997) as i64;
             let header = FrameHeader {
-                sender: 1,
-                epoch: 1,
-                index: CycleIndex::of_count(count),
-                count,
-                cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
                 present_after: PresentAfter::new(self.delay),
-                send_stamp: None,
+                ..nodes::header_of(count)
             };
             let set = master(count as f64 * 1e-3);
             let axes = &[Some(AxisSample {

@@ -49,18 +49,18 @@ mod tests {
             ..FarNodeSignals::default()
         };
         let gap = Some(PlanFault::Gap);
-        let told = |before: &FarNodeSignals, now: &FarNodeSignals| {
+        let said = |before: &FarNodeSignals, now: &FarNodeSignals| {
             of_refusals(before, now).map(|note| note.text)
         };
         assert_eq!(
-            told(&signals(0, None), &signals(1, gap)).as_deref(),
+            said(&signals(0, None), &signals(1, gap)).as_deref(),
             Some("received a plan that cannot be used, gap; it is left out")
         );
-        assert_eq!(told(&signals(1, gap), &signals(2, gap)), None);
+        assert_eq!(said(&signals(1, gap), &signals(2, gap)), None);
         let other = Some(PlanFault::OtherRun);
-        assert!(told(&signals(2, gap), &signals(3, other)).is_some());
+        assert!(said(&signals(2, gap), &signals(3, other)).is_some());
         // A contradiction has a line of its own.
         let beside = Some(PlanFault::Contradicted);
-        assert_eq!(told(&signals(3, other), &signals(3, beside)), None);
+        assert_eq!(said(&signals(3, other), &signals(3, beside)), None);
     }
 }

@@ -75,13 +75,8 @@ impl Far {
                 continue;
             }
             let header = FrameHeader {
-                sender: 1,
                 epoch: self.epoch,
-                index: CycleIndex::of_count(count),
-                count,
-                cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
-                present_after: None,
-                send_stamp: None,
+                ..header_of(count)
             };
             let axes = self.axes.iter().zip(&self.offsets);
             self.samples.clear();
@@ -124,5 +119,18 @@ pub(crate) fn run(
         let _ = receiver.cycle(now);
         while receiver.transmit().is_some() {}
         each(&receiver.snapshot().signals, now.as_nanos());
+    }
+}
+
+/// The header of a master's frame, of its first run with a cycle of 1 ms.
+pub(crate) fn header_of(count: u64) -> FrameHeader {
+    FrameHeader {
+        sender: 1,
+        epoch: 1,
+        index: CycleIndex::of_count(count),
+        count,
+        cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
+        present_after: None,
+        send_stamp: None,
     }
 }

@@ -7,13 +7,10 @@ use coaxle_sim::{FarTimeCheck, FarTimeFault, LARGEST_RATE_ERROR};
 
 use super::found::{Found, WatchedCycle};
 use super::motion::MotionWatch;
+use super::shown::LARGEST_SLEW;
 use crate::invariants::Invariant;
 use crate::topology::followed_of;
 
-/// Largest share of the time by which a lag is slewed. The first one is there at once, and so is a much shorter or longer one while all slaves
-/// stand, and the time shown with it (swarm schedules 20067 and 20300).
-// Slewed by 0.94 ‰.
-const LARGEST_SLEW: f64 = 1e-3;
 /// Resolution of lags, µs.
 const RESOLUTION_US: f64 = 2e-3;
 
@@ -110,6 +107,8 @@ impl AxisWatch {
             return;
         };
         let lag = far.presentation_lag_us.unwrap_or_default();
+        // The first lag is there at once, and so is a much shorter or longer one while all slaves stand, and the time shown with it (swarm
+        // schedules 20067 and 20300).
         let changed = (lag - std::mem::replace(&mut self.lag_us, lag)).abs();
         let jumped = changed
             > LARGEST_SLEW * self.cycle_us * f64::from(cycle.since.unwrap_or(1)) + RESOLUTION_US;

@@ -6,8 +6,10 @@ use coaxle_sim::SetValueCheck;
 
 use super::found::{Found, WatchedCycle};
 
-/// Greatest factor by which a motion is shown faster than it was calculated: a hold-back is slewed by at most 0.94 ‰ of the time.
-pub(super) const SHOWN_FASTER: f64 = 1.001;
+/// Greatest share of the time by which a lag, and the hold-back that it leaves, are slewed: 0.94 ‰.
+pub(super) const LARGEST_SLEW: f64 = 1e-3;
+/// Greatest factor by which a motion is shown faster than it was calculated, while the hold-back falls.
+pub(super) const SHOWN_FASTER: f64 = 1.0 + LARGEST_SLEW;
 
 /// Greatest change of that rate, 1/s: the quintic over a change by one cycle of 0.1 ms, which takes 0.2 s, has 5.8 · 1 ‰ / 1.9 / 0.2 s.
 const RATE_CHANGE: f64 = 0.015;
