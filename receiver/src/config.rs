@@ -199,6 +199,7 @@ impl ReceiverConfig {
                 ..Publication::new(node, Channel::TimeRequests)
             });
         }
+        publications.extend(self.publication_of_reports());
         subscriptions.push(Subscription::time_requests_to(&self.name));
         // After all others, whose numbers they leave as they are.
         subscriptions.extend(plans.into_iter().map(|(far, node, config)| Subscription {
@@ -217,6 +218,15 @@ impl ReceiverConfig {
             wiring = wiring.with_timing_link(node, number, &timing.faults);
         }
         wiring
+    }
+
+    /// Reports on its slaves, if there are any. All nodes get the same ones, with the faults of the way to the first.
+    fn publication_of_reports(&self) -> Option<Publication> {
+        let first = self.far.first().filter(|_| self.reports())?;
+        Some(Publication {
+            faults: first.faults_of_requests().clone(),
+            ..Publication::new(&self.name, Channel::Followers)
+        })
     }
 
     /// The far nodes with a timing channel, with their numbers among all that it receives from; not

@@ -28,6 +28,7 @@ mod marks;
 mod node;
 mod pipeline;
 mod program;
+mod reports;
 #[cfg(feature = "host")]
 pub mod run;
 pub mod signals;

@@ -21,6 +21,7 @@ use coaxle_slave::{Command, Refusal};
 use crate::config::ReceiverConfig;
 use crate::drives::Drives;
 use crate::pipeline::Pipeline;
+use crate::reports::ReportPublisher;
 use crate::slaves::{SlaveNumber, Slaves};
 use crate::snapshot::ReceiverSnapshot;
 use crate::virtual_axes::VirtualAxes;
@@ -36,6 +37,8 @@ pub struct Receiver {
     tick: Tick,
     slaves: AxesFrame,
     far_axes: AxesFrame,
+    /// Reports, if it has a slave of a sender's axis.
+    reports: Option<Box<ReportPublisher>>,
     time_server: TimeServer,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,
@@ -149,9 +152,11 @@ impl Receiver {
             Channel::TimeRequests => Source::Requests,
             Channel::BeaconRequests | Channel::BeaconResponses => Source::Beacons(subscription.far),
             Channel::Plans => Source::Plans(subscription.far),
-            Channel::Axes | Channel::Slaves | Channel::FarAxes | Channel::TimeResponses => {
-                Source::Far(subscription.far)
-            }
+            Channel::Axes
+            | Channel::Slaves
+            | Channel::FarAxes
+            | Channel::TimeResponses
+            | Channel::Followers => Source::Far(subscription.far),
         };
         let first = config.clock.first_count.get();
         let schedule = Schedule::counting_from(first, start, cycle_time);
@@ -168,6 +173,7 @@ impl Receiver {
             },
             slaves: AxesFrame::new(Channel::Slaves, config.slaves.len()),
             far_axes: AxesFrame::new(Channel::FarAxes, config.published_far_axes().len()),
+            reports: ReportPublisher::new(config, epoch).map(Box::new),
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
             schedule,
             refused_requests: RejectionCounters::default(),
@@ -323,7 +329,8 @@ impl Node for Receiver {
                     | Message::BeaconRequest(_)
                     | Message::BeaconResponse(_)
                     | Message::PlannedPiece(_)
-                    | Message::PlanRefused(_) => {}
+                    | Message::PlanRefused(_)
+                    | Message::FollowerReport(_) => {}
                 }
             }
             // Without a reader: a subscription that the config does not have, or anything but a request among these.
@@ -357,6 +364,9 @@ impl Node for Receiver {
         self.tick = self.schedule.take(now);
         self.pipeline.scan(&self.tick, &mut self.snapshot);
         self.encode_axes();
+        if let Some(reports) = &mut self.reports {
+            reports.encode(&self.tick, &self.pipeline.reported());
+        }
         self.time_server.respond(&self.tick, now);
         // A request that was not fetched is dropped: its stamp is that of its own cycle.
         for (far, due) in self.due.iter_mut().enumerate() {
@@ -380,6 +390,9 @@ impl Node for Receiver {
             if frame.channel == channel {
                 frame.is_subscribed = is_subscribed;
             }
+        }
+        if let (Channel::Followers, Some(reports)) = (channel, &mut self.reports) {
+            reports.set_subscribed(is_subscribed);
         }
     }
 
@@ -408,7 +421,8 @@ impl Node for Receiver {
                 body: &self.beacon[..length],
             });
         }
-        self.time_server.transmit()
+        let responses = self.time_server.transmit();
+        responses.or_else(|| self.reports.as_mut()?.transmit(ideal_start))
     }
 
     fn arrival(&mut self) -> Option<Arrival> {

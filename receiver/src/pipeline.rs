@@ -13,6 +13,7 @@ use crate::far::{Candidate, FarNode, FarOutputs, HeldNow};
 use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
 use crate::hold_back::{HoldBack, Spare};
+use crate::reports::Reported;
 use crate::slaves::{Master, Slaves};
 use crate::snapshot::ReceiverSnapshot;
 use crate::virtual_axes::VirtualAxes;
@@ -194,6 +195,15 @@ impl Pipeline {
         {
             Health::Ok => self.slaves.behind().unwrap_or(Health::Ok),
             worse => worse,
+        }
+    }
+
+    /// Far axes and their slaves, for reports.
+    pub(crate) fn reported(&self) -> Reported<'_> {
+        Reported {
+            far: &self.far,
+            masters: &self.masters,
+            slaves: &self.slaves,
         }
     }
 

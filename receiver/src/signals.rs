@@ -372,7 +372,7 @@ signals! {
         /// State in the PLCopen diagram.
         state: AxisStatus [""] last,
         /// Phase of its coupling; none without one.
-        phase: Option<CouplingPhase> [""],
+        phase: Option<CouplingPhase> [""] last,
         /// The cam plate that couples it, the first of several; none without one, or before it is active.
         cam_table: Option<u32> [""],
         /// Position of the master on that plate, unscaled, within the base cycle if it is cyclic

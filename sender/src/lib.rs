@@ -5,6 +5,7 @@
 //! [`coaxle_source`].
 
 pub mod config;
+mod followers;
 mod node;
 mod plans;
 #[cfg(feature = "host")]
@@ -12,5 +13,6 @@ pub mod run;
 pub mod signals;
 mod snapshot;
 
+pub use followers::FollowerCondition;
 pub use node::Sender;
 pub use snapshot::{SenderRow, SenderSnapshot};

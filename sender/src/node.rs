@@ -4,18 +4,20 @@ use std::num::NonZeroU32;
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::cycle::Tick;
-use coaxle_clock::{CycleIndex, Instant, Local, Schedule, Span};
+use coaxle_clock::{CycleIndex, Instant, Local, Schedule};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::{PresentAfterMs, Wrong};
 use coaxle_node::frame::{FrameHeader, body_capacity, encode_body, sender_id};
+use coaxle_node::wiring::Subscription;
 use coaxle_node::{
-    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, PlansHeader, TimeServer,
+    BeaconServer, BeaconServerCounters, Channel, Message, Node, Outgoing, RunCycle, TimeServer,
     TimeServerCounters,
 };
 use coaxle_source::config::AxisConfig;
 use coaxle_source::{SourceAxis, SourceSample};
 
 use crate::config::SenderConfig;
+use crate::followers::{FollowerCondition, FollowerWatch};
 use crate::plans::PlanPublisher;
 use crate::signals::AxisSignals;
 use crate::snapshot::SenderSnapshot;
@@ -34,11 +36,26 @@ pub struct Sender {
     body: Vec<u8>,
     /// Length of the pending body.
     waiting: Option<usize>,
-    /// None without an axis that plans.
+    /// Plans, if an axis plans.
     plans: Option<Box<PlanPublisher>>,
     time_server: TimeServer,
     beacon_server: BeaconServer,
+    /// Followers, if an axis has some.
+    followers: Option<Box<FollowerWatch>>,
+    /// The subscriptions.
+    sources: Box<[Source]>,
     snapshot: SenderSnapshot,
+}
+
+/// Source of the messages of a subscription.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    /// Requesters of this node's time.
+    Requests,
+    /// The timing channel.
+    Beacons,
+    /// The follower with this number.
+    Follower(usize),
 }
 
 struct Axis {
@@ -63,12 +80,20 @@ impl Sender {
         // Receivers look axes up by id, and the trace has them in this order.
         axes.sort_by_key(|axis| axis.source.id());
         check_presentation(config)?;
+        check_followers(config)?;
         // After sorting, which moves the axes.
         place_shown(&mut axes, config)?;
         let mut snapshot = SenderSnapshot::new(config, start);
         snapshot.signals.node.run = epoch;
         snapshot.signals.node.present_after_us =
             (config.axes.present_after()).map(|time| time.span().as_micros_f64());
+        // Messages come with the number of their subscription.
+        let source = |subscription: &Subscription| match subscription.channel {
+            Channel::Followers => Source::Follower(subscription.far),
+            Channel::BeaconRequests => Source::Beacons,
+            _ => Source::Requests,
+        };
+        let subscriptions = config.wiring().subscriptions;
         let cycle_time = config.cycle_time_us.0;
         let sender = sender_id(&config.name);
         let first = config.clock.first_count.get();
@@ -77,7 +102,7 @@ impl Sender {
             &config.axes,
             cycle_time.span(),
             start - schedule.start(),
-            PlansHeader {
+            RunCycle {
                 sender,
                 epoch,
                 count: first,
@@ -103,6 +128,8 @@ impl Sender {
             // The start of cycle 0, which lies before the node's own start if counting begins later.
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
             beacon_server: BeaconServer::new(sender, epoch, schedule.start(), cycle_time),
+            followers: FollowerWatch::new(config, epoch).map(Box::new),
+            sources: subscriptions.iter().map(source).collect(),
             schedule,
             snapshot,
         })
@@ -114,8 +141,13 @@ impl Sender {
         &self.shown
     }
 
-    fn move_axes(&mut self, since_start: Span) {
+    fn move_axes(&mut self, now: Instant<Local>) {
+        let since_start = now - self.start;
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
+            let of_axis = |watch: &FollowerWatch| watch.of(axis.source.id(), now);
+            if let Some(followers) = self.followers.as_deref().and_then(of_axis) {
+                axis.source.take_followers(since_start, &followers);
+            }
             // At the ideal start, not at the late wake-up: receivers extrapolate from there.
             let sample = axis.source.at(since_start, shown);
             if let Some(slot) = axis.slot {
@@ -164,37 +196,65 @@ impl Sender {
         signals.beacons_answered = answered;
         signals.beacons_dropped = dropped;
         signals.beacons_refused = refused;
+        self.show_followers(tick.ideal_start);
+    }
+
+    fn show_followers(&mut self, now: Instant<Local>) {
+        let Some(watch) = &self.followers else {
+            return;
+        };
+        let conditions = &mut self.snapshot.followers;
+        watch.conditions(now, conditions);
+        let count = |is: fn(&FollowerCondition) -> bool| {
+            conditions.iter().filter(|it| is(it)).count() as u32
+        };
+        let signals = &mut self.snapshot.signals.node;
+        signals.followers_in_sync = count(|it| *it == FollowerCondition::InSync);
+        signals.followers_failed = count(|it| it.is_failure());
+        let held = self.axes.iter().filter(|axis| axis.source.is_held());
+        signals.axes_held = held.count() as u32;
     }
 }
-
-/// The number of the subscription to beacons, if any: it follows that to time requests.
-const BEACONS: usize = 1;
 
 impl Node for Sender {
     type Snapshot = SenderSnapshot;
 
-    /// Takes time requests and beacons: a sender follows no node, but its clock is requested.
+    /// Takes time requests, beacons and reports of followers: a sender follows no node, but its clock is requested.
     fn receive(&mut self, at: Instant<Local>, subscription: usize, message: &Message<'_>) {
-        match message {
-            Message::TimeRequest(request) => self.time_server.receive(at, request),
-            Message::BeaconRequest(request) => self.beacon_server.receive(at, request),
-            Message::Rejected(_) if subscription == BEACONS => self.beacon_server.reject(),
-            Message::Rejected(_) => {
+        match (message, self.sources.get(subscription)) {
+            (Message::TimeRequest(request), _) => self.time_server.receive(at, request),
+            (Message::BeaconRequest(request), _) => self.beacon_server.receive(at, request),
+            (Message::FollowerReport(report), Some(Source::Follower(node))) => {
+                if let Some(followers) = &mut self.followers {
+                    followers.store(at, *node, report);
+                }
+            }
+            (Message::Rejected(_), Some(Source::Beacons)) => self.beacon_server.reject(),
+            (Message::Rejected(_), Some(Source::Follower(_))) => {
+                let refused = &mut self.snapshot.signals.node.reports_refused;
+                *refused = refused.saturating_add(1);
+            }
+            (Message::Rejected(_), _) => {
                 let refused = &mut self.snapshot.signals.node.requests_refused;
                 *refused = refused.saturating_add(1);
             }
-            Message::Frame(_)
-            | Message::TimeResponse(_)
-            | Message::BeaconResponse(_)
-            | Message::PlannedPiece(_)
-            | Message::PlanRefused(_) => {}
+            // No subscription brings others.
+            (
+                Message::Frame(_)
+                | Message::TimeResponse(_)
+                | Message::BeaconResponse(_)
+                | Message::PlannedPiece(_)
+                | Message::PlanRefused(_)
+                | Message::FollowerReport(_),
+                _,
+            ) => {}
         }
     }
 
     fn cycle(&mut self, now: Instant<Local>) -> Tick {
         let tick = self.schedule.take(now);
         // Skipped cycles are in the difference: after a stall the axis is where time has taken it.
-        self.move_axes(tick.ideal_start - self.start);
+        self.move_axes(tick.ideal_start);
         self.encode(&tick);
         self.plan(&tick);
         // After the axes: the response must not delay them, and carries its own time.
@@ -255,6 +315,19 @@ fn check_presentation(config: &SenderConfig) -> Result<(), Wrong> {
         }
         _ => Ok(()),
     }
+}
+
+/// Checks that no axis follows itself, and that it is a node that reports.
+fn check_followers(config: &SenderConfig) -> Result<(), Wrong> {
+    for (n, axis) in config.axes.iter().enumerate() {
+        let nodes = axis.followers.iter().flat_map(|followers| &followers.nodes);
+        if let Some(k) = nodes.enumerate().find(|(_, node)| **node == config.name) {
+            let received = format!("{:?}, the node itself", k.1.as_str());
+            let wrong = Wrong::of(format!("followers.nodes[{}]", k.0), received, "receivers");
+            return Err(wrong.within(format_args!("axis[{n}]")));
+        }
+    }
+    Ok(())
 }
 
 /// Assigns the axes to be shown their places in the snapshot.

@@ -3,7 +3,7 @@
 use coaxle_clock::cycle::Tick;
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::plan::{MAX_PLANS, PLANS_CAPACITY, encode_plans};
-use coaxle_node::{AxisPlan, Channel, Outgoing, PlansHeader};
+use coaxle_node::{AxisPlan, Channel, Outgoing, RunCycle};
 use coaxle_source::SourceAxis;
 use coaxle_source::config::AxisConfig;
 
@@ -15,7 +15,7 @@ const PERIOD: Span = Span::from_millis(100);
 #[derive(Debug)]
 pub(crate) struct PlanPublisher {
     /// Run and node.
-    header: PlansHeader,
+    header: RunCycle,
     /// Start of the node after the ideal start of its cycle 0, with which the instants of a run begin.
     origin: Span,
     /// Axes that plan, in the order in which they have a turn.
@@ -48,7 +48,7 @@ impl PlanPublisher {
         configs: &[AxisConfig],
         cycle: Span,
         origin: Span,
-        header: PlansHeader,
+        header: RunCycle,
     ) -> Option<Self> {
         let planned = configs.iter().filter(|axis| axis.lead() > Span::ZERO);
         let axes: Box<[_]> = planned.map(|axis| AxisInTurn::new(axis, cycle)).collect();

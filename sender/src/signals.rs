@@ -18,6 +18,14 @@ signals! {
         overruns: u64 [""],
         /// Plans published, of all axes.
         plans_published: u64 [""],
+        /// Followers of its axes whose slaves are all in sync: those of each axis that waits for them or stops with them.
+        followers_in_sync: u32 [""],
+        /// Followers that have failed: with a slave in error, silent, or begun again.
+        followers_failed: u32 [""],
+        /// Axes that stand still, or ramp down, because a follower has failed.
+        axes_held: u32 [""],
+        /// Reports of followers rejected before they reached the node.
+        reports_refused: u64 [""],
         /// Time requests responded to.
         requests_answered: u64 [""],
         /// Time requests dropped because too many arrived in one cycle.

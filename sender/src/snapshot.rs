@@ -7,6 +7,7 @@ use coaxle_node::signal::{Instance, trace_columns};
 use serde::Serialize;
 
 use crate::config::{SHOWN_BY_DEFAULT, SenderConfig};
+use crate::followers::FollowerCondition;
 use crate::signals::{AxisSignals, SenderSignals};
 use coaxle_source::config::AxisConfig;
 
@@ -97,6 +98,8 @@ pub struct SenderSnapshot {
     pub woke: Instant<Local>,
     /// Signals of the sender.
     pub signals: SenderRow,
+    /// Followers of each axis, in the order of the config.
+    pub followers: Box<[FollowerCondition]>,
     /// The ids of the axes that are shown.
     ids: Arc<[u32]>,
 }
@@ -109,6 +112,11 @@ impl SenderSnapshot {
             ideal_start: start,
             woke: start,
             signals: SenderRow::new(config),
+            followers: (config.axes.iter())
+                .filter_map(|axis| axis.followers.as_ref())
+                .flat_map(|followers| &followers.nodes)
+                .map(|_| FollowerCondition::default())
+                .collect(),
             ids: config.shown_axes().map(|axis| axis.id.get()).collect(),
         }
     }
@@ -121,7 +129,7 @@ impl SenderSnapshot {
     /// Memory of the snapshot, bytes.
     #[must_use]
     pub fn size(&self) -> usize {
-        size_of::<Self>() + size_of_val(&*self.signals.axes)
+        size_of::<Self>() + size_of_val(&*self.signals.axes) + size_of_val(&*self.followers)
     }
 }
 
@@ -129,6 +137,7 @@ impl Clone for SenderSnapshot {
     fn clone(&self) -> Self {
         Self {
             signals: self.signals.clone(),
+            followers: self.followers.clone(),
             ids: Arc::clone(&self.ids),
             ..*self
         }
@@ -139,5 +148,6 @@ impl Clone for SenderSnapshot {
         self.woke = other.woke;
         // Without the ids, which are equal in snapshots of one config.
         self.signals.clone_from(&other.signals);
+        self.followers.clone_from(&other.followers);
     }
 }

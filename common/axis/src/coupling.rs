@@ -11,6 +11,7 @@ use crate::command_state::CommandState;
 use crate::coupling_phase::CouplingPhase;
 use crate::guard::{Guard, GuardRefusal};
 use crate::job::Job;
+use crate::master_demands::MasterDemands;
 use crate::masters::Masters;
 use crate::state::StateWord;
 
@@ -110,6 +111,14 @@ pub trait Engage: Coupling {
     fn master_scaling(&self, shared: &Self::Shared) -> f64 {
         let _ = shared;
         1.0
+    }
+
+    /// Greatest demands on the slave by a master, by its number from 0, for as long as nothing is commanded; none while the
+    /// slave is led to it or away from it.
+    fn demands_of(&self, shared: &Self::Shared, master: usize) -> MasterDemands {
+        let _ = shared;
+        let gain = self.gain().filter(|_| master == 0);
+        MasterDemands::of_ratio(gain.unwrap_or(0.0))
     }
 
     /// Reason why it was [`Refused`](Step::Refused) when due; none for a kind that never waits.

@@ -7,8 +7,8 @@ use crate::{
     CouplingParameters, CouplingState, JumpHandling, TableId, Tables,
 };
 use coaxle_axis::{
-    CommandState, Coupling, CouplingEffect, CouplingPhase, Engage, Job, NotPlanned, PlanInputs,
-    Planned, Scan, StateWord, Step,
+    CommandState, Coupling, CouplingEffect, CouplingPhase, Engage, Job, MasterDemands, NotPlanned,
+    PlanInputs, Planned, Scan, StateWord, Step,
 };
 use coaxle_curve::profile::Kinematics;
 
@@ -208,6 +208,13 @@ impl Engage for Cam {
     fn master_scaling(&self, tables: &Tables) -> f64 {
         self.info(tables, 0, None)
             .map_or(1.0, |info| info.master_scaling)
+    }
+
+    fn demands_of(&self, tables: &Tables, master: usize) -> MasterDemands {
+        let coupling = self.coupling.as_ref().filter(|_| master == 0);
+        coupling.map_or(MasterDemands::default(), |coupling| {
+            coupling.demands(tables)
+        })
     }
 
     fn refusal(&self) -> Option<CouplingError> {

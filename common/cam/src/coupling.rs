@@ -8,7 +8,7 @@ use super::placement::Path;
 use super::ramp::GapRamp;
 use super::request::CamRequest;
 use super::tables::Tables;
-use coaxle_axis::{CommandState, Job, Origin, StateWord};
+use coaxle_axis::{CommandState, Job, MasterDemands, Origin, StateWord};
 use coaxle_curve::profile::Kinematics;
 
 /// Greatest number of plates of a slave.
@@ -185,6 +185,23 @@ impl CamCoupling {
     #[must_use]
     pub const fn slave(&self) -> &Kinematics {
         &self.slave
+    }
+
+    /// Returns the greatest demands of its plates on the slave, in sum; none of one that waits.
+    pub(super) fn demands(&self, tables: &Tables) -> MasterDemands {
+        // Backwards or forwards, the slave's acceleration is bounded by the curvature of either side.
+        let placed = self
+            .layers
+            .iter()
+            .flatten()
+            .map(|layer| layer.placed(tables));
+        placed
+            .filter_map(Result::ok)
+            .map(|placed| placed.placement.bound(placed.plate.greatest_demands()))
+            .fold(MasterDemands::default(), |sum, plate| MasterDemands {
+                slope: sum.slope + plate.slope,
+                curvature: sum.curvature + plate.curvature,
+            })
     }
 
     /// Returns the state of the coupling as a whole.

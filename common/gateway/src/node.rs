@@ -244,7 +244,8 @@ impl<P: Port> Node for Gateway<P> {
             | (_, Message::BeaconRequest(_))
             | (_, Message::BeaconResponse(_))
             | (_, Message::PlannedPiece(_))
-            | (_, Message::PlanRefused(_)) => {}
+            | (_, Message::PlanRefused(_))
+            | (_, Message::FollowerReport(_)) => {}
         }
     }
 

@@ -3,8 +3,8 @@
 use coaxle_axis::guard::GuardRefusal;
 use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_axis::{
-    Awaits, Coupling, CouplingEffect, CouplingPhase, Dynamics, Engage, Job, Masters, NoFault,
-    NotPlanned, PlanInputs, Planned, Scan, Step,
+    Awaits, Coupling, CouplingEffect, CouplingPhase, Dynamics, Engage, Job, MasterDemands, Masters,
+    NoFault, NotPlanned, PlanInputs, Planned, Scan, Step,
 };
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_curve::ramp::Ramp;
@@ -316,6 +316,12 @@ impl Engage for MultiMasterGear {
             return Step::Failed;
         };
         engaged.update(scan).map_or(Step::MasterLost, Step::Set)
+    }
+
+    fn demands_of(&self, (): &(), master: usize) -> MasterDemands {
+        let ratio = |engaged: &Engaged| engaged.ratios.all.get(master).copied();
+        let ratio = self.engaged.as_ref().and_then(ratio);
+        MasterDemands::of_ratio(ratio.unwrap_or(0.0))
     }
 
     fn end(&mut self, (): &mut ()) {

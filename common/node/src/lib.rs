@@ -20,11 +20,12 @@ pub mod wiring;
 pub use arrival::{Arrival, Arrived};
 pub use coaxle_wire::{
     AxisPlan, AxisSample, BeaconIntake, BeaconRequest, BeaconResponse, BeaconServer,
-    BeaconServerCounters, CommandAnswer, CommandOrder, CommandOutcome, Frame, FrameHeader, Intake,
-    InvalidScan, KeptMessage, MOST_CHARACTERS, NodeScan, PlanIntake, PlannedPiece, PlansHeader,
-    PresentAfter, Reader, ReceivedMessage, Rejection, RejectionCounters, Stamps, TimeRequest,
-    TimeServer, TimeServerCounters, audit, beacon, command, document, exchange, frame, intake,
-    keys, one_line, plan, time_server,
+    BeaconServerCounters, CommandAnswer, CommandOrder, CommandOutcome, FollowerReport,
+    FollowerState, Frame, FrameHeader, Intake, InvalidScan, KeptMessage, MOST_CHARACTERS, NodeScan,
+    PlanIntake, PlannedPiece, PresentAfter, Reader, ReceivedMessage, ReceivedReport, Rejection,
+    RejectionCounters, ReportIntake, RunCycle, Stamps, TimeRequest, TimeServer, TimeServerCounters,
+    audit, beacon, command, document, exchange, followers, frame, intake, keys, one_line, plan,
+    time_server,
 };
 pub use contract::{Channel, Message, Node, Outgoing};
 pub use fields::fields_of;

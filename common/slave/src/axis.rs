@@ -17,11 +17,11 @@ use coaxle_axis::drive::{Actual, Drive, DriveState};
 use coaxle_axis::guard::Guard;
 use coaxle_axis::set_value_guard::{GuardState, SetValueGuard};
 use coaxle_axis::{
-    AxisStatus, CommandState, CouplingPhase, Job, Masters, StateMachine, StateWord, SyncPositions,
-    Transition, WindowMonitor,
+    AxisStatus, CommandState, CouplingPhase, Job, MasterDemands, Masters, StateMachine, StateWord,
+    SyncPositions, Transition, WindowMonitor,
 };
 use coaxle_cam::Tables;
-use coaxle_curve::profile::Kinematics;
+use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_saw::{CouplingMoment, SawPlan};
 
 use super::circle::CircleState;
@@ -373,6 +373,21 @@ impl SlaveAxis {
     pub fn master_scaling(&self, plates: &Tables) -> f64 {
         let scaling = |kind| self.couplings.master_scaling(kind, plates);
         self.engaged().map_or(1.0, scaling)
+    }
+
+    /// Limits within which the master of this number, from 0, leads the axis within `limits`; those of an axis without limits while
+    /// it is not coupled to it.
+    #[must_use]
+    pub fn limits_of_master(&self, plates: &Tables, master: usize, limits: &Limits) -> Limits {
+        let demands = |kind| self.couplings.demands_of(kind, plates, master);
+        let demands = self.engaged().map_or(MasterDemands::default(), demands);
+        demands.limits_of_master(limits)
+    }
+
+    /// Limits of the axis.
+    #[must_use]
+    pub const fn limits(&self) -> &Limits {
+        self.guard.limits()
     }
 
     /// The plan of the flying saw that couples the axis; while it waits, the expected plan. Without

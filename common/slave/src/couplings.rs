@@ -3,7 +3,8 @@
 use core::fmt;
 
 use coaxle_axis::{
-    CommandState, Coupling, Engage, Job, NotPlanned, PlanInputs, Planned, Scan, StateWord, Step,
+    CommandState, Coupling, Engage, Job, MasterDemands, NotPlanned, PlanInputs, Planned, Scan,
+    StateWord, Step,
 };
 use coaxle_cam::{Cam, CouplingError, Tables};
 use coaxle_gear::{
@@ -125,6 +126,20 @@ macro_rules! couplings {
                 match kind {
                     $( Kind::$kind => {
                         self.$field.master_scaling(shared!(&tables $(on $plates)?))
+                    } )*
+                }
+            }
+
+            /// Greatest demands on the slave by a master of the coupling of a kind.
+            pub(super) fn demands_of(
+                &self,
+                kind: Kind,
+                tables: &Tables,
+                master: usize,
+            ) -> MasterDemands {
+                match kind {
+                    $( Kind::$kind => {
+                        self.$field.demands_of(shared!(&tables $(on $plates)?), master)
                     } )*
                 }
             }

@@ -6,6 +6,7 @@ use coaxle_clock::Span;
 
 use crate::axis_struct::write_axis_struct;
 use crate::config::AxisConfig;
+use crate::followers::Followers;
 use crate::open::{open, open_ahead};
 use crate::replay::ReplayError;
 use crate::source::{AxisSource, SourceSample};
@@ -32,7 +33,7 @@ impl SourceAxis {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_ahead(config: &AxisConfig) -> Result<Self, ReplayError> {
-        let source = open_ahead(&config.source, config.lead())?;
+        let source = open_ahead(config)?;
         Ok(Self::with(config, source))
     }
 
@@ -60,6 +61,17 @@ impl SourceAxis {
     #[must_use]
     pub fn decisions(&self) -> u64 {
         self.source.decisions()
+    }
+
+    /// Takes the state of its followers, before its motion at that time: [`AxisSource::take_followers`].
+    pub fn take_followers(&mut self, since_start: Span, followers: &Followers) {
+        self.source.take_followers(since_start, followers);
+    }
+
+    /// True if it stands still, or ramps down, because a follower has failed.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.source.is_held()
     }
 
     /// Returns its motion at a time after the start of its node, which must not go back, and writes its

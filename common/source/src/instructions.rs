@@ -6,7 +6,7 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Limits;
 use coaxle_node::config::{AtLeastZero, AxisLimit};
 
-use crate::config::{ProgramConfig, Repeat, StepConfig};
+use crate::config::{FollowersState, ProgramConfig, Repeat, StepConfig};
 
 /// Instruction of a flat program.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +26,8 @@ pub(crate) enum Instruction {
     },
     Halt,
     Dwell(Span),
+    /// Waits until all followers are in sync.
+    AwaitSync,
     /// Begins `passes` passes (none: endless) up to the matching end, counted at `depth`.
     LoopBegin {
         depth: usize,
@@ -103,6 +105,9 @@ impl Compiler {
                 keep: span(*for_s),
             }),
             StepConfig::Halt {} => self.push(Instruction::Halt),
+            StepConfig::When {
+                followers: FollowersState::InSync,
+            } => self.push(Instruction::AwaitSync),
             StepConfig::Dwell { for_s } => self.push(Instruction::Dwell(span(*for_s))),
             StepConfig::Loop { count, steps } => self.repeated(Some(*count), steps),
         }

@@ -1,8 +1,6 @@
 //! Opening the source that a config describes.
 
-use coaxle_clock::Span;
-
-use crate::config::SourceConfig;
+use crate::config::{AxisConfig, SourceConfig};
 use crate::encoder::EncoderSource;
 use crate::program::MotionProgram;
 use crate::replay::{Replay, ReplayError};
@@ -20,13 +18,17 @@ pub fn open(config: &SourceConfig) -> Result<Box<dyn AxisSource>, ReplayError> {
     })
 }
 
-/// Opens the source that a config describes; a program takes its decisions ahead by `lead`.
-pub(crate) fn open_ahead(
-    config: &SourceConfig,
-    lead: Span,
-) -> Result<Box<dyn AxisSource>, ReplayError> {
-    match config {
-        SourceConfig::Program(program) => Ok(Box::new(MotionProgram::new(program).with_lead(lead))),
-        SourceConfig::Encoder(_) | SourceConfig::Replay(_) => open(config),
+/// Opens the source of an axis; a program takes its decisions ahead by [the lead](AxisConfig::lead), and reacts to the followers
+/// of the axis.
+pub(crate) fn open_ahead(axis: &AxisConfig) -> Result<Box<dyn AxisSource>, ReplayError> {
+    match &axis.source {
+        SourceConfig::Program(program) => {
+            let program = MotionProgram::new(program).with_lead(axis.lead());
+            Ok(Box::new(match &axis.followers {
+                Some(followers) => program.with_followers(followers),
+                None => program,
+            }))
+        }
+        source @ (SourceConfig::Encoder(_) | SourceConfig::Replay(_)) => open(source),
     }
 }

@@ -1,17 +1,21 @@
 //! A virtual axis that runs a program.
 
 mod active_motion;
+mod goal;
 mod planned_pieces;
+mod reaction;
 
 use std::collections::VecDeque;
 
 use coaxle_axis::motion_plan::MotionPlan;
 use coaxle_clock::Span;
-use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
+use coaxle_curve::profile::{Kinematics, Limits, to_velocity};
 
 use self::active_motion::ActiveMotion;
+use self::goal::{Goal, RestOfProgram};
 use self::planned_pieces::PlannedPieces;
-use crate::config::ProgramConfig;
+use crate::config::{OnFailure, ProgramConfig};
+use crate::followers::Followers;
 use crate::instructions::{Instruction, compile};
 use crate::source::{Activity, AxisSource, SourceSample};
 
@@ -26,7 +30,7 @@ const MOST_AHEAD: usize = 8;
 /// A virtual axis that runs a program.
 ///
 /// It may take its decisions ahead, by a lead: what it will do until then is known and will not change
-/// ([`AxisSource::plan`]). Its motion is the same at any lead.
+/// ([`AxisSource::plan`]). Its motion is the same at any lead, but for its reactions to followers, which come by the lead later.
 #[derive(Debug)]
 pub struct MotionProgram {
     limits: Limits,
@@ -46,6 +50,24 @@ pub struct MotionProgram {
     lead: Span,
     /// Number of decisions.
     decisions: u64,
+    /// End of the newest motion.
+    goal: Goal,
+    /// The followers, as far as it has reacted to them.
+    followers: Followers,
+    on_failure: OnFailure,
+    keeps_their_limits: bool,
+    hold: Hold,
+}
+
+/// Hold of a program by a follower that has failed.
+#[derive(Clone, Copy, Debug)]
+enum Hold {
+    /// No hold: the program runs.
+    Runs,
+    /// Until the followers are well again.
+    Halted(RestOfProgram),
+    /// For good.
+    Ended,
 }
 
 /// A pass through a loop.
@@ -104,6 +126,16 @@ impl MotionProgram {
             ahead: VecDeque::new(),
             lead: Span::ZERO,
             decisions: 0,
+            goal: match moves {
+                true => Goal::Velocity {
+                    value: start.velocity,
+                },
+                false => Goal::Rest,
+            },
+            followers: Followers::UNKNOWN,
+            on_failure: OnFailure::Ignore,
+            keeps_their_limits: false,
+            hold: Hold::Runs,
         }
     }
 
@@ -112,7 +144,8 @@ impl MotionProgram {
     pub fn with_lead(mut self, lead: Span) -> Self {
         self.lead = lead.max(Span::ZERO);
         if self.lead > Span::ZERO {
-            self.ahead.reserve_exact(MOST_AHEAD);
+            // And one reaction to followers, which does not wait.
+            self.ahead.reserve_exact(MOST_AHEAD + 1);
         }
         self
     }
@@ -124,16 +157,15 @@ impl MotionProgram {
                 self.newest.enabled = enabled;
                 return true;
             }
-            Instruction::MoveAbsolute { position, limits } => self.go_to(position, &limits),
+            Instruction::MoveAbsolute { position, limits } => self.go_to(position, limits),
             Instruction::MoveRelative { distance, limits } => {
                 // Where the axis is when the step is due, which lies between two cycles: steps do not wait for one.
                 let from = self.newest.motion.at(self.due).position;
-                self.go_to(from + distance, &limits);
+                self.go_to(from + distance, limits);
             }
             Instruction::Velocity { value, keep } => {
-                let profile = to_velocity(&self.newest.motion.at(self.due), value, &self.limits);
-                self.start(profile, Activity::Continuous, Activity::Continuous);
-                // Counted from the end of the ramp, at which `start` has set the due time.
+                self.command(Goal::Velocity { value });
+                // Counted from the end of the ramp, at which the command has set the due time.
                 self.due += keep;
             }
             Instruction::Halt => {
@@ -142,9 +174,10 @@ impl MotionProgram {
                 if (now.velocity, now.acceleration) == (0.0, 0.0) {
                     return false;
                 }
-                let profile = to_velocity(&now, 0.0, &self.limits);
-                self.start(profile, Activity::Halting, Activity::Halted);
+                self.command(Goal::Rest);
             }
+            // Its due time was set when it was released.
+            Instruction::AwaitSync => return false,
             Instruction::Dwell(time) => {
                 self.due += time;
                 return false;
@@ -164,20 +197,40 @@ impl MotionProgram {
         true
     }
 
-    fn go_to(&mut self, target: f64, limits: &Limits) {
-        let profile = to_position(&self.newest.motion.at(self.due), target, limits);
-        self.start(profile, Activity::Positioning, Activity::InTarget);
+    fn go_to(&mut self, target: f64, limits: Limits) {
+        self.command(Goal::Position { target, limits });
     }
 
-    fn start(&mut self, profile: Profile, under_way: Activity, afterwards: Activity) {
+    /// Begins a motion at the due time, which then is that of its end.
+    fn command(&mut self, goal: Goal) {
+        self.newest.command_number = self.newest.command_number.wrapping_add(1);
+        self.start(goal, &self.limits());
+    }
+
+    fn start(&mut self, goal: Goal, limits: &Limits) {
+        let now = self.newest.motion.at(self.due);
+        let (under_way, afterwards) = match goal {
+            Goal::Rest => (Activity::Halting, Activity::Halted),
+            Goal::Position { .. } => (Activity::Positioning, Activity::InTarget),
+            Goal::Velocity { .. } => (Activity::Continuous, Activity::Continuous),
+        };
+        let profile = goal.profile(&now, limits);
+        self.goal = goal;
         self.newest.motion = ActiveMotion {
             began: self.due,
-            profile,
+            profile: profile.unwrap_or_else(|| to_velocity(&now, 0.0, limits)),
             under_way,
             afterwards,
         };
-        self.newest.command_number = self.newest.command_number.wrapping_add(1);
         self.due = self.newest.motion.end();
+    }
+
+    /// Limits of its motions: its own, and those of its followers if it keeps them.
+    fn limits(&self) -> Limits {
+        match self.keeps_their_limits {
+            true => self.limits.at_most(&self.followers.limits),
+            false => self.limits,
+        }
     }
 
     fn end_pass(&mut self, depth: usize, body: usize) {
@@ -203,7 +256,8 @@ impl MotionProgram {
             self.ahead.pop_front();
         }
         for _ in 0..INSTRUCTIONS_PER_CYCLE {
-            let Some(&instruction) = self.instructions.get(self.next) else {
+            let (Hold::Runs, Some(&instruction)) = (self.hold, self.instructions.get(self.next))
+            else {
                 return;
             };
             // Due times are exact and cycles are not: several instructions may be due in one cycle, or none.
@@ -211,6 +265,13 @@ impl MotionProgram {
             let may_be_ahead = self.ahead.len() < MOST_AHEAD && self.due <= since_start + self.lead;
             if !(is_due || may_be_ahead) {
                 return;
+            }
+            if instruction == Instruction::AwaitSync {
+                if !self.followers.are_in_sync {
+                    return;
+                }
+                // The wait ends now: what follows may be promised from here on.
+                self.due = self.due.max(since_start + self.lead);
             }
             self.next += 1;
             let from = self.due;
@@ -240,10 +301,13 @@ impl MotionProgram {
     /// The instant until which all is decided.
     fn decided_until(&self, since_start: Span) -> Span {
         let horizon = since_start + self.lead;
-        match self.next < self.instructions.len() {
+        match (self.hold, self.instructions.get(self.next)) {
+            // A wait ends by the lead later at the earliest.
+            (Hold::Runs, Some(Instruction::AwaitSync)) => horizon,
             // An instruction that waits for room, or for the next cycle, takes effect when it is due.
-            true => horizon.min(self.due),
-            false => horizon,
+            (Hold::Runs, Some(_)) => horizon.min(self.due),
+            // As is any reaction to followers.
+            _ => horizon,
         }
     }
 }
@@ -276,6 +340,14 @@ impl AxisSource for MotionProgram {
                 _ => motion.profile.end().position,
             },
         }
+    }
+
+    fn take_followers(&mut self, since_start: Span, followers: &Followers) {
+        self.react(since_start, followers);
+    }
+
+    fn is_held(&self) -> bool {
+        !matches!(self.hold, Hold::Runs)
     }
 
     fn decisions(&self) -> u64 {

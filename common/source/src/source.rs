@@ -7,13 +7,25 @@ use coaxle_clock::Span;
 use coaxle_curve::profile::Kinematics;
 use serde::{Deserialize, Serialize};
 
+use crate::followers::Followers;
+
 /// Source of the motion of one axis.
 ///
-/// A source depends on nothing but the time: the same times give the same motion, so a second one opened
-/// from the same config knows the motion of the first. Sampling allocates nothing.
+/// A source depends on nothing but the time, and on its followers if it has any: the same times give the same motion.
+/// Sampling allocates nothing.
 pub trait AxisSource: fmt::Debug + Send {
     /// Returns the axis `since_start` after the start of the node. Times never go back.
     fn sample(&mut self, since_start: Span) -> SourceSample;
+
+    /// Takes the state of the followers, `since_start`, before the sample of that time. Only a source with followers reacts to it.
+    fn take_followers(&mut self, since_start: Span, followers: &Followers) {
+        let _ = (since_start, followers);
+    }
+
+    /// True if it stands still, or ramps down, because a follower has failed.
+    fn is_held(&self) -> bool {
+        false
+    }
 
     /// Returns the motion that is decided from the newest sample on, `since_start`, with instants after `origin`; none
     /// of a source that decides nothing ahead, or whose motion has no pieces of constant jerk.

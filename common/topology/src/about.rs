@@ -133,6 +133,7 @@ fn written(node: &PlantNode, axis: &PlantAxis) -> AboutAxis {
         AxisOrigin::Root {
             motion,
             present_after,
+            ..
         } => {
             let kind = match motion {
                 RootMotion::Program => AboutKind::Program,
@@ -305,6 +306,8 @@ fn origin(axis: &AboutAxis, names: &[String], field: &str) -> Result<AxisOrigin,
         present_after => Ok(AxisOrigin::Root {
             motion,
             present_after,
+            // A node does not say whom it waits for.
+            followers: Vec::new(),
         }),
     }
 }

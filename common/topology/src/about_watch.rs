@@ -250,6 +250,7 @@ mod tests {
         let origin = AxisOrigin::Root {
             motion,
             present_after: None,
+            followers: Vec::new(),
         };
         node("line", unit, modulo, origin)
     }

@@ -47,6 +47,7 @@ pub(crate) fn findings(graph: &AxisGraph<'_>) -> Vec<PlantFinding> {
     let mut found = same_names(graph.nodes);
     found.extend(circles(graph));
     for axis in 0..graph.count() {
+        found.extend(silent_followers(graph, axis));
         let Some(far) = graph.far(axis) else {
             continue;
         };
@@ -142,6 +143,39 @@ fn contradictions(
         ));
     }
     found.extend(cycle_times(here, there, far));
+    found
+}
+
+/// Nodes that an axis waits for, and which do not follow it with a slave: it would wait for ever.
+fn silent_followers(graph: &AxisGraph<'_>, axis: AxisNumber) -> Vec<PlantFinding> {
+    let (here, own) = (&graph.nodes[graph.node_of(axis)], graph.axis(axis));
+    let AxisOrigin::Root { followers, .. } = &own.origin else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    for (k, follower) in followers.iter().enumerate() {
+        let known = graph.nodes.iter().position(|node| node.name == *follower);
+        let (received, expected) = match known {
+            None => {
+                let names = graph.nodes.iter().map(|node| node.name.as_str());
+                let meant = did_you_mean(follower.as_str(), names);
+                (String::new(), format!("a node of these configs{meant}"))
+            }
+            Some(node) if graph.has_slave_of(node, axis) => continue,
+            // A status lists a part of the axes.
+            Some(node) if !graph.nodes[node].is_complete => continue,
+            Some(_) => {
+                let received = format!(", which has no slave of {}", own.name);
+                (received, "a receiver with a slave of the axis".to_owned())
+            }
+        };
+        found.push(PlantFinding {
+            file: here.file.clone(),
+            field: format!("{}.followers.nodes[{k}]", own.field),
+            received: format!("{:?}{received}", follower.as_str()),
+            expected,
+        });
+    }
     found
 }
 

@@ -125,6 +125,23 @@ impl<'a> AxisGraph<'a> {
         self.axis(axis).published.is_some() || followers.any(|other| self.node_of(*other) == node)
     }
 
+    /// True if a node has a slave of an axis, directly or behind other slaves of its own.
+    pub(crate) fn has_slave_of(&self, node: usize, axis: AxisNumber) -> bool {
+        let own = |axis: &AxisNumber| self.node_of(*axis) == node;
+        let mut due: Vec<_> = self.followers(axis).iter().copied().filter(own).collect();
+        let mut seen = due.clone();
+        while let Some(axis) = due.pop() {
+            if matches!(self.axis(axis).origin, AxisOrigin::Slave { .. }) {
+                return true;
+            }
+            let next = self.followers(axis).iter().copied().filter(own);
+            let next: Vec<_> = next.filter(|axis| !seen.contains(axis)).collect();
+            seen.extend(&next);
+            due.extend(next);
+        }
+        false
+    }
+
     /// Circles over all nodes.
     pub(crate) fn circles(&self) -> Vec<Circle> {
         let numbers = 0..self.count();

@@ -35,7 +35,7 @@
 //!     limits: None,
 //!     origin,
 //! };
-//! let conveyor = AxisOrigin::Root { motion: RootMotion::Program, present_after: Some(Span::from_millis(20)) };
+//! let conveyor = AxisOrigin::Root { motion: RootMotion::Program, present_after: Some(Span::from_millis(20)), followers: vec![] };
 //! let far = AxisOrigin::Far(FarReference {
 //!     field: "far[0]".to_owned(),
 //!     sources: vec![AxisAddress::read("line/axes/1").expect("an address")],

@@ -98,6 +98,8 @@ pub enum AxisOrigin {
         motion: RootMotion,
         /// Time after its generation at which it is shown.
         present_after: Option<Span>,
+        /// Nodes that it waits for and stops with.
+        followers: Vec<NodeName>,
     },
     /// The axis follows one of another node.
     Far(FarReference),

@@ -37,6 +37,7 @@ fn root(present_after_ms: i64) -> AxisOrigin {
     AxisOrigin::Root {
         motion: RootMotion::Program,
         present_after: (present_after_ms > 0).then(|| Span::from_millis(present_after_ms)),
+        followers: Vec::new(),
     }
 }
 
@@ -207,6 +208,7 @@ fn one_master_that_is_shown_now_leaves_nothing() {
     wheel.axes[0].origin = AxisOrigin::Root {
         motion: RootMotion::Encoder,
         present_after: None,
+        followers: Vec::new(),
     };
     let plant = PlantAnalysis::of(&[
         line(100),
@@ -286,6 +288,39 @@ fn axes_that_nobody_publishes_are_named() {
             "c.toml: far[0].channel: received \"slaves\" of line, which publishes nothing there, expected one of: \"axes\"",
             "d.toml: far[0].channel: received \"far-axes\" of b, which publishes nothing there, expected \
              publish-far-axes in b.toml, or one of: \"slaves\"",
+        ]
+    );
+}
+
+#[test]
+fn followers_that_do_not_follow_are_named() {
+    let mut line = line(0);
+    let named = ["a", "b", "bee", "line"].map(|name| NodeName::new(name).expect("a name"));
+    if let AxisOrigin::Root { followers, .. } = &mut line.axes[0].origin {
+        followers.extend(named);
+    }
+    let mut without = follower("b", "line/axes/1", None, LagRule::Full);
+    without
+        .axes
+        .retain(|axis| !matches!(axis.origin, AxisOrigin::Slave { .. }));
+    let plant = PlantAnalysis::of(&[
+        line,
+        follower("a", "line/axes/1", None, LagRule::Full),
+        without,
+    ]);
+    let nobody = |k, received| {
+        format!(
+            "line.toml: field-of-conveyor.followers.nodes[{k}]: received {received}, which has no slave of conveyor, \
+             expected a receiver with a slave of the axis"
+        )
+    };
+    assert_eq!(
+        texts(&plant),
+        [
+            nobody(1, "\"b\""),
+            "line.toml: field-of-conveyor.followers.nodes[2]: received \"bee\", expected a node of these configs"
+                .to_owned(),
+            nobody(3, "\"line\""),
         ]
     );
 }

@@ -19,11 +19,13 @@ pub enum Channel {
     BeaconResponses,
     /// `coaxle/<node>/plans`: motions of a sender's own axes, promised ahead.
     Plans,
+    /// `coaxle/<node>/followers`: reports of a receiver on its slaves, to the nodes that it follows.
+    Followers,
 }
 
 impl Channel {
     /// Every channel.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Axes,
         Self::Slaves,
         Self::TimeRequests,
@@ -32,6 +34,7 @@ impl Channel {
         Self::BeaconRequests,
         Self::BeaconResponses,
         Self::Plans,
+        Self::Followers,
     ];
 
     /// Returns the last part of its key.
@@ -46,6 +49,7 @@ impl Channel {
             Self::BeaconRequests => "beacon-requests",
             Self::BeaconResponses => "beacon-responses",
             Self::Plans => "plans",
+            Self::Followers => "followers",
         }
     }
 

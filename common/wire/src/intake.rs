@@ -3,6 +3,7 @@
 use crate::beacon::BeaconLabel;
 use crate::beacon_intake::BeaconIntake;
 use crate::channel::Channel;
+use crate::followers::ReportIntake;
 use crate::frame::{AxisSample, Frame, KeySeal, sender_id};
 use crate::keys::NodeName;
 use crate::message::Message;
@@ -117,6 +118,8 @@ pub enum Reader {
     Beacons(BeaconIntake),
     /// Plans of axes.
     Plans(PlanIntake),
+    /// Reports of a follower.
+    Reports(ReportIntake),
 }
 
 /// Picks a node's responses out of all responses of its counterpart.
@@ -149,7 +152,11 @@ impl Reader {
     pub fn axes(&self) -> usize {
         match self {
             Self::Axes(intake) => intake.samples.len(),
-            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) | Self::Plans(_) => 0,
+            Self::TimeRequests(_)
+            | Self::TimeResponses(_)
+            | Self::Beacons(_)
+            | Self::Plans(_)
+            | Self::Reports(_) => 0,
         }
     }
 
@@ -158,9 +165,11 @@ impl Reader {
     pub fn axis_ids(&self, payload: &[u8]) -> Vec<u32> {
         match self {
             Self::Axes(intake) => intake.axis_ids(payload),
-            Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Beacons(_) | Self::Plans(_) => {
-                Vec::new()
-            }
+            Self::TimeRequests(_)
+            | Self::TimeResponses(_)
+            | Self::Beacons(_)
+            | Self::Plans(_)
+            | Self::Reports(_) => Vec::new(),
         }
     }
 
@@ -170,11 +179,15 @@ impl Reader {
     pub fn concerns(&self, label: &BeaconLabel) -> bool {
         match self {
             Self::Beacons(intake) => intake.concerns(label),
-            Self::Axes(_) | Self::TimeRequests(_) | Self::TimeResponses(_) | Self::Plans(_) => true,
+            Self::Axes(_)
+            | Self::TimeRequests(_)
+            | Self::TimeResponses(_)
+            | Self::Plans(_)
+            | Self::Reports(_) => true,
         }
     }
 
-    /// Passes on the messages to the node about a frame: one, but for responses and plans, which may be several
+    /// Passes on the messages to the node about a frame: one, but for responses, plans and reports, which may be several
     /// or none. Does not allocate.
     pub fn read(&mut self, payload: &[u8], mut each: impl FnMut(&Message<'_>)) {
         match self {
@@ -201,6 +214,11 @@ impl Reader {
                     each(&Message::Rejected(reason));
                 }
             }
+            Self::Reports(intake) => {
+                if let Err(reason) = intake.read(payload, &mut each) {
+                    each(&Message::Rejected(reason));
+                }
+            }
             Self::Beacons(intake) => {
                 if let Some(message) = intake.message(payload) {
                     each(&message);
@@ -219,6 +237,12 @@ impl From<BeaconIntake> for Reader {
 impl From<PlanIntake> for Reader {
     fn from(intake: PlanIntake) -> Self {
         Self::Plans(intake)
+    }
+}
+
+impl From<ReportIntake> for Reader {
+    fn from(intake: ReportIntake) -> Self {
+        Self::Reports(intake)
     }
 }
 

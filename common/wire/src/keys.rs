@@ -1,5 +1,5 @@
 //! Key expressions: `coaxle/<node>/axes`, `/slaves`, `/far-axes`, `/time-requests`, `/time-responses`,
-//! `/plans`, `/command`, `/command/<operator>`, `/status`, `/about`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
+//! `/plans`, `/followers`, `/command`, `/command/<operator>`, `/status`, `/about`, `/rows`, `/audit`, `/alive`, `/seen-by/<node>`, `/runs/<epoch>`.
 
 use std::fmt;
 

@@ -3,6 +3,7 @@
 //! * [`frame`]: the axes of a node, once per cycle of its own clock.
 //! * [`exchange`]: time requests and responses; [`TimeServer`] responds.
 //! * [`plan`]: motions of axes, promised ahead.
+//! * [`followers`]: reports on the slaves of an axis, to its node.
 //! * [`beacon`]: time requests and responses near the wire, beside the transport.
 //!   [`BeaconServer`] responds.
 //! * [`command`]: orders to the slaves of a node from anywhere, and their results: JSON.
@@ -50,6 +51,7 @@ mod circle_change;
 pub mod command;
 pub mod document;
 pub mod exchange;
+pub mod followers;
 pub mod frame;
 pub mod intake;
 pub mod keys;
@@ -58,6 +60,7 @@ mod one_line;
 pub mod plan;
 mod present_after;
 mod rejection;
+mod run_cycle;
 mod scan;
 pub mod time_server;
 
@@ -68,12 +71,14 @@ pub use channel::Channel;
 pub use circle_change::CircleChange;
 pub use command::{CommandAnswer, CommandOrder, CommandOutcome};
 pub use exchange::TimeRequest;
+pub use followers::{FollowerReport, ReportIntake};
 pub use frame::{AxisSample, Frame, FrameHeader};
 pub use intake::{Intake, Reader};
-pub use message::{KeptMessage, Message, Outgoing, PlannedPiece};
+pub use message::{FollowerState, KeptMessage, Message, Outgoing, PlannedPiece, ReceivedReport};
 pub use one_line::{MOST_CHARACTERS, one_line};
-pub use plan::{AxisPlan, PlanIntake, PlansHeader};
+pub use plan::{AxisPlan, PlanIntake};
 pub use present_after::PresentAfter;
 pub use rejection::{Rejection, RejectionCounters};
+pub use run_cycle::RunCycle;
 pub use scan::{InvalidScan, NodeScan, ReceivedMessage, SCAN_VERSION};
 pub use time_server::{TimeServer, TimeServerCounters};

@@ -3,6 +3,7 @@
 use coaxle_axis::motion_plan::{MotionPiece, PlanFault};
 use coaxle_clock::delay::TimeResponse;
 use coaxle_clock::{Instant, Local, Span};
+use coaxle_curve::profile::Limits;
 
 use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::channel::Channel;
@@ -27,6 +28,8 @@ pub enum Message<'a> {
     PlannedPiece(PlannedPiece),
     /// Plan of an axis that this node follows, refused on its way in.
     PlanRefused(PlanFault),
+    /// Report of a follower about an axis of this node.
+    FollowerReport(ReceivedReport),
     /// Frame that was refused on its way in.
     Rejected(Rejection),
 }
@@ -50,6 +53,36 @@ pub struct PlannedPiece {
     pub piece: MotionPiece,
 }
 
+/// Report about an axis of this node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReceivedReport {
+    /// Run of the follower.
+    pub epoch: u64,
+    /// The follower's cycle count when it made the report.
+    pub count: u64,
+    /// Run of this node that it follows.
+    pub run: u64,
+    /// Id of the axis.
+    pub axis_id: u32,
+    /// Its slaves.
+    pub state: FollowerState,
+}
+
+/// State of the slaves of a node that follow an axis of another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FollowerState {
+    /// Number of slaves.
+    pub slaves: u16,
+    /// Number of those that are in sync.
+    pub in_sync: u16,
+    /// Number of those in error.
+    pub in_error: u16,
+    /// Greatest distance of a slave in sync from the position of its coupling, u of the slave.
+    pub distance: f64,
+    /// Limits within which the axis leads all slaves that are not in error within theirs: in units of the axis.
+    pub limits: Limits,
+}
+
 impl<'a> Message<'a> {
     /// Splits off the axes, so that both parts can be kept in two places.
     #[must_use]
@@ -64,6 +97,7 @@ impl<'a> Message<'a> {
             Self::BeaconResponse(response) => (Message::BeaconResponse(response), &[]),
             Self::PlannedPiece(piece) => (Message::PlannedPiece(piece), &[]),
             Self::PlanRefused(fault) => (Message::PlanRefused(fault), &[]),
+            Self::FollowerReport(report) => (Message::FollowerReport(report), &[]),
             Self::Rejected(reason) => (Message::Rejected(reason), &[]),
         }
     }

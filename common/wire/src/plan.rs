@@ -11,10 +11,11 @@ use coaxle_curve::profile::{Kinematics, Limits};
 use serde::{Deserialize, Serialize};
 
 use crate::channel::Channel;
-use crate::frame::{FORMAT_VERSION, KeySeal, read, read_send_stamp, sender_id, write};
+use crate::frame::{KeySeal, read, read_send_stamp, sender_id, write};
 use crate::keys::NodeName;
 use crate::message::{Message, PlannedPiece};
 use crate::rejection::Rejection;
+use crate::run_cycle::{ListPrefix, RunCycle};
 
 /// Greatest number of plans in one message.
 pub const MAX_PLANS: usize = 8;
@@ -24,17 +25,6 @@ pub const PLANS_CAPACITY: usize = 1 + 5 + 10 + 10 + 1 + MAX_PLANS * MAX_PLAN_LEN
 
 /// Axis id, four limits, promise, number of pieces, pieces.
 const MAX_PLAN_LEN: usize = 5 + 4 * 8 + 10 + 1 + MOST_PIECES * (10 + 10 + 4 * 8);
-
-/// Node that plans, its run and its cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PlansHeader {
-    /// Sender: the CRC-32 of its node name.
-    pub sender: u32,
-    /// Run of the sender.
-    pub epoch: u64,
-    /// The sender's cycle count when it made the plans: those of a later cycle replace them.
-    pub count: u64,
-}
 
 /// Plan of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,20 +38,13 @@ pub struct AxisPlan {
 /// Writes a message of plans up to its send stamp into `out` and returns its length. Of more than [`MAX_PLANS`] the first
 /// are taken. Does not allocate.
 pub fn encode_plans(
-    header: &PlansHeader,
+    header: &RunCycle,
     plans: &[AxisPlan],
     out: &mut [u8; PLANS_CAPACITY],
 ) -> usize {
     const ROOM: &str = "the buffer holds the longest plans";
     let plans = &plans[..plans.len().min(MAX_PLANS)];
-    let prefix = PlansPrefix {
-        version: FORMAT_VERSION,
-        sender: header.sender,
-        epoch: header.epoch,
-        count: header.count,
-        plans: plans.len() as u32,
-    };
-    let mut used = write(&prefix, out).expect(ROOM);
+    let mut used = write(&ListPrefix::of(header, plans.len()), out).expect(ROOM);
     for AxisPlan { axis_id, plan } in plans {
         let prefix = PlanPrefix::of(*axis_id, plan);
         used += write(&prefix, &mut out[used..]).expect(ROOM);
@@ -82,7 +65,7 @@ impl KeySeal {
         &self,
         payload: &[u8],
         each: impl FnMut(u32, Result<MotionPlan, InvalidPlan>),
-    ) -> Result<PlansHeader, Rejection> {
+    ) -> Result<RunCycle, Rejection> {
         let plans = self.verified_plans(payload)?;
         plans.each(each)?;
         Ok(plans.header)
@@ -126,7 +109,7 @@ impl PlanIntake {
         mut each: impl FnMut(&Message<'_>),
     ) -> Result<(), Rejection> {
         let plans = self.seal.verified_plans(payload)?;
-        let PlansHeader {
+        let RunCycle {
             sender,
             epoch,
             count,
@@ -156,15 +139,6 @@ impl PlanIntake {
             }
         })
     }
-}
-
-#[derive(Serialize, Deserialize)]
-struct PlansPrefix {
-    version: u8,
-    sender: u32,
-    epoch: u64,
-    count: u64,
-    plans: u32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -289,7 +263,7 @@ impl From<PlannedPieceOnWire> for PlannedPiece {
 
 /// Message of plans, read to its end.
 struct ReadPlans<'a> {
-    header: PlansHeader,
+    header: RunCycle,
     count: u32,
     /// Bytes that begin with the plans.
     plans: &'a [u8],
@@ -297,22 +271,15 @@ struct ReadPlans<'a> {
 
 impl<'a> ReadPlans<'a> {
     fn read(content: &'a [u8]) -> Result<Self, Rejection> {
-        let (prefix, plans) = read::<PlansPrefix>(content)?;
-        if prefix.plans > MAX_PLANS as u32 {
-            return Err(Rejection::Malformed);
-        }
+        let (header, count, plans) = ListPrefix::read(content, MAX_PLANS)?;
         let mut rest = plans;
-        for _ in 0..prefix.plans {
+        for _ in 0..count {
             (_, rest) = read_plan(rest)?;
         }
         read_send_stamp(rest)?;
         Ok(Self {
-            header: PlansHeader {
-                sender: prefix.sender,
-                epoch: prefix.epoch,
-                count: prefix.count,
-            },
-            count: prefix.plans,
+            header,
+            count,
             plans,
         })
     }

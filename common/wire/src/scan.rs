@@ -14,8 +14,9 @@ use crate::beacon::{BeaconRequest, BeaconResponse};
 use crate::circle_change::{CircleChange, CircleOnWire};
 use crate::command::CommandOrder;
 use crate::exchange::TimeRequest;
+use crate::followers::StateBody;
 use crate::frame::{AxisSample, Frame, FrameHeader};
-use crate::message::{KeptMessage, Message};
+use crate::message::{KeptMessage, Message, ReceivedReport};
 use crate::plan::PlannedPieceOnWire;
 use crate::present_after::PresentAfter;
 use crate::rejection::Rejection;
@@ -176,6 +177,13 @@ enum MessageOnWire {
     PlannedPiece(PlannedPieceOnWire),
     /// Index in [`PlanFault::ALL`].
     PlanRefused(u8),
+    FollowerReport {
+        epoch: u64,
+        count: u64,
+        run: u64,
+        axis_id: u32,
+        state: StateBody,
+    },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -245,6 +253,13 @@ impl From<Message<'_>> for MessageOnWire {
             Message::BeaconResponse(response) => Self::BeaconResponse(response),
             Message::PlannedPiece(piece) => Self::PlannedPiece(piece.into()),
             Message::PlanRefused(fault) => Self::PlanRefused(fault as u8),
+            Message::FollowerReport(report) => Self::FollowerReport {
+                epoch: report.epoch,
+                count: report.count,
+                run: report.run,
+                axis_id: report.axis_id,
+                state: StateBody::from(&report.state),
+            },
             Message::Rejected(reason) => {
                 let place = REJECTIONS.iter().position(|other| *other == reason);
                 Self::Rejected(place.map_or(u8::MAX, |place| place as u8))
@@ -294,6 +309,19 @@ impl MessageOnWire {
                 let fault = PlanFault::ALL.get(usize::from(place));
                 Message::PlanRefused(*fault.ok_or(InvalidScan::Malformed)?)
             }
+            Self::FollowerReport {
+                epoch,
+                count,
+                run,
+                axis_id,
+                state,
+            } => Message::FollowerReport(ReceivedReport {
+                epoch,
+                count,
+                run,
+                axis_id,
+                state: state.checked().map_err(|_| InvalidScan::Malformed)?,
+            }),
             Self::Rejected(place) => {
                 let reason = REJECTIONS.get(usize::from(place));
                 Message::Rejected(*reason.ok_or(InvalidScan::Malformed)?)

@@ -106,6 +106,11 @@ impl FarConfig {
         beacons.map_err(|wrong| wrong.within("timing.faults"))
     }
 
+    /// The node itself, then its standbys.
+    pub fn nodes(&self) -> impl Iterator<Item = &NodeName> {
+        std::iter::once(&self.node).chain(&self.standby)
+    }
+
     /// Faults applied to the time requests to it.
     #[must_use]
     pub fn faults_of_requests(&self) -> &LinkConfig {

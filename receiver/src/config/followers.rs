@@ -3,7 +3,7 @@
 use coaxle_node::circles::{AxisAddress, Circle, Follower, circles};
 use coaxle_node::{Channel, keys::NodeName};
 
-use super::{FarConfig, MasterRef, ReceiverConfig};
+use super::{FarChannel, FarConfig, MasterRef, ReceiverConfig};
 
 impl ReceiverConfig {
     /// Slaves, and far axes published as corrected, each with all configured masters on other
@@ -24,6 +24,13 @@ impl ReceiverConfig {
             is_coupled: true,
         });
         slaves.chain(far_axes).collect()
+    }
+
+    /// True if it reports to the nodes of its masters: only senders listen, and only slaves are reported.
+    #[must_use]
+    pub fn reports(&self) -> bool {
+        let is_of_sender = |far: &FarConfig| far.channel == FarChannel::Axes;
+        !self.slaves.is_empty() && self.far.iter().any(is_of_sender)
     }
 
     /// A circle of its own axes, closed over the network.
@@ -70,12 +77,8 @@ impl ReceiverConfig {
             channel: far.channel.into(),
             id: axis.id,
         };
-        nodes_of(far).map(of).collect()
+        far.nodes().map(of).collect()
     }
-}
-
-fn nodes_of(far: &FarConfig) -> impl Iterator<Item = &NodeName> {
-    std::iter::once(&far.node).chain(&far.standby)
 }
 
 #[cfg(test)]

@@ -43,6 +43,7 @@ impl ReceiverConfig {
             }
             self.check_delay(axis)
                 .and_then(|()| check_lead(axis))
+                .and_then(|()| check_followers(axis))
                 .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}]")))?;
             self.check_name(axis, before)
                 .map_err(|wrong| wrong.within(format_args!("virtual-axis[{n}].name")))?;
@@ -101,6 +102,17 @@ fn check_lead(axis: &AxisConfig) -> Result<(), Wrong> {
             ms,
             "0 or none: only senders publish plans",
         )),
+        None => Ok(()),
+    }
+}
+
+/// Checks that it has no followers: those report to senders.
+fn check_followers(axis: &AxisConfig) -> Result<(), Wrong> {
+    match &axis.followers {
+        Some(_) => {
+            let expected = "none: followers report to senders only";
+            Err(Wrong::of("followers", "a table", expected))
+        }
         None => Ok(()),
     }
 }

@@ -174,6 +174,12 @@ impl FarNode {
         out.nodes[number].health = health.name();
     }
 
+    /// Place of the node that is followed, itself or a standby, and its run; none before its first frame.
+    pub(crate) fn followed_run(&self) -> Option<(usize, u64)> {
+        let header = self.followed().news().header.as_ref()?;
+        Some((self.take_over.followed(), header.epoch))
+    }
+
     /// The node that is followed.
     fn followed(&self) -> &Candidate {
         &self.candidates[self.take_over.followed()]

@@ -9,6 +9,7 @@ use coaxle_node::frame::MAX_AXES;
 use coaxle_slave::{CIRCLE_CODE, CoupledStart, SlaveAxis};
 
 use super::Slaves;
+use super::followers::roots;
 use super::plates::{plates, plates_of_steps};
 use super::slave::{Slave, SlaveParts};
 use super::tool::Tool;
@@ -39,6 +40,7 @@ impl Slaves {
         by_id.sort_by_key(|n| config.slave_id(*n));
         let has_slaves = |n| (sources.iter()).any(|of| of.contains(&MasterRef::Slave(n)));
         let leads = (0..slaves.len()).map(has_slaves).collect();
+        let roots = roots(&order, &sources);
         let mut plates = plates(config)?;
         let slaves = (sources.into_iter().enumerate())
             .map(|(n, sources)| {
@@ -48,6 +50,7 @@ impl Slaves {
         Ok(Self {
             plates,
             leads,
+            roots,
             axes: vec![NcToPlcAxis::default(); slaves.len()].into(),
             slaves,
             order,

@@ -2,6 +2,7 @@
 
 mod build;
 mod cam_orders;
+mod followers;
 mod for_program;
 mod masters;
 mod plates;
@@ -20,6 +21,7 @@ use coaxle_slave::{Command, Refusal, SlaveError};
 use crate::config::MasterRef;
 use crate::health::Health;
 use crate::snapshot::ReceiverSnapshot;
+pub(crate) use followers::SlavesOfAxis;
 use masters::SlaveMasters;
 use plates::room;
 use slave::Slave;
@@ -37,6 +39,8 @@ pub(crate) struct Slaves {
     by_id: Vec<usize>,
     /// True for each slave that leads another.
     leads: Vec<bool>,
+    /// Far axes that each slave follows, directly or behind other slaves.
+    roots: Box<[Box<[usize]>]>,
     /// Published axes: a place for each slave.
     axes: Box<[NcToPlcAxis]>,
 }

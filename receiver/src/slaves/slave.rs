@@ -302,6 +302,12 @@ impl Slave {
         self.axis.error()
     }
 
+    /// True if it moves with its masters, at the position of its coupling.
+    pub(super) fn is_in_sync(&self) -> bool {
+        let phase = self.phase().filter(|_| self.start.is_none());
+        phase.is_some_and(CouplingPhase::is_in_sync)
+    }
+
     /// True if its limits hold it away from the position of its coupling.
     pub(super) fn is_behind(&self) -> bool {
         self.phase() == Some(CouplingPhase::Behind)

@@ -25,6 +25,7 @@ mod pending_coupling;
 mod planned;
 mod presented;
 mod programs;
+mod reports;
 mod slave;
 mod slaves;
 mod standby;

@@ -452,7 +452,8 @@ fn goes_through_its_life_without_allocating(mode: &str) {
                     | Channel::FarAxes
                     | Channel::BeaconRequests
                     | Channel::BeaconResponses
-                    | Channel::Plans => {}
+                    | Channel::Plans
+                    | Channel::Followers => {}
                 }
             }
             while let Some(arrival) = receiver.arrival() {

@@ -30,6 +30,7 @@ pub const CATALOG: &[(&str, &str)] = catalogue![
     "master-in-motion",
     "presented",
     "presented-chain",
+    "coupled-stop",
     "planned-partition",
     "drift-change",
     "sender-restart",

@@ -244,7 +244,7 @@ fn connect(world: &mut World<AnyNode>, scenario: &Scenario) -> anyhow::Result<()
         } = subscription;
         // The follower lays its faults over the link, in either direction.
         let (follower, faults, far) = match channel {
-            Channel::TimeRequests | Channel::BeaconRequests => {
+            Channel::TimeRequests | Channel::BeaconRequests | Channel::Followers => {
                 (&from.node, &publication.faults, publication.far)
             }
             _ => (&to.node, &subscription.faults, subscription.far),

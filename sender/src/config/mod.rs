@@ -31,15 +31,15 @@ use std::ops::Deref;
 use std::path::Path;
 
 use coaxle_clock::Span;
-use coaxle_node::Channel;
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, PresentAfterMs, RealTimeConfig, TimingEndpoints, TimingServerConfig,
-    TransportConfig, Wrong,
+    ClockConfig, CycleMicros, LinkConfig, PresentAfterMs, RealTimeConfig, TimingEndpoints,
+    TimingServerConfig, TransportConfig, Wrong,
 };
 use coaxle_node::faults::check_clock;
 use coaxle_node::frame::MAX_AXES;
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::{Publication, Subscription, Wiring};
+use coaxle_node::{Channel, ReportIntake};
 use coaxle_source::config::AxisConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -114,10 +114,34 @@ impl SenderConfig {
                 .collect(),
             subscriptions: vec![Subscription::time_requests_to(&self.name)],
         };
-        match &self.timing {
+        let mut wiring = match &self.timing {
             Some(_) => wiring.with_timing_server(),
             None => wiring,
+        };
+        // After all others, whose numbers they leave as they are.
+        let followers = self.followers().into_iter().enumerate();
+        let reports = followers.map(|(far, follower)| Subscription {
+            channel: Channel::Followers,
+            reader: ReportIntake::new(&follower, &self.name).into(),
+            faults: LinkConfig::default(),
+            node: follower,
+            far,
+        });
+        wiring.subscriptions.extend(reports);
+        wiring
+    }
+
+    /// Followers of all axes, each once, in the order of the config.
+    #[must_use]
+    pub fn followers(&self) -> Vec<NodeName> {
+        let of_axes = self.axes.iter().filter_map(|axis| axis.followers.as_ref());
+        let mut followers: Vec<NodeName> = Vec::new();
+        for node in of_axes.flat_map(|followers| &followers.nodes) {
+            if !followers.contains(node) {
+                followers.push(node.clone());
+            }
         }
+        followers
     }
 
     /// Address on which it responds to beacons.

@@ -85,10 +85,29 @@ fn status_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Map<String, Va
         axis.insert("unit".to_owned(), json!(instance.unit));
         (instance.name.clone(), Value::Object(axis))
     };
+    if snapshot.signals.node.followers_failed > 0 {
+        status.insert("health".to_owned(), json!("follower-failed"));
+    }
+    status.insert("followers".to_owned(), followers_of(config, snapshot));
     // Both come from the shown axes of one config, in one order.
     let axes = axes.zip(snapshot.axes()).map(axis);
     status.insert("axes".to_owned(), Value::Object(axes.collect()));
     status
+}
+
+/// Followers of each axis by their names: `{ "conveyor": { "saw": "in-sync" } }`.
+fn followers_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Value {
+    let mut conditions = snapshot.followers.iter();
+    let mut axes = Map::new();
+    for axis in config.axes.iter() {
+        let Some(followers) = &axis.followers else {
+            continue;
+        };
+        let of_axis = followers.nodes.iter().zip(conditions.by_ref());
+        let of_axis = of_axis.map(|(node, condition)| (node.to_string(), json!(condition)));
+        axes.insert(axis.id.to_string(), Value::Object(of_axis.collect()));
+    }
+    Value::Object(axes)
 }
 
 #[cfg(test)]

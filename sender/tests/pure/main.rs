@@ -1,5 +1,6 @@
 //! Tests of the sender without a network.
 
+mod followers;
 mod no_alloc;
 mod node;
 

@@ -75,6 +75,12 @@ pub const TARGETS: &[Target] = &[
         seeds: seeds::plans,
     },
     Target {
+        name: "reports",
+        kind: Kind::Bytes,
+        run: wire::reports,
+        seeds: seeds::reports,
+    },
+    Target {
         name: "arrivals",
         kind: Kind::Bytes,
         run: streams::arrivals,

@@ -4,15 +4,20 @@ use std::path::{Path, PathBuf};
 
 use coaxle_axis::NcToPlcAxis;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
+use coaxle_curve::profile::Limits;
 use coaxle_files::cam::CamFile;
 use coaxle_files::point_table::PointTable;
 use coaxle_node::exchange::{
     MAX_TIME_RESPONSES, ReceivedRequest, TIME_REQUEST_CAPACITY, TIME_RESPONSES_CAPACITY,
     TimeResponsesHeader, encode_time_request, encode_time_responses,
 };
-use coaxle_node::frame::{KeySeal, body_capacity, encode_body, sender_id};
+use coaxle_node::followers::{REPORTS_CAPACITY, encode_reports};
+use coaxle_node::frame::{KeySeal, body_capacity, encode_body, seal, sender_id};
 use coaxle_node::plan::{PLANS_CAPACITY, encode_plans};
-use coaxle_node::{AxisPlan, Channel, FrameHeader, PlansHeader, PresentAfter, TimeRequest};
+use coaxle_node::{
+    AxisPlan, Channel, FollowerReport, FollowerState, FrameHeader, PresentAfter, RunCycle,
+    TimeRequest,
+};
 use coaxle_source::{AxisSource, MotionProgram};
 
 use crate::streams::subscription_to;
@@ -256,7 +261,7 @@ pub(crate) fn plans() -> Seeds {
         let plans: Vec<_> = (ids.iter())
             .map(|id| AxisPlan { axis_id: *id, plan })
             .collect();
-        let header = PlansHeader {
+        let header = RunCycle {
             sender: sender_id(&far()),
             epoch: 5,
             count: millis as u64,
@@ -269,6 +274,48 @@ pub(crate) fn plans() -> Seeds {
         ("standing".to_owned(), message(0, &FOLLOWED)),
         ("moving".to_owned(), message(150, &[2, 9])),
         ("none".to_owned(), message(200, &[])),
+    ]
+}
+
+/// Reports of a follower.
+pub(crate) fn reports() -> Seeds {
+    let message = |reports: u32, node| {
+        let report = |axis_id| FollowerReport {
+            node,
+            run: 5,
+            axis_id,
+            state: FollowerState {
+                slaves: 3,
+                in_sync: 2,
+                in_error: 1,
+                distance: 0.001,
+                limits: Limits::NONE,
+            },
+        };
+        let reports: Vec<_> = (0..reports).map(report).collect();
+        let header = RunCycle {
+            sender: sender_id(&near()),
+            epoch: 8,
+            count: 1_000,
+        };
+        let mut body = [0; REPORTS_CAPACITY];
+        let length = encode_reports(&header, &reports, &mut body);
+        let mut message = Vec::new();
+        let key = near().channel_key(Channel::Followers);
+        seal(
+            &key,
+            &body[..length],
+            Some(Span::from_micros(12)),
+            &mut message,
+        );
+        message
+    };
+    let far = sender_id(&far());
+    vec![
+        ("one".to_owned(), message(1, far)),
+        ("as-many-as-fit".to_owned(), message(16, far)),
+        ("of-another-node".to_owned(), message(2, 1)),
+        ("none".to_owned(), message(0, far)),
     ]
 }
 

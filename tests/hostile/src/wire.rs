@@ -5,7 +5,8 @@ use coaxle_clock::{CycleTime, Instant, Seconds, Span};
 use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{
-    Channel, Intake, KeptMessage, Message, PlanIntake, PlannedPiece, Reader, TimeServer,
+    Channel, Intake, KeptMessage, Message, PlanIntake, PlannedPiece, Reader, ReportIntake,
+    TimeServer,
 };
 
 use crate::Outcome;
@@ -34,6 +35,12 @@ pub(crate) fn frame(data: &[u8]) -> Outcome {
 pub(crate) fn plans(data: &[u8]) -> Outcome {
     let key = far().channel_key(Channel::Plans);
     read(PlanIntake::new(&far(), &FOLLOWED).into(), &key, data)
+}
+
+/// A message of reports of a follower.
+pub(crate) fn reports(data: &[u8]) -> Outcome {
+    let key = near().channel_key(Channel::Followers);
+    read(ReportIntake::new(&near(), &far()).into(), &key, data)
 }
 
 /// A time request, up to the response.
@@ -73,6 +80,11 @@ fn read_one(reader: &mut Reader, data: &[u8]) -> Outcome {
             Message::TimeRequest(request) => respond(request),
             Message::PlannedPiece(planned) => assert_plausible(planned),
             Message::PlanRefused(fault) => outcome = Err(fault.name().to_owned()),
+            Message::FollowerReport(report) => {
+                let state = &report.state;
+                assert!(state.in_sync <= state.slaves && state.in_error <= state.slaves);
+                assert!(state.distance >= 0.0 && state.limits.velocity() > 0.0);
+            }
             Message::TimeResponse(_) | Message::BeaconRequest(_) | Message::BeaconResponse(_) => {}
             Message::Rejected(reason) => outcome = Err(reason.to_string()),
         }

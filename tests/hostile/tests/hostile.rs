@@ -66,6 +66,7 @@ mutations_hold! {
     time_requests: "time-request",
     time_responses: "time-response",
     plans: "plans",
+    reports: "reports",
     arrivals: "arrivals",
     orders: "order",
     sender_configs: "sender-config",

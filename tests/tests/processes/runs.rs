@@ -253,6 +253,36 @@ fn receivers_can_be_chained() {
     }
 }
 
+/// With two of the seven: ten processes are too many for two cores.
+#[test]
+fn a_master_waits_for_its_followers_and_stops_with_them() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let sets = [
+        "duration-s=14",
+        "sender.line.axis.0.followers.nodes=['press', 'roll-1', 'roll-2']",
+        // What comes late on a busy machine is no failure here.
+        "sender.line.axis.0.followers.age-limit-ms=5000",
+        "receiver.press.slave.press.limits.max-position=2500",
+        "group.0.count=2",
+        "expect=[]",
+        "group.0.expect=[]",
+    ];
+    let summary = run_processes("coupled-stop", out.path(), &sets);
+    let slave =
+        |receiver: &str, slave: &str| summary["receivers"][receiver]["slaves"][slave].clone();
+    let press = slave("press", "press");
+    // It moved, so that all had been in sync, and the press came to its limit.
+    assert_eq!(press["last_error"], "0x4229", "{press}");
+    if all_kept_their_cycles(&summary) {
+        for roll in ["roll-1", "roll-2"].map(|receiver| slave(receiver, "roll")) {
+            assert_eq!(roll["errors"], 0, "{roll}");
+            let position = roll["position"].as_f64().expect("a position");
+            assert!((2_500.0..3_500.0).contains(&position), "{roll}");
+        }
+    }
+}
+
 #[test]
 fn the_delay_is_measured_and_taken_away() {
     let _alone = alone();

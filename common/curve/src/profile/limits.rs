@@ -15,6 +15,14 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Limits of an axis without any: the greatest that a config takes.
+    pub const NONE: Self = Self {
+        velocity: 1e15,
+        acceleration: 1e15,
+        deceleration: 1e15,
+        jerk: 1e15,
+    };
+
     /// Makes limits in u/s, u/s², u/s² and u/s³.
     ///
     /// # Errors
@@ -40,6 +48,17 @@ impl Limits {
     pub fn with_velocity(self, velocity: f64) -> Result<Self, InvalidLimit> {
         let velocity = checked("velocity", velocity)?;
         Ok(Self { velocity, ..self })
+    }
+
+    /// Returns limits that keep these and the others: the lesser of each.
+    #[must_use]
+    pub const fn at_most(&self, others: &Self) -> Self {
+        Self {
+            velocity: self.velocity.min(others.velocity),
+            acceleration: self.acceleration.min(others.acceleration),
+            deceleration: self.deceleration.min(others.deceleration),
+            jerk: self.jerk.min(others.jerk),
+        }
     }
 
     /// Reduces the acceleration of a state to one that can be led to zero, within the jerk, before the

@@ -25,6 +25,7 @@ impl GatewayConfig {
             origin: AxisOrigin::Root {
                 motion: RootMotion::Plc,
                 present_after: None,
+                followers: Vec::new(),
             },
         });
         let outputs = self.outputs.iter().enumerate();

@@ -28,7 +28,7 @@ pub(crate) struct DescribedRuns {
 /// Decision about a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FrameAdmission {
-    /// Nothing contradicts.
+    /// Without a contradiction.
     Pass,
     /// The description of the run is still to come.
     Wait,

@@ -167,7 +167,8 @@ impl Reception {
                         | Message::TimeResponse(_)
                         | Message::BeaconRequest(_)
                         | Message::BeaconResponse(_)
-                        | Message::PlannedPiece(_) => {}
+                        | Message::PlannedPiece(_)
+                        | Message::FollowerReport(_) => {}
                     }
                     // Refused messages as well: the node counts them by their reasons.
                     inbox.push(arrival, message);

@@ -60,7 +60,8 @@ impl Node for Toy {
             | Message::BeaconRequest(_)
             | Message::BeaconResponse(_)
             | Message::PlannedPiece(_)
-            | Message::PlanRefused(_) => {}
+            | Message::PlanRefused(_)
+            | Message::FollowerReport(_) => {}
         }
     }
 

@@ -136,6 +136,11 @@ checked_number! {
 }
 
 checked_number! {
+    /// Time without a report after which a follower has failed, ms: reports come every 50 ms.
+    AgeLimitMs, "a number from 100 to 60000", (Included(1e2), Included(6e4))
+}
+
+checked_number! {
     /// Duration added by a fault, µs: up to about a minute and a half.
     FaultMicros, "a number from 0 to 100000000", (Included(0.0), Included(1e8))
 }
@@ -194,6 +199,21 @@ impl LeadMs {
     #[must_use]
     pub fn span(self) -> Span {
         Span::from_micros_f64(self.0 * 1e3)
+    }
+}
+
+impl AgeLimitMs {
+    /// The time.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0 * 1e3)
+    }
+}
+
+impl Default for AgeLimitMs {
+    fn default() -> Self {
+        // Five reports may be lost, one after the other.
+        Self(300.0)
     }
 }
 

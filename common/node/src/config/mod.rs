@@ -24,9 +24,9 @@ mod wrong;
 
 pub use crate::guess::did_you_mean;
 pub use checked::{
-    AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros, DelayMicros,
-    DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction, Increment, LeadMs,
-    PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
+    AgeLimitMs, AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros,
+    DelayMicros, DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction,
+    Increment, LeadMs, PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub(crate) use document::{document_of, document_of_table};

@@ -9,6 +9,7 @@ use coaxle_node::config::{Increment, LeadMs, PresentAfterMs, Unit, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::followers::FollowersConfig;
 use super::program::ProgramConfig;
 
 /// An axis and its source.
@@ -27,6 +28,8 @@ pub struct AxisConfig {
     pub present_after_ms: Option<PresentAfterMs>,
     /// Time by which its motion is decided and promised ahead, ms; none for that of its presentation.
     pub lead_ms: Option<LeadMs>,
+    /// Followers that it waits for, stops with, and whose limits it keeps; none of an axis that leads without asking.
+    pub followers: Option<FollowersConfig>,
     /// Source of its motion.
     pub source: SourceConfig,
 }
@@ -142,6 +145,9 @@ struct Written {
     /// know it where frames are missing. `present-after-ms` by default; 0: no promise.
     #[serde(skip_serializing_if = "Option::is_none")]
     lead_ms: Option<LeadMs>,
+    /// Followers that its program waits for, stops with, and whose limits it keeps. By default it leads without asking.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    followers: Option<FollowersConfig>,
     /// A virtual axis that runs a program. One of program, encoder and replay.
     #[serde(skip_serializing_if = "Option::is_none")]
     program: Option<ProgramConfig>,
@@ -164,6 +170,7 @@ impl TryFrom<Written> for AxisConfig {
             modulo,
             present_after_ms,
             lead_ms,
+            followers,
             ..
         } = written;
         // Characters, not bytes: a name in any script has the same room.
@@ -188,6 +195,7 @@ impl TryFrom<Written> for AxisConfig {
             }
         };
         check_lead(lead_ms, &source)?;
+        check_followers(followers.as_ref(), &source)?;
         Ok(Self {
             id,
             name,
@@ -195,6 +203,7 @@ impl TryFrom<Written> for AxisConfig {
             modulo,
             present_after_ms,
             lead_ms,
+            followers,
             source,
         })
     }
@@ -216,6 +225,28 @@ fn check_lead(lead_ms: Option<LeadMs>, source: &SourceConfig) -> Result<(), Wron
         }
         None => Ok(()),
     }
+}
+
+/// Checks that only a program reacts to followers, and that there are some if it does.
+fn check_followers(
+    followers: Option<&FollowersConfig>,
+    source: &SourceConfig,
+) -> Result<(), Wrong> {
+    let kind = match (source, followers) {
+        (SourceConfig::Program(_), Some(followers)) => {
+            return followers.check().map_err(|wrong| wrong.within("followers"));
+        }
+        (SourceConfig::Program(program), None) => return program.check_no_followers(),
+        (SourceConfig::Encoder(encoder), None) => {
+            let checked = encoder.program.check_no_followers();
+            return checked.map_err(|wrong| wrong.within("encoder"));
+        }
+        (SourceConfig::Replay(_), None) => return Ok(()),
+        (SourceConfig::Encoder(_), Some(_)) => "an encoder",
+        (SourceConfig::Replay(_), Some(_)) => "a replay",
+    };
+    let expected = format!("none for {kind}: only a program waits and stops");
+    Err(Wrong::of("followers", "a table", expected))
 }
 
 fn not_one_source(sources: &[(&str, bool)]) -> Wrong {
@@ -241,6 +272,7 @@ impl From<AxisConfig> for Written {
             modulo,
             present_after_ms,
             lead_ms,
+            followers,
             source,
         } = axis;
         let mut written = Self {
@@ -250,6 +282,7 @@ impl From<AxisConfig> for Written {
             modulo,
             present_after_ms,
             lead_ms,
+            followers,
             program: None,
             encoder: None,
             replay: None,

@@ -29,6 +29,9 @@ impl AxisConfig {
                     SourceConfig::Replay(_) => RootMotion::Replay,
                 },
                 present_after: self.present_after_ms.map(PresentAfterMs::span),
+                followers: (self.followers.as_ref())
+                    .map(|followers| followers.nodes.clone())
+                    .unwrap_or_default(),
             },
         }
     }

@@ -105,6 +105,11 @@ pub enum StepConfig {
     /// `MC_Halt`: comes to a standstill.
     #[doc(alias = "MC_Halt")]
     Halt {},
+    /// Waits for the followers of the axis. A moving axis keeps moving.
+    When {
+        /// State to wait for.
+        followers: FollowersState,
+    },
     /// Waits. A moving axis keeps moving.
     Dwell {
         /// Time, s.
@@ -117,6 +122,21 @@ pub enum StepConfig {
         /// The steps.
         steps: Vec<StepConfig>,
     },
+}
+
+/// State of the followers of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FollowersState {
+    /// Each of them has slaves of the axis, and all of these are in sync.
+    InSync,
+}
+
+impl ProgramConfig {
+    /// Checks that no step waits for followers, in the program of an axis without any.
+    pub(super) fn check_no_followers(&self) -> Result<(), Wrong> {
+        check::no_followers("program.steps", &self.steps)
+    }
 }
 
 /// Number of runs of a program: `true` for ever, `false` once, or a count.

@@ -5,6 +5,7 @@ mod cam_orders;
 mod command;
 mod document;
 mod exchange;
+mod followers;
 mod frame;
 mod golden;
 mod intake;

@@ -13,7 +13,7 @@ use coaxle_wire::frame::{KeySeal, sender_id};
 use coaxle_wire::keys::NodeName;
 use coaxle_wire::plan::{MAX_PLANS, PLANS_CAPACITY, encode_plans};
 use coaxle_wire::{
-    AxisPlan, Channel, Message, PlanIntake, PlannedPiece, PlansHeader, Reader, Rejection,
+    AxisPlan, Channel, Message, PlanIntake, PlannedPiece, Reader, Rejection, RunCycle,
 };
 use proptest::prelude::*;
 
@@ -25,8 +25,8 @@ fn seal() -> KeySeal {
     KeySeal::new(&name("press").channel_key(Channel::Plans))
 }
 
-fn header() -> PlansHeader {
-    PlansHeader {
+fn header() -> RunCycle {
+    RunCycle {
         sender: sender_id(&name("press")),
         epoch: u64::MAX,
         count: 70_000,
@@ -62,7 +62,7 @@ fn plan(axis_id: u32, count: usize) -> AxisPlan {
     }
 }
 
-fn sealed(header: &PlansHeader, plans: &[AxisPlan]) -> Vec<u8> {
+fn sealed(header: &RunCycle, plans: &[AxisPlan]) -> Vec<u8> {
     let mut body = [0; PLANS_CAPACITY];
     let length = encode_plans(header, plans, &mut body);
     let mut payload = Vec::new();
@@ -127,7 +127,7 @@ fn a_message_that_is_no_plan_is_refused_with_its_reason() {
         seal().seal(body, stamp, &mut payload);
         read(&payload)
     };
-    let foreign = PlansHeader {
+    let foreign = RunCycle {
         sender: 1,
         ..header()
     };
@@ -170,7 +170,7 @@ fn unchecked(pieces: &[MotionPiece], limits: [f64; 4], promised_until: Span) -> 
         (piece.start.as_nanos(), piece.duration.as_nanos(), values)
     });
     let lines: Vec<Piece> = lines.collect();
-    let PlansHeader {
+    let RunCycle {
         sender,
         epoch,
         count,

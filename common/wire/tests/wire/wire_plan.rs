@@ -12,13 +12,13 @@ use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_wire::frame::{KeySeal, sender_id};
 use coaxle_wire::keys::NodeName;
 use coaxle_wire::plan::{PLANS_CAPACITY, encode_plans};
-use coaxle_wire::{AxisPlan, PlansHeader};
+use coaxle_wire::{AxisPlan, RunCycle};
 
 const KEY: &str = "coaxle/press/plans";
 const PLAN: &str = "## Worked plan";
 
-fn header() -> PlansHeader {
-    PlansHeader {
+fn header() -> RunCycle {
+    RunCycle {
         sender: sender_id(&NodeName::new("press").unwrap()),
         epoch: 0x0123_4567_89ab_cdef,
         count: 70_000,

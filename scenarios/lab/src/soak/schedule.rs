@@ -3,6 +3,7 @@
 
 mod draw;
 mod extra_draws;
+mod late_draws;
 mod link_faults;
 mod orders;
 mod receiver;
@@ -18,6 +19,7 @@ use coaxle_node::faults::Random;
 use draw::Draw;
 use extra_draws::ExtraDraws;
 pub use extra_draws::before_lags;
+pub use late_draws::before_followers;
 use wide::Wide;
 
 /// End of the last fault, s.
@@ -90,7 +92,7 @@ fn written(seed: u64, wide: Wide) -> String {
         events: String::new(),
     };
     schedule.write(seed);
-    schedule.text + &schedule.events
+    late_draws::with_followers(seed, schedule.text + &schedule.events)
 }
 
 struct SoakSchedule {

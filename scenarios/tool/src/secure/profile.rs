@@ -88,6 +88,7 @@ fn limits() -> Vec<String> {
         "coaxle/*/time-requests",
         "coaxle/*/time-responses",
         "coaxle/*/plans",
+        "coaxle/*/followers",
     ];
     vec![
         // Statuses and rows are bounded by the size of a message alone.

@@ -148,6 +148,7 @@ fn axis_by_status(name: &str, status: &Value) -> PlantAxis {
         true => AxisOrigin::Root {
             motion: RootMotion::Unknown,
             present_after: None,
+            followers: Vec::new(),
         },
         false => AxisOrigin::Far(FarReference {
             field: "far".to_owned(),

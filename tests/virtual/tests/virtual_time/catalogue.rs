@@ -38,6 +38,7 @@ const RAISES: &[(&str, &str)] = &[
     ("saw-recovery", "a sender is frozen for a second"),
     ("rollback-8", "a drive cannot stop within a cycle"),
     ("plant", "two routers fail"),
+    ("coupled-stop", "a slave runs into its software limit"),
     (
         "planned-partition",
         "a receiver without a plan loses its master",

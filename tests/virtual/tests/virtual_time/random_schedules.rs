@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use coaxle_lab::soak::Soak;
-use coaxle_lab::soak::schedule::{PLAIN, SWARM, ScheduleKind, WIDE, before_lags};
+use coaxle_lab::soak::schedule::{PLAIN, SWARM, ScheduleKind, WIDE, before_followers, before_lags};
 use coaxle_lab::stage::VirtualTime;
 use coaxle_report::reported;
 
@@ -22,6 +22,12 @@ const WIDE_BEFORE_LAGS: ScheduleKind = ScheduleKind {
 };
 const SWARM_BEFORE_LAGS: ScheduleKind = ScheduleKind {
     text: |seed| before_lags(&(SWARM.text)(seed)),
+    ..SWARM
+};
+
+/// Schedules as they were with lags, before followers and promises were drawn.
+const SWARM_BEFORE_FOLLOWERS: ScheduleKind = ScheduleKind {
+    text: |seed| before_followers(&(SWARM.text)(seed)),
     ..SWARM
 };
 
@@ -238,7 +244,7 @@ fn some_swarm_schedules() {
         run_all(SWARM_BEFORE_LAGS, *seed..*seed + 1, "swarm-schedules");
     }
     for (seed, _) in LAG_REGRESSIONS {
-        run_all(SWARM, *seed..*seed + 1, "swarm-schedules");
+        run_all(SWARM_BEFORE_FOLLOWERS, *seed..*seed + 1, "swarm-schedules");
     }
 }
 

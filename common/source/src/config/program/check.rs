@@ -25,7 +25,8 @@ pub(super) fn program(program: &ProgramConfig) -> Result<(), Wrong> {
 
 fn takes_time(step: &StepConfig) -> bool {
     match step {
-        StepConfig::Enable(_) => false,
+        // Followers may be in sync already.
+        StepConfig::Enable(_) | StepConfig::When { .. } => false,
         StepConfig::Dwell { for_s } => for_s.get() > 0.0,
         StepConfig::Loop { steps, .. } => steps.iter().any(takes_time),
         // A move takes time unless the axis is at its target already, which shows only while running: passes are
@@ -35,6 +36,24 @@ fn takes_time(step: &StepConfig) -> bool {
         | StepConfig::Velocity { .. }
         | StepConfig::Halt {} => true,
     }
+}
+
+/// Checks that none of the steps waits for followers.
+pub(super) fn no_followers(path: &str, steps: &[StepConfig]) -> Result<(), Wrong> {
+    for (i, step) in steps.iter().enumerate() {
+        match step {
+            StepConfig::When { .. } => {
+                let field = format!("{path}[{i}].when");
+                let expected = "`followers = { nodes = [...] }` of the axis";
+                return Err(Wrong::of(field, "no followers to wait for", expected));
+            }
+            StepConfig::Loop { steps, .. } => {
+                no_followers(&format!("{path}[{i}].loop.steps"), steps)?;
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 struct ProgramCheck {
@@ -87,7 +106,7 @@ impl ProgramCheck {
                 self.signed_velocity(&format!("{path}.velocity.value"), value.get())?;
             }
             StepConfig::Halt {} => moving("halt")?,
-            StepConfig::Dwell { .. } => {}
+            StepConfig::Dwell { .. } | StepConfig::When { .. } => {}
             StepConfig::Loop { count, steps } => {
                 let path = format!("{path}.loop");
                 // Checked before the recursion goes deeper, whose depth a file could otherwise choose.

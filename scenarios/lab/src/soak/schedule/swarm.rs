@@ -19,6 +19,7 @@ use std::fmt::Write as _;
 use coaxle_node::faults::{Random, seed_of};
 
 use super::draw::Draw as _;
+use super::late_draws::with_followers;
 use super::{ExtraDraws, QUIET_FROM, SoakSchedule, Wide};
 use features::{Feature, Features};
 
@@ -68,7 +69,7 @@ pub(super) fn written(seed: u64) -> String {
         },
     };
     schedule.write(seed);
-    schedule.base.text + &schedule.base.events
+    with_followers(seed, schedule.base.text + &schedule.base.events)
 }
 
 impl SwarmSchedule {

@@ -144,7 +144,7 @@ pub(crate) const IN_FILES: &[(&str, &str, &str, &str)] = &[
         "s.toml",
         "repeat = false",
         "steps = [{ move-absolut = { position = 5 } }]",
-        "s.toml:12:10: axis \"belt\".program.steps[0]: received \"move-absolut\", expected one of `enable`, `move-absolute`, `move-relative`, `velocity`, `halt`, `dwell`, `loop`; did you mean \"move-absolute\"?",
+        "s.toml:12:10: axis \"belt\".program.steps[0]: received \"move-absolut\", expected one of `enable`, `move-absolute`, `move-relative`, `velocity`, `halt`, `when`, `dwell`, `loop`; did you mean \"move-absolute\"?",
     ),
     (
         "s.toml",

@@ -1,0 +1,113 @@
+//! Lines drawn after all others, for nodes that are known by then: followers that an axis reacts to, and motions that are promised.
+
+use coaxle_node::Channel;
+use coaxle_node::circles::AxisAddress;
+use coaxle_node::faults::{Random, seed_of};
+use coaxle_sender::config::SenderConfig;
+use coaxle_source::config::SourceConfig;
+
+use super::draw::Draw as _;
+use crate::read;
+use crate::scenario::Scenario;
+
+/// End of such lines: without them a schedule is what it was before ([`before_followers`]).
+const OF_FOLLOWERS: &str = "# followers";
+
+/// The schedule that its seed gave before followers and promises were drawn: seeds that failed earlier are kept as they failed.
+#[must_use]
+pub fn before_followers(schedule: &str) -> String {
+    let lines = schedule.split_inclusive('\n');
+    lines
+        .filter(|line| !line.trim_end().ends_with(OF_FOLLOWERS))
+        .collect()
+}
+
+/// Adds followers and promises to a schedule.
+pub(super) fn with_followers(seed: u64, schedule: String) -> String {
+    // It is read once more for that: who follows whom is drawn in many places.
+    let table = toml::from_str(&schedule);
+    let Some(scenario) = table.ok().and_then(|table| read::scenario("", table).ok()) else {
+        return schedule;
+    };
+    let mut random = Random::new(seed_of(seed, "followers"));
+    let mut added = Vec::new();
+    for sender in &scenario.senders {
+        let mut axes = Vec::new();
+        for axis in 0..sender.axes.len() {
+            axes.push(lines(&mut random, &scenario, sender, axis));
+        }
+        added.push(axes);
+    }
+    let mut added = added.into_iter();
+    let (mut text, mut axes) = (
+        String::with_capacity(schedule.len()),
+        Vec::new().into_iter(),
+    );
+    for line in schedule.split_inclusive('\n') {
+        text += line;
+        match line.trim_end() {
+            "[[sender]]" => axes = added.next().unwrap_or_default().into_iter(),
+            "[[sender.axis]]" => text += &axes.next().unwrap_or_default(),
+            _ => {}
+        }
+    }
+    text
+}
+
+/// Lines of an axis; mostly none.
+fn lines(random: &mut Random, scenario: &Scenario, sender: &SenderConfig, axis: usize) -> String {
+    let (has_followers, is_promised) = (random.chance(0.25), random.chance(0.25));
+    let config = &sender.axes[axis];
+    if !matches!(config.source, SourceConfig::Program(_)) {
+        return String::new();
+    }
+    let mut lines = String::new();
+    let followers = match has_followers {
+        true => followers(random, scenario, sender, config.id.get()),
+        false => Vec::new(),
+    };
+    if !followers.is_empty() {
+        // Mostly a halt: an axis that has stopped for good shows nothing any more.
+        let on_failure = random.one_of(&["halt", "halt", "halt", "ignore", "stop"]);
+        let keeps_limits = random.chance(0.4);
+        let age_limit = random.decades(100.0, 2_000.0);
+        lines += &format!(
+            "followers = {{ nodes = {followers:?}, on-failure = '{on_failure}', keep-limits = {keeps_limits}, \
+             age-limit-ms = {age_limit:.0} }} {OF_FOLLOWERS}\n"
+        );
+    }
+    if is_promised && config.lead_ms.is_none() {
+        lines += &format!(
+            "lead-ms = {:.3} {OF_FOLLOWERS}\n",
+            random.decades(0.5, 500.0)
+        );
+    }
+    lines
+}
+
+/// Some of the receivers with a slave of an axis; none of an axis with a standby, which does not stop with it.
+fn followers(
+    random: &mut Random,
+    scenario: &Scenario,
+    sender: &SenderConfig,
+    id: u32,
+) -> Vec<String> {
+    let axis = AxisAddress {
+        node: sender.name.clone(),
+        channel: Channel::Axes,
+        id,
+    };
+    let far = scenario.receivers.iter().flat_map(|receiver| &receiver.far);
+    let mut with_standby = far.filter(|far| !far.standby.is_empty());
+    if with_standby.any(|far| far.nodes().any(|node| *node == sender.name)) {
+        return Vec::new();
+    }
+    let receivers = scenario.receivers.iter().filter(|receiver| {
+        let mut slaves = 0..receiver.slaves.len();
+        slaves.any(|slave| receiver.far_masters_of_slave(slave).contains(&axis))
+    });
+    receivers
+        .filter(|_| random.chance(0.8))
+        .map(|receiver| receiver.name.to_string())
+        .collect()
+}
