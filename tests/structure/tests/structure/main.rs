@@ -7,6 +7,7 @@
 
 mod circles;
 mod language;
+mod locks;
 mod modules;
 mod system;
 mod transport;
