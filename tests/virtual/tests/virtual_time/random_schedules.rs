@@ -214,6 +214,14 @@ const LAG_REGRESSIONS: &[(u64, &str)] = &[
         20_300,
         "a hold-back that fell at once, while the slaves stood, was taken for a far time that ran back",
     ),
+    (
+        40_054,
+        "a slave that waits for a master without power, and is not published, was to be followed in sync",
+    ),
+    (
+        41_102,
+        "an axis on its way back to a master that had never moved was stopped when its clock was found",
+    ),
 ];
 
 /// Seeds of every test run.
