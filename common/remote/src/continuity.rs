@@ -187,9 +187,9 @@ impl Continuity {
         let Some(standing) = self.standing(cycle) else {
             return false;
         };
-        let step = NO_STEP * reach.with_own(way.own_velocity()).velocity;
         way.go_on(cycle.moved_on(), passed);
         let on = way.over(master);
+        let step = NO_STEP * reach.velocity;
         (on.position - standing.position).abs() <= step * passed
             && (on.velocity - standing.velocity).abs() <= step
     }
@@ -218,18 +218,8 @@ impl Continuity {
         self.last = Some((set, beside));
     }
 
-    /// Greatest velocity of the curve that the axis is on, if it is on one, u/s.
-    fn own_velocity(&self) -> f64 {
-        match &self.motion {
-            Motion::Following | Motion::Returning(None) => 0.0,
-            Motion::Braking { braking, .. } => braking.own_velocity(),
-            Motion::Returning(Some(way)) | Motion::Rejoining(way) => way.own_velocity(),
-        }
-    }
-
     /// The motion of the axis by its positions, within its limits.
     fn moving(&self, reach: &Reach) -> Option<Kinematics> {
-        let reach = reach.with_own(self.own_velocity());
         let (last, beside) = self.last?;
         // Positions win over the reported velocity: a drive follows positions.
         let is_true = beside.abs() <= CONTRADICTION * reach.velocity;

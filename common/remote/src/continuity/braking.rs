@@ -43,11 +43,6 @@ impl Braking {
         }
     }
 
-    /// Velocity at which it began, u/s.
-    pub(super) const fn own_velocity(&self) -> f64 {
-        self.from.velocity.abs()
-    }
-
     /// State this number of seconds after it began.
     pub(super) fn at(&self, since: f64) -> Kinematics {
         let (velocity, acceleration) = (self.slowed(since), self.faded(since));

@@ -38,15 +38,6 @@ impl Reach {
         velocity.abs() <= self.fastest() + self.acceleration * LASTING
     }
 
-    /// Widens it for an axis that moves by itself at this velocity, u/s. A way back to a master that has never moved is covered within a time, and has a velocity that
-    /// its master has not shown. In swarm schedule 41102 such an axis was stopped within a cycle when its clock was found.
-    pub(super) fn with_own(self, velocity: f64) -> Self {
-        Self {
-            velocity: self.velocity.max(velocity / (1.0 + FASTER)),
-            ..self
-        }
-    }
-
     /// The greatest velocity of an axis that is brought back, u/s: half as fast again as its master.
     fn fastest(&self) -> f64 {
         (1.0 + FASTER) * self.velocity

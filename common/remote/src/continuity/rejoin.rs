@@ -110,11 +110,6 @@ impl Rejoin {
         self.fastest >= OUTGROWN * reach.velocity && reach.admits(self.target(shown).velocity)
     }
 
-    /// Greatest velocity of the way itself, beside that of its master, u/s.
-    pub(super) fn own_velocity(&self) -> f64 {
-        STEEPEST * self.way.abs() / self.length
-    }
-
     /// Moves on by `passed` seconds; `master` is its motion now, in a mode that shows values as received.
     pub(super) fn go_on(&mut self, master: Option<Kinematics>, passed: f64) {
         self.since += passed;

@@ -218,10 +218,6 @@ const LAG_REGRESSIONS: &[(u64, &str)] = &[
         40_054,
         "a slave that waits for a master without power, and is not published, was to be followed in sync",
     ),
-    (
-        41_102,
-        "an axis on its way back to a master that had never moved was stopped when its clock was found",
-    ),
 ];
 
 /// Seeds of every test run.
