@@ -36,7 +36,7 @@ pub(crate) struct ReportPublisher {
 /// A far axis.
 #[derive(Debug)]
 struct ReportedAxis {
-    /// Its number among all far axes.
+    /// Number among all far axes.
     axis: usize,
     /// Number of its far node, and the ids of that node and of its standbys.
     far: usize,
@@ -44,11 +44,11 @@ struct ReportedAxis {
     id: u32,
     /// Time of the next report.
     due: Option<Instant<Local>>,
-    /// What was reported last.
+    /// Last report: the followed node, its run, and the slaves.
     reported: Option<(u32, u64, SlavesOfAxis)>,
 }
 
-/// What the reports are about.
+/// Subject of the reports.
 pub(crate) struct Reported<'a> {
     pub(crate) far: &'a [FarNode],
     pub(crate) masters: &'a [Option<Master>],

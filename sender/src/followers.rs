@@ -1,4 +1,4 @@
-//! Followers of the sender's axes: what they report, and how they are in sum.
+//! Followers of the sender's axes: their reports, and their condition in sum.
 
 use coaxle_clock::{Instant, Local, Span};
 use coaxle_node::keys::NodeName;
@@ -35,6 +35,8 @@ struct WatchedFollower {
     former: Option<u64>,
     /// True if it was in sync, has begun again, and is not in sync yet.
     has_begun_again: bool,
+    /// In the newest cycle.
+    condition: FollowerCondition,
 }
 
 /// Newest report of a follower.
@@ -46,7 +48,7 @@ struct HeardReport {
     state: FollowerState,
 }
 
-/// WatchedFollower of an axis, as the status shows it.
+/// Condition of a follower of an axis, as the status shows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FollowerCondition {
@@ -100,17 +102,25 @@ impl FollowerWatch {
         }
     }
 
-    /// Followers of an axis; none of one that has no followers.
-    pub(crate) fn of(&self, id: u32, now: Instant<Local>) -> Option<Followers> {
+    /// Judges each follower in a cycle.
+    pub(crate) fn judge(&mut self, now: Instant<Local>) {
+        for axis in &mut self.axes {
+            for follower in &mut axis.followers {
+                follower.condition = follower.judged(now, axis.age_limit);
+            }
+        }
+    }
+
+    /// Followers of an axis in the newest cycle; none of one that has no followers.
+    pub(crate) fn of(&self, id: u32) -> Option<Followers> {
         let axis = self.axes.iter().find(|axis| axis.id == id)?;
         let mut sum = Followers {
             are_in_sync: true,
             ..Followers::UNKNOWN
         };
         for follower in &axis.followers {
-            let condition = follower.condition(now, axis.age_limit);
-            sum.are_in_sync &= condition == FollowerCondition::InSync;
-            sum.have_failed |= condition.is_failure();
+            sum.are_in_sync &= follower.condition == FollowerCondition::InSync;
+            sum.have_failed |= follower.condition.is_failure();
             if let Some(heard) = &follower.heard {
                 sum.limits = sum.limits.at_most(&heard.state.limits);
             }
@@ -118,13 +128,10 @@ impl FollowerWatch {
         Some(sum)
     }
 
-    /// Writes the condition of each follower of each axis, in the order of the config.
-    pub(crate) fn conditions(&self, now: Instant<Local>, shown: &mut [FollowerCondition]) {
-        let followers = (self.axes.iter())
-            .flat_map(|axis| axis.followers.iter().map(move |follower| (axis, follower)));
-        for (shown, (axis, follower)) in shown.iter_mut().zip(followers) {
-            *shown = follower.condition(now, axis.age_limit);
-        }
+    /// Condition of each follower of each axis in the newest cycle, in the order of the config.
+    pub(crate) fn conditions(&self) -> impl Iterator<Item = FollowerCondition> {
+        let followers = self.axes.iter().flat_map(|axis| &axis.followers);
+        followers.map(|follower| follower.condition)
     }
 }
 
@@ -136,6 +143,7 @@ impl WatchedAxis {
             heard: None,
             former: None,
             has_begun_again: false,
+            condition: FollowerCondition::default(),
         };
         let followers = config.nodes.iter().filter_map(number).map(follower);
         Self {
@@ -168,7 +176,7 @@ impl WatchedFollower {
         });
     }
 
-    fn condition(&self, now: Instant<Local>, age_limit: Span) -> FollowerCondition {
+    fn judged(&self, now: Instant<Local>, age_limit: Span) -> FollowerCondition {
         let Some(HeardReport { at, state, .. }) = &self.heard else {
             return FollowerCondition::Unheard;
         };

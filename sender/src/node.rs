@@ -143,8 +143,11 @@ impl Sender {
 
     fn move_axes(&mut self, now: Instant<Local>) {
         let since_start = now - self.start;
+        if let Some(followers) = &mut self.followers {
+            followers.judge(now);
+        }
         for (axis, shown) in self.axes.iter_mut().zip(&mut self.shown) {
-            let of_axis = |watch: &FollowerWatch| watch.of(axis.source.id(), now);
+            let of_axis = |watch: &FollowerWatch| watch.of(axis.source.id());
             if let Some(followers) = self.followers.as_deref().and_then(of_axis) {
                 axis.source.take_followers(since_start, &followers);
             }
@@ -196,15 +199,17 @@ impl Sender {
         signals.beacons_answered = answered;
         signals.beacons_dropped = dropped;
         signals.beacons_refused = refused;
-        self.show_followers(tick.ideal_start);
+        self.show_followers();
     }
 
-    fn show_followers(&mut self, now: Instant<Local>) {
+    fn show_followers(&mut self) {
         let Some(watch) = &self.followers else {
             return;
         };
         let conditions = &mut self.snapshot.followers;
-        watch.conditions(now, conditions);
+        for (shown, condition) in conditions.iter_mut().zip(watch.conditions()) {
+            *shown = condition;
+        }
         let count = |is: fn(&FollowerCondition) -> bool| {
             conditions.iter().filter(|it| is(it)).count() as u32
         };
@@ -317,13 +322,14 @@ fn check_presentation(config: &SenderConfig) -> Result<(), Wrong> {
     }
 }
 
-/// Checks that no axis follows itself, and that it is a node that reports.
+/// Checks that the sender is no follower of its own: it reports nothing.
 fn check_followers(config: &SenderConfig) -> Result<(), Wrong> {
     for (n, axis) in config.axes.iter().enumerate() {
         let nodes = axis.followers.iter().flat_map(|followers| &followers.nodes);
-        if let Some(k) = nodes.enumerate().find(|(_, node)| **node == config.name) {
-            let received = format!("{:?}, the node itself", k.1.as_str());
-            let wrong = Wrong::of(format!("followers.nodes[{}]", k.0), received, "receivers");
+        let mut nodes = nodes.enumerate();
+        if let Some((k, node)) = nodes.find(|(_, node)| **node == config.name) {
+            let received = format!("{:?}, the node itself", node.as_str());
+            let wrong = Wrong::of(format!("followers.nodes[{k}]"), received, "receivers");
             return Err(wrong.within(format_args!("axis[{n}]")));
         }
     }

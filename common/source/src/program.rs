@@ -214,11 +214,10 @@ impl MotionProgram {
             Goal::Position { .. } => (Activity::Positioning, Activity::InTarget),
             Goal::Velocity { .. } => (Activity::Continuous, Activity::Continuous),
         };
-        let profile = goal.profile(&now, limits);
         self.goal = goal;
         self.newest.motion = ActiveMotion {
             began: self.due,
-            profile: profile.unwrap_or_else(|| to_velocity(&now, 0.0, limits)),
+            profile: goal.profile(&now, limits),
             under_way,
             afterwards,
         };

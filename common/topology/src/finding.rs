@@ -156,11 +156,7 @@ fn silent_followers(graph: &AxisGraph<'_>, axis: AxisNumber) -> Vec<PlantFinding
     for (k, follower) in followers.iter().enumerate() {
         let known = graph.nodes.iter().position(|node| node.name == *follower);
         let (received, expected) = match known {
-            None => {
-                let names = graph.nodes.iter().map(|node| node.name.as_str());
-                let meant = did_you_mean(follower.as_str(), names);
-                (String::new(), format!("a node of these configs{meant}"))
-            }
+            None => (String::new(), a_known_node(graph, follower.as_str())),
             Some(node) if graph.has_slave_of(node, axis) => continue,
             // A status lists a part of the axes.
             Some(node) if !graph.nodes[node].is_complete => continue,
@@ -228,8 +224,7 @@ fn unpublished(
             true => format!("{}.standby", far.field),
             false => format!("{}.node", far.field),
         };
-        let names = graph.nodes.iter().map(|node| node.name.as_str());
-        let expected = format!("a node of these configs{}", did_you_mean(node, names));
+        let expected = a_known_node(graph, node);
         return Some(finding(field, format!("{node:?}"), expected));
     }
     // A status lists a part of the axes.
@@ -262,6 +257,12 @@ fn unpublished(
             ids.join(", ")
         ),
     ))
+}
+
+/// Text of what is expected instead of the name of an unknown node.
+fn a_known_node(graph: &AxisGraph<'_>, received: &str) -> String {
+    let names = graph.nodes.iter().map(|node| node.name.as_str());
+    format!("a node of these configs{}", did_you_mean(received, names))
 }
 
 /// Channels on which a node publishes axes.

@@ -31,7 +31,7 @@ pub struct FollowerReport {
     pub run: u64,
     /// Id of the axis there.
     pub axis_id: u32,
-    /// Its slaves.
+    /// State of its slaves.
     pub state: FollowerState,
 }
 
@@ -61,9 +61,14 @@ impl KeySeal {
         payload: &[u8],
         mut each: impl FnMut(&FollowerReport),
     ) -> Result<RunCycle, Rejection> {
-        let content = self.verify(payload, |content| read_reports(content, |_| {}).map(drop))?;
-        read_reports(content, |_| {})?;
+        let (_, content) = self.verified_reports(payload)?;
         read_reports(content, &mut each)
+    }
+
+    /// Reads a message to its end, before anything of it is handed out.
+    fn verified_reports<'a>(&self, payload: &'a [u8]) -> Result<(RunCycle, &'a [u8]), Rejection> {
+        let content = self.verify(payload, |content| read_reports(content, |_| {}).map(drop))?;
+        Ok((read_reports(content, |_| {})?, content))
     }
 }
 
@@ -95,14 +100,12 @@ impl ReportIntake {
         payload: &[u8],
         mut each: impl FnMut(&Message<'_>),
     ) -> Result<(), Rejection> {
-        let content =
-            (self.seal).verify(payload, |content| read_reports(content, |_| {}).map(drop))?;
-        // All of it, before anything is handed out.
+        let (header, content) = self.seal.verified_reports(payload)?;
         let RunCycle {
             sender,
             epoch,
             count,
-        } = read_reports(content, |_| {})?;
+        } = header;
         if sender != self.follower {
             return Err(Rejection::ForeignSender);
         }

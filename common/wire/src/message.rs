@@ -64,7 +64,7 @@ pub struct ReceivedReport {
     pub run: u64,
     /// Id of the axis.
     pub axis_id: u32,
-    /// Its slaves.
+    /// State of its slaves.
     pub state: FollowerState,
 }
 

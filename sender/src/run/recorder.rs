@@ -95,7 +95,7 @@ fn status_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Map<String, Va
     status
 }
 
-/// Followers of each axis by their names: `{ "conveyor": { "saw": "in-sync" } }`.
+/// Followers of each axis, by its id and their names: `{ "1": { "saw": "in-sync" } }`.
 fn followers_of(config: &SenderConfig, snapshot: &SenderSnapshot) -> Value {
     let mut conditions = snapshot.followers.iter();
     let mut axes = Map::new();

@@ -27,7 +27,7 @@ fn config(text: &str) -> SenderConfig {
 struct Bench {
     sender: Sender,
     count: u64,
-    /// What each follower reports: its epoch, slaves in sync, slaves in error.
+    /// Report of each follower: its epoch, slaves in sync, slaves in error.
     saw: Option<(u64, u16, u16)>,
     winder: Option<(u64, u16, u16)>,
 }

@@ -1,4 +1,4 @@
-//! What a motion leads to, and what is left of it when it is interrupted.
+//! Goal of a motion, and the rest of a program that is interrupted.
 
 use coaxle_clock::Span;
 use coaxle_curve::profile::{Kinematics, Limits, Profile, to_position, to_velocity};
@@ -23,17 +23,17 @@ pub(super) struct RestOfProgram {
 }
 
 impl Goal {
-    /// Plans the motion there within further limits; none to a standstill.
-    pub(super) fn profile(&self, from: &Kinematics, limits: &Limits) -> Option<Profile> {
+    /// Plans the motion there within further limits.
+    pub(super) fn profile(&self, from: &Kinematics, limits: &Limits) -> Profile {
         match self {
-            Self::Rest => None,
+            Self::Rest => to_velocity(from, 0.0, limits),
             Self::Position {
                 target,
                 limits: own,
-            } => Some(to_position(from, *target, &own.at_most(limits))),
+            } => to_position(from, *target, &own.at_most(limits)),
             Self::Velocity { value } => {
                 let most = limits.velocity();
-                Some(to_velocity(from, value.clamp(-most, most), limits))
+                to_velocity(from, value.clamp(-most, most), limits)
             }
         }
     }

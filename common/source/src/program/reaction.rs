@@ -46,9 +46,9 @@ impl MotionProgram {
     /// Ramps down as fast as the slowest follower can: in sync with all that have not failed.
     fn interrupt(&mut self, from: Span) -> bool {
         let rest = self.interrupted(from);
-        self.hold = match self.on_failure {
-            OnFailure::Halt => Hold::Halted(rest),
-            OnFailure::Stop | OnFailure::Ignore => Hold::Ended,
+        self.hold = match self.on_failure == OnFailure::Halt {
+            true => Hold::Halted(rest),
+            false => Hold::Ended,
         };
         let now = self.newest.motion.at(from);
         if (now.velocity, now.acceleration) == (0.0, 0.0) {
@@ -87,7 +87,7 @@ impl MotionProgram {
         true
     }
 
-    /// What is left of the newest motion at an instant.
+    /// Rest of the newest motion at an instant.
     fn interrupted(&self, from: Span) -> RestOfProgram {
         let motion = &self.newest.motion;
         let goal = match self.goal {

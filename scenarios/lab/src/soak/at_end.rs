@@ -27,6 +27,11 @@ pub(super) fn out_of_sync(
         .map(|(name, receiver)| format!("{name} ({}) is not in sync at the end", receiver.mode))
 }
 
+fn receiver_named<'a>(scenario: &'a Scenario, name: &str) -> Option<&'a ReceiverConfig> {
+    let mut receivers = scenario.receivers.iter();
+    receivers.find(|receiver| receiver.name.as_str() == name)
+}
+
 /// Least tolerance of a block, in cycles of silence or of difference, for a quiet network of these schedules: with less it
 /// may never get in sync.
 // 20 cycles of 0.5 ms are 10 ms. Jitter of 200 µs in the mean is beyond them once in e⁵⁰ messages.
@@ -35,10 +40,7 @@ const LEAST_TOLERANCE: f64 = 20.0;
 /// True if a receiver has to be in sync once the network is quiet: its blocks tolerate the remaining faults, and its master
 /// is published.
 fn is_to_be_in_sync(scenario: &Scenario, name: &str) -> bool {
-    let named = |name: &str| {
-        let mut receivers = scenario.receivers.iter();
-        receivers.find(|receiver| receiver.name.as_str() == name)
-    };
+    let named = |name: &str| receiver_named(scenario, name);
     let receiver = named(receiver_of(name));
     let mut far = receiver.into_iter().flat_map(|receiver| &receiver.far);
     far.all(|far| {
@@ -64,8 +66,7 @@ fn waits_for_its_master(
     name: &str,
     receiver: &ReceiverSummary,
 ) -> bool {
-    let mut receivers = scenario.receivers.iter();
-    let config = receivers.find(|receiver| receiver.name.as_str() == receiver_of(name));
+    let config = receiver_named(scenario, receiver_of(name));
     let mut far = config.into_iter().flat_map(|config| &config.far);
     let is_master_on_its_way = |master: &str| {
         let mut of_master = figures.iter();
@@ -83,10 +84,7 @@ fn is_unpublished(
     figures: &BTreeMap<String, ReceiverSummary>,
     name: &str,
 ) -> bool {
-    let named = |name: &str| {
-        let mut receivers = scenario.receivers.iter();
-        receivers.find(|receiver| receiver.name.as_str() == name)
-    };
+    let named = |name: &str| receiver_named(scenario, name);
     let Some(config) = named(receiver_of(name)) else {
         return false;
     };
