@@ -21,7 +21,7 @@ const WAITING: f64 = 2.0;
 pub(super) struct UnnoticedChange {
     /// The time D, s.
     within: f64,
-    /// Own time, s, and the truth, of the last 2·D.
+    /// Own time, s, and the truth, of the last 2·D, and of what lies before a pause in them.
     marks: VecDeque<(f64, Truth)>,
 }
 
@@ -54,25 +54,21 @@ impl UnnoticedChange {
             self.forget();
         }
         self.marks.push_back((own, *truth));
-        // One expression for both comparisons: that of `own - at` with 2·D rounds otherwise, and of swarm schedules 2656, 2746, 2932 and 3452
-        // found that the oldest mark was too young every few cycles.
-        let oldest = own - 2.0 * self.within;
-        // The oldest one is that of 2·D ago, or of a little before.
-        while (self.marks.get(1)).is_some_and(|(at, _)| *at <= oldest) {
-            self.marks.pop_front();
-        }
-        let until = self
-            .marks
-            .partition_point(|(at, _)| *at <= own - self.within);
-        let Some((middle, then)) = until.checked_sub(1).map(|n| &self.marks[n]) else {
+        let until = |limit: f64| self.marks.partition_point(|(at, _)| *at <= limit);
+        let Some((middle, then)) = until(own - self.within)
+            .checked_sub(1)
+            .map(|n| self.marks[n])
+        else {
             return 0.0;
         };
-        let (first, before) = &self.marks[0];
-        if *first > oldest {
+        // The newest one that is the time D older, so that both differ behind a receiver's pause, too.
+        let Some(oldest) = until(middle - self.within).checked_sub(1) else {
             return 0.0;
-        }
+        };
+        self.marks.drain(..oldest);
+        let (first, before) = &self.marks[0];
         let expected = then.seconds_since(before).0 * (own - middle) / (middle - first);
-        (truth.seconds_since(then).0 - expected).abs() * 1e6
+        (truth.seconds_since(&then).0 - expected).abs() * 1e6
     }
 }
 
@@ -83,13 +79,13 @@ mod tests {
     use coaxle_curve::profile::Kinematics;
     use coaxle_sim::{Oracle, True, TruthSample};
 
-    #[test]
-    fn a_change_of_the_rate_is_unnoticed_in_every_cycle_until_it_is_measured() {
+    /// The truth of each of so many cycles of a millisecond by a receiver's own time. Those behind `change` are longer by 8 ppm, by true time.
+    fn truths(cycles: u32, change: u32) -> impl Iterator<Item = (u32, Truth)> {
         let mut oracle = Oracle::<True>::new(
             CycleTime::new(Span::from_millis(1)).unwrap(),
             Span::from_secs(100),
         );
-        for count in 0..61_000_u64 {
+        for count in 0..u64::from(cycles) + 1_000 {
             oracle.push(TruthSample {
                 at: Instant::from_nanos(1_000_000 * count as i64),
                 epoch: 1,
@@ -97,22 +93,55 @@ mod tests {
                 axis: Kinematics::at_rest(0.0),
             });
         }
-        let mut unnoticed = UnnoticedChange {
+        (1..cycles).map(move |cycle| {
+            let since = i64::from(cycle.saturating_sub(change));
+            let at = Instant::from_nanos(1_000_000 * i64::from(cycle) + 8 * since);
+            (cycle, oracle.at(at).expect("known"))
+        })
+    }
+
+    const fn unnoticed() -> UnnoticedChange {
+        UnnoticedChange {
             within: 0.322,
             marks: VecDeque::new(),
-        };
-        for cycle in 1..60_000_u32 {
-            // Of the cycles behind the change all are longer by 8 ppm, by true time.
-            let since = i64::from(cycle.saturating_sub(44_485));
-            let at = Instant::from_nanos(1_000_000 * i64::from(cycle) + 8 * since);
-            let truth = oracle.at(at).expect("known");
+        }
+    }
+
+    #[test]
+    fn a_change_of_the_rate_is_unnoticed_in_every_cycle_until_it_is_measured() {
+        let mut unnoticed = unnoticed();
+        for (cycle, truth) in truths(60_000, 44_485) {
             let error = unnoticed.push(&truth, 1e-3 * f64::from(cycle));
             // 8 ppm of the time since the change, up to D.
+            let since = cycle.saturating_sub(44_485);
             if (1..320).contains(&since) {
-                let expected = 8e-3 * since as f64;
+                let expected = 8e-3 * f64::from(since);
                 assert!((error - expected).abs() < 1e-3, "{since}: {error} µs");
             }
-            assert!(error < 8e-6 * 0.323 * 1e6, "{cycle}: {error} µs");
+            assert!(error < 8e-6 * 0.3231 * 1e6, "{cycle}: {error} µs");
+        }
+    }
+
+    /// The bound was no number in a swarm schedule.
+    #[test]
+    fn behind_a_pause_a_change_within_it_is_unnoticed() {
+        let mut unnoticed = unnoticed();
+        for (cycle, truth) in truths(5_000, 3_000) {
+            if (2_500..3_500).contains(&cycle) {
+                continue;
+            }
+            let error = unnoticed.push(&truth, 1e-3 * f64::from(cycle));
+            let expected = match cycle {
+                // The line of the time before the pause.
+                3_500..3_822 => 8e-3 * f64::from(cycle - 3_000),
+                // One over the pause, which has a part of the change: half of it, 8 ppm · 0.5 s, over a second.
+                3_822..4_145 => {
+                    assert!((0.0..1.3).contains(&error), "{cycle}: {error} µs");
+                    continue;
+                }
+                _ => 0.0,
+            };
+            assert!((error - expected).abs() < 1e-3, "{cycle}: {error} µs");
         }
     }
 }
