@@ -66,7 +66,9 @@ use crate::cycle::CycleTime;
 use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::time_sync::WrongParameter;
 use drift_change::DriftChange;
-use events::{Arrival, Batches, Counts, DriftSteps, News, Picked, ShiftDetector, Teeth};
+use events::{
+    Arrival, Backlog, Batches, Begun, Counts, DriftSteps, News, Picked, ShiftDetector, Teeth,
+};
 use far_line::within_largest;
 use follow_line::Followed;
 use line::{Calibration, Choice, Edge};
@@ -180,15 +182,36 @@ impl PhaseObserver {
             at: arrived,
             send_stamp,
         };
-        match stream.batches.take(arrival, gap * 2 < self.data_cycle_time) {
+        let together = gap * 2 < self.data_cycle_time;
+        match stream.backlog.take(arrival, together) {
+            Begun::Message => self.take_arrival(arrival, together),
+            Begun::Forget => self.forget_messages(arrived),
+            Begun::Nothing => {}
+            Begun::After(last) => {
+                self.take_arrival(last, false);
+                self.take_arrival(arrival, false);
+            }
+        }
+    }
+
+    /// Takes the message of a run that came at its time, and whether it came together with the one before.
+    fn take_arrival(&mut self, arrival: Arrival, together: bool) {
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        match stream.batches.take(arrival, together) {
             Picked::Nothing => {}
             Picked::Message(arrival) => self.take_phase(&arrival),
-            Picked::Changed => self.begin_again(arrived),
+            Picked::Changed => {
+                self.jitter = Jitter::new();
+                self.forget_messages(arrival.at);
+                self.events.relock(arrival.at);
+            }
         }
     }
 
     /// Forgets what was learnt of the messages of this run: the lines are found again.
-    fn begin_again(&mut self, now: Instant<Local>) {
+    fn forget_messages(&mut self, now: Instant<Local>) {
         let Some(stream) = &mut self.stream else {
             return;
         };
@@ -202,11 +225,9 @@ impl PhaseObserver {
         stream.drift_steps = DriftSteps::new(self.seconds_per_count);
         stream.echo = Echo::default();
         stream.waits = Waits::new();
-        self.jitter = Jitter::new();
         self.detector.clear();
         self.drift_change.forget_suspicion();
         self.progress = Progress::starting_at(now);
-        self.events.relock(now);
     }
 
     /// Returns the far time at which message number `count` of the present run was due to be sent. It is `count·T`
@@ -260,6 +281,7 @@ impl PhaseObserver {
             counts,
             newest_arrival: arrived,
             newest_used: arrived,
+            backlog: Backlog::default(),
             batches: Batches::default(),
             waits: Waits::new(),
             block: [Residual::default(); FIRST_BLOCK],

@@ -1,6 +1,6 @@
 //! Run of the sender, and the straight line through the phases of its messages.
 
-use super::events::{Batches, Bounds, Counts, DriftSteps, Teeth};
+use super::events::{Backlog, Batches, Bounds, Counts, DriftSteps, Teeth};
 use super::line::{Bank, Calibration, Choice, Edge};
 use super::noise::{Echo, FIRST_BLOCK, Jitter, Resolution, Waits};
 use crate::instant::{Instant, Local, Remote, Span};
@@ -45,6 +45,8 @@ pub(super) struct Stream {
     pub(super) newest_arrival: Instant<Local>,
     /// Newest arrival of the messages that are used.
     pub(super) newest_used: Instant<Local>,
+    /// What the run begins with.
+    pub(super) backlog: Backlog,
     /// Selection of the messages that are used.
     pub(super) batches: Batches,
     /// Room that those leave for the line.

@@ -1,9 +1,10 @@
 //! Detectors of what is not noise around one line: jumps of the phase, changes of the drift, teeth of polled arrivals,
-//! messages that come in batches, and counts that come again.
+//! messages that come in batches or as a backlog, and counts that come again.
 //!
 //! A detector only notices. What follows from it is in `follow_shift`, `follow_teeth` and `drift_change`.
 
 mod attributed;
+mod backlog;
 mod batches;
 mod counts;
 mod drift_step;
@@ -11,6 +12,7 @@ mod shift;
 mod teeth;
 
 pub(super) use attributed::Attributed;
+pub(super) use backlog::{Backlog, Begun};
 pub(super) use batches::{Arrival, Batches, Picked};
 pub(super) use counts::{Counts, News};
 pub(super) use drift_step::{DriftStep, DriftSteps};
