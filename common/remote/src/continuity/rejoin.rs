@@ -17,7 +17,7 @@ const MOST_CURVED: f64 = 5.774;
 /// or the lag of a filter. The difference of the velocities is mostly gone by then.
 const TO_SHOWN: f64 = 0.5;
 /// Time constant of following the positions of a master whose frames come in beats, s: a beat of a cycle of 1 ms is 2 % of its velocity.
-const TRACKING: f64 = 0.05;
+pub(super) const TRACKING: f64 = 0.05;
 /// A way back that was planned while the master's velocity was below this part of its present
 /// maximum is planned again: one that had just begun to move was brought back over a micrometre in
 /// 22 s.
@@ -116,6 +116,14 @@ impl Rejoin {
         self.track(master, passed);
     }
 
+    /// Distance of the motion of its master from where it is tracked in the next cycle, u: the beat in which it came.
+    pub(super) fn beat(&self, now: Option<&Kinematics>, passed: f64) -> f64 {
+        let tracked = self.master.zip(now);
+        tracked.map_or(0.0, |(before, now)| {
+            now.position - (before.position + now.velocity * passed)
+        })
+    }
+
     /// Returns true past its length, where the curve is the master itself, and from then on set values pass through to the bit.
     pub(super) fn is_over(&self) -> bool {
         self.since >= self.length
@@ -135,8 +143,7 @@ impl Rejoin {
         self.master = match (self.master, now) {
             (Some(before), Some(now)) => {
                 let on = before.position + now.velocity * passed;
-                let share = (passed / TRACKING).min(1.0);
-                let position = on + share * (now.position - on);
+                let position = on + tracked(self.beat(Some(&now), passed), passed);
                 Some(Kinematics { position, ..now })
             }
             (_, now) => now,
@@ -182,4 +189,9 @@ impl Rejoin {
             acceleration: -60.0 * way * x * y * (1.0 - 2.0 * x) / (t * t),
         }
     }
+}
+
+/// Part of a beat that is tracked within `passed` seconds, u.
+pub(super) fn tracked(beat: f64, passed: f64) -> f64 {
+    (passed / TRACKING).min(1.0) * beat
 }

@@ -221,6 +221,52 @@ fn a_way_back_goes_on_where_nothing_steps() {
     assert_eq!(cycles_until_back(Some(20_000)), cycles_until_back(None));
 }
 
+/// Swarm schedule 50274: a beat that was larger than the usual ones began the way back from its start, every few seconds.
+#[test]
+fn a_way_back_goes_on_over_the_beats_of_its_master() {
+    const VELOCITY: f64 = 81.0;
+    let at = |cycle: u32| steady(1_000.0 + VELOCITY * f64::from(cycle) * CYCLE, VELOCITY);
+    let seconds_until_back = |taken_for_steps: Option<u32>| {
+        let mut axis = Axis::of(Reach {
+            velocity: VELOCITY,
+            acceleration: 200.0,
+        });
+        axis.follow(&steady(0.0, 0.0), 1);
+        axis.rejoin();
+        for cycle in 1..200_000_u32 {
+            if taken_for_steps.is_some_and(|every| cycle % every == 0) {
+                axis.rejoin();
+            }
+            // A frame less than in time, and two more in the next cycle.
+            let seen = match cycle % 97 {
+                0 => at(cycle - 1),
+                1 => at(cycle + 1),
+                _ => at(cycle),
+            };
+            let newest = Some(ReceivedMotion {
+                set: seen,
+                age: 0.0,
+            });
+            let of_cycle = MasterCycle {
+                newest,
+                ..axis.cycle(1)
+            };
+            axis.continuity.follow(&seen, &of_cycle);
+            if axis.state() == ContinuityState::Following {
+                return f64::from(cycle) * CYCLE;
+            }
+        }
+        f64::INFINITY
+    };
+    let undisturbed = seconds_until_back(None);
+    // In the last part of the way the shown values count, and steps in them are steps.
+    let disturbed = seconds_until_back(Some(2 * 970));
+    assert!(
+        disturbed < 2.0 * undisturbed,
+        "{disturbed} s, {undisturbed} s"
+    );
+}
+
 #[test]
 fn skipped_cycles_change_nothing_of_the_curve() {
     let run = |step: u32| -> Vec<Kinematics> {
