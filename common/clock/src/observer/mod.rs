@@ -67,7 +67,7 @@ use crate::instant::{Instant, Local, Remote, Seconds, Span};
 use crate::time_sync::WrongParameter;
 use drift_change::DriftChange;
 use events::{
-    Arrival, Backlog, Batches, Begun, Counts, DriftSteps, News, Picked, ShiftDetector, Teeth,
+    Arrival, Backlog, Batches, Counts, DriftSteps, News, Pace, Picked, ShiftDetector, Teeth,
 };
 use far_line::within_largest;
 use follow_line::Followed;
@@ -183,14 +183,42 @@ impl PhaseObserver {
             send_stamp,
         };
         let together = gap * 2 < self.data_cycle_time;
-        match stream.backlog.take(arrival, together) {
-            Begun::Message => self.take_arrival(arrival, together),
-            Begun::Forget => self.forget_messages(arrived),
-            Begun::Nothing => {}
-            Begun::After(last) => {
+        if self.progress.is_synced() {
+            stream.backlog.end();
+        }
+        match stream.backlog.take(arrival, together, self.data_cycle_time) {
+            Pace::Usual => self.take_arrival(arrival, together),
+            Pace::Backlog => {
+                // The first line was found by some of it, and the jitter with the line.
+                if stream.line.is_some() {
+                    self.jitter = Jitter::new();
+                }
+                self.forget_messages(arrived);
+            }
+            Pace::More => {}
+            Pace::After(last) => {
+                self.begin_at(&last);
                 self.take_arrival(last, false);
                 self.take_arrival(arrival, false);
             }
+        }
+    }
+
+    /// Begins the far time of a run whose first message came with a backlog at the last one of that.
+    fn begin_at(&mut self, last: &Arrival) {
+        let far = self.origin_of(last.count, last.at);
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let first = Arrival {
+            count: stream.first_count,
+            at: stream.first_arrival,
+            send_stamp: None,
+        };
+        if first.is_late_beside(last, self.data_cycle_time) && self.shown.is_some() {
+            let count = last.count.saturating_sub(stream.first_count);
+            stream.origin = far - self.data_cycle_time * count as i64;
+            self.events.rebase();
         }
     }
 

@@ -45,7 +45,7 @@ pub(super) struct Stream {
     pub(super) newest_arrival: Instant<Local>,
     /// Newest arrival of the messages that are used.
     pub(super) newest_used: Instant<Local>,
-    /// What the run begins with.
+    /// Detection of a backlog while the line is being found.
     pub(super) backlog: Backlog,
     /// Selection of the messages that are used.
     pub(super) batches: Batches,

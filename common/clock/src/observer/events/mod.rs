@@ -12,7 +12,7 @@ mod shift;
 mod teeth;
 
 pub(super) use attributed::Attributed;
-pub(super) use backlog::{Backlog, Begun};
+pub(super) use backlog::{Backlog, Pace};
 pub(super) use batches::{Arrival, Batches, Picked};
 pub(super) use counts::{Counts, News};
 pub(super) use drift_step::{DriftStep, DriftSteps};
@@ -21,6 +21,7 @@ pub(super) use teeth::{Jump, ShownDrift, Teeth, bounds, cell_of, lowest_level, w
 
 #[cfg(feature = "perturb")]
 pub(super) const TUNED: &[crate::tuning::TunedBlock] = &[
+    backlog::TUNED,
     batches::TUNED,
     counts::TUNED,
     drift_step::TUNED,
