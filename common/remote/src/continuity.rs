@@ -188,6 +188,7 @@ impl Continuity {
             return false;
         };
         let moved_on = cycle.moved_on();
+        let reach = &reach.or_own(way.own_velocity());
         let beat = way.beat(moved_on.as_ref(), passed).abs();
         // What a beat moves the axis by is no step, as long as its velocity is told to be its own. In swarm schedule 50274 a master 1000 u ahead
         // came in beats, each of which began the way back from its start.
@@ -224,9 +225,19 @@ impl Continuity {
         self.last = Some((set, beside));
     }
 
+    /// Greatest velocity of the curve that the axis is on, if it is on one, u/s.
+    fn own_velocity(&self) -> f64 {
+        match &self.motion {
+            Motion::Following | Motion::Returning(None) => 0.0,
+            Motion::Braking { braking, .. } => braking.own_velocity(),
+            Motion::Returning(Some(way)) | Motion::Rejoining(way) => way.own_velocity(),
+        }
+    }
+
     /// The motion of the axis by its positions, within its limits.
     fn moving(&self, reach: &Reach) -> Option<Kinematics> {
         let (last, beside) = self.last?;
+        let reach = reach.or_own(self.own_velocity());
         // Positions win over the reported velocity: a drive follows positions.
         let is_true = beside.abs() <= CONTRADICTION * reach.velocity;
         let (velocity, acceleration) = match is_true {

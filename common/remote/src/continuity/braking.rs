@@ -53,6 +53,11 @@ impl Braking {
         }
     }
 
+    /// Velocity at which it began, u/s.
+    pub(super) const fn own_velocity(&self) -> f64 {
+        self.from.velocity.abs()
+    }
+
     /// Distance to rest, u.
     pub(super) fn way(&self) -> f64 {
         // The two parts at their ends.

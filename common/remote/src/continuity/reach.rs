@@ -31,6 +31,19 @@ impl Reach {
         }
     }
 
+    /// The reach of an axis that moves by itself at this velocity, u/s, where its master has shown none: a way back to a master that has never
+    /// moved is covered within a time. In swarm schedule 41102 such an axis was stopped within a cycle when its clock was found. Where a master
+    /// has moved, its own motion is the bound: with the larger of both, 50262 and 50440 had axes that were beyond it.
+    pub(super) fn or_own(self, velocity: f64) -> Self {
+        match self.velocity > 0.0 {
+            true => self,
+            false => Self {
+                velocity: velocity / (1.0 + FASTER),
+                ..self
+            },
+        }
+    }
+
     /// Returns true for a velocity that set values moved on in time may have, u/s: that of the axis, and its acceleration for as long as
     /// a prediction lets it last. A master that begins to move is soon faster than it was up to now, and what is planned again in each cycle
     /// does not arrive.

@@ -116,6 +116,15 @@ impl Rejoin {
         self.track(master, passed);
     }
 
+    /// Greatest velocity of the way itself, beside that of its master, u/s.
+    pub(super) fn own_velocity(&self) -> f64 {
+        // Without a length there is no way left, and no quotient.
+        match self.length > 0.0 {
+            true => STEEPEST * self.way.abs() / self.length,
+            false => 0.0,
+        }
+    }
+
     /// Distance of the motion of its master from where it is tracked in the next cycle, u: the beat in which it came.
     pub(super) fn beat(&self, now: Option<&Kinematics>, passed: f64) -> f64 {
         let tracked = self.master.zip(now);

@@ -267,6 +267,42 @@ fn a_way_back_goes_on_over_the_beats_of_its_master() {
     );
 }
 
+/// Swarm schedule 41102: the velocity of the way was taken for that of a jump, as its master had shown none.
+#[test]
+fn a_way_back_to_a_master_that_has_never_moved_has_no_step_either() {
+    for disturb in [
+        |axis: &mut Axis| axis.rejoin(),
+        // Lost for a while, and back.
+        |axis: &mut Axis| {
+            for _ in 0..200 {
+                axis.brake(1);
+            }
+        },
+    ] {
+        let mut axis = Axis::of(Reach::default());
+        axis.follow(&steady(-4_500.0, 0.0), 1);
+        axis.rejoin();
+        let (mut before, mut velocity, mut hardest) = (-4_500.0, 0.0_f64, 0.0_f64);
+        for cycle in 0..60_000 {
+            if cycle == 15_000 {
+                disturb(&mut axis);
+                // Not seen here, and checked by its last velocity.
+                before = axis.continuity.last.expect("moving").0.position;
+                velocity = axis.continuity.last.expect("moving").0.velocity;
+            }
+            let set = axis.follow(&steady(0.0, 0.0), 1);
+            let now = (set.position - before) / CYCLE;
+            if cycle > 0 {
+                hardest = hardest.max((now - velocity).abs() / CYCLE);
+            }
+            (before, velocity) = (set.position, now);
+        }
+        assert_eq!(axis.state(), ContinuityState::Following);
+        // It has up to 281 u/s: a step of them would be 281 000 u/s². A braking of 0.5 s takes 844.
+        assert!(hardest < 2_000.0, "{hardest}");
+    }
+}
+
 #[test]
 fn skipped_cycles_change_nothing_of_the_curve() {
     let run = |step: u32| -> Vec<Kinematics> {
