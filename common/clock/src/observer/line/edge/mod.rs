@@ -47,6 +47,13 @@ tuning! {
         far_for: f64 = 0.9,
         /// Height above the edge that correlated delays seldom have, s.
         far: f64 = 1e-4,
+        /// Factor by which the newest of these points is above the second one where they rise, as beside a line with a wrong drift: there each is
+        /// above the line by as much more as time has passed.
+        // From the second to the third it is 1.5; a delay that grew is level, and its points scatter by less than a fourth of it.
+        risen: f64 = 1.25,
+        /// Factor by which the last of the `late_points` is above the least of them, likewise.
+        // From the second to the sixteenth it is 8; with jitter of half a step it is 3.
+        risen_long: f64 = 4.0,
         /// Points that make a line.
         enough: usize = 8,
         /// Points on the edge whose mean shows the latest bias of the line.
@@ -66,11 +73,12 @@ pub(in crate::observer) struct Edge {
     line: Option<Line>,
     /// Jump from which it may be a sender that stood still, and is not followed here, s.
     skip: f64,
-    /// Points in a row above the edge, with the height of the first and that of the lowest of the others, s. The
+    /// Points in a row above the edge, with the height of the first, the second and the lowest of all but the first, s. The
     /// first may be late by chance, or of a window in which the delay grew.
     late: u8,
     late_since: f64,
     first_late: f64,
+    second_late: f64,
     least_late: f64,
     /// Opening time of the first of their windows, and of the open one.
     late_from: f64,
@@ -109,6 +117,7 @@ impl Edge {
             late: 0,
             late_since: 0.0,
             first_late: 0.0,
+            second_late: 0.0,
             least_late: f64::INFINITY,
             late_from: 0.0,
             opened: f64::NEG_INFINITY,
@@ -238,6 +247,9 @@ impl Edge {
             // The least of them, as the delay grew by no more than the earliest message shows.
             self.least_late = self.least_late.min(innovation);
         }
+        if self.late == 1 {
+            self.second_late = innovation;
+        }
         self.late = self.late.saturating_add(1);
         let so_long = time - self.late_since;
         let for_good = self.late >= TUNING.late_points && so_long >= TUNING.late_for;
@@ -248,7 +260,10 @@ impl Edge {
         let far = far_points >= TUNING.far_points
             && so_long >= TUNING.far_for
             && far.contains(&self.least_late);
-        for_good || far
+        // Moved up with each few points, the line would keep its drift for ever (swarm schedule 50718: 150 ppm for 90 s).
+        let rises = |factor: f64, from: f64| innovation > factor * from;
+        (for_good && !rises(TUNING.risen_long, self.least_late))
+            || (far && !rises(TUNING.risen, self.second_late))
     }
 
     /// Follows a jump of the delay: the line and what came before move with it.

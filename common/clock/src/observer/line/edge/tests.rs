@@ -179,6 +179,27 @@ fn a_lasting_step_of_the_delay_is_followed() {
 }
 
 /// The first windows are short, so that many points say little of a level that lasts.
+/// In swarm schedule 50718 the line was moved up every two seconds, and kept a drift that was wrong by 150 ppm.
+#[test]
+fn a_drift_that_grew_is_no_staircase_of_steps() {
+    for seed in 0..5 {
+        for grown in [20e-6, 50e-6, 150e-6, 435e-6] {
+            for before in [1.0, 5.0, 20.0] {
+                let mut link = Link::of_seed(seed);
+                link.run(before, |_| 0.0);
+                link.run(20.0, |t| grown * t);
+                let off = link.error() - 20.0 * grown;
+                assert!(
+                    off.abs() < 5.0 * TOLERANCE,
+                    "{seed}, {grown}, {before}: {off}"
+                );
+                let drift = link.edge.line().unwrap().estimate.drift - DRIFT - grown;
+                assert!(drift.abs() < DRIFT_TOLERANCE, "{seed}, {grown}: {drift}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_level_that_begins_early_is_no_step_for_seconds() {
     for seed in 0..5 {
