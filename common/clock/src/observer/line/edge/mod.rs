@@ -73,12 +73,13 @@ pub(in crate::observer) struct Edge {
     line: Option<Line>,
     /// Jump from which it may be a sender that stood still, and is not followed here, s.
     skip: f64,
-    /// Points in a row above the edge, with the height of the first, the second and the lowest of all but the first, s. The
+    /// Points in a row above the edge, with the height of the first, the second, the newest, and the lowest of all but the first, s. The
     /// first may be late by chance, or of a window in which the delay grew.
     late: u8,
     late_since: f64,
     first_late: f64,
     second_late: f64,
+    newest_late: f64,
     least_late: f64,
     /// Opening time of the first of their windows, and of the open one.
     late_from: f64,
@@ -118,6 +119,7 @@ impl Edge {
             late_since: 0.0,
             first_late: 0.0,
             second_late: 0.0,
+            newest_late: 0.0,
             least_late: f64::INFINITY,
             late_from: 0.0,
             opened: f64::NEG_INFINITY,
@@ -132,6 +134,12 @@ impl Edge {
         self.line
             .as_ref()
             .filter(|_| self.windows.len() >= TUNING.enough)
+    }
+
+    /// True if enough points in a row lie above the line, the newer the higher: a line with a wrong drift, until a better one is found.
+    pub(in crate::observer) fn is_left(&self) -> bool {
+        usize::from(self.late) >= TUNING.enough
+            && self.newest_late > TUNING.risen_long * self.second_late
     }
 
     /// Scatter of a point, s.
@@ -250,6 +258,7 @@ impl Edge {
         if self.late == 1 {
             self.second_late = innovation;
         }
+        self.newest_late = innovation;
         self.late = self.late.saturating_add(1);
         let so_long = time - self.late_since;
         let for_good = self.late >= TUNING.late_points && so_long >= TUNING.late_for;

@@ -201,6 +201,22 @@ fn a_drift_that_grew_is_no_staircase_of_steps() {
 }
 
 #[test]
+fn a_line_that_points_rise_from_is_left_until_a_better_one_is_found() {
+    for seed in 0..5 {
+        let mut link = Link::settled(seed);
+        assert!(!link.edge.is_left());
+        link.run(6.0, |t| 150e-6 * t);
+        assert!(link.edge.is_left(), "{seed}");
+        link.run(14.0, |t| 150e-6 * (t + 6.0));
+        assert!(!link.edge.is_left(), "{seed}");
+        // A path that is longer for some seconds is another matter.
+        let mut link = Link::settled(seed);
+        link.run(6.0, |_| UPPER);
+        assert!(!link.edge.is_left(), "{seed}");
+    }
+}
+
+#[test]
 fn a_level_that_begins_early_is_no_step_for_seconds() {
     for seed in 0..5 {
         for after in [2.0, 3.0, 4.0] {
