@@ -73,7 +73,11 @@ impl DrivePort {
     pub(crate) fn power_on_moving(&mut self, set: &Kinematics, hold_back: Span) -> f64 {
         let shown = match &mut self.held_back {
             Some(held_back) if hold_back > Span::ZERO => held_back.begin_moving(set, hold_back),
-            _ => *set,
+            _ => {
+                // Without power it may still have had one, whose shown position a stop would set the axis back to.
+                self.release();
+                *set
+            }
         };
         self.power_on(shown.position, shown.velocity);
         shown.position

@@ -205,6 +205,23 @@ fn coupled_from_the_start_its_drive_comes_to_the_first_set_value_in_time() {
 }
 
 /// A hold-back that is not prepared, and one of zero, leave every bit alone.
+/// In swarm schedule 60591 the clock of the master was lost in the cycle of the start, and the hold-back with it: a stop in that cycle would have set
+/// the axis back to where it had stood without power.
+#[test]
+fn coupled_as_its_hold_back_ends_it_is_shown_where_it_begins() {
+    let mut axis = axis(&PARAMETERS);
+    axis.prepare_hold_back();
+    axis.set_hold_back(BY);
+    run(&mut axis, 5);
+    assert_eq!((axis.held_back_by(), axis.shown().position), (BY, 0.0));
+    axis.set_hold_back(Span::ZERO);
+    let master = Master::at(14.0, 0.9);
+    let start = CoupledStart::Gear(LinearGear::new(2.0, 0.0).expect("a gear"));
+    assert!(axis.switch_on_coupled(&start, Some(&master.0)).is_ok());
+    assert_eq!(axis.shown().position, 28.0);
+    assert_eq!(axis.held_back_by(), Span::ZERO);
+}
+
 #[test]
 fn without_a_hold_back_nothing_changes() {
     let motion = |prepare: fn(&mut AxisWithPlates)| {
