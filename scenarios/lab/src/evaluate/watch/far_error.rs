@@ -19,6 +19,10 @@ const BEFORE_IT: f64 = 0.1;
 /// any jitter causes, and far less than a wrong pace adds up to.
 // A pace that is wrong by 1000 ppm, a tenth of a percent, gets there in two seconds.
 const STEADY: f64 = 2_000.0;
+/// Standard deviations that the receiver states of a line that it is unsure of, by which its time may move beside that.
+const SURE: f64 = 3.0;
+/// Part of the reference's standard deviation from which another one takes its place.
+const SURER: f64 = 0.5;
 /// Settling time, s.
 const SETTLES: f64 = 2.0;
 
@@ -41,8 +45,8 @@ struct SettledError {
     since: f64,
     /// Counters of the events that restart it.
     events: [u64; 5],
-    /// Error once settled, µs.
-    error: Option<f64>,
+    /// Error once settled, and its standard deviation as stated then, µs.
+    reference: Option<(f64, f64)>,
 }
 
 impl FarErrorWatch {
@@ -96,12 +100,15 @@ impl FarErrorWatch {
                 self.settled = None;
                 Some((error? - wanted_offset(row), bound))
             }
-            None => self.beside_settled(row).zip(self.steady),
+            None => {
+                let (error, sigma) = self.beside_settled(row)?;
+                Some((error, self.steady? + SURE * sigma))
+            }
         }
     }
 
-    /// Deviation of the error from its settled value, µs, without the rest of the slew.
-    fn beside_settled(&mut self, row: &Row) -> Option<f64> {
+    /// Deviation of the error from its settled value, without the rest of the slew, and its standard deviation as the receiver states it, µs.
+    fn beside_settled(&mut self, row: &Row) -> Option<(f64, f64)> {
         let (far, error) = (&row.record.far, row.time_error_us);
         let is_led = far.mode == FilterMode::Observer && row.record.axis.synced;
         let Some(error) = error.filter(|_| is_led && !self.has_jumped(row.t_s)) else {
@@ -122,13 +129,17 @@ impl FarErrorWatch {
         let settled = self.settled.insert(kept.unwrap_or(SettledError {
             since: row.t_s,
             events,
-            error: None,
+            reference: None,
         }));
         if row.t_s - settled.since < SETTLES {
             return None;
         }
         // The first error after settling is the reference: the delay that is not measured is in it.
-        Some(error - *settled.error.get_or_insert(error))
+        let sigma = far.offset_sigma_us.unwrap_or_default();
+        // A surer reference is a better one: an unsure time may move by all that it is unsure of.
+        let kept = (settled.reference).filter(|(_, sigma_then)| sigma >= SURER * sigma_then);
+        let (first, sigma_then) = *settled.reference.insert(kept.unwrap_or((error, sigma)));
+        Some((error - first, sigma + sigma_then))
     }
 
     /// True if a clock has just jumped.

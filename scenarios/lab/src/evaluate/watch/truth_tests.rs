@@ -166,6 +166,25 @@ fn a_time_without_a_measured_delay_stays_where_it_was_but_for_what_is_to_be_made
     assert!(is_error_found(wrong));
 }
 
+/// In swarm schedule 50718 a clock was unsure by 38 ms, and came back; before a cure it was 6 ms off while it stated 0.3.
+#[test]
+fn a_time_may_move_by_what_it_is_unsure_of_and_no_more() {
+    let is_found = |sigma: fn(f64) -> f64, error: fn(f64) -> f64| {
+        is_error_found((0..20_000).map(|cycle| {
+            let mut row = row(cycle);
+            let t = 1e-3 * f64::from(cycle);
+            row.time_error_us = Some(error(t));
+            row.record.far.offset_sigma_us = Some(sigma(t));
+            row
+        }))
+    };
+    let surer = |t: f64| 30_000.0 * (-t).exp() + 300.0;
+    assert!(!is_found(surer, |t| 30_000.0 * (-t).exp()));
+    assert!(!is_found(surer, |t| 30_000.0 * (-t).exp() + 150.0 * t));
+    assert!(is_found(surer, |t| 30_000.0 * (-t).exp() + 500.0 * t));
+    assert!(is_found(|_| 1.0, |t| 300.0 * t));
+}
+
 /// A master in a cycle: position, velocity.
 type Motion = fn(f64) -> [f64; 2];
 
