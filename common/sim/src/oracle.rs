@@ -98,16 +98,29 @@ impl<R: Domain> Oracle<R> {
     #[must_use]
     pub fn at(&self, at: Instant<R>) -> Option<Truth> {
         let after = self.first_after(at);
-        let from = self.samples.get(after.checked_sub(1)?)?;
-        let to = self.samples.get(after).filter(|to| {
-            // Across runs, and over a gap, the motion is unknown.
-            from.epoch == to.epoch && to.count - from.count <= LARGEST_GAP
-        });
-        match to {
-            Some(to) => Some(self.between(from, to, at)),
-            // The newest sample itself is known even though nothing follows it.
-            None => (from.at == at).then(|| self.between(from, from, at)),
+        let place = after.checked_sub(1)?;
+        let from = self.samples.get(place)?;
+        match self.samples.get(after).filter(|to| is_known(from, to)) {
+            Some(to) => Some(self.between(from, to, self.pace(from, to), at)),
+            None => (from.at == at).then(|| self.between(from, from, self.pace_up_to(place), at)),
         }
+    }
+
+    /// Pace up to a sample that nothing follows. In swarm schedule 61153 a receiver's cycle was due at the nanosecond of such a sample: with a pace of 1 a
+    /// master that is shown 253 ms later was 66 µs off at 263 ppm.
+    fn pace_up_to(&self, place: usize) -> f64 {
+        let to = &self.samples[place];
+        let before = place.checked_sub(1).map(|before| &self.samples[before]);
+        let before = before.filter(|from| is_known(from, to));
+        before.map_or(1.0, |from| self.pace(from, to))
+    }
+
+    /// The sender's own time between two samples over that of reference.
+    fn pace(&self, from: &TruthSample<R>, to: &TruthSample<R>) -> f64 {
+        let own = (to.count - from.count) as f64 * self.cycle_time.as_secs_f64();
+        let length = (to.at - from.at).as_secs_f64();
+        // Without a length there is none to compare.
+        if length > 0.0 { own / length } else { 1.0 }
     }
 
     /// The number of the first sample after `at`.
@@ -120,7 +133,13 @@ impl<R: Domain> Oracle<R> {
         }
     }
 
-    fn between(&self, from: &TruthSample<R>, to: &TruthSample<R>, at: Instant<R>) -> Truth {
+    fn between(
+        &self,
+        from: &TruthSample<R>,
+        to: &TruthSample<R>,
+        pace: f64,
+        at: Instant<R>,
+    ) -> Truth {
         let length = (to.at - from.at).as_secs_f64();
         let share = if length > 0.0 {
             (at - from.at).as_secs_f64() / length
@@ -133,12 +152,6 @@ impl<R: Domain> Oracle<R> {
         // master at 500 mm/s and 10 ms off by 0.6 µm between two cycles, and its velocity by 0.4 mm/s.
         let own_length = cycles * self.cycle_time.as_secs_f64();
         let (position, own_velocity) = hermite(&from.axis, &to.axis, own_length, share);
-        // The last sample alone has no length to compare.
-        let pace = if length > 0.0 {
-            own_length / length
-        } else {
-            1.0
-        };
         // Linear in the sender's time between two cycles: a change of its drift within milliseconds is far below a nanosecond.
         let beyond = share * cycles * cycle as f64;
         Truth {
@@ -151,6 +164,11 @@ impl<R: Domain> Oracle<R> {
             far_fraction: beyond.fract(),
         }
     }
+}
+
+/// True if the motion between two samples is known: not across runs, and not over a gap.
+fn is_known<R: Domain>(from: &TruthSample<R>, to: &TruthSample<R>) -> bool {
+    from.epoch == to.epoch && to.count - from.count <= LARGEST_GAP
 }
 
 /// The quintic through both states; exact for constant velocity and constant acceleration.

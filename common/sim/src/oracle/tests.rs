@@ -50,6 +50,16 @@ fn oracle(cycles: std::ops::Range<u64>) -> Oracle<True> {
     oracle
 }
 
+#[test]
+fn the_newest_sample_has_the_pace_of_those_before() {
+    let truth = oracle(0..10).at(Instant::from_nanos(9 * CYCLE_NS)).unwrap();
+    assert!((truth.pace - PACE).abs() < 1e-15);
+    assert!((truth.velocity - derivatives(&ACCELERATING, 9e-3)[1] * PACE).abs() < 1e-12);
+    // One alone has none to compare.
+    let truth = oracle(3..4).at(Instant::from_nanos(3 * CYCLE_NS)).unwrap();
+    assert_eq!(truth.pace, 1.0);
+}
+
 proptest! {
     /// Six coefficients fit the states at both ends: any motion of degree five is exact in between.
     #[test]
