@@ -1,7 +1,9 @@
 //! Check that a far axis moves where its master can have moved, in every mode, by its own positions.
 
+mod master_dynamics;
+
 use crate::far_time::LARGEST_RATE_ERROR;
-use crate::largest_lately::LargestLately;
+use master_dynamics::MasterDynamics;
 
 /// Velocity that a mode may add to the master's while an axis rejoins, as a share of the greatest
 /// velocity seen (`coaxle_remote`'s `Continuity`).
@@ -14,15 +16,8 @@ const STEEPEST: f64 = 1.875;
 /// Velocity gain of a quartic that takes an acceleration to rest in half a second: at most 4/27 of
 /// acceleration · time, and no more than the greatest velocity of the master.
 const BRAKING: f64 = 0.5 * 4.0 / 27.0;
-/// Time for which unexpected motions of the master are remembered, s: between one and two of these. A receiver remembers them for
-/// up to 2 s. With 1 s the check forgot a forged position while the receiver still took it into account (wide schedule 503740).
-const MEMORY: f64 = 2.0;
 /// Cycles after an event in which an axis that follows may still be in transition.
 const LANDED: u8 = 3;
-/// Greatest distance of neighbouring frames, cycles of the master: some are always lost.
-const NEXT: f64 = 4.5;
-/// Frames after which the dynamics of the master are known.
-const KNOWN: u8 = 16;
 /// Rounding of the positions, relative.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -120,22 +115,8 @@ pub struct FarMotionFault {
 pub struct FarMotionCheck {
     bounds: FarMotionBounds,
     last: Option<FarMotion>,
-    /// The frame of the master before the newest, and its acceleration there if the frame before
-    /// that arrived, too.
-    frame: Option<Received>,
-    at_frame: Option<f64>,
-    fastest: f64,
-    acceleration: f64,
-    corrections: LargestLately,
-    /// Changes of accelerations and velocities from frame to frame, and mismatch of positions and
-    /// velocities.
-    acceleration_noise: LargestLately,
-    velocity_noise: LargestLately,
-    position_noise: LargestLately,
-    /// Distances from frame to frame, as seen here.
-    received_steps: LargestLately,
+    master: MasterDynamics,
     followed: u8,
-    frames: u8,
     /// Greatest distance from the received position since it followed, u: the steepness of the
     /// return depends on it.
     farthest: f64,
@@ -151,17 +132,8 @@ impl FarMotionCheck {
         Self {
             bounds,
             last: None,
-            frame: None,
-            at_frame: None,
-            fastest: 0.0,
-            acceleration: 0.0,
-            corrections: LargestLately::over(MEMORY),
-            acceleration_noise: LargestLately::over(MEMORY),
-            velocity_noise: LargestLately::over(MEMORY),
-            position_noise: LargestLately::over(MEMORY),
-            received_steps: LargestLately::over(MEMORY),
+            master: MasterDynamics::new(),
             followed: 0,
-            frames: 0,
             farthest: 0.0,
             unchanged_for: 0.0,
             shown_ago: 0.0,
@@ -177,7 +149,7 @@ impl FarMotionCheck {
     /// Takes the axis in the next cycle.
     pub fn push(&mut self, now: &FarMotion) -> Option<FarMotionFault> {
         let passed = f64::from(now.cycles.max(1)) * self.bounds.cycle_time;
-        self.learn(now, passed);
+        self.master.learn(now, passed);
         self.followed = match now.follows {
             // Counts to just beyond the limit, so that u8 never overflows.
             true => (self.followed + 1).min(LANDED + 1),
@@ -190,7 +162,7 @@ impl FarMotionCheck {
             self.last = None;
         }
         // Bounds taken from too few frames are those of chance.
-        if self.last.is_none() || self.frames < KNOWN {
+        if self.last.is_none() || !self.master.is_known() {
             return None;
         }
         let beside = (now.position - now.received.position).abs();
@@ -241,55 +213,6 @@ impl FarMotionCheck {
         self.bounds.blending_time + 2.0 * self.bounds.cycle_time
     }
 
-    /// Updates the dynamics of the master from the newest frame.
-    fn learn(&mut self, now: &FarMotion, passed: f64) {
-        self.corrections
-            .push(now.correction.unwrap_or(0.0).abs(), passed);
-        let frame = now.received;
-        // Greatest ever, not the newest: an axis may still be on its way from a fast phase of its master.
-        self.fastest = self.fastest.max(frame.velocity.abs());
-        self.fastest = self.fastest.max(now.promised.unwrap_or(0.0).abs());
-        // Set values are extrapolated with the stated one, too: the first frame of a motion may have no velocity yet (swarm schedule 484).
-        self.acceleration = self.acceleration.max(frame.acceleration.abs());
-        let mut seen = [0.0; 4];
-        if let Some(before) = self.frame.replace(frame)
-            && before.run == frame.run
-            // Frames of other runs, repeated and overtaken ones have no difference that is a motion.
-            && frame.at > before.at
-        {
-            let time = frame.at - before.at;
-            let rate = (frame.velocity - before.velocity) / time;
-            let changed = rate.abs() * time;
-            let way = frame.position - before.position;
-            let mean = 0.5 * (frame.velocity + before.velocity);
-            self.acceleration = self.acceleration.max(rate.abs());
-            // Velocities between these two explain at most this much (the trapezoidal rule); the
-            // rest is a jump.
-            let explained = 0.25 * self.acceleration * time * time;
-            let beside = ((way - mean * time).abs() - explained).max(0.0);
-            // Over a gap the velocity may change arbitrarily.
-            let is_next = time < NEXT * frame.cycle_time;
-            self.frames = KNOWN.min(self.frames + 1);
-            let at_frame = is_next.then_some(rate);
-            let turned = match (self.at_frame, at_frame) {
-                (Some(before), Some(now)) => (now - before).abs(),
-                _ => 0.0,
-            };
-            self.at_frame = at_frame;
-            seen = [
-                turned,
-                if is_next { changed } else { 0.0 },
-                beside,
-                way.abs(),
-            ];
-        }
-        let [turned, changed, beside, step] = seen;
-        self.acceleration_noise.push(turned, passed);
-        self.velocity_noise.push(changed, passed);
-        self.position_noise.push(beside, passed);
-        self.received_steps.push(step, passed);
-    }
-
     /// Greatest distance to move in this cycle, u.
     fn way(&self, now: &FarMotion, passed: f64) -> f64 {
         let FarMotionBounds {
@@ -300,9 +223,9 @@ impl FarMotionCheck {
             cycle_time,
             ..
         } = self.bounds;
-        let correction = self.corrections.largest();
+        let correction = self.master.corrections.largest();
         // An extrapolation over the correction adds the acceleration to the velocity for that time.
-        let velocity = self.fastest + self.acceleration * correction;
+        let velocity = self.master.fastest + self.master.acceleration * correction;
         // Largest difference between two modes: correction, lag of the filter, and cycles in which each reads its
         // data.
         let blended = velocity * (correction + filter_time + 3.0 * cycle_time);
@@ -311,13 +234,13 @@ impl FarMotionCheck {
             FarAxisMode::Blocks => pace_of_blocks,
             FarAxisMode::Observer => LARGEST_RATE_ERROR,
         };
-        let longest = if self.fastest > 0.0 {
+        let longest = if self.master.fastest > 0.0 {
             LONGEST
         } else {
             TO_A_RESTING_MASTER
         };
         let velocity = velocity * (1.0 + pace + REJOINING)
-            + (BRAKING * self.acceleration).min(self.fastest)
+            + (BRAKING * self.master.acceleration).min(self.master.fastest)
             + STEEPEST * self.farthest / longest
             // Slope of a straight blend. A blending time of 0 is a step within one cycle.
             + blended / blending_time.max(cycle_time);
@@ -325,17 +248,17 @@ impl FarMotionCheck {
         let velocity = velocity.max(own_velocity.unwrap_or(0.0));
         // A blend from a mode that shows received values still contains a part of them.
         let at_once = if self.shown_ago <= self.blended_for() {
-            self.received_steps.largest()
+            self.master.received_steps.largest()
         } else {
             0.0
         };
-        velocity * passed + self.noise() + at_once
+        velocity * passed + self.master.noise() + at_once
     }
 
     /// Greatest distance from the received position, u.
     fn leaves(&self) -> f64 {
-        let correction = self.corrections.largest();
-        let velocity = self.fastest + self.acceleration * correction;
+        let correction = self.master.corrections.largest();
+        let velocity = self.master.fastest + self.master.acceleration * correction;
         let FarMotionBounds {
             filter_time,
             cycle_time,
@@ -343,17 +266,8 @@ impl FarMotionCheck {
         } = self.bounds;
         // Twice the filter: the axis lags behind, and the newest frame itself may be late by as much.
         velocity * (correction + 2.0 * filter_time + 3.0 * cycle_time)
-            + self.noise()
-            + 2.0 * self.received_steps.largest()
-    }
-
-    /// Unexplained motion in its frames, extrapolated by the correction, u.
-    fn noise(&self) -> f64 {
-        let correction = self.corrections.largest();
-        // Both ends of a step are off by it.
-        2.0 * self.position_noise.largest()
-            + self.velocity_noise.largest() * correction
-            + self.acceleration_noise.largest() * correction * correction
+            + self.master.noise()
+            + 2.0 * self.master.received_steps.largest()
     }
 }
 
