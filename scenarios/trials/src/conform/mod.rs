@@ -2,11 +2,11 @@
 //!
 //! Judging needs no network: messages and their arrivals go in, findings come out.
 
+mod queue;
 mod receiver;
 mod report;
 mod rule;
 mod sender;
-mod trial_result;
 
 use std::path::PathBuf;
 
@@ -19,8 +19,8 @@ use coaxle_report::inspect;
 
 use receiver::ReceiverArgs;
 use report::ReportFormat;
+use rule::TrialResult;
 use sender::SenderArgs;
-use trial_result::TrialResult;
 
 /// Arguments of `coaxle conform`.
 #[derive(Debug, Args)]

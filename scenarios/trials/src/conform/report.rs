@@ -52,40 +52,34 @@ fn plain(node: &str, findings: &[RuleFinding]) -> String {
 }
 
 fn line(finding: &RuleFinding) -> String {
-    let word = match finding.outcome {
-        RuleOutcome::Kept { .. } => "kept",
-        RuleOutcome::Broken { .. } => "broken",
-        RuleOutcome::NotSeen { .. } => "not seen",
-    };
+    let word = ["kept", "broken", "not seen"][kind(&finding.outcome)];
     let rule = finding.rule;
-    let place = match finding.outcome {
-        RuleOutcome::Broken { .. } => format!("; {}", place(finding)),
-        _ => String::new(),
+    let place = match finding.is_broken() {
+        true => format!("; {}", place(finding)),
+        false => String::new(),
     };
+    let text = outcome_text(&finding.outcome);
     // A node's status may contain any text.
     one_line(&format!(
-        "{:8} {:4} {:16} {}{place}",
-        word,
-        rule.number,
-        rule.name,
-        outcome_text(&finding.outcome)
+        "{word:8} {:4} {:16} {text}{place}",
+        rule.number, rule.name
     ))
 }
 
 fn outcome_text(outcome: &RuleOutcome) -> String {
     match outcome {
-        RuleOutcome::Kept { seen } => seen.clone(),
+        RuleOutcome::Kept { seen: text } | RuleOutcome::NotSeen { why: text } => text.clone(),
         RuleOutcome::Broken {
             received,
             expected,
             seen,
-        } if seen.is_empty() => format!("received {received}, expected {expected}"),
-        RuleOutcome::Broken {
-            received,
-            expected,
-            seen,
-        } => format!("received {received}, expected {expected} ({seen})"),
-        RuleOutcome::NotSeen { why } => why.clone(),
+        } => {
+            let seen = match seen.as_str() {
+                "" => String::new(),
+                seen => format!(" ({seen})"),
+            };
+            format!("received {received}, expected {expected}{seen}")
+        }
     }
 }
 
@@ -93,17 +87,23 @@ fn place(finding: &RuleFinding) -> String {
     format!("docs/WIRE.md#{}", finding.rule.section)
 }
 
+/// Place in [`counts`].
+const fn kind(outcome: &RuleOutcome) -> usize {
+    match outcome {
+        RuleOutcome::Kept { .. } => 0,
+        RuleOutcome::Broken { .. } => 1,
+        RuleOutcome::NotSeen { .. } => 2,
+    }
+}
+
 /// Numbers of rules kept, broken and not seen.
 fn counts(findings: &[RuleFinding]) -> [usize; 3] {
-    let mut counts = [0; 3];
-    for finding in findings {
-        counts[match finding.outcome {
-            RuleOutcome::Kept { .. } => 0,
-            RuleOutcome::Broken { .. } => 1,
-            RuleOutcome::NotSeen { .. } => 2,
-        }] += 1;
-    }
-    counts
+    [0, 1, 2].map(|n| {
+        (findings
+            .iter()
+            .filter(|finding| kind(&finding.outcome) == n))
+        .count()
+    })
 }
 
 fn as_json(node: &str, findings: &[RuleFinding]) -> Value {

@@ -68,6 +68,18 @@ impl RuleOutcome {
     pub(crate) fn not_seen(why: impl Into<String>) -> Self {
         Self::NotSeen { why: why.into() }
     }
+
+    /// Outcome of a value that is described by `received`: kept if it is as expected.
+    pub(crate) fn of(
+        is_kept: bool,
+        received: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        match is_kept {
+            true => Self::kept(received),
+            false => Self::broken(received, expected),
+        }
+    }
 }
 
 /// A rule with its outcome.
@@ -87,34 +99,58 @@ impl RuleFinding {
     }
 }
 
+/// Result of trying a node.
+pub(crate) enum TrialResult {
+    /// Findings about the rules.
+    Findings(Vec<RuleFinding>),
+    /// No message came: the reason, as far as known.
+    Nothing(String),
+    /// Ended by the user before it was done.
+    Interrupted,
+}
+
+/// Received value of a bad case, and the expected one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Mismatch {
+    received: String,
+    expected: String,
+}
+
+pub(crate) fn mismatch(received: impl Into<String>, expected: impl Into<String>) -> Mismatch {
+    Mismatch {
+        received: received.into(),
+        expected: expected.into(),
+    }
+}
+
+/// Judges a case, good or bad; `otherwise` describes a bad one.
+pub(crate) fn ensure(is_good: bool, otherwise: impl FnOnce() -> Mismatch) -> Result<(), Mismatch> {
+    if is_good { Ok(()) } else { Err(otherwise()) }
+}
+
+/// Numbers in words, for messages.
+pub(crate) fn comma_separated(numbers: &[u32]) -> String {
+    let numbers: Vec<_> = numbers.iter().map(u32::to_string).collect();
+    numbers.join(", ")
+}
+
 /// Number of good and bad cases, with the first bad one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     good: u64,
     bad: u64,
-    /// Received and expected value.
-    first: Option<(String, String)>,
+    first: Option<Mismatch>,
 }
 
 impl Tally {
-    pub(crate) fn good(&mut self) {
-        self.good += 1;
-    }
-
-    pub(crate) fn bad(&mut self, received: impl Into<String>, expected: impl Into<String>) {
-        self.bad += 1;
-        if self.first.is_none() {
-            self.first = Some((received.into(), expected.into()));
-        }
-    }
-
-    /// Counts a case, good or bad; `words` describes a bad one.
-    pub(crate) fn check(&mut self, is_good: bool, words: impl FnOnce() -> (String, String)) {
-        if is_good {
-            self.good();
-        } else {
-            let (received, expected) = words();
-            self.bad(received, expected);
+    /// Counts a case.
+    pub(crate) fn count(&mut self, case: Result<(), Mismatch>) {
+        match case {
+            Ok(()) => self.good += 1,
+            Err(bad) => {
+                self.bad += 1;
+                self.first.get_or_insert(bad);
+            }
         }
     }
 
@@ -131,7 +167,7 @@ impl Tally {
     pub(crate) fn outcome_but_for(&self, share: f64, things: &str, why: &str) -> RuleOutcome {
         let all = self.all();
         match &self.first {
-            Some((received, expected)) if self.bad as f64 > share * all as f64 => {
+            Some(Mismatch { received, expected }) if self.bad as f64 > share * all as f64 => {
                 RuleOutcome::Broken {
                     received: received.clone(),
                     expected: expected.clone(),
@@ -156,10 +192,10 @@ mod tests {
             tally.outcome("frames", "none came"),
             RuleOutcome::not_seen("none came")
         );
-        tally.good();
+        tally.count(Ok(()));
         assert_eq!(tally.outcome("frames", ""), RuleOutcome::kept("1 frames"));
         for received in ["5", "6"] {
-            tally.check(false, || (received.to_owned(), "4".to_owned()));
+            tally.count(ensure(false, || mismatch(received, "4")));
         }
         let RuleOutcome::Broken {
             received,

@@ -1,26 +1,36 @@
-//! The frames of the node that is played: good ones, and those that are to be refused.
+//! The frames of the node that is played: good ones, and mutations of them.
 
-use coaxle_axis::NcToPlcAxis;
-use coaxle_clock::{CycleIndex, CycleTime, Span};
-use coaxle_node::frame::{
-    FORMAT_VERSION, KeySeal, PRESENTED_VERSION, body_capacity, encode_body, sender_id,
-};
+use coaxle_axis::{NcToPlcAxis, StateWord};
+use coaxle_clock::{CycleIndex, CycleTime};
+use coaxle_node::frame::{KeySeal, PRESENTED_VERSION, body_capacity, encode_body};
 use coaxle_node::keys::NodeName;
-use coaxle_node::{Channel, FrameHeader, PresentAfter};
+use coaxle_node::{Channel, FrameHeader};
 
-/// Fields of a frame.
+/// A frame with its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FrameContent {
-    pub(super) sender: u32,
-    pub(super) epoch: u64,
-    pub(super) index: u16,
-    pub(super) count: u64,
-    pub(super) cycle_time_ns: u32,
-    /// Presentation delay; 0 in a frame of version 1.
-    pub(super) present_after_ns: u32,
-    pub(super) stamp: Option<Span>,
+pub(super) struct PlayedFrame {
+    pub(super) header: FrameHeader,
     pub(super) axis: NcToPlcAxis,
 }
+
+/// Mutation of a good frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Mutation {
+    /// Other values of its fields.
+    Fields(fn(&mut PlayedFrame)),
+    /// Another body, with its send stamp and a right check sum.
+    Body(fn(&mut Vec<u8>)),
+    /// Another body, without a send stamp.
+    Bare(fn(&mut Vec<u8>)),
+    /// Other bytes of the whole frame.
+    Bytes(fn(&mut Vec<u8>)),
+    /// The check sum of another key.
+    OtherKey,
+}
+
+/// Places of fields in a body: the numbers between the version and them. The axes follow their number.
+pub(super) const CYCLE_TIME: usize = 4;
+pub(super) const AXES: usize = 5;
 
 /// Writes frames under the key of the node that is played.
 #[derive(Debug)]
@@ -29,251 +39,131 @@ pub(super) struct FrameWriter {
     other_key: KeySeal,
 }
 
-/// Frames to be refused for one reason.
-pub(super) type BadFrames = fn(&FrameWriter, &FrameContent) -> Vec<Vec<u8>>;
-
 impl FrameWriter {
     pub(super) fn new(node: &NodeName) -> Self {
-        let key = |channel| node.channel_key(channel);
+        let seal = |channel| KeySeal::new(&node.channel_key(channel));
         Self {
-            seal: KeySeal::new(&key(Channel::Axes)),
-            other_key: KeySeal::new(&key(Channel::Slaves)),
+            seal: seal(Channel::Axes),
+            other_key: seal(Channel::Slaves),
         }
     }
 
-    /// A whole frame.
-    pub(super) fn frame(&self, content: &FrameContent) -> Vec<u8> {
-        self.sealed(&content.body(), content.stamp)
+    /// A good frame.
+    pub(super) fn frame(&self, frame: &PlayedFrame) -> Vec<u8> {
+        let mut sealed = Vec::new();
+        (self.seal).seal(&frame.body(), frame.header.send_stamp, &mut sealed);
+        sealed
     }
 
-    /// Frames of other versions.
-    pub(super) fn versions(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let of = |version| {
-            let mut body = content.body();
-            body[0] = version;
-            self.sealed(&body, content.stamp)
-        };
-        vec![of(0), of(PRESENTED_VERSION + 1), of(255)]
-    }
-
-    /// Frames without their end: nothing, too little, cut on the way, cut before it was sealed.
-    pub(super) fn truncated(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let (whole, body) = (self.frame(content), content.body());
-        vec![
-            Vec::new(),
-            whole[..4].to_vec(),
-            whole[..whole.len() / 2].to_vec(),
-            self.sealed(&body[..body.len() - 9], None),
-        ]
-    }
-
-    /// Frames with a bit flipped, and with the check sum of another key.
-    pub(super) fn check_sums(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let mut flipped = self.frame(content);
-        let middle = flipped.len() / 2;
-        flipped[middle] ^= 1;
-        let mut strayed = Vec::new();
-        self.other_key
-            .seal(&content.body(), content.stamp, &mut strayed);
-        vec![flipped, strayed]
-    }
-
-    /// Frames with a number that is too long, an option that begins with 2, and 129 axes.
-    pub(super) fn malformed(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let mut long = vec![FORMAT_VERSION, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01];
-        long.extend(content.body());
-        let mut option = content.body();
-        option.push(2);
-        let mut many = content.prefix(129);
-        many.extend(content.axis_bytes());
-        vec![
-            self.sealed(&long, None),
-            self.sealed(&option, None),
-            self.sealed(&many, None),
-        ]
-    }
-
-    /// A frame with a byte behind the send stamp.
-    pub(super) fn trailing(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let mut body = content.body();
-        // An absent stamp; sealing puts another one behind it.
-        body.push(0);
-        vec![self.sealed(&body, None)]
-    }
-
-    /// Frames with cycle times out of range.
-    pub(super) fn cycle_times(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let of = |cycle_time: Span| {
-            self.frame(&FrameContent {
-                cycle_time_ns: cycle_time.as_nanos() as u32,
-                ..*content
-            })
-        };
-        let nano = Span::from_nanos(1);
-        vec![
-            of(Span::ZERO),
-            of(CycleTime::MIN - nano),
-            of(CycleTime::MAX + nano),
-        ]
-    }
-
-    /// Frames with a presentation delay out of range.
-    pub(super) fn delays(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let of = |present_after_ns| {
-            self.frame(&FrameContent {
-                present_after_ns,
-                ..*content
-            })
-        };
-        vec![
-            of(PresentAfter::LONGEST.as_nanos() as u32 + 1),
-            of(u32::MAX),
-        ]
-    }
-
-    /// A frame of another sender.
-    pub(super) fn senders(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let sender = content.sender ^ 1;
-        vec![self.frame(&FrameContent { sender, ..*content })]
-    }
-
-    /// Frames with another axis, and without any.
-    pub(super) fn axes(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let mut other = *content;
-        other.axis.axis_id = other.axis.axis_id.wrapping_add(1_000);
-        vec![
-            self.frame(&other),
-            self.sealed(&content.prefix(0), content.stamp),
-        ]
-    }
-
-    /// Frames with NaN, and with a value too large for an axis.
-    pub(super) fn numbers(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let of = |change: fn(&mut NcToPlcAxis)| {
-            let mut other = *content;
-            change(&mut other.axis);
-            self.frame(&other)
-        };
-        vec![
-            of(|axis| axis.set_position = f64::NAN),
-            of(|axis| axis.set_velocity = f64::INFINITY),
-            of(|axis| axis.actual_position = -2.0 * NcToPlcAxis::LARGEST),
-        ]
-    }
-
-    /// A frame of another run.
-    pub(super) fn runs(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let epoch = content.epoch ^ 0x5555;
-        vec![self.frame(&FrameContent { epoch, ..*content })]
-    }
-
-    /// A frame of this run, with twice its cycle time.
-    pub(super) fn other_cycle_times(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let nanos = i64::from(content.cycle_time_ns);
-        let longest = CycleTime::MAX.as_nanos();
-        let other = if nanos * 2 <= longest {
-            nanos * 2
-        } else {
-            nanos / 2
-        };
-        vec![self.frame(&FrameContent {
-            cycle_time_ns: other as u32,
-            ..*content
-        })]
-    }
-
-    /// A frame of this run, ten seconds ahead.
-    pub(super) fn counts(&self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let ahead = 10_000_000_000 / u64::from(content.cycle_time_ns.max(1));
-        let count = content.count + ahead;
-        vec![self.frame(&FrameContent {
-            count,
-            index: CycleIndex::of_count(count).0,
-            ..*content
-        })]
-    }
-
-    fn sealed(&self, body: &[u8], stamp: Option<Span>) -> Vec<u8> {
-        let mut frame = Vec::new();
-        self.seal.seal(body, stamp, &mut frame);
-        frame
+    /// A frame with one thing changed.
+    pub(super) fn mutated(&self, frame: &PlayedFrame, mutation: Mutation) -> Vec<u8> {
+        let (mut changed, mut body, mut sealed) = (*frame, frame.body(), Vec::new());
+        let stamp = frame.header.send_stamp;
+        match mutation {
+            Mutation::Fields(change) => {
+                change(&mut changed);
+                sealed = self.frame(&changed);
+            }
+            Mutation::Body(change) => {
+                change(&mut body);
+                self.seal.seal(&body, stamp, &mut sealed);
+            }
+            Mutation::Bare(change) => {
+                change(&mut body);
+                self.seal.seal(&body, None, &mut sealed);
+            }
+            Mutation::Bytes(change) => {
+                sealed = self.frame(frame);
+                change(&mut sealed);
+            }
+            Mutation::OtherKey => self.other_key.seal(&body, stamp, &mut sealed),
+        }
+        sealed
     }
 }
 
-impl FrameContent {
-    /// The id of a node.
-    pub(super) fn sender_of(node: &NodeName) -> u32 {
-        sender_id(node)
+impl PlayedFrame {
+    /// Gives the axis an error.
+    pub(super) fn fail(&mut self, error: u32) {
+        self.axis.error_code = error;
+        self.axis.state_word |= StateWord::ERROR;
+    }
+
+    /// Goes on by ten seconds.
+    pub(super) fn leap(&mut self) {
+        let ahead = 10_000_000_000 / self.header.cycle_time.span().as_nanos().unsigned_abs();
+        self.header.count += ahead;
+        self.header.index = CycleIndex::of_count(self.header.count);
+    }
+
+    /// Doubles the cycle time, or halves one that cannot be doubled.
+    pub(super) fn change_cycle_time(&mut self) {
+        let span = self.header.cycle_time.span();
+        let other = CycleTime::new(span * 2).or_else(|_| CycleTime::new(span / 2));
+        self.header.cycle_time = other.expect("one of them is in range");
     }
 
     fn body(&self) -> Vec<u8> {
-        let mut body = self.prefix(1);
-        body.extend(self.axis_bytes());
+        let mut body = vec![0; body_capacity(1)];
+        let length = encode_body(&self.header, &[self.axis], &mut body);
+        body.truncate(length.expect("the buffer holds it"));
         body
-    }
-
-    /// Every field before the axes. Written by hand, as a header takes no cycle time out of range.
-    fn prefix(&self, axes: u64) -> Vec<u8> {
-        let (version, delay) = match self.present_after_ns {
-            0 => (FORMAT_VERSION, None),
-            nanos => (PRESENTED_VERSION, Some(nanos.into())),
-        };
-        let mut out = vec![version];
-        let first = [
-            self.sender.into(),
-            self.epoch,
-            self.index.into(),
-            self.count,
-            self.cycle_time_ns.into(),
-        ];
-        for number in first.into_iter().chain(delay).chain([axes]) {
-            varint(&mut out, number);
-        }
-        out
-    }
-
-    fn axis_bytes(&self) -> Vec<u8> {
-        let header = FrameHeader {
-            sender: 0,
-            epoch: 0,
-            index: CycleIndex(0),
-            count: 0,
-            cycle_time: CycleTime::new(CycleTime::MIN).expect("it is one"),
-            present_after: None,
-            send_stamp: None,
-        };
-        let mut out = vec![0; body_capacity(1)];
-        let mut length = |axes: &[NcToPlcAxis]| {
-            encode_body(&header, axes, &mut out).expect("the buffer holds it")
-        };
-        // The number of axes takes one byte, be it 0 or 1.
-        let (before, all) = (length(&[]), length(&[self.axis]));
-        out[before..all].to_vec()
     }
 }
 
-fn varint(out: &mut Vec<u8>, mut number: u64) {
+/// Replaces a field by any number: a header takes none out of range. What follows it stays.
+pub(super) fn replace(body: &mut Vec<u8>, field: usize, number: u64) {
+    body.splice(place(body, field)..place(body, field + 1), varint(number));
+}
+
+/// Removes all axes.
+pub(super) fn remove_axes(body: &mut Vec<u8>) {
+    replace(body, AXES, 0);
+    body.truncate(place(body, AXES + 1));
+}
+
+/// Makes it a body of version 2 with this presentation delay, which follows the cycle time.
+pub(super) fn present_after(body: &mut Vec<u8>, nanos: u64) {
+    body[0] = PRESENTED_VERSION;
+    let behind = place(body, CYCLE_TIME + 1);
+    body.splice(behind..behind, varint(nanos));
+}
+
+/// Place behind the version and this many numbers.
+fn place(body: &[u8], numbers: usize) -> usize {
+    let length = |bytes: &[u8]| bytes.iter().take_while(|byte| **byte >= 0x80).count() + 1;
+    (0..numbers).fold(1, |at, _| at + length(&body[at..]))
+}
+
+fn varint(mut number: u64) -> Vec<u8> {
+    let mut out = Vec::new();
     while number >= 0x80 {
         out.push(number as u8 | 0x80);
         number >>= 7;
     }
     out.push(number as u8);
+    out
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::script::{Play, SCRIPT};
     use super::*;
-    use coaxle_node::{Intake, Rejection};
+    use coaxle_clock::Span;
+    use coaxle_node::frame::sender_id;
+    use coaxle_node::{Intake, PresentAfter, Rejection};
 
-    fn content(node: &NodeName) -> FrameContent {
-        FrameContent {
-            sender: FrameContent::sender_of(node),
-            epoch: 0x0123_4567_89ab_cdef,
-            index: 4_464,
-            count: 70_000,
-            cycle_time_ns: 2_000_000,
-            present_after_ns: 0,
-            stamp: Some(Span::from_micros(53)),
+    fn played(node: &NodeName) -> PlayedFrame {
+        PlayedFrame {
+            header: FrameHeader {
+                sender: sender_id(node),
+                epoch: 0x0123_4567_89ab_cdef,
+                index: CycleIndex(4_464),
+                count: 70_000,
+                cycle_time: CycleTime::new(Span::from_millis(2)).unwrap(),
+                present_after: None,
+                send_stamp: Some(Span::from_micros(53)),
+            },
             axis: NcToPlcAxis {
                 axis_id: 300,
                 set_position: 2.5,
@@ -282,46 +172,51 @@ mod tests {
         }
     }
 
+    /// Frames that the script has for a rule.
+    fn bad_frames(rule: &str, writer: &FrameWriter, good: &PlayedFrame) -> Vec<Vec<u8>> {
+        let step = SCRIPT.iter().find(|step| step.rule.name == rule).unwrap();
+        let Play::Beside(mutations) = step.play else {
+            panic!("{step:?}");
+        };
+        let frames = mutations.iter().map(|bad| writer.mutated(good, *bad));
+        frames.collect()
+    }
+
     #[test]
     fn every_bad_frame_is_refused_for_its_reason_and_the_good_one_is_not() {
         let node = NodeName::new("press").unwrap();
-        let (writer, content) = (FrameWriter::new(&node), content(&node));
+        let (writer, mut frame) = (FrameWriter::new(&node), played(&node));
         let mut intake = Intake::new(&node.channel_key(Channel::Axes), &node, &[300]);
-        let good = writer.frame(&content);
-        let header = intake.accept(&good).unwrap().header;
-        assert_eq!((header.count, header.send_stamp), (70_000, content.stamp));
-        let presented = writer.frame(&FrameContent {
-            present_after_ns: 30_000_000,
-            ..content
-        });
-        let header = intake.accept(&presented).unwrap().header;
+        let header = intake.accept(&writer.frame(&frame)).unwrap().header;
+        let stamp = frame.header.send_stamp;
+        assert_eq!((header.count, header.send_stamp), (70_000, stamp));
         let delay = PresentAfter::new(Span::from_millis(30));
+        frame.header.present_after = delay;
+        let header = intake.accept(&writer.frame(&frame)).unwrap().header;
         assert_eq!((header.count, header.present_after), (70_000, delay));
-        let bad: [(BadFrames, Rejection); 10] = [
-            (FrameWriter::versions, Rejection::WrongVersion),
-            (FrameWriter::truncated, Rejection::Truncated),
-            (FrameWriter::check_sums, Rejection::WrongChecksum),
-            (FrameWriter::malformed, Rejection::Malformed),
-            (FrameWriter::trailing, Rejection::TrailingBytes),
-            (FrameWriter::cycle_times, Rejection::CycleTimeOutOfRange),
-            (FrameWriter::delays, Rejection::PresentAfterOutOfRange),
-            (FrameWriter::senders, Rejection::ForeignSender),
-            (FrameWriter::axes, Rejection::AxisMissing),
-            (FrameWriter::numbers, Rejection::Implausible),
-        ];
-        for (make, reason) in bad {
-            for frame in make(&writer, &content) {
-                assert_eq!(intake.accept(&frame).map(|_| ()), Err(reason), "{frame:?}");
+        frame.header.present_after = None;
+        for (rule, reason) in [
+            ("wrong-version", Rejection::WrongVersion),
+            ("truncated", Rejection::Truncated),
+            ("wrong-checksum", Rejection::WrongChecksum),
+            ("malformed", Rejection::Malformed),
+            ("trailing-bytes", Rejection::TrailingBytes),
+            ("cycle-time-range", Rejection::CycleTimeOutOfRange),
+            ("present-after-range", Rejection::PresentAfterOutOfRange),
+            ("foreign-sender", Rejection::ForeignSender),
+            ("axis-missing", Rejection::AxisMissing),
+            ("implausible", Rejection::Implausible),
+        ] {
+            for bad in bad_frames(rule, &writer, &frame) {
+                assert_eq!(intake.accept(&bad).map(|_| ()), Err(reason), "{bad:?}");
             }
         }
-        let strange: [BadFrames; 3] = [
-            FrameWriter::runs,
-            FrameWriter::other_cycle_times,
-            FrameWriter::counts,
-        ];
-        for make in strange {
-            for frame in make(&writer, &content) {
-                assert!(intake.accept(&frame).is_ok(), "by itself it is a good one");
+        for rule in ["other-run", "other-cycle-time", "other-count"] {
+            for strange in bad_frames(rule, &writer, &frame) {
+                assert!(
+                    intake.accept(&strange).is_ok(),
+                    "by itself it is a good one"
+                );
             }
         }
     }

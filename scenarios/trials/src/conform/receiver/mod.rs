@@ -18,7 +18,7 @@ use coaxle_host::client::{SeenNode, Watcher};
 use coaxle_node::keys::NodeName;
 use coaxle_os::Interrupt;
 
-use super::trial_result::TrialResult;
+use super::rule::TrialResult;
 use role::{PlayOptions, chosen_role};
 
 /// Arguments of `coaxle conform receiver`.

@@ -3,15 +3,16 @@
 
 use coaxle_axis::{NcToPlcAxis, StateWord};
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Span};
-use coaxle_node::Channel;
+use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
+use coaxle_node::{Channel, FrameHeader};
 use coaxle_os::Machine;
 use serde_json::{Map, Value};
 
-use super::frames::{FrameContent, FrameWriter};
-use super::reading::ReceiverReading;
-use super::requests::{ResponseCycle, TimeResponder};
-use super::script::{ERROR, Expect, Play, SCRIPT, SEEN_BY, ScriptStep};
+use super::frames::{FrameWriter, PlayedFrame};
+use super::reading::{Playback, ReceiverReading};
+use super::requests::TimeResponder;
+use super::script::{Expect, Play, REQUESTS, SCRIPT, SEEN_BY, ScriptStep};
 use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 /// A status covers the last frame of a step if it comes this much later …
@@ -22,8 +23,6 @@ const STATUS_TIMEOUT: Span = Span::from_secs(4);
 const EXCHANGE_TIMEOUT: Span = Span::from_secs(15);
 /// The silence before another run.
 const SILENCE: Span = Span::from_millis(1_500);
-/// Presentation delay of the frames that have one.
-const PRESENT_AFTER: Span = Span::from_millis(30);
 /// Velocity of the axis, u/s.
 const VELOCITY: f64 = 10.0;
 
@@ -132,9 +131,8 @@ impl Player {
     pub(super) fn status(&mut self, at: Instant<Machine>, status: &Map<String, Value>) {
         let epoch = status.get("epoch").and_then(Value::as_str);
         self.receiver_epoch = epoch.and_then(|epoch| u64::from_str_radix(epoch, 16).ok());
-        let Some(reading) = ReceiverReading::of(status, &self.part.played, self.part.axis) else {
-            return;
-        };
+        let reading = ReceiverReading::of(status, &self.part.played, self.part.axis);
+        let Some(reading) = reading else { return };
         self.before.get_or_insert_with(|| reading.clone());
         self.latest = Some(reading);
         self.judge(at);
@@ -145,25 +143,28 @@ impl Player {
         let Some(step) = SCRIPT.get(self.step) else {
             return Vec::new();
         };
-        self.skip_missed(now);
+        // Missed cycles are skipped, as a sender does.
+        let due = (now - self.start).div_floor(self.part.cycle_time.span());
+        self.count = self.count.max(u64::try_from(due).unwrap_or(0));
         let sent = match self.phase {
             // Without a first status there is nothing to compare with.
             PlayPhase::Playing(_) if self.before.is_none() => {
-                vec![(Channel::Axes, self.writer.frame(&self.content(now)))]
+                vec![(Channel::Axes, self.writer.frame(&self.frame(now)))]
             }
             PlayPhase::Playing(left) => self.play(step, left, now),
             PlayPhase::Silent { until } => {
                 if now >= until {
                     self.begin_run(now, step.cycles);
                 }
-                return self.next(Vec::new());
+                Vec::new()
             }
             PlayPhase::Judging { since } => {
                 self.give_up(step, since, now);
-                self.good(step, now)
+                self.play_on(step, now)
             }
         };
-        self.next(sent)
+        self.count += 1;
+        sent
     }
 
     /// Findings, in the order of the rules.
@@ -174,24 +175,13 @@ impl Player {
             false => RuleOutcome::broken("no token", format!("a liveliness token {key}")),
         };
         self.findings.push(RuleFinding::new(&SEEN_BY, seen));
-        self.findings.push(self.requests.finding());
+        let requests = RuleFinding::new(&REQUESTS, self.requests.outcome());
+        self.findings.push(requests);
         self.findings.sort_by_key(|finding| {
             let number = finding.rule.number.get(1..);
             number.and_then(|number| number.parse::<u32>().ok())
         });
         self.findings
-    }
-
-    fn next(&mut self, sent: Vec<OutgoingMessage>) -> Vec<OutgoingMessage> {
-        self.count += 1;
-        sent
-    }
-
-    /// Skips missed cycles, as a sender does.
-    fn skip_missed(&mut self, now: Instant<Machine>) {
-        let cycle = self.part.cycle_time.span();
-        let due = (now - self.start).div_floor(cycle);
-        self.count = self.count.max(u64::try_from(due).unwrap_or(0));
     }
 
     /// A cycle of a step.
@@ -202,95 +192,60 @@ impl Player {
         now: Instant<Machine>,
     ) -> Vec<OutgoingMessage> {
         if matches!(step.play, Play::NewRun) && left == step.cycles && self.played == 0 {
-            self.phase = PlayPhase::Silent {
-                until: now + SILENCE,
-            };
+            let until = now + SILENCE;
+            self.phase = PlayPhase::Silent { until };
             return Vec::new();
         }
-        let mut content = self.content(now);
-        self.newest = content.count;
+        let mut frame = self.frame(now);
+        self.newest = frame.header.count;
         self.phase = match left {
             1 => PlayPhase::Judging { since: now },
             left => PlayPhase::Playing(left - 1),
         };
-        let mut frames = self.answers(now, matches!(step.play, Play::BadResponses));
-        let axes = match step.play {
-            Play::Good | Play::NewRun | Play::BadResponses => self.used(&content),
-            Play::Beside(bad) => {
-                let mut frames = bad(&self.writer, &content);
-                self.played += frames.len() as u64;
-                frames.push(self.writer.frame(&content));
-                frames
-            }
-            Play::AnyIndex => {
-                content.index = content.index.wrapping_mul(7_919).wrapping_add(left as u16);
-                self.used(&content)
-            }
-            Play::AnyStamp => {
-                content.stamp = any_stamp(left, content.stamp);
-                self.used(&content)
-            }
-            Play::Presented => {
-                content.present_after_ns = PRESENT_AFTER.as_nanos() as u32;
-                self.used(&content)
-            }
-            Play::ErrorCode => {
-                content.axis.error_code = ERROR;
-                content.axis.state_word |= StateWord::ERROR;
-                self.used(&content)
+        let mut sent = self.respond(&frame.header, matches!(step.play, Play::BadResponses));
+        if let Play::Good(change) = step.play {
+            change(&mut frame, left);
+        }
+        let mut axes = vec![self.writer.frame(&frame)];
+        match step.play {
+            Play::Good(_) | Play::NewRun => self.played += 1,
+            Play::BadResponses => {}
+            Play::Beside(mutations) => {
+                let bad = mutations
+                    .iter()
+                    .map(|bad| self.writer.mutated(&frame, *bad));
+                axes.splice(0..0, bad);
+                self.played += mutations.len() as u64;
             }
             Play::Twice => {
+                axes.extend_from_within(..);
                 self.played += 1;
-                vec![self.writer.frame(&content); 2]
             }
-            Play::Late => self.late(&content),
-        };
-        frames.extend(axes.into_iter().map(|frame| (Channel::Axes, frame)));
-        frames
-    }
-
-    /// A good frame, which counts.
-    fn used(&mut self, content: &FrameContent) -> Vec<Vec<u8>> {
-        self.played += u64::from(!matches!(SCRIPT[self.step].play, Play::BadResponses));
-        vec![self.writer.frame(content)]
-    }
-
-    /// Sends each second frame behind the one after it.
-    fn late(&mut self, content: &FrameContent) -> Vec<Vec<u8>> {
-        let frame = self.writer.frame(content);
-        match self.held_back.take() {
-            None => {
-                self.held_back = Some(frame);
-                Vec::new()
-            }
-            Some(late) => {
-                self.played += 1;
-                vec![frame, late]
-            }
+            Play::Late => match self.held_back.take() {
+                None => self.held_back = axes.pop(),
+                Some(late) => {
+                    axes.push(late);
+                    self.played += 1;
+                }
+            },
         }
-    }
-
-    /// A cycle between steps: the axis keeps the state that the receiver's status is to show.
-    fn good(&mut self, step: &ScriptStep, now: Instant<Machine>) -> Vec<OutgoingMessage> {
-        let mut content = self.content(now);
-        if matches!(step.play, Play::ErrorCode) {
-            content.axis.error_code = ERROR;
-            content.axis.state_word |= StateWord::ERROR;
-        }
-        let mut sent = self.answers(now, false);
-        sent.push((Channel::Axes, self.writer.frame(&content)));
+        sent.extend(axes.into_iter().map(|frame| (Channel::Axes, frame)));
         sent
     }
 
-    fn answers(&mut self, now: Instant<Machine>, bad: bool) -> Vec<OutgoingMessage> {
-        let cycle = ResponseCycle {
-            epoch: self.epoch,
-            count: self.count,
-            cycle_time: self.part.cycle_time,
-            start: self.start,
-            now,
-        };
-        let (frames, wrong) = self.requests.respond(&cycle, bad);
+    /// A cycle between steps: the axis keeps the error that the receiver's status is to show.
+    fn play_on(&mut self, step: &ScriptStep, now: Instant<Machine>) -> Vec<OutgoingMessage> {
+        let mut frame = self.frame(now);
+        if let Expect::Error(code) = step.expect {
+            frame.fail(code);
+        }
+        let mut sent = self.respond(&frame.header, false);
+        sent.push((Channel::Axes, self.writer.frame(&frame)));
+        sent
+    }
+
+    fn respond(&mut self, header: &FrameHeader, bad: bool) -> Vec<OutgoingMessage> {
+        let (frames, wrong) = self.requests.respond(header, self.start, bad);
         self.played += wrong;
         let frames = frames.into_iter();
         frames
@@ -298,18 +253,19 @@ impl Player {
             .collect()
     }
 
-    fn content(&self, now: Instant<Machine>) -> FrameContent {
-        let cycle = self.part.cycle_time.span();
-        let passed = cycle * self.count as i64;
+    fn frame(&self, now: Instant<Machine>) -> PlayedFrame {
+        let passed = self.part.cycle_time.span() * self.count as i64;
         let position = VELOCITY * passed.as_secs_f64();
-        FrameContent {
-            sender: FrameContent::sender_of(&self.part.played),
-            epoch: self.epoch,
-            index: CycleIndex::of_count(self.count).0,
-            count: self.count,
-            cycle_time_ns: cycle.as_nanos() as u32,
-            present_after_ns: 0,
-            stamp: Some(now - (self.start + passed)),
+        PlayedFrame {
+            header: FrameHeader {
+                sender: sender_id(&self.part.played),
+                epoch: self.epoch,
+                index: CycleIndex::of_count(self.count),
+                count: self.count,
+                cycle_time: self.part.cycle_time,
+                present_after: None,
+                send_stamp: Some(now - (self.start + passed)),
+            },
             axis: NcToPlcAxis {
                 axis_id: self.part.axis,
                 state_word: StateWord::OPERATIONAL
@@ -339,40 +295,42 @@ impl Player {
         let (Some(step), PlayPhase::Judging { since }) = (SCRIPT.get(self.step), self.phase) else {
             return;
         };
-        if at - since < SETTLED {
-            return;
-        }
-        if let Some(outcome @ RuleOutcome::Kept { .. }) = self.outcome(step) {
+        if at - since >= SETTLED
+            && let Some(outcome @ RuleOutcome::Kept { .. }) = self.outcome(step)
+        {
             self.end_step(step, outcome);
         }
     }
 
     fn outcome(&self, step: &ScriptStep) -> Option<RuleOutcome> {
         let (before, latest) = (self.before.as_ref()?, self.latest.as_ref()?);
-        let newest = (self.epoch, self.newest);
-        let needs_requests =
-            matches!(step.expect, Expect::Some(_)) || matches!(step.play, Play::BadResponses);
+        let has_bad_responses = matches!(step.play, Play::BadResponses);
+        let needs_requests = has_bad_responses || matches!(step.expect, Expect::Any(_));
         if needs_requests && !self.requests.any() {
             return Some(RuleOutcome::not_seen("no time request came"));
         }
-        if matches!(step.play, Play::BadResponses) && self.played == 0 {
+        if has_bad_responses && self.played == 0 {
             return Some(RuleOutcome::not_seen("no time request came for a while"));
         }
-        Some(latest.outcome(before, step.expect, self.played, newest))
+        let playback = Playback {
+            played: self.played,
+            epoch: self.epoch,
+            count: self.newest,
+        };
+        Some(latest.outcome(before, step.expect, &playback))
     }
 
     /// Ends the step after its timeout.
     fn give_up(&mut self, step: &ScriptStep, since: Instant<Machine>, now: Instant<Machine>) {
-        let patience = match step.expect {
-            Expect::Some(_) if self.requests.any() => EXCHANGE_TIMEOUT,
+        let timeout = match step.expect {
+            Expect::Any(_) if self.requests.any() => EXCHANGE_TIMEOUT,
             _ => STATUS_TIMEOUT,
         };
-        if now - since < patience {
-            return;
+        if now - since >= timeout {
+            let none = || RuleOutcome::not_seen("no status of the receiver came");
+            let outcome = self.outcome(step).unwrap_or_else(none);
+            self.end_step(step, outcome);
         }
-        let none = || RuleOutcome::not_seen("no status of the receiver came");
-        let outcome = self.outcome(step).unwrap_or_else(none);
-        self.end_step(step, outcome);
     }
 
     fn end_step(&mut self, step: &ScriptStep, outcome: RuleOutcome) {
@@ -383,16 +341,5 @@ impl Player {
         if let Some(next) = SCRIPT.get(self.step) {
             self.phase = PlayPhase::Playing(next.cycles);
         }
-    }
-}
-
-/// Absent, extreme, zero and right stamps in rotation.
-fn any_stamp(n: u64, right: Option<Span>) -> Option<Span> {
-    match n % 6 {
-        0 => None,
-        1 => Some(Span::MAX),
-        2 => Some(Span::from_nanos(i64::MIN)),
-        3 => Some(Span::ZERO),
-        _ => right,
     }
 }

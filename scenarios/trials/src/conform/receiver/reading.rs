@@ -24,6 +24,16 @@ const WRONG: [&str; 14] = [
     "restarts",
 ];
 
+/// Frames that were played in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Playback {
+    /// Frames to be counted.
+    pub(super) played: u64,
+    /// Epoch and count of the newest frame.
+    pub(super) epoch: u64,
+    pub(super) count: u64,
+}
+
 /// Fields of a status.
 #[derive(Clone, Debug)]
 pub(super) struct ReceiverReading {
@@ -57,8 +67,8 @@ impl ReceiverReading {
     }
 
     /// Other counters that went up, in words.
-    fn besides(&self, before: &Self, but_for: &[&str]) -> Option<String> {
-        let others = WRONG.iter().filter(|name| !but_for.contains(name));
+    fn besides(&self, before: &Self, but_for: &str) -> Option<String> {
+        let others = WRONG.iter().filter(|name| **name != but_for);
         let up = others.filter_map(|name| {
             let by = self.since(before, name).filter(|by| *by > 0)?;
             Some(format!("{name} + {by}"))
@@ -67,84 +77,84 @@ impl ReceiverReading {
         (!up.is_empty()).then(|| up.join(", "))
     }
 
-    /// Outcome of a step by this status, after `played` frames up to this epoch and count.
-    pub(super) fn outcome(
-        &self,
-        before: &Self,
-        expect: Expect,
-        played: u64,
-        (epoch, count): (u64, u64),
-    ) -> RuleOutcome {
-        match expect {
-            Expect::Used => self.used(before, played, count),
-            Expect::Counted(name) => self.counted(before, name, played),
-            Expect::Some(name) => match self.since(before, name) {
-                None => self.no_field(name),
-                Some(0) => RuleOutcome::broken(format!("{name} + 0"), format!("{name} to go up")),
-                Some(by) => RuleOutcome::kept(format!("{name} + {by}")),
-            },
-            Expect::Error(code) => match self.axis.get("received_error").and_then(Value::as_u64) {
-                None => RuleOutcome::not_seen("its status has no received_error of the axis"),
-                Some(shown) if shown == u64::from(code) => {
-                    RuleOutcome::kept(format!("received_error {shown}"))
-                }
-                Some(shown) => RuleOutcome::broken(
-                    format!("received_error {shown}"),
-                    format!("{code}, the nErrorCode that came"),
-                ),
-            },
-            Expect::Run => self.run(before, epoch),
-        }
+    /// Outcome of a step by this status.
+    pub(super) fn outcome(&self, before: &Self, expect: Expect, by: &Playback) -> RuleOutcome {
+        let outcome = match expect {
+            Expect::Used => self.used(before, by),
+            Expect::Counted(name) => self.counted(before, name, by.played),
+            Expect::Any(name) => self.any(before, name),
+            Expect::Error(code) => self.error(code),
+            Expect::Run => self.run(before, by.epoch),
+        };
+        outcome.unwrap_or_else(|field| RuleOutcome::not_seen(format!("its status has no {field}")))
     }
 
-    fn used(&self, before: &Self, played: u64, count: u64) -> RuleOutcome {
-        let (Some(received), Some(newest)) = (self.since(before, "received"), self.count("count"))
-        else {
-            return self.no_field("received, or no count");
-        };
-        let expected = format!("received + {played} or more, and nothing counted as wrong");
-        if let Some(wrong) = self.besides(before, &[]) {
-            return RuleOutcome::broken(wrong, expected);
-        }
-        if received < played {
-            return RuleOutcome::broken(format!("received + {received}"), expected);
-        }
-        if newest < count {
-            return RuleOutcome::broken(
+    fn used(&self, before: &Self, by: &Playback) -> Result<RuleOutcome, String> {
+        let (received, newest) = (self.since(before, "received"), self.count("count"));
+        let both = received.zip(newest);
+        let (received, newest) = both.ok_or_else(|| self.path("received, or no count"))?;
+        let expected = format!(
+            "received + {} or more, and nothing counted as wrong",
+            by.played
+        );
+        Ok(if let Some(wrong) = self.besides(before, "") {
+            RuleOutcome::broken(wrong, expected)
+        } else if received < by.played {
+            RuleOutcome::broken(format!("received + {received}"), expected)
+        } else if newest < by.count {
+            RuleOutcome::broken(
                 format!("count {newest}, which is what is used"),
-                format!("{count} or more, as was played"),
-            );
-        }
-        RuleOutcome::kept(format!("received + {received}, nothing counted as wrong"))
+                format!("{} or more, as was played", by.count),
+            )
+        } else {
+            RuleOutcome::kept(format!("received + {received}, nothing counted as wrong"))
+        })
     }
 
-    fn counted(&self, before: &Self, name: &str, played: u64) -> RuleOutcome {
-        let Some(by) = self.since(before, name) else {
-            return self.no_field(name);
-        };
+    fn counted(&self, before: &Self, name: &str, played: u64) -> Result<RuleOutcome, String> {
+        let by = self.since(before, name).ok_or_else(|| self.path(name))?;
         let expected = format!("{name} + {played}");
-        let besides = self.besides(before, &[name]);
-        match besides {
-            None if by == played => RuleOutcome::kept(expected),
-            None => RuleOutcome::broken(format!("{name} + {by}"), expected),
-            Some(wrong) => RuleOutcome::broken(format!("{name} + {by}, {wrong}"), expected),
-        }
+        let besides = self.besides(before, name);
+        let is_kept = besides.is_none() && by == played;
+        let besides = besides.map_or_else(String::new, |wrong| format!(", {wrong}"));
+        Ok(RuleOutcome::of(
+            is_kept,
+            format!("{name} + {by}{besides}"),
+            expected,
+        ))
     }
 
-    fn run(&self, before: &Self, epoch: u64) -> RuleOutcome {
-        let (Some(followed), Some(restarts)) =
-            (self.count("epoch"), self.since(before, "restarts"))
-        else {
-            return self.no_field("epoch, or no restarts");
-        };
-        let words = format!("epoch {followed:016x}, restarts + {restarts}");
-        match followed == epoch && restarts == 1 {
-            true => RuleOutcome::kept(words),
-            false => RuleOutcome::broken(words, format!("epoch {epoch:016x}, restarts + 1")),
-        }
+    fn any(&self, before: &Self, name: &str) -> Result<RuleOutcome, String> {
+        let by = self.since(before, name).ok_or_else(|| self.path(name))?;
+        let expected = format!("{name} to go up");
+        Ok(RuleOutcome::of(by > 0, format!("{name} + {by}"), expected))
     }
 
-    fn no_field(&self, name: &str) -> RuleOutcome {
-        RuleOutcome::not_seen(format!("its status has no {}.{name}", self.place))
+    fn error(&self, code: u32) -> Result<RuleOutcome, String> {
+        let shown = self.axis.get("received_error").and_then(Value::as_u64);
+        let shown = shown.ok_or("received_error of the axis")?;
+        let expected = format!("{code}, the nErrorCode that came");
+        let received = format!("received_error {shown}");
+        Ok(RuleOutcome::of(
+            shown == u64::from(code),
+            received,
+            expected,
+        ))
+    }
+
+    fn run(&self, before: &Self, epoch: u64) -> Result<RuleOutcome, String> {
+        let both = self.count("epoch").zip(self.since(before, "restarts"));
+        let (followed, restarts) = both.ok_or_else(|| self.path("epoch, or no restarts"))?;
+        let words =
+            |epoch: u64, restarts: u64| format!("epoch {epoch:016x}, restarts + {restarts}");
+        Ok(RuleOutcome::of(
+            (followed, restarts) == (epoch, 1),
+            words(followed, restarts),
+            words(epoch, 1),
+        ))
+    }
+
+    fn path(&self, name: &str) -> String {
+        format!("{}.{name}", self.place)
     }
 }

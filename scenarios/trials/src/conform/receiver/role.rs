@@ -1,10 +1,13 @@
 //! The node to play to a receiver, by its status.
 
+use std::fmt::Display;
+
 use coaxle_clock::{CycleTime, Span};
 use coaxle_node::keys::NodeName;
 use serde_json::{Map, Value};
 
 use super::player::PlayedRole;
+use crate::conform::rule::comma_separated;
 
 /// Shortest period of frames: the machine has other things to do.
 const SHORTEST: Span = Span::from_millis(5);
@@ -29,10 +32,7 @@ pub(super) fn chosen_role(
 ) -> Result<PlayedRole, String> {
     let played = played(status, options.played.as_ref())?;
     let axis = axis(status, &played, options.axis)?;
-    let cycle_time = match options.cycle_time {
-        Some(cycle_time) => cycle_time,
-        None => cycle_time(status)?,
-    };
+    let cycle_time = options.cycle_time.map_or_else(|| cycle_time(status), Ok)?;
     Ok(PlayedRole {
         played,
         axis,
@@ -45,25 +45,18 @@ pub(super) fn chosen_role(
 
 fn played(status: &Map<String, Value>, wish: Option<&NodeName>) -> Result<NodeName, String> {
     let sources = status.get("sources").and_then(Value::as_object);
-    let Some(sources) = sources.filter(|sources| !sources.is_empty()) else {
-        return Err(
-            "received a status without sources, expected a receiver that follows a node".to_owned(),
-        );
-    };
+    let sources = sources
+        .filter(|sources| !sources.is_empty())
+        .ok_or("received a status without sources, expected a receiver that follows a node")?;
     let names: Vec<_> = sources.keys().map(String::as_str).collect();
-    let name = match (wish, names.as_slice()) {
-        (Some(wish), names) if names.contains(&wish.as_str()) => wish.as_str(),
-        (Some(wish), names) => {
-            return Err(format!(
-                "received --as {wish}, expected one that it follows: {}",
-                names.join(", ")
-            ));
-        }
+    let followed = names.join(", ");
+    let name = match (wish.map(NodeName::as_str), names.as_slice()) {
+        (Some(wish), names) if names.contains(&wish) => wish,
+        (Some(wish), _) => return Err(not_followed("--as", wish, &followed)),
         (None, [name]) => *name,
-        (None, names) => {
+        (None, _) => {
             return Err(format!(
-                "it follows {}, expected --as with one of them",
-                names.join(", ")
+                "it follows {followed}, expected --as with one of them"
             ));
         }
     };
@@ -78,43 +71,31 @@ fn played(status: &Map<String, Value>, wish: Option<&NodeName>) -> Result<NodeNa
 
 fn axis(status: &Map<String, Value>, played: &NodeName, wish: Option<u32>) -> Result<u32, String> {
     let axes = status.get("axes").and_then(Value::as_object);
-    let of_node = axes
-        .into_iter()
-        .flatten()
-        .filter(|(_, axis)| axis["node"] == played.as_str());
-    let ids =
-        of_node.filter_map(|(_, axis)| axis["id"].as_u64().and_then(|id| u32::try_from(id).ok()));
+    let of_node =
+        (axes.into_iter().flat_map(Map::values)).filter(|axis| axis["node"] == played.as_str());
+    let ids = of_node.filter_map(|axis| u32::try_from(axis["id"].as_u64()?).ok());
     let ids: Vec<_> = ids.collect();
-    let listed = || {
-        ids.iter()
-            .map(u32::to_string)
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    match (wish, ids.as_slice()) {
-        (_, []) => Err(format!(
-            "received a status without an axis of {played}, expected axes.*.node and axes.*.id"
-        )),
-        (None, [first, ..]) => Ok(*first),
-        (Some(wish), ids) if ids.contains(&wish) => Ok(wish),
-        (Some(wish), _) => Err(format!(
-            "received --axis {wish}, expected one that it follows: {}",
-            listed()
-        )),
+    let first = *ids.first().ok_or_else(|| {
+        format!("received a status without an axis of {played}, expected axes.*.node and axes.*.id")
+    })?;
+    match wish {
+        Some(wish) if !ids.contains(&wish) => {
+            Err(not_followed("--axis", wish, &comma_separated(&ids)))
+        }
+        wish => Ok(wish.unwrap_or(first)),
     }
+}
+
+fn not_followed(option: &str, wish: impl Display, followed: &str) -> String {
+    format!("received {option} {wish}, expected one that it follows: {followed}")
 }
 
 fn cycle_time(status: &Map<String, Value>) -> Result<CycleTime, String> {
     let own = status.get("cycle_time_us").and_then(Value::as_f64);
-    let own = own
-        .map(Span::from_micros_f64)
-        .and_then(|span| CycleTime::new(span).ok());
-    let Some(own) = own else {
-        return Err(
-            "received a status without cycle_time_us from 100 to 100000, expected --cycle-time"
-                .to_owned(),
-        );
-    };
+    let own = own.and_then(|micros| CycleTime::new(Span::from_micros_f64(micros)).ok());
+    let own = own.ok_or(
+        "received a status without cycle_time_us from 100 to 100000, expected --cycle-time",
+    )?;
     let span = own.span();
     let times = (SHORTEST - Span::from_nanos(1)).div_floor(span) + 1;
     CycleTime::new(span * times).map_err(|error| error.to_string())

@@ -1,5 +1,7 @@
 //! The script, played to a correct receiver, and to receivers with one fault each.
 
+use std::collections::BTreeMap;
+
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::{KeySeal, sender_id};
@@ -15,25 +17,41 @@ use crate::conform::rule::{RuleFinding, RuleOutcome};
 
 const EPOCH: u64 = 77;
 
+/// Name of the counter of frames refused for this reason.
+fn rejected(reason: &str) -> String {
+    format!("rejected_{}", reason.replace('-', "_"))
+}
+
+/// Names of all counters.
+fn counters() -> impl Iterator<Item = String> {
+    let reasons = RejectionCounters::default();
+    let rejections: Vec<_> = reasons.iter().map(|(name, _)| rejected(name)).collect();
+    COUNTERS.into_iter().map(str::to_owned).chain(rejections)
+}
+
+/// Counters beside those of rejections.
+const COUNTERS: [&str; 7] = [
+    "received",
+    "duplicates",
+    "late",
+    "foreign_frames",
+    "restarts",
+    "exchanges",
+    "responses_refused",
+];
+
 /// A receiver in a few lines, which counts as docs/WIRE.md requires.
 struct Toy {
     played: NodeName,
     name: NodeName,
     intake: Intake,
     responses: Reader,
-    counters: RejectionCounters,
+    counters: BTreeMap<String, u64>,
     newest: Option<FrameHeader>,
     last_at: Instant<Machine>,
-    received: u64,
-    duplicates: u64,
-    late: u64,
-    foreign: u64,
-    restarts: u64,
     error: u32,
     asked: u32,
     open: Vec<u32>,
-    exchanges: u64,
-    refused: u64,
 }
 
 impl Toy {
@@ -43,20 +61,17 @@ impl Toy {
             responses: Reader::time_responses_of(played, name),
             played: played.clone(),
             name: name.clone(),
-            counters: RejectionCounters::default(),
+            counters: counters().map(|name| (name, 0)).collect(),
             newest: None,
             last_at: Instant::EPOCH,
-            received: 0,
-            duplicates: 0,
-            late: 0,
-            foreign: 0,
-            restarts: 0,
             error: 0,
             asked: 0,
             open: Vec::new(),
-            exchanges: 0,
-            refused: 0,
         }
+    }
+
+    fn count(&mut self, name: &str) {
+        *self.counters.entry(name.to_owned()).or_default() += 1;
     }
 
     fn frame(&mut self, at: Instant<Machine>, bytes: &[u8]) {
@@ -65,52 +80,46 @@ impl Toy {
                 frame.header,
                 frame.axes[0].map_or(0, |axis| axis.error_code),
             ),
-            Err(reason) => return self.counters.count(reason),
+            Err(reason) => return self.count(&rejected(reason.name())),
         };
-        self.received += 1;
-        let Some(newest) = self.newest else {
-            self.newest = Some(header);
-            self.last_at = at;
-            return;
-        };
-        let is_silent = at - self.last_at > Span::from_secs(1);
-        let same = (header.epoch, header.cycle_time) == (newest.epoch, newest.cycle_time);
-        if !same && is_silent {
-            self.restarts += 1;
-        } else if !same || header.count > newest.count + 100 {
-            self.foreign += 1;
-            return;
-        } else if header.count == newest.count {
-            self.duplicates += 1;
-            return;
-        } else if header.count < newest.count {
-            self.late += 1;
-            return;
+        self.count("received");
+        if let Some(newest) = self.newest {
+            let is_silent = at - self.last_at > Span::from_secs(1);
+            let same = (header.epoch, header.cycle_time) == (newest.epoch, newest.cycle_time);
+            if !same && is_silent {
+                self.count("restarts");
+            } else if !same || header.count > newest.count + 100 {
+                return self.count("foreign_frames");
+            } else if header.count == newest.count {
+                return self.count("duplicates");
+            } else if header.count < newest.count {
+                return self.count("late");
+            }
+            self.error = error;
         }
         self.newest = Some(header);
-        self.error = error;
         self.last_at = at;
     }
 
     fn response(&mut self, bytes: &[u8]) {
-        let (open, run) = (&mut self.open, EPOCH);
-        let (mut good, mut bad) = (0, 0);
+        let open = &mut self.open;
+        let mut used = Vec::new();
         self.responses.read(bytes, |message| {
-            let Message::TimeResponse(response) = message else {
-                bad += 1;
-                return;
-            };
-            let place = open.iter().position(|number| *number == response.number);
-            match place.filter(|_| response.run == run) {
-                Some(place) => {
-                    open.remove(place);
-                    good += 1;
+            let place = match message {
+                Message::TimeResponse(response) if response.run == EPOCH => {
+                    open.iter().position(|number| *number == response.number)
                 }
-                None => bad += 1,
-            }
+                _ => None,
+            };
+            used.push(place.map(|place| open.remove(place)).is_some());
         });
-        self.exchanges += good;
-        self.refused += bad;
+        for is_used in used {
+            self.count(if is_used {
+                "exchanges"
+            } else {
+                "responses_refused"
+            });
+        }
     }
 
     fn request(&mut self, at: Instant<Machine>) -> Vec<u8> {
@@ -127,13 +136,9 @@ impl Toy {
     }
 
     fn status(&self) -> Map<String, Value> {
-        let mut far = json!({ "received": self.received, "duplicates": self.duplicates, "late": self.late,
-            "foreign_frames": self.foreign, "restarts": self.restarts, "exchanges": self.exchanges,
-            "responses_refused": self.refused, "epoch": self.newest.map(|header| header.epoch),
-            "count": self.newest.map(|header| header.count) });
-        for (name, count) in self.counters.iter() {
-            far[format!("rejected_{}", name.replace('-', "_"))] = json!(count);
-        }
+        let mut far = json!(self.counters);
+        far["epoch"] = json!(self.newest.map(|header| header.epoch));
+        far["count"] = json!(self.newest.map(|header| header.count));
         let status = json!({ "node": self.name, "epoch": format!("{EPOCH:016x}"),
             "far": { self.played.as_str(): far },
             "axes": { "axis": { "node": self.played, "id": 3, "received_error": self.error } } });

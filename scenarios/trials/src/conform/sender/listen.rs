@@ -1,12 +1,9 @@
 //! Listening to a node over the network, and sending it time requests.
 
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
-use anyhow::bail;
 use coaxle_clock::{Instant, Span};
-use coaxle_host::network::transport::{Declared, Delivery, Publisher, Transport, Urgency};
+use coaxle_host::network::transport::{Publisher, Transport, Urgency};
 use coaxle_node::exchange::{TIME_REQUEST_CAPACITY, encode_time_request};
 use coaxle_node::frame::KeySeal;
 use coaxle_node::keys::NodeName;
@@ -14,9 +11,9 @@ use coaxle_node::{Channel, TimeRequest};
 use coaxle_os::{Interrupt, Machine, machine};
 
 use super::judge::{Requester, SenderJudge};
+use crate::conform::queue::{MessageQueue, Source};
 
-/// Most messages that wait to be judged: some seconds at the shortest cycle time. A message without room is dropped, and
-/// counted as missing.
+/// Most messages that wait to be judged: some seconds at the shortest cycle time.
 const MOST: usize = 1 << 16;
 /// Startup time allowed for a node to appear.
 const STARTUP_TIMEOUT: Span = Span::from_secs(5);
@@ -26,19 +23,10 @@ const REQUEST_PERIOD: Span = Span::from_millis(100);
 const BAD_REQUEST_PERIOD: u32 = 5;
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// A received message.
-enum NodeMessage {
-    Frame(Instant<Machine>, Vec<u8>, Option<Delivery>),
-    Responses(Instant<Machine>, Vec<u8>, Option<Delivery>),
-    Status(Instant<Machine>, Vec<u8>),
-    Token(String, bool),
-}
-
 /// Listener to all messages of a node.
 pub(super) struct NodeListener {
-    heard: Receiver<NodeMessage>,
+    received: MessageQueue<SenderJudge>,
     time_requests: TimeRequests,
-    _declared: Vec<Declared>,
 }
 
 /// Sends time requests.
@@ -50,17 +38,6 @@ struct TimeRequests {
     due: Instant<Machine>,
 }
 
-/// End of listening.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ListeningEnd {
-    /// The time was up.
-    InTime,
-    /// No message came.
-    Silent,
-    /// Interrupted by the user.
-    Interrupted,
-}
-
 impl NodeListener {
     /// # Errors
     /// The transport refuses.
@@ -70,8 +47,6 @@ impl NodeListener {
         channel: Channel,
         requester: Requester,
     ) -> anyhow::Result<Self> {
-        let (queue, heard) = sync_channel(MOST);
-        let queue = Arc::new(queue);
         let requests = node.channel_key(Channel::TimeRequests);
         let time_requests = TimeRequests {
             publisher: transport.publisher(&requests, Urgency::RealTime)?,
@@ -81,13 +56,12 @@ impl NodeListener {
             due: machine::now(),
         };
         Ok(Self {
-            heard,
+            received: MessageQueue::new(transport, MOST, sources(node, channel))?,
             time_requests,
-            _declared: declare(transport, node, channel, &queue)?,
         })
     }
 
-    /// Hands all messages to the judge, for this time since the first frame.
+    /// Hands all messages to the judge, for this time since the first frame. Returns false if interrupted.
     ///
     /// # Errors
     /// The network is gone.
@@ -96,18 +70,14 @@ impl NodeListener {
         judge: &mut SenderJudge,
         listen_for: Span,
         interrupt: &Interrupt,
-    ) -> anyhow::Result<ListeningEnd> {
+    ) -> anyhow::Result<bool> {
         let mut end = machine::now() + STARTUP_TIMEOUT;
         let mut has_begun = false;
         while machine::now() < end {
             if interrupt.is_received() {
-                return Ok(ListeningEnd::Interrupted);
+                return Ok(false);
             }
-            match self.heard.recv_timeout(POLL_INTERVAL) {
-                Ok(heard) => judge.take(heard),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => bail!("the network is gone"),
-            }
+            self.received.hand_over_next(judge, POLL_INTERVAL)?;
             if !has_begun && judge.frames() > 0 {
                 has_begun = true;
                 end = machine::now() + listen_for;
@@ -116,22 +86,7 @@ impl NodeListener {
                 self.time_requests.send_request(judge);
             }
         }
-        Ok(if has_begun {
-            ListeningEnd::InTime
-        } else {
-            ListeningEnd::Silent
-        })
-    }
-}
-
-impl SenderJudge {
-    fn take(&mut self, heard: NodeMessage) {
-        match heard {
-            NodeMessage::Frame(at, bytes, delivery) => self.frame(at, &bytes, delivery),
-            NodeMessage::Responses(at, bytes, delivery) => self.responses(at, &bytes, delivery),
-            NodeMessage::Status(at, bytes) => self.status(at, &bytes),
-            NodeMessage::Token(key, is_there) => self.token(&key, is_there),
-        }
+        Ok(true)
     }
 }
 
@@ -170,34 +125,17 @@ impl TimeRequests {
     }
 }
 
-fn declare(
-    transport: &dyn Transport,
-    node: &NodeName,
-    channel: Channel,
-    queue: &Arc<SyncSender<NodeMessage>>,
-) -> anyhow::Result<Vec<Declared>> {
-    // Messages that find no room are dropped.
-    let (frames, responses, status) = (Arc::clone(queue), Arc::clone(queue), Arc::clone(queue));
-    let on_frame = move |at, bytes: &[u8], delivery| {
-        let _ = frames.try_send(NodeMessage::Frame(at, bytes.to_vec(), delivery));
-    };
-    let on_responses = move |at, bytes: &[u8], delivery| {
-        let _ = responses.try_send(NodeMessage::Responses(at, bytes.to_vec(), delivery));
-    };
-    let on_status = move |at, bytes: &[u8]| {
-        let _ = status.try_send(NodeMessage::Status(at, bytes.to_vec()));
-    };
-    let mut declared = Vec::new();
-    for key in [node.alive_key(), node.runs_key()] {
-        let tokens = Arc::clone(queue);
-        let on_change = move |key: &str, is_there| {
-            let _ = tokens.try_send(NodeMessage::Token(key.to_owned(), is_there));
-        };
-        declared.push(transport.watch(&key, Box::new(on_change))?);
-    }
-    let responses = node.channel_key(Channel::TimeResponses);
-    declared.push(transport.observe(&responses, Box::new(on_responses))?);
-    declared.push(transport.subscribe(&node.status_key(), Box::new(on_status))?);
-    declared.push(transport.observe(&node.channel_key(channel), Box::new(on_frame))?);
-    Ok(declared)
+fn sources(node: &NodeName, channel: Channel) -> [Source<SenderJudge>; 5] {
+    [
+        Source::Tokens(node.alive_key(), SenderJudge::token),
+        Source::Tokens(node.runs_key(), SenderJudge::token),
+        Source::Messages(
+            node.channel_key(Channel::TimeResponses),
+            SenderJudge::responses,
+        ),
+        Source::Messages(node.status_key(), |judge, at, bytes, _| {
+            judge.status(at, bytes);
+        }),
+        Source::Messages(node.channel_key(channel), SenderJudge::frame),
+    ]
 }

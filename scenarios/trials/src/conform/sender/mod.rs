@@ -1,16 +1,7 @@
 //! `coaxle conform sender`: the rules of docs/WIRE.md that a node keeps which publishes axes.
 
-mod axes;
-mod exchange;
-mod frames;
 mod judge;
 mod listen;
-mod pace;
-mod presence;
-pub(super) mod rules;
-mod runs;
-mod stamps;
-mod status;
 #[cfg(test)]
 mod tests;
 
@@ -23,9 +14,9 @@ use coaxle_node::frame::sender_id;
 use coaxle_node::keys::NodeName;
 use coaxle_os::{Interrupt, machine};
 
-use super::trial_result::TrialResult;
+use super::rule::TrialResult;
 use judge::{Requester, SenderJudge};
-use listen::{ListeningEnd, NodeListener};
+use listen::NodeListener;
 
 /// Arguments of `coaxle conform sender`.
 #[derive(Debug, Args)]
@@ -83,18 +74,17 @@ fn listen(
     };
     let mut listener = NodeListener::new(transport, &args.node, channel, requester)?;
     let mut judge = SenderJudge::new(&args.node, channel, requester, now);
-    let ended = listener.listen(&mut judge, args.listen_for, interrupt)?;
-    Ok(match ended {
-        ListeningEnd::InTime => TrialResult::Findings(judge.findings(machine::now())),
-        ListeningEnd::Interrupted => TrialResult::Interrupted,
-        ListeningEnd::Silent => {
-            let key = args.node.channel_key(channel);
-            let why = transport.invisibility_reason(args.node.as_str());
-            let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
-            TrialResult::Nothing(format!(
-                "nothing came on {key}, {}{why}",
-                transport.whereabouts()
-            ))
-        }
-    })
+    if !listener.listen(&mut judge, args.listen_for, interrupt)? {
+        return Ok(TrialResult::Interrupted);
+    }
+    if judge.frames() > 0 {
+        return Ok(TrialResult::Findings(judge.findings(machine::now())));
+    }
+    let key = args.node.channel_key(channel);
+    let why = transport.invisibility_reason(args.node.as_str());
+    let why = why.map_or_else(String::new, |why| format!("; {}", why.reason()));
+    let whereabouts = transport.whereabouts();
+    Ok(TrialResult::Nothing(format!(
+        "nothing came on {key}, {whereabouts}{why}"
+    )))
 }

@@ -12,6 +12,9 @@ use coaxle_node::{Channel, FrameHeader, PresentAfter, TimeRequest};
 use coaxle_os::Machine;
 use serde_json::{Value, json};
 
+use self::Fault::{Arrival, Bytes, Frame, Reply, Status, Tokens};
+use super::judge::rules::{RULES, Tallies};
+use super::judge::runs::RunChecks;
 use super::judge::{Requester, SenderJudge};
 use crate::conform::rule::{RuleFinding, RuleOutcome};
 
@@ -20,48 +23,57 @@ const CYCLE: Span = Span::from_millis(10);
 const START: Instant<Machine> = Instant::from_nanos(1_000_000_000_000);
 const REQUESTER: Requester = Requester { id: 5, run: 6 };
 
-/// A node that publishes for four seconds, and the changes applied to its messages.
+/// Fault of a node, by the number of its cycle.
+#[derive(Clone, Copy)]
+enum Fault {
+    Frame(fn(u64, &mut FrameHeader, &mut Vec<NcToPlcAxis>)),
+    /// Frames that are sent in place of one.
+    Bytes(fn(u64, Vec<u8>) -> Vec<Vec<u8>>),
+    Arrival(fn(u64, &mut Instant<Machine>)),
+    Delivery(fn(&mut Delivery)),
+    /// A response, and its stamp.
+    Reply(fn(&mut TimeResponsesHeader, &mut ReceivedRequest, &mut Span)),
+    Status(fn(&mut Value)),
+    Tokens(fn(&NodeName) -> Vec<String>),
+}
+
+/// A node that publishes for four seconds, with its faults.
 struct Bench {
     node: NodeName,
     judge: SenderJudge,
-    frame: fn(u64, &mut FrameHeader, &mut Vec<NcToPlcAxis>),
-    bytes: fn(u64, Vec<u8>) -> Vec<Vec<u8>>,
-    /// Arrival of a message.
-    at: fn(u64, Instant<Machine>) -> Instant<Machine>,
+    faults: Vec<Fault>,
     delivery: Delivery,
-    reply: fn(&mut TimeResponsesHeader, &mut ReceivedRequest) -> Span,
-    status: fn(&mut Value),
-    tokens: fn(&NodeName) -> Vec<String>,
 }
 
 impl Bench {
-    fn new() -> Self {
+    fn with(faults: &[Fault]) -> Self {
         let node = NodeName::new("belt").unwrap();
+        let mut delivery = Delivery {
+            priority: 1,
+            is_dropped: true,
+            is_express: false,
+        };
+        for fault in faults {
+            if let Fault::Delivery(change) = fault {
+                change(&mut delivery);
+            }
+        }
         Self {
             judge: SenderJudge::new(&node, Channel::Axes, REQUESTER, START),
             node,
-            frame: |_, _, _| {},
-            bytes: |_, bytes| vec![bytes],
-            at: |_, at| at,
-            delivery: Delivery {
-                priority: 1,
-                is_dropped: true,
-                is_express: false,
-            },
-            reply: |_, _| Span::from_micros(300),
-            status: |_| {},
-            tokens: |node| vec![node.alive_key(), node.run_key(EPOCH)],
+            faults: faults.to_vec(),
+            delivery,
         }
     }
 
-    fn with(change: impl FnOnce(&mut Self)) -> Self {
-        let mut bench = Self::new();
-        change(&mut bench);
-        bench
-    }
-
     fn findings(mut self) -> Vec<RuleFinding> {
-        for key in (self.tokens)(&self.node) {
+        let mut tokens = vec![self.node.alive_key(), self.node.run_key(EPOCH)];
+        for fault in &self.faults {
+            if let Tokens(others) = fault {
+                tokens = others(&self.node);
+            }
+        }
+        for key in tokens {
             self.judge.token(&key, true);
         }
         for count in 0..400 {
@@ -72,23 +84,39 @@ impl Bench {
 
     fn cycle(&mut self, count: u64) {
         let due = START + CYCLE * count as i64;
-        let at = (self.at)(count, due + Span::from_micros(200));
-        for bytes in (self.bytes)(count, self.sealed(count)) {
+        let mut at = due + Span::from_micros(200);
+        let mut frames = vec![self.sealed(count)];
+        for fault in &self.faults {
+            match fault {
+                Arrival(change) => change(count, &mut at),
+                Bytes(others) => frames = others(count, frames.remove(0)),
+                _ => {}
+            }
+        }
+        for bytes in frames {
             self.judge.frame(at, &bytes, Some(self.delivery));
         }
         if count % 10 == 5 {
             self.exchange(count, due + Span::from_millis(3));
         }
         if count % 25 == 7 {
-            let mut status = json!({ "node": "belt", "role": "sender", "health": "ok",
-                "epoch": format!("{EPOCH:016x}"), "uptime_s": 1.0, "cycle": count, "cycle_time_us": 10_000.0 });
-            (self.status)(&mut status);
-            let text = match &status {
-                Value::String(text) => text.clone(),
-                status => status.to_string(),
-            };
-            self.judge.status(at, text.as_bytes());
+            self.status(count, at);
         }
+    }
+
+    fn status(&mut self, count: u64, at: Instant<Machine>) {
+        let mut status = json!({ "node": "belt", "role": "sender", "health": "ok",
+            "epoch": format!("{EPOCH:016x}"), "uptime_s": 1.0, "cycle": count, "cycle_time_us": 10_000.0 });
+        for fault in &self.faults {
+            if let Status(change) = fault {
+                change(&mut status);
+            }
+        }
+        let text = match &status {
+            Value::String(text) => text.clone(),
+            status => status.to_string(),
+        };
+        self.judge.status(at, text.as_bytes());
     }
 
     fn sealed(&self, count: u64) -> Vec<u8> {
@@ -110,7 +138,11 @@ impl Bench {
             ..NcToPlcAxis::default()
         };
         let mut axes = vec![axis(1), axis(2)];
-        (self.frame)(count, &mut header, &mut axes);
+        for fault in &self.faults {
+            if let Frame(change) = fault {
+                change(count, &mut header, &mut axes);
+            }
+        }
         let mut body = vec![0; body_capacity(axes.len())];
         let length = encode_body(&header, &axes, &mut body).unwrap();
         let mut sealed = Vec::new();
@@ -138,7 +170,12 @@ impl Bench {
             request,
             received: asked + Span::from_micros(150) - START,
         };
-        let stamp = (self.reply)(&mut header, &mut reply);
+        let mut stamp = Span::from_micros(300);
+        for fault in &self.faults {
+            if let Reply(change) = fault {
+                change(&mut header, &mut reply, &mut stamp);
+            }
+        }
         let mut body = [0; TIME_RESPONSES_CAPACITY];
         let length = encode_time_responses(&header, &[reply], &mut body);
         let mut sealed = Vec::new();
@@ -156,7 +193,7 @@ fn broken(findings: &[RuleFinding]) -> Vec<&'static str> {
 
 #[test]
 fn a_node_as_it_should_be_keeps_every_rule() {
-    let findings = Bench::new().findings();
+    let findings = Bench::with(&[]).findings();
     assert_eq!(findings.len(), 32);
     for (n, finding) in findings.iter().enumerate() {
         assert_eq!(finding.rule.number, format!("S{}", n + 1));
@@ -167,110 +204,101 @@ fn a_node_as_it_should_be_keeps_every_rule() {
 
 /// Expects exactly this rule to be broken.
 #[track_caller]
-fn finds(rule: &str, change: impl FnOnce(&mut Bench)) -> RuleOutcome {
-    let findings = Bench::with(change).findings();
+fn finds(rule: &str, faults: &[Fault]) -> RuleOutcome {
+    let findings = Bench::with(faults).findings();
     assert_eq!(broken(&findings), [rule], "{findings:#?}");
     let found = findings.into_iter().find(RuleFinding::is_broken);
     found.expect("one is broken").outcome
+}
+
+/// Expects no rule to be broken.
+#[track_caller]
+fn finds_nothing(faults: &[Fault], reason: &str) {
+    let findings = Bench::with(faults).findings();
+    assert_eq!(broken(&findings), Vec::<&str>::new(), "{reason}");
 }
 
 /// Length of the stamp of 50 µs and of the check sum.
 const STAMP_AND_SUM: usize = 4 + 4;
 
 /// A frame of this body, with a right check sum.
-fn sealed_again(body: &[u8]) -> Vec<u8> {
+fn sealed_again(body: &[u8]) -> Vec<Vec<u8>> {
     let key = NodeName::new("belt").unwrap().channel_key(Channel::Axes);
     let mut sealed = Vec::new();
     KeySeal::new(&key).seal(body, Some(Span::from_micros(50)), &mut sealed);
-    sealed
+    vec![sealed]
 }
+
+/// Frames that are shown 8 ms later.
+const SHOWN_LATER: Fault = Frame(|_, header, _| {
+    header.present_after = PresentAfter::new(Span::from_millis(8));
+});
 
 #[test]
 fn a_node_whose_frames_are_shown_later_keeps_every_rule() {
-    let bench = Bench::with(|bench| {
-        bench.frame = |_, header, _| {
-            header.present_after = PresentAfter::new(Span::from_millis(8));
-        };
-    });
-    assert_eq!(broken(&bench.findings()), Vec::<&str>::new());
+    finds_nothing(&[SHOWN_LATER], "version 2 is as good as version 1");
 }
 
 #[test]
 fn frames_that_are_none_are_found() {
-    finds("version", |bench| {
-        bench.bytes = |_, mut bytes| {
-            bytes[0] = 3;
-            vec![bytes]
-        }
+    let version = Bytes(|_, mut bytes| {
+        bytes[0] = 3;
+        vec![bytes]
     });
-    finds("fields", |bench| {
-        bench.bytes = |_, bytes| vec![bytes[..20].to_vec()]
+    finds("version", &[version]);
+    finds("fields", &[Bytes(|_, bytes| vec![bytes[..20].to_vec()])]);
+    let version_2_without_its_field = Bytes(|_, bytes| {
+        let mut body = bytes[..bytes.len() - STAMP_AND_SUM].to_vec();
+        body[0] = 2;
+        sealed_again(&body)
     });
-    finds("fields", |bench| {
-        // Version 2 without its field.
-        bench.bytes = |_, bytes| {
-            let mut body = bytes[..bytes.len() - STAMP_AND_SUM].to_vec();
-            body[0] = 2;
-            vec![sealed_again(&body)]
-        }
+    finds("fields", &[version_2_without_its_field]);
+    let shown_too_late = Bytes(|_, bytes| {
+        // 8 000 000 as a number of four bytes becomes 4 000 000 001, of five.
+        let delay = [0x80, 0xA4, 0xE8, 0x03];
+        let at = bytes.windows(4).position(|four| four == delay).unwrap();
+        let (before, after) = bytes[..bytes.len() - STAMP_AND_SUM].split_at(at);
+        sealed_again(&[before, &[0x81, 0xD0, 0xAC, 0xF3, 0x0E], &after[4..]].concat())
     });
-    finds("present-after", |bench| {
-        bench.frame = |_, header, _| {
-            header.present_after = PresentAfter::new(Span::from_millis(8));
-        };
-        bench.bytes = |_, bytes| {
-            // 8 000 000 as a number of four bytes becomes 4 000 000 001, of five.
-            let at = bytes
-                .windows(4)
-                .position(|four| four == [0x80, 0xA4, 0xE8, 0x03]);
-            let (before, after) = bytes[..bytes.len() - STAMP_AND_SUM].split_at(at.unwrap());
-            let late = [0x81, 0xD0, 0xAC, 0xF3, 0x0E];
-            vec![sealed_again(&[before, &late, &after[4..]].concat())]
-        }
+    finds("present-after", &[SHOWN_LATER, shown_too_late]);
+    let check_sum = Bytes(|_, mut bytes| {
+        *bytes.last_mut().unwrap() ^= 4;
+        vec![bytes]
     });
-    finds("check-sum", |bench| {
-        bench.bytes = |_, mut bytes| {
-            *bytes.last_mut().unwrap() ^= 4;
-            vec![bytes]
-        }
-    });
-    finds("sender-id", |bench| {
-        bench.frame = |_, header, _| header.sender = 7
-    });
+    finds("check-sum", &[check_sum]);
+    finds("sender-id", &[Frame(|_, header, _| header.sender = 7)]);
 }
 
 #[test]
 fn what_is_wrong_with_a_run_is_found() {
-    let epoch = finds("epoch", |bench| {
-        bench.frame = |count, header, _| {
-            if (100..120).contains(&count) {
-                header.epoch = EPOCH ^ 1;
-            }
-        };
+    let other_run = Frame(|count, header, _| {
+        if (100..120).contains(&count) {
+            header.epoch = EPOCH ^ 1;
+        }
     });
+    let epoch = finds("epoch", &[other_run]);
     assert!(
         matches!(epoch, RuleOutcome::Broken { received, .. } if received.contains("though the count goes on"))
     );
-    finds("cycle-time", |bench| {
-        bench.frame = |count, header, _| {
-            if count % 20 == 9 {
-                header.cycle_time = CycleTime::new(CYCLE * 2).unwrap();
-            }
+    let other_cycle_time = Frame(|count, header, _| {
+        if count % 20 == 9 {
+            header.cycle_time = CycleTime::new(CYCLE * 2).unwrap();
         }
     });
-    finds("count", |bench| {
-        bench.bytes = |count, bytes| vec![bytes; if count == 9 { 2 } else { 1 }]
-    });
-    finds("index", |bench| {
-        bench.frame = |_, header, _| header.index = CycleIndex(3)
-    });
+    finds("cycle-time", &[other_cycle_time]);
+    let twice = Bytes(|count, bytes| vec![bytes; if count == 9 { 2 } else { 1 }]);
+    finds("count", &[twice]);
+    finds(
+        "index",
+        &[Frame(|_, header, _| header.index = CycleIndex(3))],
+    );
 }
 
 #[test]
 fn a_restart_has_another_epoch() {
     let restarted = |epoch: u64| {
         let node = NodeName::new("belt").unwrap();
-        let mut runs = super::runs::RunChecks::default();
+        let (mut runs, mut tallies) = (RunChecks::default(), Tallies::default());
         let header = |epoch, count| FrameHeader {
             sender: sender_id(&node),
             epoch,
@@ -281,13 +309,14 @@ fn a_restart_has_another_epoch() {
             send_stamp: None,
         };
         for count in 0..200 {
-            let _ = runs.take(&header(EPOCH, count));
+            let _ = runs.take(&header(EPOCH, count), &mut tallies);
         }
         for count in 0..200 {
-            let _ = runs.take(&header(epoch, count));
+            let _ = runs.take(&header(epoch, count), &mut tallies);
         }
-        let findings = runs.findings();
-        broken(&findings)
+        let rules = RULES.iter().zip(tallies.iter());
+        let findings = rules.map(|(rule, tally)| RuleFinding::new(rule, tally.outcome("", "")));
+        broken(&findings.collect::<Vec<_>>())
     };
     assert_eq!(restarted(EPOCH ^ 1), Vec::<&str>::new());
     assert_eq!(restarted(EPOCH), ["epoch"]);
@@ -296,150 +325,89 @@ fn a_restart_has_another_epoch() {
 #[test]
 fn frames_that_come_at_other_times_than_their_counts_say_are_found() {
     // Both pace and stamps are two per cent slow.
-    finds("pace", |bench| {
-        bench.at = |count, at| at + Span::from_micros(200) * count as i64
+    let slow = Arrival(|count, at| *at += Span::from_micros(200) * count as i64);
+    finds("pace", &[slow]);
+    let half = Bytes(|count, bytes| vec![bytes; (count % 2 == 0).into()]);
+    finds("every-cycle", &[half]);
+    let in_bursts = Frame(|count, header, _| {
+        let stamp = CYCLE * (9 - (count % 10) as i64) + Span::from_nanos(count as i64);
+        header.send_stamp = Some(stamp);
     });
-    finds("every-cycle", |bench| {
-        bench.bytes = |count, bytes| {
-            if count % 2 == 0 {
-                vec![bytes]
-            } else {
-                Vec::new()
-            }
-        };
-    });
-    finds("no-bursts", |bench| {
-        bench.frame = |count, header, _| {
-            header.send_stamp =
-                Some(CYCLE * (9 - (count % 10) as i64) + Span::from_nanos(count as i64));
-        }
-    });
-    finds("no-bursts", |bench| {
-        bench.frame = |_, header, _| header.send_stamp = None;
-        bench.at = |count, _| START + CYCLE * (count / 10 * 10 + 10) as i64;
-    });
+    finds("no-bursts", &[in_bursts]);
+    let in_tens = Arrival(|count, at| *at = START + CYCLE * (count / 10 * 10 + 10) as i64);
+    finds("no-bursts", &[WITHOUT_STAMP, in_tens]);
 }
+
+const WITHOUT_STAMP: Fault = Frame(|_, header, _| header.send_stamp = None);
 
 #[test]
 fn stamps_that_say_nothing_are_found() {
-    finds("stamp-present", |bench| {
-        bench.frame = |count, header, _| {
-            if count % 3 == 0 {
-                header.send_stamp = None;
-            }
+    let now_and_then = Frame(|count, header, _| {
+        if count % 3 == 0 {
+            header.send_stamp = None;
         }
     });
-    finds("stamp-range", |bench| {
-        bench.frame = |_, header, _| header.send_stamp = Some(Span::ZERO)
+    finds("stamp-present", &[now_and_then]);
+    let zero = Frame(|_, header, _| header.send_stamp = Some(Span::ZERO));
+    finds("stamp-range", &[zero]);
+    let late = Frame(|_, header, _| header.send_stamp = Some(Span::from_secs(2)));
+    finds("stamp-range", &[late]);
+    let crossed = Frame(|count, header, _| {
+        header.send_stamp = Some(CYCLE * (if count % 2 == 0 { 8 } else { -8 }) / 10);
     });
-    finds("stamp-range", |bench| {
-        bench.frame = |_, header, _| header.send_stamp = Some(Span::from_secs(2))
-    });
-    finds("stamp-order", |bench| {
-        bench.frame = |count, header, _| {
-            header.send_stamp = Some(CYCLE * (if count % 2 == 0 { 8 } else { -8 }) / 10);
-        }
-    });
-    let findings =
-        Bench::with(|bench| bench.frame = |_, header, _| header.send_stamp = None).findings();
-    assert_eq!(
-        broken(&findings),
-        Vec::<&str>::new(),
-        "a client that does not know has none"
-    );
+    finds("stamp-order", &[crossed]);
+    finds_nothing(&[WITHOUT_STAMP], "a client that does not know has none");
 }
 
 #[test]
 fn axes_that_cannot_be_are_found() {
-    finds("axis-ids", |bench| {
-        bench.frame = |_, _, axes| axes[1].axis_id = 1
-    });
-    finds("axis-order", |bench| {
-        bench.frame = |count, _, axes| {
-            if count % 2 == 1 {
-                axes.swap(0, 1);
-            }
+    finds("axis-ids", &[Frame(|_, _, axes| axes[1].axis_id = 1)]);
+    let swapped = Frame(|count, _, axes| axes.swap(0, (count % 2) as usize));
+    finds("axis-order", &[swapped]);
+    let not_a_number = Frame(|count, _, axes| {
+        if count == 50 {
+            axes[1].actual_velocity = f64::NAN;
         }
     });
-    finds("axis-numbers", |bench| {
-        bench.frame = |count, _, axes| {
-            if count == 50 {
-                axes[1].actual_velocity = f64::NAN;
-            }
-        }
-    });
-    finds("axis-state", |bench| {
-        bench.frame = |_, _, axes| {
-            axes[0].state_word |= StateWord::NEGATIVE_DIRECTION;
-        }
-    });
-    finds("axis-state", |bench| {
-        bench.frame = |_, _, axes| axes[0].state_word = StateWord::ERROR
-    });
-    finds("axis-velocity", |bench| {
-        bench.frame = |_, _, axes| axes[0].set_velocity *= 60.0
-    });
+    finds("axis-numbers", &[not_a_number]);
+    let both_ways = Frame(|_, _, axes| axes[0].state_word |= StateWord::NEGATIVE_DIRECTION);
+    finds("axis-state", &[both_ways]);
+    let silent_error = Frame(|_, _, axes| axes[0].state_word = StateWord::ERROR);
+    finds("axis-state", &[silent_error]);
+    let per_minute = Frame(|_, _, axes| axes[0].set_velocity *= 60.0);
+    finds("axis-velocity", &[per_minute]);
 }
 
 #[test]
 fn responses_that_are_none_are_found() {
-    const STAMP: Span = Span::from_micros(300);
-    finds("answer-frame", |bench| {
-        bench.reply = |header, _| {
-            header.epoch ^= 1;
-            STAMP
-        }
+    finds("answer-frame", &[Reply(|header, _, _| header.epoch ^= 1)]);
+    let other_time = Reply(|_, reply, _| reply.request.requested += 1);
+    finds("answer-echo", &[other_time]);
+    let before_asked = Reply(|_, reply, _| reply.received += Span::from_millis(20));
+    finds("answer-stamps", &[before_asked]);
+    let other_clock = Reply(|_, reply, stamp| {
+        reply.received += Span::from_secs(100);
+        *stamp = Span::from_secs(100);
     });
-    finds("answer-echo", |bench| {
-        bench.reply = |_, reply| {
-            reply.request.requested += 1;
-            STAMP
-        }
+    finds("answer-stamps", &[other_clock]);
+    let to_others = Reply(|header, reply, _| {
+        header.epoch = EPOCH;
+        reply.request.requester = 99;
     });
-    finds("answer-stamps", |bench| {
-        bench.reply = |_, reply| {
-            reply.received += Span::from_millis(20);
-            STAMP
-        }
-    });
-    finds("answer-stamps", |bench| {
-        bench.reply = |_, reply| {
-            reply.received += Span::from_secs(100);
-            Span::from_secs(100)
-        }
-    });
-    let findings = Bench::with(|bench| {
-        bench.reply = |header, reply| {
-            header.epoch = EPOCH;
-            reply.request.requester = 99;
-            STAMP
-        }
-    })
-    .findings();
-    assert_eq!(
-        broken(&findings),
-        Vec::<&str>::new(),
-        "what others asked is theirs"
-    );
+    finds_nothing(&[to_others], "what others asked is theirs");
 }
 
 #[test]
 fn what_is_wrong_with_status_tokens_and_delivery_is_found() {
-    finds("status-json", |bench| {
-        bench.status = |status| *status = json!("{")
-    });
-    finds("status-fields", |bench| {
-        bench.status = |status| status["epoch"] = json!("12")
-    });
-    finds("status-true", |bench| {
-        bench.status = |status| status["cycle"] = json!(5_000)
-    });
-    finds("alive", |bench| {
-        bench.tokens = |node| vec![node.run_key(EPOCH)]
-    });
-    finds("run-token", |bench| {
-        bench.tokens = |node| vec![node.alive_key(), node.run_key(5)]
-    });
-    finds("qos", |bench| bench.delivery.priority = 5);
-    finds("qos", |bench| bench.delivery.is_dropped = false);
+    finds("status-json", &[Status(|status| *status = json!("{"))]);
+    let short = Status(|status| status["epoch"] = json!("12"));
+    finds("status-fields", &[short]);
+    let elsewhere = Status(|status| status["cycle"] = json!(5_000));
+    finds("status-true", &[elsewhere]);
+    finds("alive", &[Tokens(|node| vec![node.run_key(EPOCH)])]);
+    let other_run = Tokens(|node| vec![node.alive_key(), node.run_key(5)]);
+    finds("run-token", &[other_run]);
+    finds("qos", &[Fault::Delivery(|delivery| delivery.priority = 5)]);
+    let waited_for = Fault::Delivery(|delivery| delivery.is_dropped = false);
+    finds("qos", &[waited_for]);
 }

@@ -1,21 +1,32 @@
 //! Judges the messages of a node by the rules of docs/WIRE.md. Nothing here receives: messages are handed in with their
 //! arrivals.
 
-use coaxle_clock::Instant;
+mod axes;
+mod exchange;
+mod frames;
+mod pace;
+mod presence;
+pub(super) mod rules;
+pub(super) mod runs;
+mod stamps;
+mod status;
+
+use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_host::network::transport::Delivery;
 use coaxle_node::keys::NodeName;
 use coaxle_node::{Channel, FrameHeader, TimeRequest};
 use coaxle_os::Machine;
 
-use super::axes::AxisChecks;
-use super::exchange::{ExchangeChecks, FrameClock};
-use super::frames::{FrameChecks, OpenedFrame};
-use super::pace::PaceChecks;
-use super::presence::PresenceChecks;
-use super::runs::{FramePlace, RunChecks};
-use super::stamps::StampChecks;
-use super::status::StatusChecks;
 use crate::conform::rule::RuleFinding;
+use axes::AxisChecks;
+use exchange::ExchangeChecks;
+use frames::FrameChecks;
+use pace::PaceChecks;
+use presence::PresenceChecks;
+use rules::{SenderRule, Tallies};
+use runs::{FramePlace, RunChecks};
+use stamps::StampChecks;
+use status::StatusChecks;
 
 /// Sender of time requests to a node.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +37,28 @@ pub(super) struct Requester {
     pub(super) run: u64,
 }
 
+/// The clock of the node, as the newest frame shows it.
+#[derive(Clone, Copy, Debug)]
+struct FrameClock {
+    epoch: u64,
+    cycle_time: CycleTime,
+    /// Departure, or due time, since the ideal start of the node's cycle 0 …
+    left: Span,
+    /// … and arrival.
+    at: Instant<Machine>,
+}
+
+impl FrameClock {
+    /// Its time at an instant.
+    fn time(&self, at: Instant<Machine>) -> Span {
+        self.left + (at - self.at)
+    }
+}
+
 /// State of all checks of a node.
 #[derive(Debug)]
 pub(super) struct SenderJudge {
+    tallies: Tallies,
     frames: FrameChecks,
     runs: RunChecks,
     pace: PaceChecks,
@@ -49,12 +79,13 @@ impl SenderJudge {
         since: Instant<Machine>,
     ) -> Self {
         Self {
+            tallies: Tallies::default(),
             frames: FrameChecks::new(node, channel),
             runs: RunChecks::default(),
             pace: PaceChecks::default(),
             stamps: StampChecks::default(),
             axes: AxisChecks::default(),
-            exchange: ExchangeChecks::new(node, requester.id, requester.run),
+            exchange: ExchangeChecks::new(node, requester),
             status: StatusChecks::new(node, since),
             presence: PresenceChecks::new(node),
             clock: None,
@@ -63,26 +94,22 @@ impl SenderJudge {
 
     /// Number of frames received, good or not.
     pub(super) const fn frames(&self) -> u64 {
-        self.frames.all()
+        self.tallies.of(SenderRule::Version).all()
     }
 
     /// Takes a frame of axes.
     pub(super) fn frame(&mut self, at: Instant<Machine>, bytes: &[u8], delivery: Option<Delivery>) {
-        self.presence.delivery(delivery);
-        match self.frames.open(bytes) {
-            OpenedFrame::Good(header, axes) => {
-                if let Some(step) = self.runs.take(&header) {
-                    self.pace.take(at, &header, step);
-                    self.stamps.take(&header, step);
-                    self.axes.take(&axes, header.cycle_time.span(), step);
-                    self.note(at, &header, step);
-                }
-            }
-            OpenedFrame::CycleTime(nanos) => {
-                let nanos = nanos.map_or("another one".to_owned(), |ns| format!("{ns} ns"));
-                self.runs.cycle_time_out_of_range(nanos);
-            }
-            OpenedFrame::Other => {}
+        let tallies = &mut self.tallies;
+        presence::check_delivery(delivery, tallies);
+        let Some((header, axes)) = self.frames.open(bytes, tallies) else {
+            return;
+        };
+        if let Some(place) = self.runs.take(&header, tallies) {
+            self.pace.take(at, &header, place);
+            self.stamps.take(&header, place, tallies);
+            let cycle = header.cycle_time.span();
+            self.axes.take(&axes, cycle, place, tallies);
+            self.note_clock(at, &header, place);
         }
     }
 
@@ -103,13 +130,15 @@ impl SenderJudge {
         bytes: &[u8],
         delivery: Option<Delivery>,
     ) {
-        self.presence.delivery(delivery);
-        self.exchange.take(at, bytes, self.clock.as_ref());
+        presence::check_delivery(delivery, &mut self.tallies);
+        let clock = self.clock.as_ref();
+        self.exchange.take(at, bytes, clock, &mut self.tallies);
     }
 
     /// Takes a status.
     pub(super) fn status(&mut self, at: Instant<Machine>, bytes: &[u8]) {
-        self.status.take(at, bytes, self.clock.as_ref());
+        let clock = self.clock.as_ref();
+        self.status.take(at, bytes, clock, &mut self.tallies);
     }
 
     /// Takes the appearance or disappearance of a liveliness token.
@@ -119,34 +148,21 @@ impl SenderJudge {
 
     /// A finding about each rule, in their order, at `end`.
     pub(super) fn findings(&self, end: Instant<Machine>) -> Vec<RuleFinding> {
-        let epoch = self.clock.map(|clock| clock.epoch);
-        [
-            self.frames.findings(),
-            self.runs.findings(),
-            self.pace.findings(),
-            self.stamps.findings(),
-            self.axes.findings(),
-            self.exchange.findings(end),
-            self.status.findings(end),
-            self.presence.findings(epoch),
-            self.frames.present_after(),
-        ]
-        .concat()
+        rules::findings(self, end)
     }
 
-    fn note(&mut self, at: Instant<Machine>, header: &FrameHeader, step: FramePlace) {
+    fn note_clock(&mut self, at: Instant<Machine>, header: &FrameHeader, place: FramePlace) {
+        let cycle = header.cycle_time.span();
         // A frame without a credible stamp left when it was due, as far as is known.
-        let due = header.cycle_time.span() * header.count as i64;
-        let left = match step {
+        let due = cycle * header.count as i64;
+        let left = match place {
             FramePlace::Begins => None,
             FramePlace::Goes { .. } => self.stamps.left(),
         };
         self.clock = Some(FrameClock {
             epoch: header.epoch,
             cycle_time: header.cycle_time,
-            left: left
-                .filter(|left| *left >= due - header.cycle_time.span())
-                .unwrap_or(due),
+            left: left.filter(|left| *left >= due - cycle).unwrap_or(due),
             at,
         });
     }

@@ -3,9 +3,9 @@
 use coaxle_clock::Span;
 use coaxle_node::FrameHeader;
 
-use super::rules::{STAMP_ORDER, STAMP_PRESENT, STAMP_RANGE};
+use super::rules::{SenderRule, Tallies};
 use super::runs::FramePlace;
-use crate::conform::rule::{RuleFinding, RuleOutcome, Tally};
+use crate::conform::rule::{RuleOutcome, mismatch};
 
 /// Greatest lateness of a node.
 const MOST: Span = Span::from_secs(1);
@@ -26,16 +26,14 @@ pub(super) struct StampChecks {
     with: u64,
     without: u64,
     zeros: u64,
-    range: Tally,
-    order: Tally,
     /// Departure of the frame before, since the ideal start of its node's cycle 0.
     left: Option<Span>,
 }
 
 impl StampChecks {
     /// Takes a frame that has its place in a run.
-    pub(super) fn take(&mut self, header: &FrameHeader, step: FramePlace) {
-        if step == FramePlace::Begins {
+    pub(super) fn take(&mut self, header: &FrameHeader, place: FramePlace, tallies: &mut Tallies) {
+        if place == FramePlace::Begins {
             self.left = None;
         }
         let Some(stamp) = header.send_stamp else {
@@ -44,19 +42,27 @@ impl StampChecks {
         };
         self.with += 1;
         self.zeros += u64::from(stamp == Span::ZERO);
-        let cycle = header.cycle_time.span();
+        let (cycle, count) = (header.cycle_time.span(), header.count);
         let is_possible = possible(header).is_some();
-        self.range.check(is_possible, || {
-            (
-                format!("{stamp} at count {}", header.count),
-                format!(
-                    "{} to {MOST}, the nanoseconds since its own cycle began",
-                    -cycle
-                ),
+        tallies.check(SenderRule::StampRange, is_possible, || {
+            let earliest = -cycle;
+            mismatch(
+                format!("{stamp} at count {count}"),
+                format!("{earliest} to {MOST}, the nanoseconds since its own cycle began"),
             )
         });
-        if is_possible {
-            self.leave(header, cycle * header.count as i64 + stamp);
+        if !is_possible {
+            return;
+        }
+        let left = cycle * count as i64 + stamp;
+        if let Some(before) = self.left.replace(left) {
+            tallies.check(SenderRule::StampOrder, left > before, || {
+                let early = before - left;
+                mismatch(
+                    format!("count {count} to leave {early} before the one before it"),
+                    "later frames to leave later",
+                )
+            });
         }
     }
 
@@ -65,36 +71,17 @@ impl StampChecks {
         self.left
     }
 
-    pub(super) fn findings(&self) -> Vec<RuleFinding> {
-        let none = match self.without {
+    /// Reason why no stamp was seen.
+    pub(super) const fn why_none(&self) -> &'static str {
+        match self.without {
             0 => "no good frame came",
             _ => "no frame has one: the jitter of the sender counts as the network's",
-        };
-        vec![
-            RuleFinding::new(&STAMP_PRESENT, self.present(none)),
-            RuleFinding::new(&STAMP_RANGE, self.range(none)),
-            RuleFinding::new(&STAMP_ORDER, self.order.outcome("stamps", none)),
-        ]
-    }
-
-    fn leave(&mut self, header: &FrameHeader, left: Span) {
-        if let Some(before) = self.left.replace(left) {
-            self.order.check(left > before, || {
-                (
-                    format!(
-                        "count {} to leave {} before the one before it",
-                        header.count,
-                        before - left
-                    ),
-                    "later frames to leave later".to_owned(),
-                )
-            });
         }
     }
 
-    fn present(&self, none: &str) -> RuleOutcome {
+    pub(super) fn present(&self) -> RuleOutcome {
         match (self.with, self.without) {
-            (0, _) => RuleOutcome::not_seen(none),
+            (0, _) => RuleOutcome::not_seen(self.why_none()),
             (with, 0) => RuleOutcome::kept(format!("{with} frames")),
             (with, without) => RuleOutcome::broken(
                 format!("{without} of {} frames without one", with + without),
@@ -103,13 +90,14 @@ impl StampChecks {
         }
     }
 
-    fn range(&self, none: &str) -> RuleOutcome {
+    pub(super) fn range(&self, tallies: &Tallies) -> RuleOutcome {
         if self.zeros == self.with && self.zeros >= ZEROS {
             return RuleOutcome::broken(
                 format!("0 in all of {} frames", self.zeros),
                 "none from a client that cannot tell",
             );
         }
-        self.range.outcome("stamps", none)
+        let tally = tallies.of(SenderRule::StampRange);
+        tally.outcome("stamps", self.why_none())
     }
 }

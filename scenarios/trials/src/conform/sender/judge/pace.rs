@@ -4,10 +4,9 @@ use coaxle_clock::{Instant, Span};
 use coaxle_node::FrameHeader;
 use coaxle_os::Machine;
 
-use super::rules::{EVERY_CYCLE, NO_BURSTS, PACE};
 use super::runs::FramePlace;
 use super::stamps::possible;
-use crate::conform::rule::{RuleFinding, RuleOutcome};
+use crate::conform::rule::RuleOutcome;
 
 /// Greatest deviation of a quartz …
 const MOST_DRIFT: f64 = 1e-3;
@@ -73,14 +72,6 @@ impl PaceChecks {
         }
     }
 
-    pub(super) fn findings(&self) -> Vec<RuleFinding> {
-        vec![
-            RuleFinding::new(&PACE, self.pace()),
-            RuleFinding::new(&EVERY_CYCLE, self.every_cycle()),
-            RuleFinding::new(&NO_BURSTS, self.bursts()),
-        ]
-    }
-
     fn begin(&mut self, at: Instant<Machine>, header: &FrameHeader) {
         let new = RunSegment {
             since: at,
@@ -95,54 +86,48 @@ impl PaceChecks {
         }
     }
 
-    fn pace(&self) -> RuleOutcome {
+    pub(super) fn pace(&self) -> RuleOutcome {
         let all = self.longest.iter().chain(&self.current);
         let longest = all.max_by_key(|segment| segment.least.len());
-        let Some((rate, known)) = longest.and_then(RunSegment::rate) else {
+        let known = longest.and_then(|segment| Some((segment.cycle, segment.rate()?)));
+        let Some((cycle, (rate, known))) = known else {
             return RuleOutcome::not_seen("it takes a second of frames of one run");
         };
-        let cycle = longest.map_or(Span::ZERO, |segment| segment.cycle);
-        let (rate_ppm, known_ppm) = (rate * 1e6, known * 1e6);
+        let (rate_ppm, known_ppm, most) = (rate * 1e6, known * 1e6, MOST_DRIFT * 1e6);
         let words = format!("counts {rate_ppm:+.0} ppm off the cycle time of {cycle}");
         if rate.abs() <= MOST_DRIFT + known {
             return RuleOutcome::kept(format!("{words}, known to ± {known_ppm:.0} ppm"));
         }
-        let most = MOST_DRIFT * 1e6;
         RuleOutcome::broken(
             words,
             format!("within {most:.0} ppm, and the ± {known_ppm:.0} ppm that arrivals leave open"),
         )
     }
 
-    fn every_cycle(&self) -> RuleOutcome {
+    pub(super) fn every_cycle(&self) -> RuleOutcome {
         let all = self.came + self.missing;
         if all < 2 {
             return RuleOutcome::not_seen("it takes two good frames");
         }
+        let is_kept = self.missing as f64 <= MISSING * all as f64;
         let words = format!("{} of {all} counts", self.came);
-        if self.missing as f64 <= MISSING * all as f64 {
-            return RuleOutcome::kept(words);
-        }
-        RuleOutcome::broken(words, "a frame for each cycle")
+        RuleOutcome::of(is_kept, words, "a frame for each cycle")
     }
 
-    fn bursts(&self) -> RuleOutcome {
-        let ((part, all, most), words) = if self.stamped > 0 {
+    pub(super) fn bursts(&self) -> RuleOutcome {
+        let (part, all, most, words) = if self.stamped > 0 {
             let words = "left when their cycle was over already";
-            ((self.late, self.stamped, LATE), words)
+            (self.late, self.stamped, LATE, words)
         } else {
             let words = "came within a fifth of a cycle of the one before";
-            ((self.crowded, self.next, CROWDED), words)
+            (self.crowded, self.next, CROWDED, words)
         };
         if all < 2 {
             return RuleOutcome::not_seen("it takes two good frames");
         }
-        let words = format!("{part} of {all} frames that {words}");
-        if part as f64 <= most * all as f64 {
-            return RuleOutcome::kept(words);
-        }
-        RuleOutcome::broken(
-            words,
+        RuleOutcome::of(
+            part as f64 <= most * all as f64,
+            format!("{part} of {all} frames that {words}"),
             "cycles that were missed to be skipped, not caught up",
         )
     }
