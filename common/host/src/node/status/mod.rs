@@ -1,20 +1,22 @@
 //! The status of a node: JSON, four times a second, and the log lines when its health changes.
 
 mod announcements;
+mod facts;
 mod health;
+mod health_log;
 mod unseen;
 mod waiting;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use coaxle_clock::{Instant, Span};
+use coaxle_clock::Instant;
 use coaxle_node::Channel;
 use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine::Machine;
-use coaxle_os::{Os, System};
-use serde_json::{Map, Value, json};
+
+use serde_json::{Map, Value};
 
 use crate::machine::real_time;
 use crate::network::transport::InvisibilityReason;
@@ -26,17 +28,12 @@ use crate::node::reception::Contact;
 use crate::node::session::Session;
 
 use announcements::Announcements;
+use facts::{merged, word_for};
 pub use health::Health;
 use health::{Evidence, judge};
+use health_log::{HealthLog, Note, is_in_order};
 use unseen::{Inquiry, Search};
 use waiting::{last_came, other_axes, others};
-
-/// Interval of the reminders that a node still waits.
-// Often enough for a person who waits, and twelve lines a minute at most.
-const REMINDER: Span = Span::from_secs(5);
-/// Time in which counterparts usually appear; until then waiting is not worth a warning.
-// Three attempts to connect (after 0.25, 0.5 and 1 s) lie within it.
-const STARTUP_GRACE: Span = Span::from_secs(2);
 
 /// Identity of the node in its status.
 pub(crate) struct Identity {
@@ -280,58 +277,6 @@ impl Reporter {
         status
     }
 
-    fn facts(&self, now: Instant<Machine>) -> Map<String, Value> {
-        let counters = &self.counters;
-        let mut facts = Map::new();
-        let mut put = |name: &str, value: Value| facts.insert(name.to_owned(), value);
-        put("node", json!(self.identity.name.as_str()));
-        put("role", json!(self.identity.role));
-        if let Some(lab) = &self.identity.lab {
-            put("lab", json!(lab));
-        }
-        put("epoch", json!(format!("{:016x}", self.identity.epoch)));
-        put(
-            "uptime_s",
-            json!((now - self.started).as_nanos() as f64 / 1e9),
-        );
-        put("namesakes", json!(self.session.namesakes()));
-        put("cycles", json!(read(&counters.cycles)));
-        put(
-            "telemetry_dropped",
-            json!(read(&counters.telemetry_dropped)),
-        );
-        put("exchange_refused", json!(read(&counters.exchange_refused)));
-        put("real_time", real_time_of(&self.granted));
-        if let Some(refused) = self.session.transport().refused_connections() {
-            put("connections_refused", json!(refused.count));
-            put("connection_flood", json!(refused.flood_from));
-        }
-        if !self.identity.publishes.is_empty() {
-            put("published", json!(read(&counters.published)));
-            put("publish_dropped", json!(read(&counters.publish_dropped)));
-            put("publish_failed", json!(read(&counters.publish_failed)));
-            put("followed", json!(self.session.has_follower()));
-            put("seen_by", json!(self.session.seen_by()));
-        }
-        if !self.identity.sources.is_empty() {
-            let sources = self.identity.sources.iter().zip(self.session.contacts());
-            let source = |(((node, _), contact), search): Source<'_>| {
-                let age = contact.frame_age(now).map(|age| age.as_micros_f64() * 1e-3);
-                let unseen = search.reason().map(InvisibilityReason::reason);
-                let seen =
-                    json!({ "alive": contact.is_alive(), "frame_age_ms": age, "unseen": unseen });
-                (node.to_string(), seen)
-            };
-            let sources = sources.zip(&self.searches).map(source).collect();
-            put("sources", Value::Object(sources));
-            put("received", json!(read(&counters.received)));
-            put("refused", json!(read(&counters.refused)));
-            put("mailbox_dropped", json!(read(&counters.mailbox_dropped)));
-            put("arrivals_dropped", json!(read(&counters.arrivals_dropped)));
-        }
-        facts
-    }
-
     fn log_health(
         &mut self,
         now: Instant<Machine>,
@@ -415,24 +360,6 @@ impl Reporter {
     }
 }
 
-/// Granted real-time priorities per thread, and denied settings.
-fn real_time_of(granted: &real_time::Outcome) -> Value {
-    // The cycle thread has not reported yet.
-    let Some(denied) = granted.get() else {
-        return json!({ "priorities": {}, "denied": [] });
-    };
-    let denied: Vec<_> = denied.iter().map(ToString::to_string).collect();
-    // Read from the system, not from the config: Zenoh's threads inherit theirs.
-    let priorities: Map<_, _> = Os::priorities()
-        .into_iter()
-        .map(|(thread, priority)| (thread, json!(priority)))
-        .collect();
-    json!({ "priorities": priorities, "denied": denied })
-}
-
-/// A source: its node with the key of its frames, its contact, and the search for why it is not visible.
-type Source<'a> = ((&'a (NodeName, String), &'a Arc<Contact>), &'a Search);
-
 fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
     Evidence::Source {
         alive: contact.is_alive(),
@@ -440,137 +367,7 @@ fn evidence_of(contact: &Contact, now: Instant<Machine>) -> Evidence {
     }
 }
 
-/// The recorder's details never overwrite the host's facts; its health only softens an "ok".
-fn merged(
-    facts: Map<String, Value>,
-    health: Health,
-    details: Map<String, Value>,
-) -> Map<String, Value> {
-    let word = word_for(health, &details);
-    let mut status = details;
-    // The host's facts come last, so that they win.
-    status.extend(facts);
-    status.insert("health".to_owned(), json!(word));
-    status
-}
-
-fn word_for(health: Health, details: &Map<String, Value>) -> String {
-    match (health, details.get("health").and_then(Value::as_str)) {
-        // The node's own word counts only where the network has no worse one.
-        (Health::Ok, Some(own)) => own.to_owned(),
-        (health, _) => health.to_string(),
-    }
-}
-
-/// True if the node needs nothing.
-fn is_in_order(health: Health) -> bool {
-    matches!(health, Health::Ok | Health::ConnectionFlood)
-}
-
 fn refused_right(of: Option<&NodeName>, action: &str) -> AuditEntry {
     let of = of.map(NodeName::as_str);
     AuditEntry::new(AuditDoor::Right, of, action, AuditOutcome::Refused)
-}
-
-/// Decides when a line about the health is due.
-struct HealthLog {
-    last_word: Option<String>,
-    next_reminder: Instant<Machine>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Note {
-    Changed,
-    StillWaiting,
-}
-
-impl HealthLog {
-    fn new(started: Instant<Machine>) -> Self {
-        Self {
-            last_word: None,
-            // The first line about waiting comes after the grace, the next ones at the interval.
-            next_reminder: started + STARTUP_GRACE,
-        }
-    }
-
-    fn next(&mut self, now: Instant<Machine>, health: Health, word: &str) -> Option<Note> {
-        let first = self.last_word.is_none();
-        let changed = self.last_word.as_deref() != Some(word);
-        if changed {
-            self.last_word = Some(word.to_owned());
-        }
-        // In the first moment no counterpart is known: not worth a line.
-        if changed && !(first && health != Health::Ok) {
-            // A change is as good as a reminder.
-            self.next_reminder = now + REMINDER;
-            return Some(Note::Changed);
-        }
-        if !is_in_order(health) && now >= self.next_reminder {
-            self.next_reminder = now + REMINDER;
-            return Some(Note::StillWaiting);
-        }
-        None
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn details(json: Value) -> Map<String, Value> {
-        json.as_object().unwrap().clone()
-    }
-
-    #[test]
-    fn a_recorder_can_worsen_the_health_but_never_better_it() {
-        let own = details(json!({ "health": "not-synced", "cycles": 0, "mode": "sync" }));
-        let facts = details(json!({ "cycles": 5 }));
-        let ok = merged(facts.clone(), Health::Ok, own.clone());
-        assert_eq!(ok["health"], "not-synced");
-        assert_eq!((&ok["cycles"], &ok["mode"]), (&json!(5), &json!("sync")));
-
-        let hopeful = details(json!({ "health": "ok" }));
-        assert_eq!(
-            merged(facts.clone(), Health::Waiting, hopeful)["health"],
-            "waiting"
-        );
-        assert_eq!(merged(facts, Health::Ok, Map::new())["health"], "ok");
-    }
-
-    #[test]
-    fn a_long_wait_is_reported_again_and_again_a_short_one_never() {
-        let start = Instant::EPOCH;
-        let mut log = HealthLog::new(start);
-        let at = |secs: f64| start + Span::from_secs_f64(secs);
-        let mut notes = Vec::new();
-        for tick in 0..60 {
-            let now = at(f64::from(tick) * 0.25);
-            notes.extend(
-                log.next(now, Health::Waiting, "waiting")
-                    .map(|note| (note, now)),
-            );
-        }
-        // The grace of 2 s, then every 5 s, until 15 s are over.
-        assert_eq!(
-            notes,
-            [2.0, 7.0, 12.0].map(|secs| (Note::StillWaiting, at(secs)))
-        );
-        assert_eq!(log.next(at(15.0), Health::Ok, "ok"), Some(Note::Changed));
-        assert_eq!(log.next(at(16.0), Health::Ok, "ok"), None);
-        assert_eq!(
-            log.next(at(16.5), Health::NoData, "no-data"),
-            Some(Note::Changed)
-        );
-
-        // A flood is a change, and needs nothing of which to remind.
-        let flood = Health::ConnectionFlood;
-        let changed = log.next(at(17.0), flood, flood.as_str());
-        assert_eq!(changed, Some(Note::Changed));
-        assert_eq!(log.next(at(60.0), flood, flood.as_str()), None);
-
-        // A counterpart within the grace: only its arrival is logged.
-        let mut quick = HealthLog::new(start);
-        assert_eq!(quick.next(at(0.1), Health::Waiting, "waiting"), None);
-        assert_eq!(quick.next(at(0.6), Health::Ok, "ok"), Some(Note::Changed));
-    }
 }
