@@ -6,6 +6,7 @@
 //! use each other.
 
 mod circles;
+mod file_sizes;
 mod language;
 mod locks;
 mod modules;
