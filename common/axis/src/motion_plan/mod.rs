@@ -7,6 +7,7 @@
 
 mod check;
 mod fault;
+mod passage;
 
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,7 @@ use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::{Kinematics, Limits, Profile};
 
 pub use fault::{InvalidPlan, PlanFault};
+pub use passage::{AwaitedPosition, PlannedPassage, first_passage};
 
 /// Greatest number of pieces of a plan.
 // A move from standstill to standstill has seven, and one more to stand.

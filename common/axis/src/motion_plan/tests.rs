@@ -16,7 +16,7 @@ fn limits() -> Limits {
 }
 
 /// The pieces of a profile that begins at `START`, on the grid of nanoseconds.
-fn pieces_of(profile: &Profile) -> Vec<MotionPiece> {
+pub(super) fn pieces_of(profile: &Profile) -> Vec<MotionPiece> {
     let nanos = |Seconds(s): Seconds| Span::from_nanos((s * 1e9).ceil() as i64);
     let begins: Vec<_> = profile.phase_begins().collect();
     let ends = begins.iter().skip(1).copied().chain([profile.duration()]);
