@@ -47,8 +47,8 @@ pub use drives::Drives;
 pub use health::{Health, HealthName};
 pub use node::Receiver;
 pub use program::{
-    BlockedProgram, Otherwise, Outcome, ProgramSnapshot, ProgramState, StepCommand, StepConfig,
-    Trouble, WaitsFor, When,
+    AwaitedPlace, BlockedProgram, InTurn, MasterReaches, Otherwise, Outcome, ProgramSnapshot,
+    ProgramState, StepCommand, StepConfig, Trouble, WaitsFor, When,
 };
 pub use slaves::SlaveNumber;
 pub use snapshot::{ReceiverSnapshot, RefusedCommand, SignalRow, SlaveFaults};

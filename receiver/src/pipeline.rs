@@ -9,7 +9,7 @@ use coaxle_node::config::Wrong;
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
-use crate::far::{Candidate, FarNode, FarOutputs, HeldNow};
+use crate::far::{Candidate, FarNode, FarOutputs, HeldNow, PromisedMotion};
 use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
 use crate::hold_back::{HoldBack, Spare};
@@ -111,7 +111,9 @@ impl Pipeline {
         let virtual_axes = &mut shown.signals.virtual_axes;
         let hold_back = self.hold_back.by();
         let virtual_axes = (self.virtual_axes).cycle(tick.ideal_start, hold_back, virtual_axes);
-        (self.slaves).update(&self.masters, virtual_axes, hold_back, elapsed);
+        let (far, ranges) = (&self.far, &self.ranges);
+        let promised = |axis| promised(far, ranges, axis);
+        (self.slaves).update(&self.masters, virtual_axes, promised, hold_back, elapsed);
         self.slaves.show(shown);
         // Last, because it depends on all of the others.
         shown.health = self.health(shown);
@@ -211,4 +213,15 @@ impl Pipeline {
     pub(crate) fn corrected_axes(&mut self) -> &[NcToPlcAxis] {
         self.far_axes.axes(&self.masters)
     }
+}
+
+/// Promised motion of a far axis, by its number among all axes; none without a promise.
+fn promised<'a>(
+    far: &'a [FarNode],
+    ranges: &[(usize, usize)],
+    axis: usize,
+) -> Option<PromisedMotion<'a>> {
+    let after = ranges.partition_point(|(first, _)| *first <= axis);
+    let node = after.checked_sub(1)?;
+    far[node].promised(axis - ranges[node].0)
 }

@@ -15,6 +15,7 @@ mod limited;
 mod orders;
 mod pace;
 mod plans;
+mod promised;
 mod run;
 mod seen;
 mod sequence;
@@ -44,6 +45,7 @@ use lag::show_lag;
 use orders::OrderCounters;
 #[cfg(feature = "host")]
 pub(crate) use pace::LARGEST_PPM;
+pub(crate) use promised::PromisedMotion;
 use take_over::TakeOver;
 
 /// A far node with its standbys.

@@ -198,6 +198,11 @@ impl Plans {
         })
     }
 
+    /// The motion that its node has promised for an axis.
+    pub(super) fn motion(&self, axis: usize) -> Option<&PlannedMotion> {
+        self.axes.get(axis).map(|axis| &axis.motion)
+    }
+
     /// Writes the signals of the node.
     pub(super) fn show(&self, signals: &mut FarNodeSignals) {
         signals.plans_received = self.received;

@@ -50,7 +50,7 @@ impl Commanded {
     /// from a completed one is trouble, unless the program waited for an order.
     pub(super) fn look(
         &mut self,
-        now: &Situation,
+        now: &Situation<'_>,
         waited_for_order: bool,
         end_of: impl Fn(Job) -> Option<Outcome>,
     ) {
@@ -75,7 +75,7 @@ impl Commanded {
         self.was_in_error = in_error;
     }
 
-    fn look_who_moves(&mut self, now: &Situation, waited_for_order: bool) {
+    fn look_who_moves(&mut self, now: &Situation<'_>, waited_for_order: bool) {
         let Some(motion) = self.motion else {
             return;
         };

@@ -10,6 +10,7 @@ use coaxle_slave::CouplingPhase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::master_reaches::MasterReaches;
 use super::outcome::Outcome;
 use super::prospect::{
     Prospect, by_master, by_master_position, by_motion, by_plate, by_result, by_standstill,
@@ -158,6 +159,12 @@ conditions! {
     /// The master's position is below this, in its units.
     master_below MasterBelow: Finite {
         holds: |limit, at| at.slave.master.is_some_and(|master| master < limit.get()),
+        prospect: |_, at| by_master_position(at),
+    }
+    /// The master comes to a position within a time, as its node has promised (CODESYS `SMC_GetTravelTime`).
+    #[doc(alias = "SMC_GetTravelTime")]
+    master_reaches MasterReaches: MasterReaches {
+        holds: |wanted, at| wanted.holds(at.slave),
         prospect: |_, at| by_master_position(at),
     }
     /// The slave's set position is above this, u.

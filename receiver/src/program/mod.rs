@@ -11,6 +11,7 @@ mod commanded;
 mod condition;
 mod config;
 mod due;
+mod master_reaches;
 mod outcome;
 mod prospect;
 mod sensor;
@@ -34,6 +35,7 @@ use situation::{Inputs, ProgramInputs};
 pub use condition::{WaitsFor, When};
 pub use config::{Otherwise, StepConfig};
 pub(crate) use due::Due;
+pub use master_reaches::{AwaitedPlace, InTurn, MasterReaches};
 pub use outcome::{Outcome, Trouble};
 pub(crate) use situation::Situation;
 pub use state::{BlockedProgram, ProgramSnapshot, ProgramState};
@@ -140,7 +142,7 @@ impl Program {
     }
 
     /// Collects the results of its commands. `end_of` returns the end of a job, if it has ended.
-    pub(crate) fn look(&mut self, now: &Situation, end_of: impl Fn(Job) -> Option<Outcome>) {
+    pub(crate) fn look(&mut self, now: &Situation<'_>, end_of: impl Fn(Job) -> Option<Outcome>) {
         let waited_for_order = self.state == ProgramState::WaitingForOrder;
         self.commanded.look(now, waited_for_order, end_of);
     }
@@ -149,7 +151,7 @@ impl Program {
     /// `master_scaling` returns the scaling of the plate that couples the slave.
     pub(crate) fn due(
         &mut self,
-        now: &Situation,
+        now: &Situation<'_>,
         master_scaling: impl FnOnce() -> f64,
     ) -> Option<Option<Due>> {
         if self.state.is_end() || self.turns_off() {

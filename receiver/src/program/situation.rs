@@ -1,16 +1,17 @@
 //! Situation of a slave and its program, which the conditions of a step test.
 
-use coaxle_axis::{AxisStatus, Job, StateWord};
+use coaxle_axis::{AxisStatus, Job, Modulo, StateWord};
 use coaxle_cam::TableId;
 use coaxle_clock::Seconds;
 use coaxle_curve::profile::Kinematics;
 use coaxle_slave::{CouplingPhase, Outlook};
 
 use super::outcome::Outcome;
+use crate::far::PromisedMotion;
 
 /// Inputs of a condition: slave and master after the last cycle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Situation {
+pub(crate) struct Situation<'a> {
     pub(crate) status: AxisStatus,
     pub(crate) phase: Option<CouplingPhase>,
     pub(crate) set: Kinematics,
@@ -26,6 +27,10 @@ pub(crate) struct Situation {
     pub(crate) is_switching_on: bool,
     /// Position of the master; none without one.
     pub(crate) master: Option<f64>,
+    /// Its modulo period; none without one.
+    pub(crate) master_modulo: Option<Modulo>,
+    /// Motion that its node has promised; none without a promise.
+    pub(crate) promised: Option<PromisedMotion<'a>>,
     /// True if the master of that position is there, without error, and its clock is known.
     pub(crate) first_master_ready: bool,
     /// True if all masters are ready.
@@ -36,7 +41,7 @@ pub(crate) struct Situation {
     pub(crate) cam_queued: StateWord,
 }
 
-impl Situation {
+impl Situation<'_> {
     /// True if this change is pending in the coupling by plates.
     pub(super) const fn queues(&self, what: StateWord) -> bool {
         self.cam_queued.contains(what)
@@ -59,7 +64,7 @@ pub(super) struct ProgramInputs {
 /// Inputs of a condition.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inputs<'a> {
-    pub(super) slave: &'a Situation,
+    pub(super) slave: &'a Situation<'a>,
     pub(super) passed: &'a ProgramInputs,
     /// True if a command of the program is under way.
     pub(super) is_busy: bool,

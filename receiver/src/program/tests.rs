@@ -24,7 +24,7 @@ fn program(text: &str) -> Program {
         .expect("with steps")
 }
 
-const NOW: Situation = Situation {
+const NOW: Situation<'static> = Situation {
     status: AxisStatus::Standstill,
     phase: None,
     set: Kinematics {
@@ -38,6 +38,8 @@ const NOW: Situation = Situation {
     starts_coupled: false,
     is_switching_on: false,
     master: None,
+    master_modulo: None,
+    promised: None,
     first_master_ready: false,
     master_ready: false,
     cam_table: 0,
@@ -75,7 +77,7 @@ fn every_part_of_a_condition_has_to_hold() {
         velocity: 1.0,
         acceleration: 0.0,
     };
-    let cases: [(&str, Situation); 10] = [
+    let cases: [(&str, Situation<'static>); 10] = [
         (
             "in-sync = false",
             Situation {

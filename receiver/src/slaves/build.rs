@@ -15,7 +15,7 @@ use super::slave::{Slave, SlaveParts};
 use super::tool::Tool;
 use crate::config::{CoupleConfig, MasterRef, ReceiverConfig, SlaveConfig};
 use crate::drives::Drives;
-use crate::program::Program;
+use crate::program::{Program, StepConfig};
 
 impl Slaves {
     /// # Errors
@@ -171,6 +171,7 @@ fn slave(
         }
     };
     check_steps(&axis, slave)?;
+    check_awaited(config, sources[0], slave)?;
     check_cutting(slave)?;
     // After the plates of the config, since all of them share the room.
     let of_steps = plates_of_steps(plates, &slave.steps)?;
@@ -221,6 +222,35 @@ fn check_steps(axis: &SlaveAxis, slave: &SlaveConfig) -> Result<(), Wrong> {
         };
         axis.check_sync_positions(command)
             .map_err(|error| Wrong::with_reason(format!("step[{k}].do"), error))?;
+    }
+    Ok(())
+}
+
+/// Checks the steps that wait for a position of the master: only a far axis can be promised.
+fn check_awaited(
+    config: &ReceiverConfig,
+    master: MasterRef,
+    slave: &SlaveConfig,
+) -> Result<(), Wrong> {
+    let waits =
+        |(k, step): (usize, &StepConfig)| step.when.master_reaches.map(|awaited| (k, awaited));
+    for (k, awaited) in slave.steps.iter().enumerate().filter_map(waits) {
+        let within = |wrong: Wrong| wrong.within(format_args!("step[{k}]"));
+        let received = match master {
+            MasterRef::Virtual(_) => Some("a virtual axis as master"),
+            MasterRef::Slave(_) => Some("another slave as master"),
+            MasterRef::Far(axis) => {
+                let far = config.far_axes().nth(axis);
+                let uses_plans =
+                    far.is_some_and(|(_, far, axis)| far.uses_plans() && axis.uses_plans());
+                (!uses_plans).then_some("a master that uses no plans")
+            }
+        };
+        if let Some(received) = received {
+            let expected = "an axis of a sender, whose program is promised: not smoothed here, nor within its turn";
+            return Err(within(Wrong::of("when.master-reaches", received, expected)));
+        }
+        awaited.check(config.modulo_of(master)).map_err(within)?;
     }
     Ok(())
 }

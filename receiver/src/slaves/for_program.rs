@@ -1,6 +1,6 @@
 //! A program's view of its slave.
 
-use coaxle_axis::{AxisStatus, CommandState, Job};
+use coaxle_axis::{AxisStatus, CommandState, Job, Modulo};
 use coaxle_cam::Tables;
 use coaxle_slave::{JobError, SlaveAxis};
 
@@ -8,12 +8,13 @@ use super::masters::SlaveMasters;
 use crate::program::{Outcome, Situation};
 
 /// Inputs of a program's conditions about its slave.
-pub(super) fn situation(
+pub(super) fn situation<'a>(
     axis: &SlaveAxis,
     plates: &Tables,
     starts_coupled: bool,
-    masters: &SlaveMasters,
-) -> Situation {
+    masters: &SlaveMasters<'a>,
+    master_modulo: Option<Modulo>,
+) -> Situation<'a> {
     let status = axis.status();
     let first = masters.first();
     Situation {
@@ -27,6 +28,8 @@ pub(super) fn situation(
         // Without this a program that waits for power would seem to wait in vain while the drive switches on.
         is_switching_on: status == AxisStatus::Disabled && axis.is_power_on(),
         master: first.map(|master| master.set.position),
+        master_modulo,
+        promised: masters.promised(),
         first_master_ready: first.is_some_and(|master| master.is_ready),
         master_ready: masters.are_ready(),
         cam_table: match axis.coupling_phase() {

@@ -3,21 +3,23 @@
 use coaxle_axis::Masters;
 
 use super::Master;
+use crate::far::PromisedMotion;
 
 /// The masters of a slave in a cycle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SlaveMasters {
+pub(super) struct SlaveMasters<'a> {
     /// True if masters that are lost or in error are included.
     follows: bool,
     count: usize,
     first: Option<Master>,
+    promised: Option<PromisedMotion<'a>>,
     are_ready: bool,
     /// Errors of the masters; 0 of one without an error, or without data.
     error_codes: [u32; Masters::MOST],
     as_couplings_see: Masters,
 }
 
-impl SlaveMasters {
+impl<'a> SlaveMasters<'a> {
     /// Starts without masters. A slave that `follows` a master that is lost or in error sees every
     /// master with data, others only sound ones.
     pub(super) fn none(follows: bool) -> Self {
@@ -25,6 +27,7 @@ impl SlaveMasters {
             follows,
             count: 0,
             first: None,
+            promised: None,
             // The neutral element of the conjunction: each master that is added may make it false.
             are_ready: true,
             error_codes: [0; Masters::MOST],
@@ -47,6 +50,16 @@ impl SlaveMasters {
         }
         // A master without data keeps its place, which the ratios of a sum refer to.
         self.count += 1;
+    }
+
+    /// Takes the promised motion of the first master, for its slave's program.
+    pub(super) const fn promise(&mut self, motion: Option<PromisedMotion<'a>>) {
+        self.promised = motion;
+    }
+
+    /// The promised motion of the first master; none without a promise.
+    pub(super) const fn promised(&self) -> Option<PromisedMotion<'a>> {
+        self.promised
     }
 
     /// The first master, for features with only one; none if it has no data yet.

@@ -19,6 +19,7 @@ use coaxle_node::command::{CamOrder, OrderCargo, PlateCommand, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
+use crate::far::PromisedMotion;
 use crate::health::Health;
 use crate::snapshot::ReceiverSnapshot;
 pub(crate) use followers::SlavesOfAxis;
@@ -64,11 +65,13 @@ pub(crate) struct Master {
 pub struct SlaveNumber(pub(crate) usize);
 
 impl Slaves {
-    /// Runs one cycle of all slaves, with the far axes and the virtual ones as masters.
-    pub(crate) fn update(
+    /// Runs one cycle of all slaves, with the far axes and the virtual ones as masters; `promised` returns the promised motion
+    /// of a far axis.
+    pub(crate) fn update<'a>(
         &mut self,
         far: &[Option<Master>],
         virtual_axes: &[Master],
+        promised: impl Fn(usize) -> Option<PromisedMotion<'a>>,
         hold_back: Span,
         elapsed: Seconds,
     ) {
@@ -82,6 +85,11 @@ impl Slaves {
                     MasterRef::Virtual(axis) => Some(virtual_axes[axis]),
                     MasterRef::Slave(master) => self.slaves[master].as_master(),
                 });
+            }
+            if let (true, [MasterRef::Far(axis), ..]) =
+                (self.slaves[n].has_program(), self.slaves[n].sources())
+            {
+                masters.promise(promised(*axis));
             }
             let leads_back = |source: &MasterRef| match source {
                 MasterRef::Slave(master) => self.slaves[*master].was_set_back(),

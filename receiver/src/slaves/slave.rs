@@ -85,7 +85,12 @@ impl Slave {
     }
 
     /// Runs one cycle.
-    pub(super) fn cycle(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
+    pub(super) fn cycle(
+        &mut self,
+        plates: &mut Tables,
+        masters: &SlaveMasters<'_>,
+        elapsed: Seconds,
+    ) {
         self.follow(plates, masters, elapsed);
         self.watch_tool();
         let set_backs = self.axis.set_back_count();
@@ -102,7 +107,7 @@ impl Slave {
         self.start.is_some() || self.axis.rests()
     }
 
-    fn follow(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
+    fn follow(&mut self, plates: &mut Tables, masters: &SlaveMasters<'_>, elapsed: Seconds) {
         self.master_position = masters.first().map(|master| master.set.position);
         // Before the axis moves, so that a step takes effect in the cycle in which its conditions hold.
         self.run_program(plates, masters, elapsed);
@@ -179,12 +184,18 @@ impl Slave {
         applied
     }
 
-    fn run_program(&mut self, plates: &mut Tables, masters: &SlaveMasters, elapsed: Seconds) {
+    fn run_program(&mut self, plates: &mut Tables, masters: &SlaveMasters<'_>, elapsed: Seconds) {
         let (axis, Some(program)) = (&self.axis, &mut self.program) else {
             return;
         };
         // A copy of what the program may know, because the program is changed while the axis is only read.
-        let situation = situation(axis, plates, self.start.is_some(), masters);
+        let situation = situation(
+            axis,
+            plates,
+            self.start.is_some(),
+            masters,
+            self.master_modulo,
+        );
         program.look(&situation, |job| end_of(axis, job));
         // A position by a clock that is not known yet may jump, and marks would pass that never came.
         let ready = masters.first().filter(|master| master.is_ready);
@@ -226,7 +237,7 @@ impl Slave {
     }
 
     /// Couples it from the start, once there is its first master: it then starts at its coupled position.
-    fn start(&mut self, plates: &mut Tables, masters: &SlaveMasters) -> bool {
+    fn start(&mut self, plates: &mut Tables, masters: &SlaveMasters<'_>) -> bool {
         let is_there = |master: &Master| master.is_ready || self.follows;
         // Until then the coupling stays pending: it is tried only once.
         if !masters.first().is_some_and(is_there) {
@@ -253,6 +264,11 @@ impl Slave {
     /// Axis id.
     pub(super) const fn id(&self) -> u32 {
         self.id
+    }
+
+    /// True if it runs a program.
+    pub(super) const fn has_program(&self) -> bool {
+        self.program.is_some()
     }
 
     pub(super) const fn sources(&self) -> &[MasterRef] {

@@ -13,6 +13,8 @@ use coaxle_source::{AxisSource, MotionProgram};
 
 use crate::nodes::{self, MILLISECOND};
 
+mod reaches;
+
 /// Time from a cycle of the master to the arrival of its frame, and of its plan.
 const WAY: i64 = 20 * MILLISECOND;
 /// Cycle of the master by the clock of the receiver, 40 ppm long.
@@ -46,8 +48,12 @@ struct Bench {
 
 impl Bench {
     fn new(rest: &str, delay: i64, lead: i64) -> Self {
+        Self::with_master("node = 'a'", rest, delay, lead)
+    }
+
+    fn with_master(master: &str, rest: &str, delay: i64, lead: i64) -> Self {
         let text = format!(
-            "mode = 'observer'\nmaster = {{ node = 'a' }}\ndelay = {{ fixed-us = 20000 }}\n\
+            "mode = 'observer'\nmaster = {{ {master} }}\ndelay = {{ fixed-us = 20000 }}\n\
              sync.time-sync = {{ age-of-data-limit = 50, max-cycle-index-difference = 50 }}\n{rest}"
         );
         let [delay, lead] = [delay, lead].map(Span::from_millis);

@@ -12,7 +12,9 @@
 #[cfg(test)]
 mod tests;
 
-use coaxle_axis::motion_plan::{MotionPiece, PlanFault, piece_at};
+use coaxle_axis::motion_plan::{
+    AwaitedPosition, MotionPiece, PlanFault, PlannedPassage, first_passage, piece_at,
+};
 use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::Kinematics;
 
@@ -128,6 +130,18 @@ impl PlannedMotion {
     #[must_use]
     pub fn reaches(&self, instant: Span, after: Seconds) -> bool {
         self.is_confirmed && self.promised(instant + after.to_span()).is_some()
+    }
+
+    /// Returns the first arrival at a position between two instants; none where nothing is promised or confirmed.
+    #[must_use]
+    pub fn passage(
+        &self,
+        from: Span,
+        until: Span,
+        target: &AwaitedPosition,
+    ) -> Option<PlannedPassage> {
+        let until = until.min(self.known_until()?);
+        first_passage(self.pieces(), from, until, target)
     }
 
     /// Returns the instant until which the motion is known; none if none is.

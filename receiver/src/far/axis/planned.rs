@@ -3,6 +3,7 @@
 use coaxle_clock::Seconds;
 use coaxle_remote::{FarAxisOutput, FarCorrection, KnownMotion, PlannedAhead};
 
+use super::super::promised::ShownInstants;
 use super::presented::Presented;
 use super::{Axis, AxisScan};
 use crate::signals::FarAxisSignals;
@@ -27,6 +28,8 @@ pub(super) struct PlanUse {
     covered: f64,
     /// Time from the instant shown to the end of the promise, s; none without a plan.
     ahead: Option<f64>,
+    /// Instants of its node's run that the last two cycles showed, as far as a plan is known for them.
+    shown: Option<ShownInstants>,
     /// True if the newest cycle showed the motion of the plan, and number of such own cycles.
     is_planned: bool,
     cycles: u64,
@@ -49,6 +52,10 @@ impl Axis {
             let end = planned.motion.known_until()? - planned.newest;
             Some(end.as_secs_f64() - shown.0)
         });
+        self.plan.shown = by_plan.map(|(planned, shown)| {
+            let now = planned.newest + shown.to_span();
+            ShownInstants::after(self.plan.shown, now)
+        });
         let reaches = |(planned, shown): &(PlannedAhead<'_>, Seconds)| {
             planned.motion.reaches(planned.newest, *shown)
         };
@@ -58,6 +65,11 @@ impl Axis {
             None => 0.0,
         };
         planned.filter(|_| self.plan.covered >= COVERED)
+    }
+
+    /// Instants of its node's run that the last two cycles showed; none without a plan, or without a known clock.
+    pub(in super::super) const fn shown_instants(&self) -> Option<ShownInstants> {
+        self.plan.shown
     }
 
     /// Notes how the newest cycle was calculated.

@@ -3,7 +3,7 @@
 use super::*;
 
 /// A slave that keeps a velocity.
-const fn keeping(velocity: f64) -> Situation {
+const fn keeping(velocity: f64) -> Situation<'static> {
     Situation {
         status: AxisStatus::ContinuousMotion,
         outlook: Outlook::ConstantVelocity(velocity),
@@ -31,7 +31,7 @@ const WITH_MASTER: Situation = Situation {
     ..NOW
 };
 
-fn in_state(status: AxisStatus) -> Situation {
+fn in_state(status: AxisStatus) -> Situation<'static> {
     Situation { status, ..NOW }
 }
 
