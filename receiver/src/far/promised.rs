@@ -20,6 +20,11 @@ impl ShownInstants {
         let before = last.map_or(now, |last| last.now.min(now));
         Self { before, now }
     }
+
+    /// That of the newest cycle.
+    pub(super) const fn now(&self) -> Span {
+        self.now
+    }
 }
 
 /// Promised motion of an axis, from the instant shown on.

@@ -1,6 +1,6 @@
 //! An axis by the plan of its node, where frames are missing.
 
-use coaxle_clock::Seconds;
+use coaxle_clock::{Seconds, Span};
 use coaxle_remote::{FarAxisOutput, FarCorrection, KnownMotion, PlannedAhead};
 
 use super::super::promised::ShownInstants;
@@ -16,23 +16,30 @@ pub(super) fn known<'a>(presented: Option<&'a Presented>, scan: &AxisScan<'a>) -
     }
 }
 
-/// Time for which the promise has to reach the instant shown without a break before the plan is used, s: several renewals.
+/// Time for which the promise has to reach the instant shown without a break before the plan is used, ns: several renewals.
 // Where a lead is hardly longer than the way, each plan reaches it for a part of the time, and the axis would change between plan
 // and prediction: `presented/now` was off by 2.9 mm instead of 2.3, and was brought back 20 times.
-const COVERED: f64 = 1.0;
+const COVERED: u32 = 1_000_000_000;
 
 /// Use of the plans of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PlanUse {
-    /// Time for which the promise has reached the instant shown, s.
-    covered: f64,
-    /// Time from the instant shown to the end of the promise, s; none without a plan.
-    ahead: Option<f64>,
-    /// Instants of its node's run that the last two cycles showed, as far as a plan is known for them.
-    shown: Option<ShownInstants>,
-    /// True if the newest cycle showed the motion of the plan, and number of such own cycles.
-    is_planned: bool,
+    /// The newest cycle; none without a plan, or without a known clock.
+    now: Option<PlannedCycle>,
+    /// Number of own cycles that showed the motion of the plan.
     cycles: u64,
+}
+
+/// A cycle of an axis whose motion is planned.
+#[derive(Clone, Copy, Debug)]
+struct PlannedCycle {
+    shown: ShownInstants,
+    /// Instant until which the motion is promised.
+    until: Span,
+    /// Time for which the promise has reached the instant shown, ns.
+    covered: u32,
+    /// True if it showed the motion of the plan.
+    is_planned: bool,
 }
 
 impl Axis {
@@ -44,37 +51,36 @@ impl Axis {
         planned: Option<PlannedAhead<'a>>,
         elapsed: u32,
     ) -> Option<PlannedAhead<'a>> {
+        let last = self.plan.now.take();
         let later = self.presented.as_ref().and_then(|shown| shown.later());
         let lag = later.map_or(Seconds::ZERO, |later| later.by);
-        let shown = correction.of_clock().map(|age| age - lag);
-        let by_plan = planned.zip(shown);
-        self.plan.ahead = by_plan.and_then(|(planned, shown)| {
-            let end = planned.motion.known_until()? - planned.newest;
-            Some(end.as_secs_f64() - shown.0)
-        });
-        self.plan.shown = by_plan.map(|(planned, shown)| {
-            let now = planned.newest + shown.to_span();
-            ShownInstants::after(self.plan.shown, now)
-        });
-        let reaches = |(planned, shown): &(PlannedAhead<'_>, Seconds)| {
-            planned.motion.reaches(planned.newest, *shown)
+        let shown = correction.of_clock().map(|age| age - lag)?;
+        let planned = planned?;
+        let reaches = planned.motion.reaches(planned.newest, shown);
+        let passed = (self.cycle_time * i64::from(elapsed)).as_nanos();
+        let passed = u32::try_from(passed).unwrap_or(u32::MAX);
+        let covered = last.map_or(0, |last| last.covered).saturating_add(passed);
+        let shown = planned.newest + shown.to_span();
+        let now = PlannedCycle {
+            shown: ShownInstants::after(last.map(|last| last.shown), shown),
+            until: planned.motion.known_until()?,
+            covered: if reaches { covered.min(COVERED) } else { 0 },
+            is_planned: false,
         };
-        let passed = (self.cycle_time * i64::from(elapsed)).as_secs_f64();
-        self.plan.covered = match by_plan.filter(reaches) {
-            Some(_) => (self.plan.covered + passed).min(COVERED),
-            None => 0.0,
-        };
-        planned.filter(|_| self.plan.covered >= COVERED)
+        self.plan.now = Some(now);
+        (now.covered >= COVERED).then_some(planned)
     }
 
     /// Instants of its node's run that the last two cycles showed; none without a plan, or without a known clock.
-    pub(in super::super) const fn shown_instants(&self) -> Option<ShownInstants> {
-        self.plan.shown
+    pub(in super::super) fn shown_instants(&self) -> Option<ShownInstants> {
+        self.plan.now.map(|now| now.shown)
     }
 
     /// Notes how the newest cycle was calculated.
     pub(super) fn note_plan(&mut self, moved: &FarAxisOutput, elapsed: u32) {
-        self.plan.is_planned = moved.is_planned;
+        if let Some(now) = &mut self.plan.now {
+            now.is_planned = moved.is_planned;
+        }
         if moved.is_planned {
             self.plan.cycles = self.plan.cycles.saturating_add(elapsed.into());
             // A motion that has been promised is no surprise when it comes.
@@ -84,8 +90,9 @@ impl Axis {
 
     /// Writes the signals of its plan.
     pub(super) fn show_plan(&self, signals: &mut FarAxisSignals) {
-        signals.planned = self.plan.ahead.map(|_| self.plan.is_planned);
+        let now = self.plan.now.as_ref();
+        signals.planned = now.map(|now| now.is_planned);
         signals.planned_cycles = self.plan.cycles;
-        signals.promised_ahead_us = self.plan.ahead.map(|seconds| seconds * 1e6);
+        signals.promised_ahead_us = now.map(|now| (now.until - now.shown.now()).as_micros_f64());
     }
 }
