@@ -1,8 +1,8 @@
-//! Cost of a planned motion: a state of it, and the check of a new plan.
+//! Cost of a planned motion: a state of it, the instant of a position, and the check of a new plan.
 
 use std::hint::black_box;
 
-use coaxle_axis::motion_plan::{MOST_PIECES, MotionPiece, MotionPlan};
+use coaxle_axis::motion_plan::{AwaitedPosition, MOST_PIECES, MotionPiece, MotionPlan};
 use coaxle_clock::{Seconds, Span};
 use coaxle_curve::profile::{Kinematics, Limits};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -33,6 +33,30 @@ fn plans(c: &mut Criterion) {
             t = if t > 0.39 { 0.0 } else { t + 1e-3 };
             black_box(&plan).at(Span::ZERO, Seconds(black_box(t)))
         });
+    });
+    c.bench_function("piece evaluated", |b| {
+        let mut t = 0.0;
+        b.iter(|| {
+            t = if t > 0.049 { 0.0 } else { t + 1e-3 };
+            black_box(&pieces[3]).at(pieces[3].start, Seconds(black_box(t)))
+        });
+    });
+    let passage = |position: f64| {
+        let awaited = AwaitedPosition {
+            position,
+            modulo: None,
+            direction: None,
+        };
+        plan.passage(Span::ZERO, &awaited)
+    };
+    let last = passage(plan.at(end, Seconds::ZERO).expect("promised").position);
+    assert!(last.is_some_and(|passage| passage.at > pieces[MOST_PIECES - 1].start));
+    c.bench_function("instant of a position in the last of eight pieces", |b| {
+        let position = last.expect("it is reached").state.position - 1.0;
+        b.iter(|| passage(black_box(position)));
+    });
+    c.bench_function("no instant of a position in eight pieces", |b| {
+        b.iter(|| passage(black_box(1e6)));
     });
     c.bench_function("check of a plan", |b| {
         b.iter(|| MotionPlan::new(black_box(&pieces), end, &limits).is_ok());

@@ -44,6 +44,7 @@
 //! | `nStateDWord`, `nAxisState`, `nCoupleState` | TS5066 | [`StateWord`], [`AxisState`], [`CoupleState`] |
 //! | `ModuloSetPos`, `ModuloSetTurns` | TS5066 | [`Modulo`], [`ModuloPosition`] |
 //! | `VELOSYNC`, `POSSYNC1` | Tc2_MC2 | [`set_value_guard::DistancePolicy`] |
+//! | `SMC_GetTravelTime` | CODESYS | [`motion_plan::MotionPlan::passage`] |
 //! | the PLCopen state diagram, `MC_ReadStatus` | PLCopen part 1 | [`AxisStatus`] |
 //!
 //! The crate is `no_std`, allocates nothing and reads no clock.

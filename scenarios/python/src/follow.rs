@@ -4,9 +4,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
+use coaxle_axis::motion_plan::AwaitedPosition;
+use coaxle_axis::{Modulo, TravelDirection};
 use coaxle_clock::far_clock::{DelaySource, FarClock};
-use coaxle_clock::observer::ObserverParameters;
+use coaxle_clock::observer::{FarTime, ObserverParameters};
 use coaxle_clock::{CycleTime, Instant, Seconds, Span};
+use coaxle_host::client::PromisedAxes;
 use coaxle_host::network::transport::{Declared, Transport};
 use coaxle_node::Message;
 use coaxle_node::keys::NodeName;
@@ -18,7 +21,7 @@ use coaxle_wire::{AxisSample, Channel, Frame, Intake, Reader};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::told;
+use crate::error::{told, wrong};
 use crate::publish::{Sealed, check_ids};
 
 /// Time without frames after which another run of the node is followed.
@@ -53,6 +56,7 @@ struct Followed {
     clock: Option<(CycleTime, FarClock)>,
     is_sure: bool,
     newest: Option<Newest>,
+    promised: PromisedAxes,
     frames: u64,
     rejected: u64,
 }
@@ -60,6 +64,8 @@ struct Followed {
 /// The newest frame of the run that is followed.
 struct Newest {
     at: Instant<Machine>,
+    /// Its generation: its count times the nominal cycle, by which the clock counts.
+    sent: Span,
     epoch: u64,
     count: u64,
     axes: Vec<Option<AxisSample>>,
@@ -90,17 +96,10 @@ impl Follower {
     fn read<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let now = machine::now();
         let followed = self.shared.lock();
-        let (Some((cycle_time, clock)), Some(newest)) = (&followed.clock, &followed.newest) else {
+        let Some((newest, age)) = followed.newest_at(now) else {
             return Ok(None);
         };
-        let far = clock.far_time_at(local(now));
-        // Far time of the frame: its count times the nominal cycle, by which the clock counts.
-        let sent = Instant::EPOCH + cycle_time.span() * newest.count.cast_signed();
-        let age = match far {
-            Some(far) => far.time.since(sent),
-            // Until the clock is known the age counts from the arrival, without the delay.
-            None => Seconds((now - newest.at).as_secs_f64()),
-        };
+        let far = followed.far_time_at(now);
         let axes = PyDict::new(py);
         for (id, sample) in self.ids.iter().zip(&newest.axes) {
             let now = sample.map(|sample| {
@@ -129,6 +128,55 @@ impl Follower {
         Ok(Some(read))
     }
 
+    /// First arrival of an axis at a position from now on: the time until then, s, its position, and its velocity. None
+    /// within the promise of its node, which ends so many seconds from now; none of that without a promise.
+    #[pyo3(signature = (axis, position, direction, modulo))]
+    fn when(
+        &self,
+        axis: u32,
+        position: f64,
+        direction: Option<&str>,
+        modulo: Option<f64>,
+    ) -> PyResult<(Option<(f64, f64, f64)>, Option<f64>)> {
+        let place = self.ids.iter().position(|id| *id == axis);
+        let place = place.ok_or_else(|| {
+            wrong(format!(
+                "axis: received {axis}, expected one of {:?}",
+                self.ids
+            ))
+        })?;
+        if !position.is_finite() {
+            return Err(wrong(format!(
+                "position: received {position}, expected a finite number"
+            )));
+        }
+        let awaited = AwaitedPosition {
+            position,
+            modulo: modulo
+                .map(Modulo::new)
+                .transpose()
+                .map_err(|error| wrong(format!("modulo: {error}")))?,
+            direction: direction.map(travel_direction).transpose()?,
+        };
+        let now = machine::now();
+        let followed = self.shared.lock();
+        let Some((newest, age)) = followed.newest_at(now) else {
+            return Ok((None, None));
+        };
+        let now = newest.sent + age.to_span();
+        let promised = followed.promised.promised_until(place);
+        let passage = followed.promised.passage(place, now, &awaited);
+        let arrival = passage.map(|passage| {
+            let state = passage.state;
+            (
+                (passage.at - now).as_secs_f64(),
+                state.position,
+                state.velocity,
+            )
+        });
+        Ok((arrival, promised.map(|end| (end - now).as_secs_f64())))
+    }
+
     /// Stops receiving.
     fn close(&mut self) {
         self.declared.clear();
@@ -148,7 +196,7 @@ impl Follower {
         check_ids(&ids)?;
         let open = || {
             let shared = Arc::new(Shared {
-                followed: Mutex::new(Followed::new(&**transport, node, own)?),
+                followed: Mutex::new(Followed::new(&**transport, node, own, &ids)?),
                 came: Condvar::new(),
             });
             let mut intake = Intake::new(&node.channel_key(Channel::Axes), node, &ids);
@@ -172,12 +220,21 @@ impl Follower {
                     }
                 });
             };
+            let for_plans = Arc::clone(&shared);
+            let on_plans = move |_, bytes: &[u8]| {
+                // A message of a stranger counts as one that was refused.
+                let mut followed = for_plans.lock();
+                if followed.promised.take_plans(bytes).is_err() {
+                    followed.rejected += 1;
+                }
+            };
             let responses = node.channel_key(Channel::TimeResponses);
             Ok(Self {
                 declared: vec![
                     // Responses first: the first frame already causes a request, whose response must be heard.
                     transport.subscribe(&responses, Box::new(on_response))?,
                     transport.subscribe(&node.channel_key(Channel::Axes), Box::new(on_frame))?,
+                    transport.subscribe(&node.channel_key(Channel::Plans), Box::new(on_plans))?,
                 ],
                 shared,
                 ids,
@@ -202,7 +259,12 @@ impl Follower {
 }
 
 impl Followed {
-    fn new(transport: &dyn Transport, node: &NodeName, own: &NodeName) -> anyhow::Result<Self> {
+    fn new(
+        transport: &dyn Transport,
+        node: &NodeName,
+        own: &NodeName,
+        ids: &[u32],
+    ) -> anyhow::Result<Self> {
         Ok(Self {
             run: getrandom::u64().context("the system gives no random run")?,
             requester: sender_id(own),
@@ -210,9 +272,27 @@ impl Followed {
             clock: None,
             is_sure: false,
             newest: None,
+            promised: PromisedAxes::new(node, ids),
             frames: 0,
             rejected: 0,
         })
+    }
+
+    /// The time of the node, if its clock is known.
+    fn far_time_at(&self, now: Instant<Machine>) -> Option<FarTime> {
+        let (_, clock) = self.clock.as_ref()?;
+        clock.far_time_at(local(now))
+    }
+
+    /// The newest frame, and its age; none before the first.
+    fn newest_at(&self, now: Instant<Machine>) -> Option<(&Newest, Seconds)> {
+        let newest = self.newest.as_ref()?;
+        let age = match self.far_time_at(now) {
+            Some(far) => far.time.since(Instant::EPOCH + newest.sent),
+            // Until the clock is known the age counts from the arrival, without the delay.
+            None => Seconds((now - newest.at).as_secs_f64()),
+        };
+        Some((newest, age))
     }
 
     /// Takes a frame: its axes, and its arrival for the clock.
@@ -235,8 +315,10 @@ impl Followed {
             let clock = FarClock::new(cycle_time, parameters, DelaySource::Measured, run);
             self.clock = clock.ok().map(|clock| (cycle_time, clock));
         }
+        self.promised.take_frame(frame);
         self.newest = Some(Newest {
             at,
+            sent: cycle_time.span() * header.count.cast_signed(),
             epoch: header.epoch,
             count: header.count,
             axes: frame.axes.to_vec(),
@@ -260,5 +342,15 @@ impl Followed {
         let length = encode_time_request(self.requester, self.run, number, local(now), &mut body);
         // A lost request is repeated.
         let _ = self.requests.send(&body[..length], now);
+    }
+}
+
+fn travel_direction(name: &str) -> PyResult<TravelDirection> {
+    match name {
+        "forward" => Ok(TravelDirection::Forward),
+        "backward" => Ok(TravelDirection::Backward),
+        other => Err(wrong(format!(
+            "direction: received {other:?}, expected \"forward\" or \"backward\""
+        ))),
     }
 }

@@ -1,5 +1,6 @@
 """Nodes in one process over real Zenoh."""
 
+import subprocess
 import threading
 
 import pytest
@@ -86,3 +87,63 @@ def test_a_cycle_has_one_frame_with_numbers(network):
         with pytest.raises(coaxle.CoaxleError, match="twice"):
             arm.publish(1.0)
         assert arm.published == 1
+
+
+SENDER = """
+name = 'belt'
+cycle-time-us = 2000
+[transport]
+listen = ['{endpoint}']
+[[axis]]
+id = 3
+name = 'belt'
+lead-ms = 2000
+[axis.program]
+start-velocity = {velocity}
+limits = {{ velocity = 100, acceleration = 100, jerk = 1000 }}
+"""
+
+
+def test_it_is_known_when_a_promised_axis_will_be_somewhere(tool, endpoint, tmp_path):
+    config = tmp_path / "belt.toml"
+    config.write_text(SENDER.format(endpoint=endpoint, velocity=VELOCITY))
+    with subprocess.Popen([tool, "sender", config]) as sender:
+        try:
+            with coaxle.Network([endpoint]) as network, network.follow("belt", axes=[3]) as follower:
+                assert follower.wait(within_s=30.0)
+                wait_until_sure(follower)
+                for _ in range(100):
+                    before = follower.read()
+                    ahead = before.axes[3].position + 0.5 * VELOCITY
+                    arrival = follower.when(3, ahead)
+                    if arrival.in_s is not None:
+                        break
+                    assert follower.wait(10, within_s=30.0)
+                # Between both calls some time passes, more on a busy machine.
+                assert 0.0 < arrival.in_s <= 0.5 + 1e-3 and arrival.velocity == VELOCITY
+                assert arrival.position == pytest.approx(ahead) and arrival.in_s < arrival.promised_s <= 2.0
+                turn = follower.when(3, ahead % 10.0, modulo=10.0, direction="forward")
+                assert turn.in_s is not None and turn.in_s <= 0.2 + 1e-6
+                assert follower.when(3, ahead, direction="backward").in_s is None
+                assert follower.when(3, ahead + 3.0 * VELOCITY).in_s is None
+        finally:
+            sender.terminate()
+
+
+def test_nothing_is_promised_by_a_node_that_publishes_frames_alone(network, endpoint):
+    with network.publish("arm", 0.002) as arm, coaxle.Network([endpoint]) as other:
+        with other.follow("arm") as follower:
+            assert follower.when(1, 5.0) == coaxle.Arrival(None, None, None, None)
+            for time_s in arm.cycles(60.0):
+                arm.publish(VELOCITY * time_s, VELOCITY)
+                if follower.read() is not None:
+                    break
+            assert follower.when(1, 5.0) == coaxle.Arrival(None, None, None, None)
+            for wrong, named in [
+                (lambda: follower.when(2, 5.0), "axis: received 2, expected one of"),
+                (lambda: follower.when(1, float("nan")), "position: received NaN"),
+                (lambda: follower.when(1, 5.0, modulo=0.0), "modulo: received 0"),
+                (lambda: follower.when(1, 5.0, direction="up"), "direction: received"),
+            ]:
+                with pytest.raises(coaxle.CoaxleError, match=named):
+                    wrong()

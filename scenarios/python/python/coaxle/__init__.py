@@ -11,12 +11,13 @@ that says what was received and what is expected.
 """
 
 from ._coaxle import CoaxleError, FarClock, __version__
-from .live import Axis, Follower, Network, Publisher, Reading
+from .live import Arrival, Axis, Follower, Network, Publisher, Reading
 from .motion import Law, Motion, Plate, SawPlan, laws
 from .recording import Column, Recording, Table
 from .runs import Run, Sweep, run, scenarios, sweep
 
 __all__ = [
+    "Arrival",
     "Axis",
     "CoaxleError",
     "Column",

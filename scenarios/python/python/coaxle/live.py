@@ -47,6 +47,19 @@ class Axis(NamedTuple):
     error_code: int
 
 
+class Arrival(NamedTuple):
+    """When an axis will be at a position."""
+
+    #: Time until it is there, s; None if it is not within the promise.
+    in_s: float | None
+    #: Its position then, u: of a modulo axis with its turns.
+    position: float | None
+    #: Its velocity then, u/s.
+    velocity: float | None
+    #: Time until the end of the promise, s; None if nothing is promised.
+    promised_s: float | None
+
+
 class Reading(NamedTuple):
     """Axes of a node that is followed, now."""
 
@@ -198,6 +211,18 @@ class Follower(_Opened):
             return None
         axes = {id: None if axis is None else Axis(*axis) for id, axis in read.pop("axes").items()}
         return Reading(axes=axes, **read)
+
+    def when(
+        self, axis: int, position: float, *, direction: str | None = None, modulo: float | None = None
+    ) -> Arrival:
+        """When an axis will first be at a position from now on, as its node has promised (docs/PRESENTATION.md).
+
+        ``direction`` is ``"forward"`` or ``"backward"``, any by default. With ``modulo``, the length of a turn, the position is one
+        in each turn. The time is as exact as ``read().uncertainty_s``.
+        """
+        arrival, promised_s = self._native.when(axis, position, direction, modulo)
+        in_s, at, velocity = (None, None, None) if arrival is None else arrival
+        return Arrival(in_s, at, velocity, promised_s)
 
     def close(self) -> None:
         """Hears nothing any more."""

@@ -144,7 +144,7 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
     let (status, alive) = (node.name.status_key(), node.name.alive_key());
     let (rows, audit) = (node.name.rows_key(), node.name.audit_key());
     let about = node.name.about_key();
-    vec![
+    let mut rights = vec![
         // The operator's own name is part of the key, so nobody sends orders in the name of another.
         right(of, orders, ORDER, &own),
         right(of, answers, REPLY, &own),
@@ -165,7 +165,17 @@ fn operator_rights(node: &Member, operator: &Operator, orders: MessageDirection)
         right(of, answers, SERVE, &about),
         right(of, orders, WATCH, &alive),
         right(of, answers, ANNOUNCE, &alive),
-    ]
+    ];
+    // What it has promised, and the frames that confirm it.
+    let published = &node.wiring.publications;
+    if published.iter().any(|own| own.channel == Channel::Plans) {
+        for channel in [Channel::Axes, Channel::Plans] {
+            let key = node.name.channel_key(channel);
+            rights.push(right(of, orders, SUBSCRIBE, &key));
+            rights.push(right(of, answers, PUBLISH, &key));
+        }
+    }
+    rights
 }
 
 /// Rights of the tokens by which two runs of a node detect each other.
@@ -339,6 +349,29 @@ mod tests {
         assert!(listed("saw", "bert").is_empty());
         assert!(listed("bert", "saw").is_empty());
         assert!(!listed("line", "bert").is_empty() && !listed("bert", "line").is_empty());
+    }
+
+    #[test]
+    fn an_operator_receives_what_a_node_has_promised() {
+        let promised = LINE.replace("[transport]", "lead-ms = 100\n[transport]");
+        let network = SecureNetwork::new(vec![member(&promised)], vec![operator("anna")], &[]);
+        let rights = network.unwrap().rights(&name("anna")).unwrap();
+        for channel in ["axes", "plans"] {
+            let key = format!("coaxle/line/{channel}");
+            let of_key = rights.iter().filter(|right| right.key == key);
+            let flows: Vec<_> = of_key.map(|right| (right.flow, right.messages)).collect();
+            let expected = [
+                (MessageDirection::Egress, SUBSCRIBE),
+                (MessageDirection::Ingress, PUBLISH),
+            ];
+            assert_eq!(flows, expected, "{key}");
+        }
+        let at_a_node_without = listed("anna", "line");
+        assert!(
+            !at_a_node_without
+                .iter()
+                .any(|right| right.ends_with("/axes"))
+        );
     }
 
     #[test]

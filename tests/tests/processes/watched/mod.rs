@@ -90,6 +90,49 @@ fn nodes_are_listed_their_status_is_told_and_a_script_can_wait_for_them() {
     );
 }
 
+/// A sender whose axis turns at 50 u/s, promised 2 s ahead, and one that promises nothing.
+#[test]
+fn it_is_known_when_a_promised_axis_will_be_at_a_position() {
+    let mut line = Line::new();
+    let promised = "cycle-time-us = 2000\n[[axis]]\nid = 7\nname = 'drum'\nmodulo = 360\nlead-ms = 2000\n[axis.program]\n\
+                    start-velocity = 50\nlimits = { velocity = 100, acceleration = 100, jerk = 1000 }\nsteps = []\n";
+    line.start("sender", "press", promised);
+    let when = |words: &[&str]| {
+        let words: Vec<_> = ["when", "press"].iter().chain(words).copied().collect();
+        line.run_tool(&words)
+    };
+    // A turn takes 7.2 s, of which 2 are promised: it is waited for.
+    until("the position is within the promise", || {
+        let answer = when(&["drum", "180", "--in-turn", "--direction", "forward"]);
+        let code = answer.status.code();
+        assert!(code == Some(0) || code == Some(5), "{answer:?}");
+        let seconds = printed(&answer).trim().parse::<f64>();
+        seconds.is_ok_and(|seconds| (0.0..=2.0).contains(&seconds))
+    });
+    let never = when(&["7", "-5"]);
+    assert_eq!(never.status.code(), Some(5), "{never:?}");
+    let told = String::from_utf8_lossy(&never.stderr);
+    assert!(told.contains("not there within the promise"), "{told}");
+    for (words, code, expected) in [
+        (&["drumm", "5"][..], 2, "did you mean \"drum\"?"),
+        (
+            &["drum", "360", "--in-turn"],
+            2,
+            "0 up to less than the modulo turn of 360",
+        ),
+        (&["drum", "far"], 2, "expected a finite number"),
+    ] {
+        let answer = when(words);
+        let told = String::from_utf8_lossy(&answer.stderr);
+        assert_eq!(answer.status.code(), Some(code), "{told}");
+        assert!(told.contains(expected), "{told}");
+    }
+    let nothing = line.run_tool(&["when", "belt", "belt", "5"]);
+    let told = String::from_utf8_lossy(&nothing.stderr);
+    assert_eq!(nothing.status.code(), Some(5), "{told}");
+    assert!(told.contains("promises nothing"), "{told}");
+}
+
 #[test]
 fn who_is_not_there_is_told_of_with_who_is() {
     let mut line = Line::new();
