@@ -6,8 +6,8 @@ use std::time::Duration;
 use anyhow::Context;
 use coaxle_axis::motion_plan::AwaitedPosition;
 use coaxle_axis::{Modulo, TravelDirection};
-use coaxle_clock::far_clock::{DelaySource, FarClock};
-use coaxle_clock::observer::{FarTime, ObserverParameters};
+use coaxle_clock::far_clock::{DelaySource, FarClock, FarReading};
+use coaxle_clock::observer::ObserverParameters;
 use coaxle_clock::{CycleTime, Instant, Seconds, Span};
 use coaxle_host::client::PromisedAxes;
 use coaxle_host::network::transport::{Declared, Transport};
@@ -279,7 +279,7 @@ impl Followed {
     }
 
     /// The time of the node, if its clock is known.
-    fn far_time_at(&self, now: Instant<Machine>) -> Option<FarTime> {
+    fn far_time_at(&self, now: Instant<Machine>) -> Option<FarReading> {
         let (_, clock) = self.clock.as_ref()?;
         clock.far_time_at(local(now))
     }
