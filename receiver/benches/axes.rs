@@ -5,7 +5,7 @@ use std::time::Duration;
 use coaxle_clock::{CycleIndex, CycleTime, Instant, Local, Span};
 use coaxle_curve::profile::Kinematics;
 use coaxle_node::config::parse;
-use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node};
+use coaxle_node::{AxisSample, Frame, FrameHeader, Message, Node, PresentAfter};
 use coaxle_receiver::{Receiver, ReceiverConfig};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
@@ -17,10 +17,21 @@ struct Bench {
     receiver: Receiver,
     nodes: Vec<Vec<Option<AxisSample>>>,
     cycle: i64,
+    /// Time by which the axes are shown later.
+    present_after: Option<PresentAfter>,
 }
 
 impl Bench {
     fn new(axes: usize, slaves: usize, limits: &str) -> Self {
+        Self::shown(axes, slaves, limits, None)
+    }
+
+    fn shown(
+        axes: usize,
+        slaves: usize,
+        limits: &str,
+        present_after: Option<PresentAfter>,
+    ) -> Self {
         let mut text = "name = 'line'\ncycle-time-us = 1000\n".to_owned();
         let mut nodes = Vec::new();
         for first in (0..axes).step_by(AXES_OF_A_NODE) {
@@ -40,6 +51,7 @@ impl Bench {
             receiver,
             nodes,
             cycle: 0,
+            present_after,
         };
         // Until the far clocks are known and all slaves coupled.
         // Three seconds of the receiver: clocks are known after one or two, and slaves couple then.
@@ -56,7 +68,7 @@ impl Bench {
             index: CycleIndex::of_count(self.cycle as u64),
             count: self.cycle as u64,
             cycle_time: CycleTime::new(Span::from_millis(1)).expect("in range"),
-            present_after: None,
+            present_after: self.present_after,
             send_stamp: None,
         };
         let set = Kinematics {
@@ -96,6 +108,14 @@ fn axes(c: &mut Criterion) {
     whole("scan: far axes", &[1, 10, 100, 300, 1000], |n| {
         Bench::new(n, 0, "")
     });
+    whole("scan: far axes, shown 20 ms later", &[1, 100], |n| {
+        Bench::shown(n, 0, "", PresentAfter::new(Span::from_millis(20)))
+    });
+    whole(
+        "scan: far axes, shown 20 ms later, each with a slave by a gear",
+        &[1, 100],
+        |n| Bench::shown(n, n, "", PresentAfter::new(Span::from_millis(20))),
+    );
     whole(
         "scan: far axes, each with a slave by a gear",
         &[1, 10, 100],

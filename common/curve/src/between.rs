@@ -17,6 +17,7 @@ pub enum Ends {
 ///
 /// Exact while the jerk does not change between them, C2 where two gaps meet, and each end is met to rounding.
 #[must_use]
+#[inline]
 pub fn between(
     before: &Kinematics,
     after: &Kinematics,

@@ -22,6 +22,7 @@ pub(super) fn cubic(start: &Motion, end: &Motion) -> Polynomial<6> {
 }
 
 /// Makes the polynomial of degree 5: position, velocity and acceleration at both ends.
+#[inline]
 pub fn quintic(start: &Motion, end: &Motion) -> Polynomial<6> {
     let (c1, c2) = (start.velocity, start.acceleration / 2.0);
     // Remainder at the end after the terms above.

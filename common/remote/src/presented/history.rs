@@ -94,7 +94,8 @@ impl FrameHistory {
         if self.newest.is_none_or(|newest| count >= newest.count) {
             self.newest = Some(frame);
         }
-        if count.is_multiple_of(self.stride) {
+        // Mostly all of them, and no division.
+        if self.stride == 1 || count.is_multiple_of(self.stride) {
             self.insert(&frame);
         }
     }
@@ -148,7 +149,8 @@ impl FrameHistory {
         if !(0.0..=LONGEST).contains(&back) {
             return None;
         }
-        let cycles = libm::ceil(back) as u64;
+        let whole = back as u64;
+        let cycles = whole + u64::from(whole as f64 != back);
         if cycles == 0 {
             return Some(FramesAround {
                 before: newest,
@@ -185,7 +187,10 @@ impl FrameHistory {
     fn at_or_before(&self, count: u64) -> Option<usize> {
         let last = self.kept.checked_sub(1)?;
         let newest = self.frame(last).count;
-        let ahead = newest.saturating_sub(count).div_ceil(self.stride);
+        let ahead = match self.stride {
+            1 => newest.saturating_sub(count),
+            stride => newest.saturating_sub(count).div_ceil(stride),
+        };
         // Counts differ by the stride at least: the frame that many places before the last one is not later.
         let mut n = last - usize::try_from(ahead).unwrap_or(last).min(last);
         if self.frame(n).count > count {
