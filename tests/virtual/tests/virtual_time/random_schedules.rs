@@ -220,6 +220,50 @@ const LAG_REGRESSIONS: &[(u64, &str)] = &[
     ),
 ];
 
+/// Seeds of swarm schedules with followers that once failed, with the reasons.
+const FOLLOWER_REGRESSIONS: &[(u64, &str)] = &[
+    (
+        41_102,
+        "an axis on its way back to a master that had never moved was stopped within a cycle",
+    ),
+    (
+        50_274,
+        "each beat of its master that was larger than usual began a way back from its start",
+    ),
+    (
+        50_473,
+        "a backlog in the first messages of a run left a clock with a wrong drift for minutes",
+    ),
+    (
+        50_709,
+        "behind a pause of its receiver, what a rate that had changed excuses was no number",
+    ),
+    (
+        50_718,
+        "a lower edge with a wrong drift was moved up again and again, and kept it",
+    ),
+    (
+        50_771,
+        "a filter went on towards 0 for ever, and its axis was brought back again in each cycle",
+    ),
+    (
+        50_823,
+        "the last set values of a motion that faded were shown later as no numbers",
+    ),
+    (
+        60_591,
+        "in the cycle in which its hold-back ended, a coupled slave was shown where it had stood before",
+    ),
+    (
+        61_153,
+        "a master at its newest sample had the pace of the true time",
+    ),
+    (
+        61_166,
+        "messages that were late by their sender were to show beats to a block of TS5066",
+    ),
+];
+
 /// Seeds of every test run.
 const FEW: Range<u64> = 0..100;
 /// Seeds of swarm schedules of every test run: a second each.
@@ -249,6 +293,9 @@ fn some_swarm_schedules() {
     }
     for (seed, _) in LAG_REGRESSIONS {
         run_all(SWARM_BEFORE_FOLLOWERS, *seed..*seed + 1, "swarm-schedules");
+    }
+    for (seed, _) in FOLLOWER_REGRESSIONS {
+        run_all(SWARM, *seed..*seed + 1, "swarm-schedules");
     }
 }
 
