@@ -265,6 +265,7 @@ const FOLLOWER_REGRESSIONS: &[(u64, &str)] = &[
 ];
 
 /// Seeds of every test run.
+// The soaks of `.ci/run` go on from the end of this range and of the next one, so that none runs twice.
 const FEW: Range<u64> = 0..100;
 /// Seeds of swarm schedules of every test run: a second each.
 const FEW_OF_SWARM: Range<u64> = 0..8;
