@@ -32,6 +32,7 @@ use crate::summary::{ReceiverSummary, World};
 use crate::topology::{Root, Topology};
 use judge::{Clocks, MotionSource, ReceiverJudge};
 use skipped::SkippedCycles;
+use watch::CoupledStopWatch;
 pub use watch::ReceiverWatch;
 
 /// True state of a sender's axis at the ideal start of a cycle, by its signals.
@@ -65,6 +66,7 @@ pub struct Evaluation {
     virtual_axes: Vec<Box<[u32]>>,
     /// A watch for each receiver.
     watches: Vec<ReceiverWatch>,
+    coupled_stops: CoupledStopWatch,
     skipped: SkippedCycles,
 }
 
@@ -185,6 +187,7 @@ impl Evaluation {
             watches: (scenario.receivers.iter())
                 .map(|receiver| ReceiverWatch::new(receiver, &scenario.events, world))
                 .collect(),
+            coupled_stops: CoupledStopWatch::new(scenario),
             skipped: SkippedCycles::new(scenario, topology),
         }
     }
@@ -196,6 +199,9 @@ impl Evaluation {
 
     /// Takes a cycle of a sender: the true state of one of its axes.
     pub fn push_master(&mut self, sender: usize, axis: u32, sample: TruthSample<Reference>) {
+        let since = (sample.at - self.start).as_secs_f64();
+        let cycle = (sample.epoch, sample.count);
+        (self.coupled_stops).push_master((sender, axis), cycle, since, sample.axis.velocity);
         push(&mut self.masters, sender, axis, sample);
     }
 
@@ -213,8 +219,9 @@ impl Evaluation {
         let (skipped, node) = (&mut self.skipped, &signals.node);
         skipped.push_node(self.senders + receiver, node.run, node.cycle, node.overruns);
         skipped.push_receiver(receiver, &signals.far);
-        let since = Instant::from_nanos(at_ns) - self.start;
-        self.watches[receiver].push(since.as_secs_f64(), signals);
+        let since = (Instant::from_nanos(at_ns) - self.start).as_secs_f64();
+        self.watches[receiver].push(since, signals);
+        (self.coupled_stops).push_slaves(receiver, since, &signals.slaves);
         for view in self.of_receiver[receiver].clone() {
             let judge = &mut self.judges[view];
             judge.take(at_ns, woke_ns, signals);
@@ -266,6 +273,7 @@ impl Evaluation {
         self.watches.iter_mut().for_each(ReceiverWatch::end);
         let watches = &self.watches;
         let mut violations: Vec<_> = watches.iter().flat_map(ReceiverWatch::violations).collect();
+        violations.extend(self.coupled_stops.violations());
         violations.extend(self.judges.iter().flat_map(ReceiverJudge::violations));
         let judged = self.judges.into_iter();
         Evaluated {

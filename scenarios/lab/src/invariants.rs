@@ -66,6 +66,8 @@ pub enum Invariant {
     ToldVelocity,
     /// The acceleration that leaves beside a set position is that of the set positions, and keeps its limits.
     ToldAcceleration,
+    /// A sender's axis that stops with its followers rests while a slave of one is in error, from 10 s, its age limit and its lead after that on.
+    CoupledStop,
     /// At the end of the run no slave is in error stop, or farther from its coupling's position than its window, and no far axis
     /// in error, or lost.
     EndsWell,
@@ -98,12 +100,13 @@ impl Invariant {
             Self::Approach => "approach",
             Self::ToldVelocity => "told-velocity",
             Self::ToldAcceleration => "told-acceleration",
+            Self::CoupledStop => "coupled-stop",
             Self::EndsWell => "ends-well",
         }
     }
 }
 
-/// A slave, a far axis or a far node of a receiver, or the receiver itself, by their names.
+/// A slave, a far axis or a far node of a receiver, or the receiver itself, by their names; or an axis of a sender.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct WatchedPart {
     /// The receiver.

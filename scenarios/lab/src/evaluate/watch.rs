@@ -2,6 +2,7 @@
 
 mod axis;
 mod blending;
+mod coupled_stop;
 mod far_error;
 mod far_node;
 mod far_position;
@@ -22,6 +23,7 @@ use crate::event::Event;
 use crate::invariants::{InvariantViolation, WatchedPart};
 use crate::summary::World;
 use axis::AxisWatch;
+pub(super) use coupled_stop::CoupledStopWatch;
 pub(super) use far_error::{FarErrorWatch, wanted_offset};
 use far_node::FarNodeWatch;
 pub(super) use far_position::FarPositionWatch;
