@@ -8,6 +8,7 @@ use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 
 impl DelayExchange {
+    /// Follows what happened to the line. After a new run of the sender everything is forgotten. A jump is taken for
     /// the path's doing, so that the sender's time stays where it was, until the next exchanges say otherwise (see
     /// [`step_of_sender`](Self::step_of_sender)); it is returned, to be passed to
     /// [`PhaseObserver::attribute_step_to_path`].

@@ -194,8 +194,6 @@ impl DelayExchange {
         self.sender = None;
     }
 
-    /// Follows what happened to the line. After a new run of the sender everything is forgotten. A jump is taken for
-
     /// Returns the number of the request that is due, if one is. Needs a line to measure against.
     pub fn ask(&mut self, now: Instant<Local>) -> Option<u32> {
         if self.sender.is_none() || now < self.next_request {
