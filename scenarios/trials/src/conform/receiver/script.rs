@@ -92,7 +92,7 @@ script! {
         Bytes(Vec::clear), Bytes(|bytes| bytes.truncate(4)), Bytes(|bytes| bytes.truncate(bytes.len() / 2)),
         Bare(|body| body.truncate(body.len() - 9)),
     ]), FEW, Counted("rejected_truncated");
-    "R5"  "wrong-checksum"      REFUSED  => Beside(&[Bytes(flip), OtherKey]), FEW, Counted("rejected_wrong_checksum");
+    "R5"  "wrong-checksum"      REFUSED  => Beside(&[Bytes(|bytes| flip(bytes)), OtherKey]), FEW, Counted("rejected_wrong_checksum");
     "R6"  "malformed"           REFUSED  => Beside(&[
         Bare(|body| drop(body.splice(0..0, TOO_LONG))), Bare(|body| body.push(2)), Bare(|body| replace(body, AXES, 129)),
     ]), FEW, Counted("rejected_malformed");
@@ -130,7 +130,7 @@ script! {
 }
 
 /// Flips a bit in the middle.
-fn flip(bytes: &mut Vec<u8>) {
+fn flip(bytes: &mut [u8]) {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
 }
