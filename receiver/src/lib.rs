@@ -28,6 +28,7 @@ mod marks;
 mod node;
 mod pipeline;
 mod program;
+mod promised;
 mod reports;
 #[cfg(feature = "host")]
 pub mod run;

@@ -9,10 +9,11 @@ use coaxle_node::config::Wrong;
 
 use crate::arrivals::ArrivalLog;
 use crate::config::ReceiverConfig;
-use crate::far::{Candidate, FarNode, FarOutputs, HeldNow, PromisedMotion};
+use crate::far::{Candidate, FarNode, FarOutputs, HeldNow};
 use crate::far_axes::PublishedFarAxes;
 use crate::health::Health;
 use crate::hold_back::{HoldBack, Spare};
+use crate::promised::PromisedMotion;
 use crate::reports::Reported;
 use crate::slaves::{Master, Slaves};
 use crate::snapshot::ReceiverSnapshot;

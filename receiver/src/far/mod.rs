@@ -15,7 +15,6 @@ mod limited;
 mod orders;
 mod pace;
 mod plans;
-mod promised;
 mod run;
 mod seen;
 mod sequence;
@@ -31,6 +30,7 @@ use coaxle_node::config::LinkConfig;
 use crate::arrivals::ArrivalLog;
 use crate::config::{FarAxisConfig, FarConfig, Lag};
 use crate::health::Health;
+use crate::promised::PromisedMotion;
 use crate::signals::{FarAxisSignals, FarNodeSignals};
 use crate::slaves::Master;
 use axis::{Axis, AxisScan};
@@ -45,7 +45,6 @@ use lag::show_lag;
 use orders::OrderCounters;
 #[cfg(feature = "host")]
 pub(crate) use pace::LARGEST_PPM;
-pub(crate) use promised::PromisedMotion;
 use take_over::TakeOver;
 
 /// A far node with its standbys.
@@ -180,6 +179,13 @@ impl FarNode {
     pub(crate) fn followed_run(&self) -> Option<(usize, u64)> {
         let header = self.followed().news().header.as_ref()?;
         Some((self.take_over.followed(), header.epoch))
+    }
+
+    /// The promised motion of one of its axes; none without a promise.
+    pub(crate) fn promised(&self, axis: usize) -> Option<PromisedMotion<'_>> {
+        let plans = self.followed().plans.as_deref()?;
+        let shown = self.axes.get(axis)?.shown_instants()?;
+        Some(PromisedMotion::new(plans.motion(axis)?, shown))
     }
 
     /// The node that is followed.

@@ -27,7 +27,7 @@ pub struct MasterReaches {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a position, or { in-turn = 90 }")]
 pub enum AwaitedPlace {
-    /// That position alone, u.
+    /// Position that it has once, u.
     At(Finite),
     /// In each turn of a modulo axis.
     InTurn(InTurn),

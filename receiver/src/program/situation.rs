@@ -7,7 +7,7 @@ use coaxle_curve::profile::Kinematics;
 use coaxle_slave::{CouplingPhase, Outlook};
 
 use super::outcome::Outcome;
-use crate::far::PromisedMotion;
+use crate::promised::PromisedMotion;
 
 /// Inputs of a condition: slave and master after the last cycle.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub(crate) struct Situation<'a> {
     pub(crate) is_switching_on: bool,
     /// Position of the master; none without one.
     pub(crate) master: Option<f64>,
-    /// Its modulo period; none without one.
+    /// Modulo period of the master; none without one.
     pub(crate) master_modulo: Option<Modulo>,
     /// Motion that its node has promised; none without a promise.
     pub(crate) promised: Option<PromisedMotion<'a>>,

@@ -3,7 +3,7 @@
 use coaxle_axis::Masters;
 
 use super::Master;
-use crate::far::PromisedMotion;
+use crate::promised::PromisedMotion;
 
 /// The masters of a slave in a cycle.
 #[derive(Clone, Copy, Debug)]

@@ -19,8 +19,8 @@ use coaxle_node::command::{CamOrder, OrderCargo, PlateCommand, SlaveOrder};
 use coaxle_slave::{Command, Refusal, SlaveError};
 
 use crate::config::MasterRef;
-use crate::far::PromisedMotion;
 use crate::health::Health;
+use crate::promised::PromisedMotion;
 use crate::snapshot::ReceiverSnapshot;
 pub(crate) use followers::SlavesOfAxis;
 use masters::SlaveMasters;

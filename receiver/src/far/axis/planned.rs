@@ -3,9 +3,9 @@
 use coaxle_clock::{Seconds, Span};
 use coaxle_remote::{FarAxisOutput, FarCorrection, KnownMotion, PlannedAhead};
 
-use super::super::promised::ShownInstants;
 use super::presented::Presented;
 use super::{Axis, AxisScan};
+use crate::promised::ShownInstants;
 use crate::signals::FarAxisSignals;
 
 /// What is known of an axis besides its newest frame.
