@@ -128,8 +128,8 @@ impl Follower {
         Ok(Some(read))
     }
 
-    /// First arrival of an axis at a position from now on: the time until then, s, its position, and its velocity. None
-    /// within the promise of its node, which ends so many seconds from now; none of that without a promise.
+    /// First arrival of an axis at a position from now on: time until then, s, position and velocity, or None within the promise of its
+    /// node; and the time until that ends, s, or None without a promise.
     #[pyo3(signature = (axis, position, direction, modulo))]
     fn when(
         &self,

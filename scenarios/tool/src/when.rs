@@ -39,13 +39,13 @@ pub(crate) struct WhenArgs {
     in_turn: bool,
     /// Direction in which it comes there [default: any]
     #[arg(long, value_enum)]
-    direction: Option<Direction>,
+    direction: Option<WantedDirection>,
     #[command(flatten)]
     network: NetworkArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Direction {
+enum WantedDirection {
     /// To larger positions
     Forward,
     /// To smaller ones
@@ -152,11 +152,11 @@ fn axis(args: &WhenArgs, about: Option<&PlantNode>) -> Result<(u32, Option<Modul
     }
 }
 
-impl From<Direction> for TravelDirection {
-    fn from(direction: Direction) -> Self {
+impl From<WantedDirection> for TravelDirection {
+    fn from(direction: WantedDirection) -> Self {
         match direction {
-            Direction::Forward => Self::Forward,
-            Direction::Backward => Self::Backward,
+            WantedDirection::Forward => Self::Forward,
+            WantedDirection::Backward => Self::Backward,
         }
     }
 }
