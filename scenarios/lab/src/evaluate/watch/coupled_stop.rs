@@ -28,7 +28,7 @@ struct FollowedMaster {
     axis: u32,
     /// Time within which it rests, s.
     within: f64,
-    /// Its slaves, by the numbers of their receivers and their own.
+    /// Slaves that it leads, by the numbers of their receivers and their own.
     slaves: Vec<WatchedSlave>,
     run: MasterRun,
     found: Found,

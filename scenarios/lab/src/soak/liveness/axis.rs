@@ -138,7 +138,7 @@ impl AxisLiveness {
         !shows_beats && self.uneven.is_none_or(|at| t_s - at > SETTLED)
     }
 
-    /// Its fault at the end, if any.
+    /// Fault at the end, if any.
     pub(super) fn broken(&self) -> Option<String> {
         let Some((t_s, axis)) = &self.last else {
             return Some("had no cycle".to_owned());

@@ -92,7 +92,7 @@ impl SlaveLiveness {
         (self.last).is_some_and(|(_, slave)| slave.position.is_some())
     }
 
-    /// Its fault at the end, if any; `is_even` if its far axis moves as evenly as a master in a slow and steady motion.
+    /// Fault at the end, if any; `is_even` if its far axis moves as evenly as a master in a slow and steady motion.
     pub(super) fn broken(&self, is_even: bool) -> Option<String> {
         let (t_s, slave) = self.coupled()?;
         let position = slave.position?;
