@@ -71,6 +71,9 @@ struct Newest {
     axes: Vec<Option<AxisSample>>,
 }
 
+/// Time until an axis comes to a position, s, the position, u, and its velocity then, u/s.
+type PlannedArrival = (f64, f64, f64);
+
 #[pymethods]
 impl Follower {
     /// Waits until this number of further frames came, or the time passed. Returns whether they came.
@@ -137,7 +140,7 @@ impl Follower {
         position: f64,
         direction: Option<&str>,
         modulo: Option<f64>,
-    ) -> PyResult<(Option<(f64, f64, f64)>, Option<f64>)> {
+    ) -> PyResult<(Option<PlannedArrival>, Option<f64>)> {
         let place = self.ids.iter().position(|id| *id == axis);
         let place = place.ok_or_else(|| {
             wrong(format!(

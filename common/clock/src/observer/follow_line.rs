@@ -225,8 +225,7 @@ impl PhaseObserver {
             variance = within_cell(all, ahead, line.bank.drift_walk(), polled);
         } else if let Some(edge) = stream.edge.line() {
             let time = middle as f64 * self.seconds_per_count;
-            let is_left = stream.edge.is_left();
-            self.corrected.0 += (stream.choice).judge(time, age, all, edge, is_left, width);
+            self.corrected.0 += stream.choice.judge(time, age, all, edge, width);
             if stream.choice.is_edge() {
                 variance = edge.estimate.offset_variance;
             }

@@ -216,15 +216,13 @@ impl Choice {
     }
 
     /// Looks at both lines as they are at `time`, `age` seconds after the start. Returns the jump of the line that is
-    /// followed, s: where the other one is chosen early, or is off by more than the `width` of the jitter. An edge that points have left is not followed: it
-    /// predicts itself best.
+    /// followed, s: where the other one is chosen early, or is off by more than the `width` of the jitter.
     pub(in crate::observer) fn judge(
         &mut self,
         time: f64,
         age: f64,
         all: &Estimate,
         edge: &edge::Line,
-        is_left: bool,
         width: f64,
     ) -> f64 {
         let edge_offset = edge.offset_at(time);
@@ -237,7 +235,7 @@ impl Choice {
                 TUNING.early_jump_kept
             };
         }
-        let by_edge = !is_left && self.wants_edge(all, edge, width);
+        let by_edge = self.wants_edge(all, edge, width);
         if by_edge == self.by_edge {
             self.contrary = 0;
             return 0.0;
@@ -245,8 +243,7 @@ impl Choice {
         // Only at looks: blocks come a hundred times a second, and judge one and the same state of the lines.
         self.contrary += u8::from(looked);
         // Without correlation the line of all messages is at the bound, and waiting gains nothing.
-        let hesitates =
-            !is_left && self.correlation.is_correlated() && self.edge.usual_miss().is_some();
+        let hesitates = self.correlation.is_correlated() && self.edge.usual_miss().is_some();
         let looks = if self.by_edge {
             TUNING.looks_from_edge
         } else {

@@ -67,7 +67,7 @@ impl Looks {
             estimate: Self::estimate(-self.below, self.edge_variance),
         };
         self.choice
-            .judge(time, time, &all, &edge, false, self.largest_carry)
+            .judge(time, time, &all, &edge, self.largest_carry)
     }
 
     /// Offset of the line that is followed.

@@ -1,7 +1,5 @@
 //! The line that most points support, with the fewest below it.
 
-use core::ops::Range;
-
 use super::noise::Noise;
 use super::windows::{KEPT, Windows};
 use super::{Line, TUNING as EDGE};
@@ -92,30 +90,14 @@ impl Seen {
     }
 
     /// Number of points that are on a line.
-    fn support(&self, range: Range<usize>, offset: f64, drift: f64) -> usize {
+    fn support(&self, range: core::ops::Range<usize>, offset: f64, drift: f64) -> usize {
         range
             .filter(|n| libm::fabs(self.distance(*n, offset, drift)) < TUNING.on)
             .count()
     }
 
-    /// Lines, as offset and drift, each through one of the lowest points of either range.
-    fn through(
-        &self,
-        earlier: Range<usize>,
-        later: Range<usize>,
-    ) -> impl Iterator<Item = (f64, f64)> {
-        let late = self.lowest(later);
-        let pairs = self.lowest(earlier).into_iter();
-        let pairs = pairs.flat_map(move |early| late.map(|late| (early, late)));
-        pairs.filter_map(|(early, late)| {
-            let passed = self.times[late] - self.times[early];
-            let drift = (self.above[late] - self.above[early]) / passed;
-            (passed > 0.0).then(|| (self.above[early] - drift * self.times[early], drift))
-        })
-    }
-
     /// The lowest points among some.
-    fn lowest(&self, range: Range<usize>) -> [usize; TRIED] {
+    fn lowest(&self, range: core::ops::Range<usize>) -> [usize; TRIED] {
         let mut lowest = [range.start; TRIED];
         let mut heights = [f64::INFINITY; TRIED];
         for n in range {
@@ -165,27 +147,23 @@ pub(super) fn better(windows: &Windows, line: &Line, noise: &Noise) -> Option<Ca
     let known = TUNING.drift_doubt * TUNING.drift_doubt * line.estimate.drift_variance;
     let certainty = 1.0 / (known + TUNING.drift_tolerance * TUNING.drift_tolerance);
     let half = seen.len / 2;
-    let newest = seen.len - EDGE.enough;
     // Then lines through two low points, nine of them: the drift itself may be wrong from the start.
-    let of_all = seen.through(0..half, half..seen.len);
-    // And through the newest points, where they left the present line and are all on that one: as long as there are points of before the drift changed,
-    // those are the lowest.
-    let middle = newest + EDGE.enough / 2;
-    let have_left = (newest..seen.len).all(|n| seen.distance(n, 0.0, 0.0) > TUNING.on);
-    let of_newest = (seen.through(newest..middle, middle..seen.len)).filter(|(offset, drift)| {
-        have_left && seen.support(newest..seen.len, *offset, *drift) == EDGE.enough
-    });
-    for (offset, drift) in of_all.chain(of_newest) {
-        if libm::fabs(line.estimate.drift + drift) > LARGEST_DRIFT {
-            continue;
+    for early in seen.lowest(0..half) {
+        for late in seen.lowest(half..seen.len) {
+            let passed = seen.times[late] - seen.times[early];
+            let drift = (seen.above[late] - seen.above[early]) / passed;
+            if passed <= 0.0 || libm::fabs(line.estimate.drift + drift) > LARGEST_DRIFT {
+                continue;
+            }
+            let offset = seen.above[early] - drift * seen.times[early];
+            // Bounded, or a drift that was known wrongly could never be given up.
+            let unlikely = (drift * drift * certainty).min(TUNING.drift_cost);
+            let candidate = Candidate {
+                offset,
+                drift: Some(drift),
+            };
+            consider(seen.cost(offset, drift) + unlikely, candidate);
         }
-        // Bounded, or a drift that was known wrongly could never be given up.
-        let unlikely = (drift * drift * certainty).min(TUNING.drift_cost);
-        let candidate = Candidate {
-            offset,
-            drift: Some(drift),
-        };
-        consider(seen.cost(offset, drift) + unlikely, candidate);
     }
     best
 }

@@ -47,13 +47,11 @@ tuning! {
         far_for: f64 = 0.9,
         /// Height above the edge that correlated delays seldom have, s.
         far: f64 = 1e-4,
-        /// Factor by which the newest of these points is above the second one where they rise, as beside a line with a wrong drift: there each is
-        /// above the line by as much more as time has passed.
-        // From the second to the third it is 1.5; a delay that grew is level, and its points scatter by less than a fourth of it.
-        risen: f64 = 1.25,
-        /// Factor by which the last of the `late_points` is above the least of them, likewise.
-        // From the second to the sixteenth it is 8; with jitter of half a step it is 3.
-        risen_long: f64 = 4.0,
+        /// Steps in a row that may be a path which grows longer and longer, …
+        // Of faults/terms, a ramp of 650 µs within 11 s is five of them.
+        stairs: u8 = 6,
+        /// … each at most this number of points after the one before.
+        stair: u8 = 8,
         /// Points that make a line.
         enough: usize = 8,
         /// Points on the edge whose mean shows the latest bias of the line.
@@ -73,14 +71,15 @@ pub(in crate::observer) struct Edge {
     line: Option<Line>,
     /// Jump from which it may be a sender that stood still, and is not followed here, s.
     skip: f64,
-    /// Points in a row above the edge, with the height of the first, the second, the newest, and the lowest of all but the first, s. The
+    /// Points in a row above the edge, with the height of the first and that of the lowest of the others, s. The
     /// first may be late by chance, or of a window in which the delay grew.
     late: u8,
     late_since: f64,
     first_late: f64,
-    second_late: f64,
-    newest_late: f64,
     least_late: f64,
+    /// Steps of the delay in a row, and points since the last one.
+    stairs: u8,
+    since_step: u8,
     /// Opening time of the first of their windows, and of the open one.
     late_from: f64,
     opened: f64,
@@ -118,9 +117,9 @@ impl Edge {
             late: 0,
             late_since: 0.0,
             first_late: 0.0,
-            second_late: 0.0,
-            newest_late: 0.0,
             least_late: f64::INFINITY,
+            stairs: 0,
+            since_step: 0,
             late_from: 0.0,
             opened: f64::NEG_INFINITY,
             shifted: None,
@@ -134,12 +133,6 @@ impl Edge {
         self.line
             .as_ref()
             .filter(|_| self.windows.len() >= TUNING.enough)
-    }
-
-    /// True if enough points in a row lie above the line, the newer the higher: a line with a wrong drift, until a better one is found.
-    pub(in crate::observer) fn is_left(&self) -> bool {
-        usize::from(self.late) >= TUNING.enough
-            && self.newest_late > TUNING.risen_long * self.second_late
     }
 
     /// Scatter of a point, s.
@@ -205,6 +198,19 @@ impl Edge {
         self.follow(&mut line, point);
         self.line = Some(line);
         self.opened = time;
+        if self.stairs > TUNING.stairs {
+            self.begin_again();
+        }
+    }
+
+    /// Finds the line again. Moved up with each few points one with a wrong drift keeps it for ever: in swarm schedule 50718, 150 ppm for 90 s.
+    fn begin_again(&mut self) {
+        self.windows.begin_again();
+        self.noise = Noise::new();
+        self.line = None;
+        self.bias.forget();
+        (self.late, self.stairs) = (0, 0);
+        self.least_late = f64::INFINITY;
     }
 
     fn follow(&mut self, line: &mut Line, point: Point) {
@@ -214,6 +220,7 @@ impl Edge {
             line.estimate.predict(dt, Self::drift_walk());
             line.at = point.time;
         }
+        self.since_step = self.since_step.saturating_add(1);
         self.noise.measure(&self.windows, Self::drift_walk());
         let innovation = point.phase - line.offset_at(point.time);
         let variance = self.noise.variance();
@@ -255,10 +262,6 @@ impl Edge {
             // The least of them, as the delay grew by no more than the earliest message shows.
             self.least_late = self.least_late.min(innovation);
         }
-        if self.late == 1 {
-            self.second_late = innovation;
-        }
-        self.newest_late = innovation;
         self.late = self.late.saturating_add(1);
         let so_long = time - self.late_since;
         let for_good = self.late >= TUNING.late_points && so_long >= TUNING.late_for;
@@ -269,14 +272,18 @@ impl Edge {
         let far = far_points >= TUNING.far_points
             && so_long >= TUNING.far_for
             && far.contains(&self.least_late);
-        // Moved up with each few points, the line would keep its drift for ever (swarm schedule 50718: 150 ppm for 90 s).
-        let rises = |factor: f64, from: f64| innovation > factor * from;
-        (for_good && !rises(TUNING.risen_long, self.least_late))
-            || (far && !rises(TUNING.risen, self.second_late))
+        for_good || far
     }
 
     /// Follows a jump of the delay: the line and what came before move with it.
     fn follow_shift(&mut self, line: &mut Line) {
+        let goes_on = self.since_step <= TUNING.stair;
+        self.stairs = if goes_on {
+            self.stairs.saturating_add(1)
+        } else {
+            1
+        };
+        self.since_step = 0;
         let by = self.least_late;
         line.estimate.offset += by;
         self.windows.shift_until(self.late_from, by, line);

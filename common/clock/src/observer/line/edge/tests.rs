@@ -181,14 +181,14 @@ fn a_lasting_step_of_the_delay_is_followed() {
 /// The first windows are short, so that many points say little of a level that lasts.
 /// In swarm schedule 50718 the line was moved up every two seconds, and kept a drift that was wrong by 150 ppm.
 #[test]
-fn a_drift_that_grew_is_no_staircase_of_steps() {
+fn a_drift_that_grew_is_no_endless_staircase() {
     for seed in 0..5 {
         for grown in [20e-6, 50e-6, 150e-6, 435e-6] {
             for before in [1.0, 5.0, 20.0] {
                 let mut link = Link::of_seed(seed);
                 link.run(before, |_| 0.0);
-                link.run(20.0, |t| grown * t);
-                let off = link.error() - 20.0 * grown;
+                link.run(60.0, |t| grown * t);
+                let off = link.error() - 60.0 * grown;
                 assert!(
                     off.abs() < 5.0 * TOLERANCE,
                     "{seed}, {grown}, {before}: {off}"
@@ -197,22 +197,6 @@ fn a_drift_that_grew_is_no_staircase_of_steps() {
                 assert!(drift.abs() < DRIFT_TOLERANCE, "{seed}, {grown}: {drift}");
             }
         }
-    }
-}
-
-#[test]
-fn a_line_that_points_rise_from_is_left_until_a_better_one_is_found() {
-    for seed in 0..5 {
-        let mut link = Link::settled(seed);
-        assert!(!link.edge.is_left());
-        link.run(6.0, |t| 150e-6 * t);
-        assert!(link.edge.is_left(), "{seed}");
-        link.run(14.0, |t| 150e-6 * (t + 6.0));
-        assert!(!link.edge.is_left(), "{seed}");
-        // A path that is longer for some seconds is another matter.
-        let mut link = Link::settled(seed);
-        link.run(6.0, |_| UPPER);
-        assert!(!link.edge.is_left(), "{seed}");
     }
 }
 
