@@ -190,7 +190,7 @@ impl Continuity {
         let moved_on = cycle.moved_on();
         let reach = &reach.or_own(way.own_velocity());
         let beat = way.beat(moved_on.as_ref(), passed).abs();
-        // What a beat moves the axis by is no step, as long as its velocity is told to be its own. In swarm schedule 50274 a master 1000 u ahead
+        // What a beat moves the axis by is no step, as long as its stated velocity counts. In swarm schedule 50274 a master 1000 u ahead
         // came in beats, each of which began the way back from its start.
         let is_usual = beat <= CONTRADICTION * TRACKING * reach.velocity;
         let tracked = if is_usual { tracked(beat, passed) } else { 0.0 };

@@ -1,9 +1,9 @@
 //! A first-order low pass on position and velocity.
 
-/// Rest of a step, as a part of the greatest input so far, that is none any more.
-// Far below the rounding of any position but those about 0, where the rest would go on to the smallest number and stay there: in swarm
-// schedule 50771 an axis at −1e−139 u was brought back to one at 0 for the rest of the run.
-const NOTHING: f64 = 1e-18;
+/// Rest of a step that is none any more, in any unit: a proton is 1e-12 mm wide.
+// About 0 it would go on to the smallest number and stay there: in swarm schedule 50771 an axis at −1e−139 u was brought back to one at 0 for the
+// rest of the run.
+const NOTHING: f64 = 1e-30;
 
 /// The PT1 filter of the set values; exact for inputs that are constant over a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -13,8 +13,6 @@ pub(super) struct Pt1 {
     /// Shares of a step in one cycle, the most frequent `elapsed`.
     shares: (f64, f64),
     value: Option<(f64, f64)>,
-    /// Greatest inputs since the first.
-    greatest: (f64, f64),
     /// Seconds of a cycle, if its first input is taken for one of many with equal velocity.
     settled: Option<f64>,
 }
@@ -27,7 +25,6 @@ impl Pt1 {
             factor_velocity,
             shares: (share(factor_position, 1), share(factor_velocity, 1)),
             value: None,
-            greatest: (0.0, 0.0),
             settled: None,
         }
     }
@@ -36,7 +33,6 @@ impl Pt1 {
     pub(super) fn set(&mut self, factor_position: f64, factor_velocity: f64) {
         *self = Self {
             value: self.value,
-            greatest: self.greatest,
             settled: self.settled,
             ..Self::new(factor_position, factor_velocity)
         };
@@ -68,14 +64,9 @@ impl Pt1 {
                 share(self.factor_velocity, elapsed),
             ),
         };
-        if self.value.is_none() {
-            self.greatest = (0.0, 0.0);
-        }
-        self.greatest.0 = self.greatest.0.max(position.abs());
-        self.greatest.1 = self.greatest.1.max(velocity.abs());
         let value = (
-            towards(old_position, position, of_position, self.greatest.0),
-            towards(old_velocity, velocity, of_velocity, self.greatest.1),
+            towards(old_position, position, of_position),
+            towards(old_velocity, velocity, of_velocity),
         );
         self.value = Some(value);
         value
@@ -94,9 +85,9 @@ impl Pt1 {
 }
 
 /// `old`, moved on by a share of the way to an input.
-fn towards(old: f64, input: f64, share: f64, greatest: f64) -> f64 {
+fn towards(old: f64, input: f64, share: f64) -> f64 {
     let value = old + share * (input - old);
-    if (value - input).abs() <= NOTHING * greatest {
+    if (value - input).abs() <= NOTHING {
         input
     } else {
         value
@@ -123,7 +114,7 @@ mod tests {
         let mut filter = Pt1::new(4.0, 6.0);
         let _ = filter.update(-207.9, 367.0, 1);
         let mut value = (0.0, 0.0);
-        for cycle in 1..400 {
+        for cycle in 1..600 {
             value = filter.update(0.0, 0.0, 1);
             let exact = -207.9 * libm::exp(-f64::from(cycle) / 4.0);
             assert!((value.0 - exact).abs() < 1e-12, "{cycle}");

@@ -268,7 +268,7 @@ impl Candidate {
         self.inbox.fresh_axes().unwrap_or_default()
     }
 
-    /// All frames that the newest cycle took in, in any order.
+    /// Frames that the newest cycle took in, in any order.
     pub(super) fn frames(&self) -> impl Iterator<Item = TakenFrame<'_>> {
         self.inbox.taken_in()
     }

@@ -180,7 +180,7 @@ impl Inbox {
         self.frames.find(self.image.as_ref()?)
     }
 
-    /// All frames of the image's run that this cycle has taken in, in any order.
+    /// Frames of the image's run that this cycle has taken in, in any order.
     pub(super) fn taken_in(&self) -> impl Iterator<Item = TakenFrame<'_>> {
         let image = self.image.as_ref();
         image

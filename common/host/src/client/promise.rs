@@ -151,7 +151,7 @@ pub enum PromisedArrival {
     Comes {
         /// Time from the newest frame to the arrival.
         after: Span,
-        /// Its velocity then, u/s.
+        /// Velocity then, u/s.
         velocity: f64,
     },
 }

@@ -10,7 +10,7 @@ use crate::row::Row;
 /// between: that much at a change in the middle (`coaxle_remote`'s `FrameHistory` has a test of it). Several changes add
 /// up, by Peano's kernel.
 const SHARE: f64 = 1.0 / 768.0;
-/// All changes of the jerk in a ramp, in jerks: from 0 up, back, to the other end, and back.
+/// Changes of the jerk in a ramp, in jerks: from 0 up, back, to the other end, and back.
 const WHOLE_RAMP: f64 = 4.0;
 /// Cycles of a sender that a receiver keeps the frames of one by one; of longer delays it leaves out some.
 const KEPT: f64 = 60.0;

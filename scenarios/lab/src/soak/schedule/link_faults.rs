@@ -5,7 +5,7 @@ use coaxle_node::faults::Random;
 use super::{Draw as _, QUIET_FROM, SoakSchedule};
 
 impl SoakSchedule {
-    /// All faults of a link.
+    /// Faults of a link.
     pub(super) fn faults(&mut self) -> String {
         let mut faults = self.delays_and_losses();
         if !self.random.chance(0.6) {

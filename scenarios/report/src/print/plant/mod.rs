@@ -1,4 +1,4 @@
-//! All nodes of a plant on paper: who follows whom, with the delays, and whether each is interpolated.
+//! Nodes of a plant on paper: who follows whom, with the delays, and whether each is interpolated.
 
 mod layout;
 
