@@ -188,7 +188,7 @@ impl Continuity {
             return false;
         };
         let moved_on = cycle.moved_on();
-        let reach = &reach.or_own(way.own_velocity());
+        let reach = self.reach(reach);
         let beat = way.beat(moved_on.as_ref(), passed).abs();
         // What a beat moves the axis by is no step, as long as its stated velocity counts. In swarm schedule 50274 a master 1000 u ahead
         // came in beats, each of which began the way back from its start.
@@ -225,19 +225,19 @@ impl Continuity {
         self.last = Some((set, beside));
     }
 
-    /// Greatest velocity of the curve that the axis is on, if it is on one, u/s.
-    fn own_velocity(&self) -> f64 {
-        match &self.motion {
+    /// Reach of the axis: that of its master or, if that has never moved, of the curve that the axis is on.
+    fn reach(&self, master: &Reach) -> Reach {
+        master.or_own(match &self.motion {
             Motion::Following | Motion::Returning(None) => 0.0,
             Motion::Braking { braking, .. } => braking.own_velocity(),
             Motion::Returning(Some(way)) | Motion::Rejoining(way) => way.own_velocity(),
-        }
+        })
     }
 
     /// The motion of the axis by its positions, within its limits.
     fn moving(&self, reach: &Reach) -> Option<Kinematics> {
         let (last, beside) = self.last?;
-        let reach = reach.or_own(self.own_velocity());
+        let reach = self.reach(reach);
         // Positions win over the reported velocity: a drive follows positions.
         let is_true = beside.abs() <= CONTRADICTION * reach.velocity;
         let (velocity, acceleration) = match is_true {

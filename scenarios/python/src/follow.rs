@@ -64,7 +64,7 @@ struct Followed {
 /// The newest frame of the run that is followed.
 struct Newest {
     at: Instant<Machine>,
-    /// Its generation: its count times the nominal cycle, by which the clock counts.
+    /// Generation: count times the nominal cycle, by which the clock counts.
     sent: Span,
     epoch: u64,
     count: u64,

@@ -43,7 +43,7 @@ impl MotionPlan {
     /// if the plan begins after that instant.
     ///
     /// An axis that is there at that instant has arrived if it moves on in the direction of the target, or if that is any.
-    /// One that halts or turns there has arrived, and does not arrive again as it leaves.
+    /// An axis that halts or turns there has arrived, and does not arrive again as it leaves.
     #[doc(alias = "SMC_GetTravelTime")]
     #[must_use]
     pub fn passage(&self, from: Span, target: &AwaitedPosition) -> Option<PlannedPassage> {

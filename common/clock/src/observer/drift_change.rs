@@ -2,7 +2,7 @@
 
 use super::events::{Attributed, DriftStep};
 use super::far_line::FarLine;
-use super::line::{Edge, Estimate};
+use super::line::Estimate;
 use super::stream::Line;
 use super::{LARGEST_DRIFT, PhaseObserver};
 use crate::instant::{Instant, Local, Seconds, Span};
@@ -229,8 +229,34 @@ impl PhaseObserver {
     fn follow_drift_step(&mut self, step: &DriftStep) {
         let at = rounded(step.at / self.seconds_per_count);
         self.begin_line_anew(at, &step.estimate, step.change);
+        self.take_back_since(step.since);
+    }
+
+    /// Leaves an edge that goes up again and again: the drift is another one, and was not noticed. Where that edge is followed, both lines
+    /// restart from that of all messages.
+    pub(super) fn leave_staircase(&mut self) {
+        let found_again = self.new_edge();
+        let Some(stream) = &mut self.stream else {
+            return;
+        };
+        let Some(since) = stream.edge.staircase_from() else {
+            return;
+        };
+        let edge = stream.edge.line().filter(|_| stream.choice.is_edge());
+        if let (Some(edge), Some(line)) = (edge, &stream.line) {
+            let (at, estimate) = (line.at, *line.bank.combined());
+            let change = estimate.drift - edge.estimate.drift;
+            self.begin_line_anew(at, &estimate, change);
+            self.take_back_since(since);
+        } else {
+            stream.edge = found_again;
+        }
+    }
+
+    /// Takes back the jumps since a time, s, that were taken for the path's.
+    fn take_back_since(&mut self, time: f64) {
         let change = &mut self.drift_change;
-        change.taken_back.0 += change.attributed.since(step.since);
+        change.taken_back.0 += change.attributed.since(time);
         change.attributed.forget();
     }
 
@@ -264,6 +290,7 @@ impl PhaseObserver {
 
     /// Restarts both lines from `estimate`, which is of the count `at`; the drift is another one by `change`.
     pub(super) fn begin_line_anew(&mut self, at: i64, estimate: &Estimate, change: f64) {
+        let edge = self.new_edge();
         let Some(stream) = &mut self.stream else {
             return;
         };
@@ -274,8 +301,7 @@ impl PhaseObserver {
         line.bank.begin_anew(estimate);
         line.bounds = Line::bounds(&line.bank, &self.jitter);
         stream.filled = 0;
-        let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
-        stream.edge = Edge::new(self.seconds_per_count, smallest_skip);
+        stream.edge = edge;
         stream.choice.begin_anew();
         stream.calibration.begin_again();
         stream.drift_steps.forget_points();

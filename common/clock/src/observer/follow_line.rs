@@ -98,6 +98,9 @@ impl PhaseObserver {
                 self.events.shift(arrived);
             }
         }
+        if shift.is_some() {
+            self.leave_staircase();
+        }
     }
 
     /// Takes the residual of a message into the line of all messages; it came `gap` after the one before.

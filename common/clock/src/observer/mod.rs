@@ -188,13 +188,7 @@ impl PhaseObserver {
         }
         match stream.backlog.take(arrival, together, self.data_cycle_time) {
             Pace::Usual => self.take_arrival(arrival, together),
-            Pace::Backlog => {
-                // The first line was found by some of it, and the jitter with the line.
-                if stream.line.is_some() {
-                    self.jitter = Jitter::new();
-                }
-                self.forget_messages(arrived);
-            }
+            Pace::Backlog => self.begin_again(arrived),
             Pace::More => {}
             Pace::After(last) => {
                 self.begin_at(&last);
@@ -230,32 +224,36 @@ impl PhaseObserver {
         match stream.batches.take(arrival, together) {
             Picked::Nothing => {}
             Picked::Message(arrival) => self.take_phase(&arrival),
-            Picked::Changed => {
-                self.jitter = Jitter::new();
-                self.forget_messages(arrival.at);
-                self.events.relock(arrival.at);
-            }
+            Picked::Changed => self.begin_again(arrival.at),
         }
     }
 
     /// Forgets what was learnt of the messages of this run: the lines are found again.
-    fn forget_messages(&mut self, now: Instant<Local>) {
+    fn begin_again(&mut self, now: Instant<Local>) {
+        let edge = self.new_edge();
         let Some(stream) = &mut self.stream else {
             return;
         };
-        let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
         stream.filled = 0;
         stream.held_up = 0;
         stream.line = None;
-        stream.edge = Edge::new(self.seconds_per_count, smallest_skip);
+        stream.edge = edge;
         stream.choice = Choice::new();
         stream.calibration = Calibration::new();
         stream.drift_steps = DriftSteps::new(self.seconds_per_count);
         stream.echo = Echo::default();
         stream.waits = Waits::new();
+        self.jitter = Jitter::new();
         self.detector.clear();
         self.drift_change.forget_suspicion();
         self.progress = Progress::starting_at(now);
+        self.events.relock(now);
+    }
+
+    /// Makes the edge of a run.
+    fn new_edge(&self) -> Edge {
+        let smallest_skip = self.parameters.smallest_skip_ms * 1e-3;
+        Edge::new(self.seconds_per_count, smallest_skip)
     }
 
     /// Returns the far time at which message number `count` of the present run was due to be sent. It is `count·T`
@@ -319,10 +317,7 @@ impl PhaseObserver {
             resolution: Resolution::new(self.data_cycle_time),
             echo: Echo::default(),
             teeth: Teeth::default(),
-            edge: Edge::new(
-                self.seconds_per_count,
-                self.parameters.smallest_skip_ms * 1e-3,
-            ),
+            edge: self.new_edge(),
             choice: Choice::new(),
             calibration: Calibration::new(),
             drift_steps: DriftSteps::new(self.seconds_per_count),

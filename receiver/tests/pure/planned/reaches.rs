@@ -79,6 +79,24 @@ fn it_is_taken_the_time_ahead_of_the_arrival_and_a_cycle_later_at_most() {
     }
 }
 
+/// Time of the middle of [`OUTAGE`], ms.
+const MIDDLE_OF_OUTAGE: i64 = 5_170;
+
+#[test]
+fn an_arrival_in_an_outage_within_the_promise_is_not_missed() {
+    for (delay, lead) in [(60, 400), (0, 500)] {
+        let in_the_middle = program(Span::ZERO).sample(Span::from_millis(MIDDLE_OF_OUTAGE));
+        let position = in_the_middle.motion.position;
+        let condition = format!("master-reaches = {{ position = {position}, within-ms = 20 }}");
+        let mut bench = Bench::new(&slave(&[&condition, "time-s = 1000"]), delay, lead);
+        bench.is_lost = OUTAGE;
+        let taken = taken(&mut bench, 8.0);
+        assert_eq!(taken.len(), 1, "{delay}: {taken:?}");
+        let ahead = (arrival(position) - taken[0]) * 1e3;
+        assert!(ahead > 18.998 && ahead <= 20.002, "{delay}: {ahead}");
+    }
+}
+
 #[test]
 fn a_modulo_master_comes_to_a_position_in_each_turn() {
     let turn =

@@ -79,7 +79,7 @@ mod tests {
     use coaxle_curve::profile::Kinematics;
     use coaxle_sim::{Oracle, True, TruthSample};
 
-    /// The truth of each of so many cycles of a millisecond by a receiver's own time. Those behind `change` are longer by 8 ppm, by true time.
+    /// The truth in each of the first cycles of a millisecond by a receiver's own time. Those behind `change` are longer by 8 ppm, by true time.
     fn truths(cycles: u32, change: u32) -> impl Iterator<Item = (u32, Truth)> {
         let mut oracle = Oracle::<True>::new(
             CycleTime::new(Span::from_millis(1)).unwrap(),

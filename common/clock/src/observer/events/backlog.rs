@@ -28,20 +28,20 @@ pub(in crate::observer) enum Backlog {
     None(Arrival),
     /// All messages since then came together. The last of them waits for the first that does not.
     Lasts(Arrival),
-    /// It is over. A path on which that comes again and again is another matter.
+    /// No more of it: a path on which that comes again and again is another matter.
     Over,
 }
 
 /// The use of a message.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::observer) enum Pace {
-    /// It is used.
+    /// Use: it came at its time.
     Usual,
-    /// It is kept back, and those before were of no use.
+    /// Begin of a backlog: kept back, and those before were of no use.
     Backlog,
-    /// It is kept back, too.
+    /// More of the backlog: kept back, too.
     More,
-    /// The last one of the backlog is used, and then this one.
+    /// Use of the last one of the backlog, and then of this one.
     After(Arrival),
 }
 

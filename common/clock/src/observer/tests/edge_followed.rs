@@ -292,3 +292,30 @@ fn a_sharp_telegraph_is_noticed_by_its_many_small_shifts() {
     }
     assert!(outside < 600, "{outside} of 60 000");
 }
+
+/// Steps in a row that are too slow for a change of the drift at once.
+#[test]
+fn an_edge_that_goes_up_again_and_again_is_left_as_after_a_change_of_the_drift() {
+    const HEIGHT: f64 = 200e-6;
+    let mut world = following_the_edge();
+    let steps = |world: &World| world.observer.line().unwrap().drift_steps;
+    let mut raised = 0;
+    while steps(&world) == 0 {
+        assert!(raised < 9, "the staircase is not left");
+        world.delay += HEIGHT * 1e9;
+        raised += 1;
+        let _ = world.run(3.5);
+    }
+    // What had been taken for the path's is taken back, and exchanges begin again with another line.
+    let line = world.observer.line().unwrap();
+    let taken_back = line.taken_back.0 / HEIGHT;
+    assert!(
+        (taken_back - f64::from(raised)).abs() < 0.2,
+        "{taken_back} of {raised}"
+    );
+    let _ = world.run(30.0);
+    assert!(world.follows_edge() && steps(&world) == 1);
+    let drift = world.worst_drift(world.outputs.len() - 1);
+    assert!(drift < 1.0, "{drift}");
+    assert!(world.is_monotone());
+}

@@ -77,8 +77,9 @@ pub(in crate::observer) struct Edge {
     late_since: f64,
     first_late: f64,
     least_late: f64,
-    /// Steps of the delay in a row, and points since the last one.
+    /// Steps of the delay in a row, the time from which they came, s, and points since the last one.
     stairs: u8,
+    stairs_from: f64,
     since_step: u8,
     /// Opening time of the first of their windows, and of the open one.
     late_from: f64,
@@ -119,6 +120,7 @@ impl Edge {
             first_late: 0.0,
             least_late: f64::INFINITY,
             stairs: 0,
+            stairs_from: 0.0,
             since_step: 0,
             late_from: 0.0,
             opened: f64::NEG_INFINITY,
@@ -133,6 +135,12 @@ impl Edge {
         self.line
             .as_ref()
             .filter(|_| self.windows.len() >= TUNING.enough)
+    }
+
+    /// Time from which the line was moved up again and again, as beside one with another drift, s; none if it was not. Moved up with each few
+    /// points the line keeps a wrong drift for ever: in swarm schedule 50718, 150 ppm for 90 s.
+    pub(in crate::observer) fn staircase_from(&self) -> Option<f64> {
+        (self.stairs > TUNING.stairs).then_some(self.stairs_from)
     }
 
     /// Scatter of a point, s.
@@ -198,19 +206,6 @@ impl Edge {
         self.follow(&mut line, point);
         self.line = Some(line);
         self.opened = time;
-        if self.stairs > TUNING.stairs {
-            self.begin_again();
-        }
-    }
-
-    /// Finds the line again. Moved up with each few points one with a wrong drift keeps it for ever: in swarm schedule 50718, 150 ppm for 90 s.
-    fn begin_again(&mut self) {
-        self.windows.begin_again();
-        self.noise = Noise::new();
-        self.line = None;
-        self.bias.forget();
-        (self.late, self.stairs) = (0, 0);
-        self.least_late = f64::INFINITY;
     }
 
     fn follow(&mut self, line: &mut Line, point: Point) {
@@ -277,12 +272,13 @@ impl Edge {
 
     /// Follows a jump of the delay: the line and what came before move with it.
     fn follow_shift(&mut self, line: &mut Line) {
-        let goes_on = self.since_step <= TUNING.stair;
-        self.stairs = if goes_on {
-            self.stairs.saturating_add(1)
-        } else {
-            1
-        };
+        if self.since_step > TUNING.stair {
+            self.stairs = 0;
+        }
+        if self.stairs == 0 {
+            self.stairs_from = self.late_from;
+        }
+        self.stairs = self.stairs.saturating_add(1);
         self.since_step = 0;
         let by = self.least_late;
         line.estimate.offset += by;

@@ -5,6 +5,8 @@ use std::vec::Vec;
 
 /// s
 const CYCLE: f64 = 1e-3;
+/// s
+const SKIP: f64 = 5e-3;
 const DRIFT: f64 = 1e-5;
 /// Excess of the least delay of 512 messages over the least of all, and its scatter, s.
 const TOLERANCE: f64 = 0.5e-6;
@@ -28,7 +30,7 @@ struct Link {
 impl Link {
     fn of_seed(seed: u64) -> Self {
         Self {
-            edge: Edge::new(CYCLE, 5e-3),
+            edge: Edge::new(CYCLE, SKIP),
             random: Random::of_seed(seed),
             count: 0,
             loss: 0.0,
@@ -62,6 +64,9 @@ impl Link {
                 let time = self.time();
                 self.edge.observe(time, DRIFT * time + late);
                 self.shifts.extend(self.edge.take_shift());
+                if self.edge.staircase_from().is_some() {
+                    self.edge = Edge::new(CYCLE, SKIP);
+                }
             }
             self.count += 1;
             if let Some(line) = self.edge.line() {

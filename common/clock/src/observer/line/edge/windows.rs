@@ -98,21 +98,12 @@ impl Windows {
         Self {
             kept: [Window::EMPTY; KEPT],
             len: 0,
-            length: shortest(full),
+            length: (full / TUNING.shorter).max(TUNING.fewest),
             full,
             open: Window::EMPTY,
             residuals: [f64::INFINITY; LOWEST],
             messages: 0,
         }
-    }
-
-    /// Forgets all points: the first windows are short again.
-    pub(super) fn begin_again(&mut self) {
-        self.len = 0;
-        self.length = shortest(self.full);
-        self.open = Window::EMPTY;
-        self.residuals = [f64::INFINITY; LOWEST];
-        self.messages = 0;
     }
 
     pub(super) const fn len(&self) -> usize {
@@ -234,11 +225,6 @@ impl Windows {
         }
         self.len = KEPT / 2;
     }
-}
-
-/// Messages of the first windows.
-fn shortest(full: u32) -> u32 {
-    (full / TUNING.shorter).max(TUNING.fewest)
 }
 
 /// Variance of the point that divides a time like this beside the line through its ends, s³, where the drift is a random walk of 1 s²/s³.

@@ -49,7 +49,7 @@ struct FrameClock {
 }
 
 impl FrameClock {
-    /// Its time at an instant.
+    /// Time of the sender at an instant.
     fn time(&self, at: Instant<Machine>) -> Span {
         self.left + (at - self.at)
     }
