@@ -19,6 +19,7 @@
 mod doubt;
 pub(crate) mod line;
 mod noise;
+mod own_rate;
 use crate::tuning::tuning;
 
 tuning! {
@@ -40,6 +41,7 @@ use crate::delay::{DelayOutput, DelayState, TimeResponse};
 use crate::instant::{Instant, Local, Seconds, Span};
 use crate::observer::FarLine;
 use line::TimingLine;
+use own_rate::OwnRate;
 
 /// Exchanges after which a change of a clock's rate has shown: a measurement is made of a group of them, and the change begins
 /// within a group, so that only the next one is wholly of the time after it.
@@ -150,6 +152,8 @@ pub(crate) struct TimingChannel {
     waiting: [Option<(Instant<Local>, TimeResponse)>; WAITING],
     is_heard: bool,
     line: Option<TimingLine>,
+    /// The rate to begin the next line with, as long as there is none.
+    own_rate: OwnRate,
     newest: Option<Instant<Local>>,
     state: TimingState,
     /// Difference between what the channel showed last and the exchanges, s.
@@ -179,6 +183,7 @@ impl TimingChannel {
     /// Forgets the line and its state.
     pub(crate) fn forget(&mut self) {
         self.line = None;
+        self.own_rate = OwnRate::default();
         self.newest = None;
         self.beside = 0.0;
         self.state = TimingState::Waiting;
@@ -239,15 +244,20 @@ impl TimingChannel {
             }
             self.exchanges = self.exchanges.saturating_add(1);
             self.newest = Some(self.newest.map_or(arrived, |newest| newest.max(arrived)));
-            if self.line.is_none() && !far.synced {
+            let line = match &mut self.line {
+                Some(line) => line,
                 // The rate to begin beside is not known yet.
-                continue;
-            }
-            let line = self
-                .line
-                .get_or_insert_with(|| TimingLine::new(&exchange, far.rate, noise::KEPT));
+                None if !far.synced => continue,
+                none => {
+                    let Some(rate) = self.own_rate.take(arrived, &exchange, far.rate) else {
+                        continue;
+                    };
+                    none.insert(TimingLine::new(&exchange, rate, noise::KEPT))
+                }
+            };
             if line.take(arrived, &exchange) {
                 self.line = None;
+                self.own_rate = OwnRate::default();
                 self.restarts = self.restarts.saturating_add(1);
             }
         }
@@ -312,5 +322,10 @@ impl TimingChannel {
 }
 
 #[cfg(feature = "perturb")]
-pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] =
-    &[TUNED, doubt::TUNED, line::TUNED, noise::TUNED];
+pub(crate) const ALL_TUNED: &[crate::tuning::TunedBlock] = &[
+    TUNED,
+    doubt::TUNED,
+    line::TUNED,
+    noise::TUNED,
+    own_rate::TUNED,
+];
