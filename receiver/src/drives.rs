@@ -1,9 +1,13 @@
-//! Custom drives for a receiver's slaves, passed by the code that builds the receiver.
+//! Drives of a receiver's slaves: simulated ones, and those that the code that builds the receiver passes.
+
+mod late;
 
 use coaxle_axis::drive::{Drive, SimulatedDrive};
+use coaxle_clock::Span;
 use coaxle_node::config::Wrong;
 
 use crate::config::{DriveConfig, ReceiverConfig, SlaveConfig};
+use late::LateDrive;
 
 /// Drives for the slaves of a receiver, by name. A slave without one here has the drive of its config.
 ///
@@ -92,9 +96,17 @@ impl Drives {
                 let expected = format!("one that was given for {:?}", slave.name.as_str());
                 Err(Wrong::of("drive", received, expected))
             }
-            (None, _) => SimulatedDrive::new(slave.drive.simulated())
-                .map(|drive| Box::new(drive) as Box<dyn Drive>)
-                .map_err(|error| Wrong::with_reason("drive", error)),
+            (None, _) => simulated(slave),
         }
     }
+}
+
+/// Makes the simulated drive of a slave, or the one that stands for a drive in another process.
+fn simulated(slave: &SlaveConfig) -> Result<Box<dyn Drive>, Wrong> {
+    let drive = SimulatedDrive::new(slave.drive.simulated())
+        .map_err(|error| Wrong::with_reason("drive", error))?;
+    Ok(match slave.simulated_dead_time() {
+        Span::ZERO => Box::new(drive),
+        dead_time => Box::new(LateDrive::new(drive, dead_time)),
+    })
 }

@@ -2,86 +2,36 @@
 //!
 //! A node that follows an axis which is shown later may calculate its slaves earlier than they are shown, so that
 //! others can follow them in time. Each set value then waits for its instant: a drive shows at `t + hold-back` what was
-//! calculated at `t`. Between two set values lies the quintic through both.
-
-use alloc::boxed::Box;
-use alloc::vec;
+//! calculated at `t`.
 
 use coaxle_clock::Span;
-use coaxle_curve::between::{Ends, between};
 use coaxle_curve::profile::Kinematics;
+
+use crate::waiting::{SLEW, WaitingSets};
 
 /// Greatest number of cycles by which set values can be held back.
 // A second of cycles of a millisecond, beyond which no operator waits; 32 kB.
 pub const MOST_HELD_BACK: u32 = 1_000;
-/// Part of the time by which a hold-back may change in motion.
-// Twice what a node slews its own by.
-const SLEW: i64 = 500;
-
-/// Greatest share by which a motion is shown faster or slower meanwhile.
-const MOST_GAINED: f64 = 1.0 / SLEW as f64;
-
-/// A set value and the instant at which it is shown.
-#[derive(Clone, Copy, Debug)]
-struct WaitingSet {
-    at: Span,
-    /// Time in which it was calculated, since the one before.
-    passed: Span,
-    set: Kinematics,
-}
+/// Longest dead time of a drive.
+// A thousand of the shortest cycles. Fieldbus and drive take some milliseconds together.
+pub const LONGEST_DEAD_TIME: Span = Span::from_millis(100);
 
 /// Waiting set values of a drive, in the drive's own positions.
 #[derive(Debug)]
 pub(crate) struct HeldBack {
-    /// A ring in the order of their instants.
-    waiting: Box<[WaitingSet]>,
-    first: usize,
-    kept: usize,
-    /// Time of the newest cycle, since the start.
-    now: Span,
+    waiting: WaitingSets,
     /// Hold-back in force; zero where set values are shown at once.
     by: Span,
     shown: Kinematics,
 }
 
-impl WaitingSet {
-    /// Share by which the motion up to `next` is shown faster than it was calculated, while the hold-back is slewed.
-    ///
-    /// An axis behind a far one is calculated the faster the more the hold-back grows, and is shown at its own pace. One that
-    /// moves by itself is shown faster while the hold-back falls. Its own velocities at both ends, and another distance between them,
-    /// would be a motion with 5.8 · rate · velocity / cycle of acceleration: at 0.93 ‰ and 349 mm/s some 1900 mm/s² (a swarm schedule).
-    fn gained_until(&self, next: &Self) -> f64 {
-        let gap = (next.at - self.at).as_secs_f64();
-        let most = (next.passed.as_secs_f64() / gap - 1.0).clamp(-MOST_GAINED, MOST_GAINED);
-        let mean = 0.5 * (self.set.velocity + next.set.velocity)
-            + (self.set.acceleration - next.set.acceleration) * gap / 12.0;
-        // The last of a motion that fades can be too small for a product, 1e-321 · 5e-4: nothing is moved in that gap.
-        let way = mean * gap;
-        if most == 0.0 || way == 0.0 {
-            return 0.0;
-        }
-        let distance = next.set.position - self.set.position;
-        (distance / way - 1.0).clamp(most.min(0.0), most.max(0.0))
-    }
-}
-
 impl HeldBack {
     /// Creates the place of waiting set values, which are shown at once at first.
     pub(crate) fn new() -> Self {
-        let none = WaitingSet {
-            at: Span::ZERO,
-            passed: Span::ZERO,
-            set: Kinematics::at_rest(0.0),
-        };
-        // One before the instant shown, one of the present cycle, and one in reserve.
-        let places = MOST_HELD_BACK as usize + 3;
         Self {
-            waiting: vec![none; places].into(),
-            first: 0,
-            kept: 0,
-            now: Span::ZERO,
+            waiting: WaitingSets::new(MOST_HELD_BACK),
             by: Span::ZERO,
-            shown: none.set,
+            shown: Kinematics::at_rest(0.0),
         }
     }
 
@@ -97,23 +47,22 @@ impl HeldBack {
 
     /// True if what waits is what is shown, and stands.
     pub(crate) fn is_quiet(&self) -> bool {
-        let rest = Kinematics::at_rest(self.shown.position);
-        (0..self.kept).all(|n| self.at_place(n).set == rest)
+        self.waiting
+            .are_all(&Kinematics::at_rest(self.shown.position))
     }
 
     /// Shows set values at once from now on.
     pub(crate) const fn release(&mut self) {
         self.by = Span::ZERO;
-        self.kept = 0;
+        self.waiting.clear();
     }
 
     /// Begins in motion: what lies before `set` is a motion at its velocity. Returns what is shown now.
     pub(crate) fn begin_moving(&mut self, set: &Kinematics, by: Span) -> Kinematics {
         self.by = by;
-        self.kept = 0;
-        self.push(set, Span::ZERO);
-        self.shown = self.at_now(set);
-        self.shown
+        self.waiting.clear();
+        self.waiting.push(set, Span::ZERO, by);
+        self.show(set)
     }
 
     /// Takes the set values of a cycle, `passed` after the one before, and returns those that are shown in it. `wanted`
@@ -125,85 +74,26 @@ impl HeldBack {
         wanted: Span,
         stands: bool,
     ) -> Kinematics {
-        self.now += passed;
+        self.waiting.advance(passed);
         if self.by == Span::ZERO {
             // A moving axis would stand until its first set value is due.
             let begins = wanted > Span::ZERO && (stands || wanted <= passed / SLEW);
             if !begins {
                 return *set;
             }
-            self.kept = 0;
+            self.waiting.clear();
             // Up to the instant of the next ones.
-            self.push(set, passed);
+            self.waiting.push(set, passed, Span::ZERO);
         }
         self.by = wanted;
-        self.push(set, passed);
-        self.shown = self.at_now(set);
+        self.waiting.push(set, passed, wanted);
+        self.show(set)
+    }
+
+    /// Shows the set values of the present instant; the newest if none wait.
+    fn show(&mut self, newest: &Kinematics) -> Kinematics {
+        self.shown = self.waiting.due().unwrap_or(*newest);
         self.shown
-    }
-
-    fn push(&mut self, set: &Kinematics, passed: Span) {
-        self.put(&WaitingSet {
-            at: self.now + self.by,
-            passed,
-            set: *set,
-        });
-    }
-
-    fn put(&mut self, due: &WaitingSet) {
-        // A shorter hold-back by more than a cycle: the newest set values count.
-        while self.kept > 0 && self.at_place(self.kept - 1).at >= due.at {
-            self.kept -= 1;
-        }
-        if self.kept == self.waiting.len() {
-            self.first = (self.first + 1) % self.waiting.len();
-            self.kept -= 1;
-        }
-        let place = (self.first + self.kept) % self.waiting.len();
-        self.waiting[place] = *due;
-        self.kept += 1;
-    }
-
-    /// Set values of the present instant; `newest` if none wait.
-    fn at_now(&mut self, newest: &Kinematics) -> Kinematics {
-        while self.kept > 1 && self.at_place(1).at <= self.now {
-            self.first = (self.first + 1) % self.waiting.len();
-            self.kept -= 1;
-        }
-        if self.kept == 0 {
-            return *newest;
-        }
-        let before = self.at_place(0);
-        let since = (self.now - before.at).as_secs_f64();
-        if since == 0.0 {
-            return before.set;
-        }
-        if since < 0.0 || self.kept == 1 {
-            // Before the first: a motion at its velocity leads there.
-            return Kinematics {
-                acceleration: 0.0,
-                position: before.set.position + before.set.velocity * since,
-                ..before.set
-            };
-        }
-        let after = self.at_place(1);
-        let gap = (after.at - before.at).as_secs_f64();
-        let pace = 1.0 + before.gained_until(after);
-        let [from, to] = [before, after].map(|one| at_pace(&one.set, pace));
-        between(&from, &to, gap, since / gap, Ends::WithAccelerations)
-    }
-
-    const fn at_place(&self, n: usize) -> &WaitingSet {
-        &self.waiting[(self.first + n) % self.waiting.len()]
-    }
-}
-
-/// A state of a motion that is run through at this pace.
-fn at_pace(set: &Kinematics, pace: f64) -> Kinematics {
-    Kinematics {
-        position: set.position,
-        velocity: set.velocity * pace,
-        acceleration: set.acceleration * pace * pace,
     }
 }
 

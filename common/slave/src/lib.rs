@@ -133,6 +133,7 @@ mod port;
 mod refusal;
 mod shift;
 mod sync_position;
+mod waiting;
 
 #[cfg(test)]
 mod tests;
@@ -148,8 +149,9 @@ pub use command::table::CommandRow;
 pub use command::{Command, CommandTraits};
 pub use couplings::{CouplingFault, CouplingRefusal};
 pub use error::SlaveError;
-pub use held_back::MOST_HELD_BACK;
+pub use held_back::{LONGEST_DEAD_TIME, MOST_HELD_BACK};
 pub use job::{EndedJob, JobError, JobState};
 pub use parameters::{DistanceParameters, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 pub use refusal::Refusal;
 pub use sync_position::{SyncPosition, WrongSyncPosition};
+pub use waiting::WaitingSets;

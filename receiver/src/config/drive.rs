@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use coaxle_axis::drive::{DriveParameters, ProcessDriveParameters};
 use coaxle_clock::CycleTime;
-use coaxle_node::config::{AtLeastZero, Positive, Wrong};
+use coaxle_node::config::{AtLeastZero, DeadTimeMicros, Positive, Wrong};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[serde(try_from = "Form", into = "Form")]
 pub enum DriveConfig {
     /// `kind = "simulated"`: calculated.
-    Simulated(DriveParameters),
+    Simulated(SimulatedConfig),
     /// `kind = "shared-memory"`: another process on this machine. In virtual time, where there are
     /// no processes, a simulated drive replaces it.
     SharedMemory(SharedMemoryConfig),
@@ -21,7 +21,7 @@ pub enum DriveConfig {
 
 impl Default for DriveConfig {
     fn default() -> Self {
-        Self::Simulated(DriveParameters::default())
+        Self::Simulated(SimulatedConfig::default())
     }
 }
 
@@ -30,7 +30,7 @@ impl DriveConfig {
     #[must_use]
     pub fn simulated(&self) -> DriveParameters {
         match self {
-            Self::Simulated(parameters) => *parameters,
+            Self::Simulated(drive) => drive.parameters,
             Self::SharedMemory(config) => DriveParameters {
                 // The replacement keeps the window, so that virtual time monitors the drive as well.
                 following_error_window: config.following_error_window.get(),
@@ -48,6 +48,15 @@ impl DriveConfig {
             Self::SharedMemory(_) => "shared-memory",
         }
     }
+}
+
+/// A simulated drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SimulatedConfig {
+    /// Parameters of its controllers.
+    pub parameters: DriveParameters,
+    /// Time after which it follows a set value.
+    pub dead_time: DeadTimeMicros,
 }
 
 /// A drive process that shares memory with the receiver.
@@ -101,6 +110,9 @@ struct Form {
     /// Simulated: highest velocity, u/s; 0: not limited.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_velocity: Option<f64>,
+    /// Simulated: time after which it follows a set value, µs; 0: at once. The slave's `dead-time-us` makes up for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dead_time_us: Option<f64>,
     /// Largest following error, u; 0: not monitored. Shared memory: above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     following_error_window: Option<f64>,
@@ -146,13 +158,19 @@ fn simulated(form: &Form) -> Result<DriveConfig, Wrong> {
         "simulated",
     )?;
     let default = DriveParameters::default();
-    Ok(DriveConfig::Simulated(DriveParameters {
+    let parameters = DriveParameters {
         position_gain: form.position_gain.unwrap_or(default.position_gain),
         velocity_lag: form.velocity_lag_s.unwrap_or(default.velocity_lag),
         max_velocity: form.max_velocity.unwrap_or(default.max_velocity),
         following_error_window: (form.following_error_window)
             .unwrap_or(default.following_error_window),
         following_error_time: (form.following_error_time_s).unwrap_or(default.following_error_time),
+    };
+    let dead_time = DeadTimeMicros::new(form.dead_time_us.unwrap_or_default())
+        .map_err(|wrong| wrong.within("dead-time-us"))?;
+    Ok(DriveConfig::Simulated(SimulatedConfig {
+        parameters,
+        dead_time,
     }))
 }
 
@@ -167,6 +185,7 @@ fn shared_memory(form: Form) -> Result<DriveConfig, Wrong> {
             ("position-gain", form.position_gain.is_some()),
             ("velocity-lag-s", form.velocity_lag_s.is_some()),
             ("max-velocity", form.max_velocity.is_some()),
+            ("dead-time-us", form.dead_time_us.is_some()),
         ],
         "shared-memory",
     )?;
@@ -221,10 +240,14 @@ impl From<DriveConfig> for Form {
     fn from(config: DriveConfig) -> Self {
         match config {
             // Without its kind, as in files from before there were others.
-            DriveConfig::Simulated(drive) => Self {
+            DriveConfig::Simulated(SimulatedConfig {
+                parameters: drive,
+                dead_time,
+            }) => Self {
                 position_gain: Some(drive.position_gain),
                 velocity_lag_s: Some(drive.velocity_lag),
                 max_velocity: Some(drive.max_velocity),
+                dead_time_us: Some(dead_time.get()).filter(|time| *time > 0.0),
                 following_error_window: Some(drive.following_error_window),
                 following_error_time_s: Some(drive.following_error_time),
                 ..Self::default()
@@ -260,7 +283,7 @@ mod tests {
             gain,
             drive("kind = 'simulated'\nposition-gain = 20").unwrap()
         );
-        let DriveConfig::Simulated(parameters) = &gain else {
+        let DriveConfig::Simulated(SimulatedConfig { parameters, .. }) = &gain else {
             panic!("{gain:?}");
         };
         assert_eq!(
@@ -272,7 +295,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        for text in ["max-velocity = 7", SHARED] {
+        for text in ["max-velocity = 7", "dead-time-us = 4000", SHARED] {
             let config = drive(text).unwrap();
             let written = toml::to_string(&config).unwrap();
             assert_eq!(drive(&written), Ok(config), "{written}");

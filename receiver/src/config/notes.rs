@@ -8,7 +8,10 @@ impl ReceiverConfig {
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.notes_on_encoders();
         let slaves = self.slaves.iter().enumerate();
-        notes.extend(slaves.filter_map(|(n, slave)| note_on_drive(n, slave)));
+        for (n, slave) in slaves {
+            notes.extend(note_on_drive(n, slave));
+            notes.extend(note_on_dead_time(n, slave));
+        }
         notes
     }
 }
@@ -24,6 +27,18 @@ fn note_on_drive(n: usize, slave: &SlaveConfig) -> Option<String> {
         format!(
             "slave[{n}].limits.velocity: received {received}, recommended at most {most}, the max-velocity of its drive: \
              where the slave is faster than that, its drive falls behind"
+        )
+    })
+}
+
+/// Note on a slave whose simulated drive has another dead time: it is shown earlier or later than its master.
+fn note_on_dead_time(n: usize, slave: &SlaveConfig) -> Option<String> {
+    let (received, simulated) = (slave.dead_time_us.span(), slave.simulated_dead_time());
+    (received != simulated).then(|| {
+        let [received, simulated] = [received, simulated].map(|time| time.as_micros_f64());
+        format!(
+            "slave[{n}].dead-time-us: received {received}, recommended {simulated}, the dead-time-us of its simulated drive: \
+             the position is off by the velocity times the difference"
         )
     })
 }
@@ -51,5 +66,7 @@ mod tests {
         );
         assert!(notes(1_500.0, "max-velocity = 1500.0").is_empty());
         assert!(notes(2_000.0, "").is_empty());
+        let said = notes(2_000.0, "dead-time-us = 4000");
+        assert!(said[0].starts_with("slave[0].dead-time-us: received 0, recommended 4000"));
     }
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use coaxle_axis::Modulo;
 use coaxle_cam::CamIn;
-use coaxle_node::config::{Positive, Unit, Wrong};
+use coaxle_clock::Span;
+use coaxle_node::config::{DeadTimeMicros, Positive, Unit, Wrong};
 use coaxle_node::keys::NodeName;
 use coaxle_slave::{DistanceParameters, OnMasterLoss, SlaveParameters};
 use schemars::JsonSchema;
@@ -46,6 +47,10 @@ pub struct SlaveConfig {
     /// Drive that follows its set values.
     #[serde(default)]
     pub drive: DriveConfig,
+    /// Dead time of its drive, µs: the time after which a set value that it is given is its position, for example that of the fieldbus and of
+    /// the drive's interpolator. It is given its set values that much earlier.
+    #[serde(default, skip_serializing_if = "DeadTimeMicros::is_zero")]
+    pub dead_time_us: DeadTimeMicros,
     /// Coupling from the start. The gear by default, none if it has a program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub couple: Option<CoupleConfig>,
@@ -89,6 +94,7 @@ impl Default for SlaveConfig {
             further_masters: Vec::new(),
             limits: None,
             drive: DriveConfig::default(),
+            dead_time_us: DeadTimeMicros::default(),
             couple: None,
             gear: GearConfig::default(),
             cams: Vec::new(),
@@ -131,6 +137,16 @@ impl SlaveConfig {
                 ..SlaveParameters::new(velocity, acceleration, turns * acceleration)
             }
         })
+    }
+
+    /// Dead time of its drive, where that is simulated.
+    #[must_use]
+    pub fn simulated_dead_time(&self) -> Span {
+        match &self.drive {
+            DriveConfig::Simulated(drive) => drive.dead_time.span(),
+            // What replaces it has the one that it is said to have.
+            DriveConfig::SharedMemory(_) => self.dead_time_us.span(),
+        }
     }
 
     /// Coupling from the start.

@@ -154,6 +154,7 @@ fn slave(
     let drive = drives.take(slave)?;
     let mut axis = SlaveAxis::new(&limits, drive, cycle_time)
         .map_err(|error| Wrong::with_reason("limits", error))?;
+    axis.set_dead_time(slave.dead_time_us.span());
     if config.may_hold_back() {
         axis.prepare_hold_back();
     }

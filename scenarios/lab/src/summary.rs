@@ -173,7 +173,8 @@ pub struct ReceiverSummary {
     /// Largest distance of the drive from the slave position by the master's true position, lag
     /// included, in slave units.
     pub drive_position_error_max: Option<f64>,
-    /// Largest distance of what the drive is given from that position, without the drive's own lag, in slave units.
+    /// Largest distance of what the drive is given from that position, without the drive's own lag, in slave units. Of a simulated drive
+    /// with a dead time, that of what it follows by now.
     pub shown_position_error_max: Option<f64>,
     /// Largest following error of the drive, slave units.
     pub following_error_max: f64,

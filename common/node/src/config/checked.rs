@@ -131,6 +131,11 @@ checked_number! {
 }
 
 checked_number! {
+    /// Dead time of a drive, µs.
+    DeadTimeMicros, "a number from 0 to 100000", (Included(0.0), Included(1e5))
+}
+
+checked_number! {
     /// Time by which the decisions on the motion of an axis are taken ahead, ms.
     LeadMs, "a number from 0 to 4000", (Included(0.0), Included(4e3))
 }
@@ -217,6 +222,21 @@ impl Default for AgeLimitMs {
     }
 }
 
+impl DeadTimeMicros {
+    /// The time.
+    #[must_use]
+    pub fn span(self) -> Span {
+        Span::from_micros_f64(self.0)
+    }
+
+    /// True without a dead time.
+    #[must_use]
+    // By reference: the attribute of serde that calls it passes one.
+    pub fn is_zero(&self) -> bool {
+        self.0 == 0.0
+    }
+}
+
 impl DelayMicros {
     /// The delay.
     #[must_use]
@@ -238,6 +258,7 @@ macro_rules! zero_by_default {
 
 zero_by_default!(
     Coordinate,
+    DeadTimeMicros,
     Finite,
     AtLeastZero,
     Fraction,

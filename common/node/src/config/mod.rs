@@ -25,8 +25,8 @@ mod wrong;
 pub use crate::guess::did_you_mean;
 pub use checked::{
     AgeLimitMs, AtLeastZero, AxisLimit, BeaconsPerSecond, ChangeMicros, Coordinate, CycleMicros,
-    DelayMicros, DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount, Fraction,
-    Increment, LeadMs, PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
+    DeadTimeMicros, DelayMicros, DurationSeconds, FaultMicros, FaultSeconds, Finite, FirstCount,
+    Fraction, Increment, LeadMs, PeriodSeconds, Positive, Ppm, PresentAfterMs, WalkPpm,
 };
 pub use clock::{ClockConfig, DriftStep, JitterConfig, SineConfig};
 pub(crate) use document::{document_of, document_of_table};

@@ -23,15 +23,33 @@ impl SlaveAxis {
         self.hold_back = by;
     }
 
+    /// Sets the dead time of its drive, the time after which a set value that it is given is its position: at most
+    /// [`LONGEST_DEAD_TIME`](crate::LONGEST_DEAD_TIME), and before it has power.
+    ///
+    /// The drive is given each set value that much earlier. A hold-back is shortened by it, so that the values are known. What it lacks is
+    /// predicted by the course of the set positions: off by `jerk · time³ / 6`, with steps of the velocity by `jerk · time² / 2` where the
+    /// jerk changes, by both twice where it turns; the time is that and a cycle.
+    pub const fn set_dead_time(&mut self, dead_time: Span) {
+        self.drive.set_dead_time(dead_time);
+    }
+
     /// Time by which its drive was given the set values later in the newest cycle.
     #[must_use]
     pub fn held_back_by(&self) -> Span {
         self.drive.held_back_by()
     }
 
-    /// The set values that its drive follows now.
+    /// The set values that its drive is given now.
     #[must_use]
     pub fn shown(&self) -> Kinematics {
+        match self.drive.predicted() {
+            Some(predicted) => self.of_drive(predicted),
+            None => self.due(),
+        }
+    }
+
+    /// The set values that are due now, from which a stop begins: those that are held back, or the newest.
+    pub(super) fn due(&self) -> Kinematics {
         self.held_back_at().unwrap_or(self.set)
     }
 
@@ -83,8 +101,12 @@ impl SlaveAxis {
 
     /// The set values that the drive follows, if they are held back, with the axis's own positions.
     fn held_back_at(&self) -> Option<Kinematics> {
-        let shown = self.drive.shown()?;
-        let position = shown.position + self.drive_zero;
-        Some(Kinematics { position, ..shown })
+        self.drive.shown().map(|shown| self.of_drive(shown))
+    }
+
+    /// A state of the drive, with the axis's own positions.
+    fn of_drive(&self, state: Kinematics) -> Kinematics {
+        let position = state.position + self.drive_zero;
+        Kinematics { position, ..state }
     }
 }

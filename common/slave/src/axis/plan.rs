@@ -219,7 +219,7 @@ impl SlaveAxis {
 
     /// Plans a stop. While the axis stops, only a stop that ends earlier can take over.
     fn plan_stop(&self, dynamics: &Dynamics) -> Result<Effect, Refusal> {
-        let profile = self.plan_halt(&self.stoppable(), self.shown().position, dynamics)?;
+        let profile = self.plan_halt(&self.stoppable(), self.due().position, dynamics)?;
         match &self.motion {
             Motion::Own(stop) if self.status() == AxisStatus::Stopping => {
                 let (received, left) = (profile.duration().0, stop.left());

@@ -77,6 +77,82 @@ fn a_halt_is_a_command_and_waits() {
     assert!(axis.shown().velocity < 500.0 && axis.set_back_count() == 0);
 }
 
+/// The hold-back of a drive with a dead time is shorter.
+#[test]
+fn a_dead_time_is_taken_from_the_hold_back_with_its_own_bits() {
+    let mut axis = axis(&PARAMETERS);
+    axis.set_dead_time(Span::from_millis(4));
+    axis.prepare_hold_back();
+    axis.set_hold_back(BY);
+    start(&mut axis, &Command::Power(true));
+    run(&mut axis, 5);
+    assert_eq!(axis.held_back_by(), BY - Span::from_millis(4));
+    start(&mut axis, &move_absolute(300.0));
+    let (mut early, mut shown) = (Vec::new(), Vec::new());
+    for _ in 0..2_000 {
+        early.push(axis.update(None, CYCLE));
+        shown.push(axis.shown());
+    }
+    assert_eq!(early[..1_964], shown[36..]);
+}
+
+/// Without a hold-back, and with a part of one, the rest is predicted.
+#[test]
+fn what_a_hold_back_lacks_for_a_dead_time_is_predicted() {
+    for (hold_back, ahead) in [(0, 8), (3, 5)] {
+        let mut axis = axis(&PARAMETERS);
+        axis.set_dead_time(Span::from_millis(8));
+        axis.prepare_hold_back();
+        axis.set_hold_back(Span::from_millis(hold_back));
+        start(&mut axis, &Command::Power(true));
+        run(&mut axis, 5);
+        start(&mut axis, &move_absolute(300.0));
+        let (mut truth, mut given) = (Vec::new(), Vec::new());
+        for _ in 0..2_000 {
+            truth.push(axis.update(None, CYCLE).position);
+            given.push(axis.shown().position);
+        }
+        assert_eq!(axis.held_back_by(), Span::ZERO);
+        // jerk · time³ / 6, and twice that where the jerk turns.
+        let bound = 2.0 * 100_000.0 * (ahead as f64 * 1e-3).powi(3) / 6.0;
+        let errors = truth[ahead..]
+            .iter()
+            .zip(&given)
+            .map(|(truth, given)| (truth - given).abs());
+        let worst = errors.fold(0.0, f64::max);
+        assert!(worst < bound && worst > 0.1 * bound, "{worst} of {bound}");
+        assert_eq!(given[1_999], truth[1_999]);
+        // A stop begins from the axis, without a step of what the drive is given.
+        start(&mut axis, &move_velocity(500.0));
+        let mut given = Given(Vec::new());
+        run_with(&mut axis, &mut given, 150);
+        start(&mut axis, &STOP);
+        run_with(&mut axis, &mut given, 1_000);
+        let (acceleration, _) = given.hardest();
+        // The velocity steps by `jerk · time² / 2` as the jerk comes and goes, by twice that as it turns.
+        let time = ahead as f64 * 1e-3;
+        let most = 5_000.0 + 100_000.0 * time + 100_000.0 * time * time / 1e-3;
+        assert!(acceleration < most * 1.001, "{acceleration} of {most}");
+        assert_eq!(axis.set_back_count(), 0);
+    }
+}
+
+#[test]
+fn a_drive_with_a_dead_time_is_switched_on_where_the_axis_is_shown() {
+    for (hold_back, shown) in [(40, 160.0), (2, 198.0), (0, 200.0)] {
+        let mut axis = axis(&PARAMETERS);
+        axis.set_dead_time(Span::from_millis(4));
+        axis.prepare_hold_back();
+        axis.set_hold_back(Span::from_millis(hold_back));
+        let master = Master::at(100.0, 500.0);
+        let start = CoupledStart::Gear(LinearGear::new(2.0, 0.0).expect("a gear"));
+        assert!(axis.switch_on_coupled(&start, Some(&master.0)).is_ok());
+        assert!((axis.actual().position - shown).abs() < 1e-9);
+        // Given 4 ms earlier.
+        assert!((axis.shown().position - shown - 4.0).abs() < 1e-9);
+    }
+}
+
 /// Runs to a ramp, where what is shown differs from what is calculated in everything.
 fn on_a_ramp() -> (AxisWithPlates, Given) {
     let mut axis = held_back();
@@ -204,7 +280,6 @@ fn coupled_from_the_start_its_drive_comes_to_the_first_set_value_in_time() {
     assert!(axis.is_operational());
 }
 
-/// A hold-back that is not prepared, and one of zero, leave every bit alone.
 /// In swarm schedule 60591 the clock of the master was lost in the cycle of the start, and the hold-back with it: a stop in that cycle would have set
 /// the axis back to where it had stood without power.
 #[test]
@@ -222,6 +297,7 @@ fn coupled_as_its_hold_back_ends_it_is_shown_where_it_begins() {
     assert_eq!(axis.held_back_by(), Span::ZERO);
 }
 
+/// A hold-back that is not prepared, and one of zero, leave every bit alone.
 #[test]
 fn without_a_hold_back_nothing_changes() {
     let motion = |prepare: fn(&mut AxisWithPlates)| {

@@ -63,6 +63,8 @@ pub(super) struct ReceiverJudge {
     view: View,
     /// Gear from the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
+    /// Dead time of that slave's drive, as its config states it, and as the simulated one has it.
+    dead_time: [Span; 2],
     slaves: Vec<SlaveJudge>,
     cycle_time: CycleTime,
     synchronises: bool,
@@ -127,6 +129,10 @@ impl ReceiverJudge {
         Self {
             sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
+            dead_time: view.slaves.first().map_or([Span::ZERO; 2], |n| {
+                let slave = &config.slaves[*n];
+                [slave.dead_time_us.span(), slave.simulated_dead_time()]
+            }),
             slaves: slaves_of(config, view),
             cycle_time: config.cycle_time_us.0,
             synchronises: followed.synchronises,
@@ -233,8 +239,7 @@ impl ReceiverJudge {
         };
         let master = truth.and_then(|truth| far.moves(&truth));
         // What the drive is given was calculated earlier, and shows the instant that all others show.
-        let is_held_back = record.slave().is_some_and(|slave| slave.held_back_us > 0.0);
-        let master_of_drive = match is_held_back {
+        let master_of_drive = match self.is_shown_later(&record) {
             true => {
                 let later = source.later;
                 let shown = FollowedMotion { later, ..far };
@@ -308,6 +313,16 @@ impl ReceiverJudge {
         });
         row.evaluated = self.evaluating;
         row
+    }
+
+    /// True if the drive of the first slave shows the instant that all others show, and not the one that is calculated.
+    fn is_shown_later(&self, record: &ReceiverCycle) -> bool {
+        let [dead_time, _] = self.dead_time;
+        // A hold-back that the dead time takes up is none that waits.
+        let is_predicted = record.node.hold_back_us <= dead_time.as_micros_f64();
+        record
+            .slave()
+            .is_some_and(|slave| slave.held_back_us > 0.0 || is_predicted)
     }
 
     /// The receiver's own time by its count, s: its clock is the one that another clock's drift is measured against.

@@ -7,7 +7,9 @@
 use std::ops::Range;
 
 use coaxle_lab::soak::Soak;
-use coaxle_lab::soak::schedule::{PLAIN, SWARM, ScheduleKind, WIDE, before_followers, before_lags};
+use coaxle_lab::soak::schedule::{
+    PLAIN, SWARM, ScheduleKind, WIDE, before_dead_times, before_followers, before_lags,
+};
 use coaxle_lab::stage::VirtualTime;
 use coaxle_report::reported;
 
@@ -28,6 +30,12 @@ const SWARM_BEFORE_LAGS: ScheduleKind = ScheduleKind {
 /// Schedules as they were with lags, before followers and promises were drawn.
 const SWARM_BEFORE_FOLLOWERS: ScheduleKind = ScheduleKind {
     text: |seed| before_followers(&(SWARM.text)(seed)),
+    ..SWARM
+};
+
+/// Schedules as they were with those, before dead times of drives were drawn.
+const SWARM_BEFORE_DEAD_TIMES: ScheduleKind = ScheduleKind {
+    text: |seed| before_dead_times(&(SWARM.text)(seed)),
     ..SWARM
 };
 
@@ -296,7 +304,7 @@ fn some_swarm_schedules() {
         run_all(SWARM_BEFORE_FOLLOWERS, *seed..*seed + 1, "swarm-schedules");
     }
     for (seed, _) in FOLLOWER_REGRESSIONS {
-        run_all(SWARM, *seed..*seed + 1, "swarm-schedules");
+        run_all(SWARM_BEFORE_DEAD_TIMES, *seed..*seed + 1, "swarm-schedules");
     }
 }
 

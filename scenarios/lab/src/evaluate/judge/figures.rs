@@ -157,10 +157,16 @@ impl ReceiverJudge {
             return;
         };
         let wanted = ratio * position + offset;
+        let [_, dead_time] = self.dead_time;
         let summary = &mut self.summary;
         let worst = summary.drive_position_error_max.get_or_insert(0.0);
         *worst = worst.max((slave.drive_position - wanted).abs());
-        if let Some(shown) = slave.shown_position {
+        if let Some(given) = slave.shown_position {
+            // Behind a dead time it is what the drive follows by now, of all that it was given.
+            let shown = match dead_time {
+                Span::ZERO => given,
+                _ => slave.drive_position + slave.following_error,
+            };
             let worst = summary.shown_position_error_max.get_or_insert(0.0);
             *worst = worst.max((shown - wanted).abs());
         }

@@ -28,11 +28,16 @@ pub(super) struct ShownWatch {
 }
 
 impl ShownWatch {
-    /// `limits` are those of the axis, in a node of this cycle time, s.
-    pub(super) fn new(limits: &Limits, cycle_time: f64) -> Self {
-        let velocity = limits.velocity() * SHOWN_FASTER;
+    /// `limits` are those of the axis, in a node of this cycle time, s, whose drive has a dead time of `ahead` s.
+    pub(super) fn new(limits: &Limits, cycle_time: f64, ahead: f64) -> Self {
+        // Predicted by velocity and acceleration, which are those of half a cycle and of a cycle before: where the jerk turns, the velocity steps by
+        // its share of the square.
+        let ahead = if ahead > 0.0 { ahead + cycle_time } else { 0.0 };
+        let step = limits.jerk() * ahead * ahead;
+        let velocity = limits.velocity() * SHOWN_FASTER + step;
+        let predicted = limits.jerk() * ahead + step / cycle_time;
         let [acceleration, deceleration] = [limits.acceleration(), limits.deceleration()]
-            .map(|most| most * BETWEEN + velocity * RATE_CHANGE);
+            .map(|most| (most + predicted) * BETWEEN + velocity * RATE_CHANGE);
         let limits = Limits::new(velocity, acceleration, deceleration, limits.jerk());
         Self {
             check: SetValueCheck::new(
@@ -82,7 +87,7 @@ mod tests {
     /// Cycles in which a bound is exceeded, of an axis at its velocity limit that is shown at this pace.
     fn found(pace: f64, step: f64) -> usize {
         let limits = Limits::new(300.0, 5_000.0, 5_000.0, 100_000.0).expect("limits");
-        let mut watch = ShownWatch::new(&limits, T);
+        let mut watch = ShownWatch::new(&limits, T, 0.0);
         let mut found = Found::default();
         for number in 0..1_000_u32 {
             let jumped = if number >= 500 { step } else { 0.0 };

@@ -1,6 +1,7 @@
 //! A slave: its limits, and its error stops.
 
 use coaxle_axis::AxisStatus;
+use coaxle_clock::Span;
 use coaxle_curve::profile::{Kinematics, Limits};
 use coaxle_node::CommandOrder;
 use coaxle_receiver::signals::SlaveSignals;
@@ -83,6 +84,7 @@ impl SlaveWatch {
         let stops_instantly = commands_to(config, receiver, events).any(may_stop_instantly);
         let limits = config.limits();
         let profile = profile_limits(&limits);
+        let dead_time = config.dead_time_us.span();
         let check = |profile| SetValueCheck::new(&profile, software_limits(&limits), cycle_time);
         Self {
             name: config.name.to_string(),
@@ -90,9 +92,10 @@ impl SlaveWatch {
             reported: profile.map(|profile| ReportedCheck::new(&profile, cycle_time)),
             // A stop without a jerk limit is shown later than it is made.
             shown: profile
-                .filter(|_| receiver.may_hold_back() && !stops_instantly)
+                .filter(|_| receiver.may_hold_back() || dead_time > Span::ZERO)
+                .filter(|_| !stops_instantly)
                 .filter(|_| limits.on_master_loss != OnMasterLoss::QuickStop)
-                .map(|profile| ShownWatch::new(&profile, cycle_time)),
+                .map(|profile| ShownWatch::new(&profile, cycle_time, dead_time.as_secs_f64())),
             target: profile
                 .and_then(|profile| TargetWatch::new(&limits, &profile, receiver.cycle_time_us.0)),
             last: None,

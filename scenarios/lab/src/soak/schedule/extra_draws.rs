@@ -3,6 +3,7 @@
 
 use coaxle_node::faults::{Random, seed_of};
 
+use super::late_draws::without;
 use super::{Draw as _, QUIET_FROM, before_followers};
 
 /// End of the lines that were drawn last of all: without them a schedule is what it was before ([`before_lags`]).
@@ -11,11 +12,7 @@ const OF_LAGS: &str = "# a lag";
 /// The schedule that its seed gave before lags and followers were drawn: seeds that failed earlier are kept as they failed.
 #[must_use]
 pub fn before_lags(schedule: &str) -> String {
-    let schedule = before_followers(schedule);
-    let lines = schedule.split_inclusive('\n');
-    lines
-        .filter(|line| !line.trim_end().ends_with(OF_LAGS))
-        .collect()
+    without(&before_followers(schedule), OF_LAGS)
 }
 
 /// The separate random stream.

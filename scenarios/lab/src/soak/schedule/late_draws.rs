@@ -1,4 +1,5 @@
-//! Lines drawn after all others, for nodes that are known by then: followers that an axis reacts to, and motions that are promised.
+//! Lines drawn after all others, for nodes that are known by then: followers that an axis reacts to, motions that are promised, and dead
+//! times of drives.
 
 use coaxle_node::Channel;
 use coaxle_node::circles::AxisAddress;
@@ -12,17 +13,30 @@ use crate::scenario::Scenario;
 
 /// End of such lines: without them a schedule is what it was before ([`before_followers`]).
 const OF_FOLLOWERS: &str = "# followers";
+/// End of lines that came after those: without them it is what it was before ([`before_dead_times`]).
+const OF_DEAD_TIMES: &str = "# a dead time";
 
 /// The schedule that its seed gave before followers and promises were drawn: seeds that failed earlier are kept as they failed.
 #[must_use]
 pub fn before_followers(schedule: &str) -> String {
+    without(&before_dead_times(schedule), OF_FOLLOWERS)
+}
+
+/// The schedule that its seed gave before dead times were drawn.
+#[must_use]
+pub fn before_dead_times(schedule: &str) -> String {
+    without(schedule, OF_DEAD_TIMES)
+}
+
+/// A schedule without the lines that end like this.
+pub(super) fn without(schedule: &str, end: &str) -> String {
     let lines = schedule.split_inclusive('\n');
     lines
-        .filter(|line| !line.trim_end().ends_with(OF_FOLLOWERS))
+        .filter(|line| !line.trim_end().ends_with(end))
         .collect()
 }
 
-/// Adds followers and promises to a schedule.
+/// Adds followers and promises to a schedule, and dead times.
 pub(super) fn with_followers(seed: u64, schedule: String) -> String {
     // It is read once more for that: who follows whom is drawn in many places.
     let table = toml::from_str(&schedule);
@@ -38,6 +52,7 @@ pub(super) fn with_followers(seed: u64, schedule: String) -> String {
         }
         added.push(axes);
     }
+    let mut dead_times = Random::new(seed_of(seed, "dead times"));
     let mut added = added.into_iter();
     let (mut text, mut axes) = (
         String::with_capacity(schedule.len()),
@@ -48,6 +63,7 @@ pub(super) fn with_followers(seed: u64, schedule: String) -> String {
         match line.trim_end() {
             "[[sender]]" => axes = added.next().unwrap_or_default().into_iter(),
             "[[sender.axis]]" => text += &axes.next().unwrap_or_default(),
+            "[[receiver.slave]]" => text += &dead_time(&mut dead_times),
             _ => {}
         }
     }
@@ -83,6 +99,20 @@ fn lines(random: &mut Random, scenario: &Scenario, sender: &SenderConfig, axis: 
         );
     }
     lines
+}
+
+/// Lines of a slave whose drive has a dead time; mostly none.
+fn dead_time(random: &mut Random) -> String {
+    if !random.chance(0.15) {
+        return String::new();
+    }
+    // From less than a cycle to more than most hold-backs.
+    let time = random.decades(50.0, 30_000.0);
+    let drive = match random.chance(0.7) {
+        true => format!("drive = {{ dead-time-us = {time:.1} }} {OF_DEAD_TIMES}\n"),
+        false => String::new(),
+    };
+    format!("dead-time-us = {time:.1} {OF_DEAD_TIMES}\n{drive}")
 }
 
 /// Some of the receivers with a slave of an axis; none of an axis with a standby, which does not stop with it.
