@@ -26,8 +26,8 @@ mod virtual_axes;
 use std::path::Path;
 
 use coaxle_node::config::{
-    ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingLinkConfig, TransportConfig,
-    Wrong,
+    ClockConfig, CycleMicros, RealTimeConfig, TimingEndpoints, TimingLinkConfig,
+    TimingServerConfig, TransportConfig, Wrong,
 };
 use coaxle_node::faults::check_clock;
 use coaxle_node::keys::NodeName;
@@ -40,7 +40,7 @@ use serde::{Deserialize, Serialize};
 pub use crate::cam_source::CamSource;
 pub use crate::marks::{MarksConfig, SpacingSwing};
 pub use axes::{AxisList, FarAxisConfig};
-pub use drive::{DriveConfig, SharedMemoryConfig};
+pub use drive::{DriveConfig, SharedMemoryConfig, SimulatedConfig};
 pub use far::{AsymmetryConfig, FarChannel, FarConfig, Present};
 pub use far_limits::FarLimits;
 pub use lab::{FarLab, ReceiverLab, SlaveLab};
@@ -82,6 +82,9 @@ pub struct ReceiverConfig {
     pub clock: ClockConfig,
     /// Connection to other nodes.
     pub transport: TransportConfig,
+    /// The timing channel to itself, for those who follow its slaves or far axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing_server: Option<TimingServerConfig>,
     /// Settings requested from the operating system.
     pub real_time: RealTimeConfig,
 }
@@ -217,7 +220,10 @@ impl ReceiverConfig {
         for (number, node, timing) in self.timing_links() {
             wiring = wiring.with_timing_link(node, number, &timing.faults);
         }
-        wiring
+        match &self.timing_server {
+            Some(_) => wiring.with_timing_server(),
+            None => wiring,
+        }
     }
 
     /// Reports on its slaves, if there are any. All nodes get the same ones, with the faults of the way to the first.
@@ -239,13 +245,12 @@ impl ReceiverConfig {
         })
     }
 
-    /// Addresses that it sends beacons to.
+    /// Addresses on which it responds to beacons, and those that it sends them to.
     #[must_use]
     pub fn timing_endpoints(&self) -> TimingEndpoints {
         let links = self.timing_links();
         TimingEndpoints {
-            // Beacons leave from the receiver. Only nodes that are followed wait for them.
-            listen: None,
+            listen: self.timing_server.as_ref().map(|server| server.listen),
             nodes: links
                 .map(|(number, _, timing)| (number, timing.connect))
                 .collect(),

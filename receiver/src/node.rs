@@ -13,8 +13,9 @@ use coaxle_node::frame::{body_capacity, encode_body, sender_id};
 use coaxle_node::keys::NodeName;
 use coaxle_node::wiring::Subscription;
 use coaxle_node::{
-    Arrival, Channel, CommandOrder, CommandOutcome, FrameHeader, Message, Node, Outgoing,
-    PresentAfter, RejectionCounters, TimeServer, TimeServerCounters,
+    Arrival, BeaconServer, BeaconServerCounters, Channel, CommandOrder, CommandOutcome,
+    FrameHeader, Message, Node, Outgoing, PresentAfter, RejectionCounters, TimeServer,
+    TimeServerCounters,
 };
 use coaxle_slave::{Command, Refusal};
 
@@ -40,6 +41,8 @@ pub struct Receiver {
     /// Reports, if it has a slave of a sender's axis.
     reports: Option<Box<ReportPublisher>>,
     time_server: TimeServer,
+    /// Its timing channel, if it has one for others.
+    beacon_server: Option<Box<BeaconServer>>,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,
     /// The subscriptions, each with its node, by the number among all nodes received from.
@@ -64,6 +67,8 @@ enum Source {
     Requests,
     /// The timing channel to a far node.
     Beacons(usize),
+    /// Requesters on its own timing channel.
+    BeaconRequests,
     /// Plans of a far node or a standby.
     Plans(usize),
 }
@@ -150,7 +155,8 @@ impl Receiver {
         let subscriptions = config.wiring().subscriptions;
         let source = |subscription: &Subscription| match subscription.channel {
             Channel::TimeRequests => Source::Requests,
-            Channel::BeaconRequests | Channel::BeaconResponses => Source::Beacons(subscription.far),
+            Channel::BeaconRequests => Source::BeaconRequests,
+            Channel::BeaconResponses => Source::Beacons(subscription.far),
             Channel::Plans => Source::Plans(subscription.far),
             Channel::Axes
             | Channel::Slaves
@@ -160,6 +166,7 @@ impl Receiver {
         };
         let first = config.clock.first_count.get();
         let schedule = Schedule::counting_from(first, start, cycle_time);
+        let beacon_server = || BeaconServer::new(sender, epoch, schedule.start(), cycle_time);
         Ok(Self {
             pipeline,
             identity: Identity { sender, epoch },
@@ -175,6 +182,7 @@ impl Receiver {
             far_axes: AxesFrame::new(Channel::FarAxes, config.published_far_axes().len()),
             reports: ReportPublisher::new(config, epoch).map(Box::new),
             time_server: TimeServer::new(sender, epoch, schedule.start(), cycle_time),
+            beacon_server: (config.timing_server.as_ref()).map(|_| Box::new(beacon_server())),
             schedule,
             refused_requests: RejectionCounters::default(),
             sources: subscriptions.iter().map(source).collect(),
@@ -276,6 +284,16 @@ impl Receiver {
         signals.requests_answered = answered;
         signals.requests_dropped = dropped;
         signals.requests_refused = self.refused_requests.total();
+        if let Some(server) = &self.beacon_server {
+            let BeaconServerCounters {
+                answered,
+                dropped,
+                refused,
+            } = server.counters();
+            signals.beacons_answered = answered;
+            signals.beacons_dropped = dropped;
+            signals.beacons_refused = refused;
+        }
     }
 }
 
@@ -301,6 +319,14 @@ impl Node for Receiver {
             (Message::TimeRequest(request), _) => self.time_server.receive(at, request),
             (Message::Rejected(reason), Some(Source::Requests)) => {
                 self.refused_requests.count(*reason);
+            }
+            (message, Some(Source::BeaconRequests)) => {
+                let server = self.beacon_server.as_deref_mut();
+                match (message, server) {
+                    (Message::BeaconRequest(request), Some(server)) => server.receive(at, request),
+                    (Message::Rejected(_), Some(server)) => server.reject(),
+                    _ => {}
+                }
             }
             (message, Some(Source::Beacons(number))) => {
                 let node = self.pipeline.received_from(*number);
@@ -368,6 +394,9 @@ impl Node for Receiver {
             reports.encode(&self.tick, &self.pipeline.reported());
         }
         self.time_server.respond(&self.tick, now);
+        if let Some(server) = &mut self.beacon_server {
+            server.respond(&self.tick, now);
+        }
         // A request that was not fetched is dropped: its stamp is that of its own cycle.
         for (far, due) in self.due.iter_mut().enumerate() {
             *due = self.pipeline.received_from(far).ask(&self.tick);
@@ -422,7 +451,9 @@ impl Node for Receiver {
             });
         }
         let responses = self.time_server.transmit();
-        responses.or_else(|| self.reports.as_mut()?.transmit(ideal_start))
+        responses
+            .or_else(|| self.beacon_server.as_mut()?.transmit())
+            .or_else(|| self.reports.as_mut()?.transmit(ideal_start))
     }
 
     fn arrival(&mut self) -> Option<Arrival> {

@@ -35,6 +35,12 @@ signals! {
         requests_dropped: u64 [""],
         /// Time requests rejected before they reached the node.
         requests_refused: u64 [""],
+        /// Beacons of its own timing channel responded to.
+        beacons_answered: u64 [""],
+        /// Beacons dropped because too many arrived in one cycle.
+        beacons_dropped: u64 [""],
+        /// Beacons rejected before they reached the node.
+        beacons_refused: u64 [""],
     }
 }
 
@@ -408,7 +414,7 @@ signals! {
         drive_attached: Option<bool> [""],
         /// Own cycles since the heartbeat of that process changed; none before the first change.
         drive_heartbeat_age: Option<u32> [""],
-        /// Time by which the drive is given the set values later; 0: at once.
+        /// Time by which the drive is given the set values later; 0: at once, or earlier.
         held_back_us: f64 ["µs"],
         /// Set position that the drive is given in this cycle; none before coupling, if coupled from the start.
         shown_position: Option<f64> ["u"],

@@ -7,7 +7,7 @@ use coaxle_clock::observer::ObserverParameters;
 use coaxle_node::circles::CIRCLE_CODE;
 use coaxle_node::config::{
     ClockConfig, CycleMicros, LinkConfig, Positive, RealTimeConfig, TimingLinkConfig,
-    TransportConfig, Unit, Wrong, at_most,
+    TimingServerConfig, TransportConfig, Unit, Wrong, at_most,
 };
 use coaxle_node::keys::NodeName;
 use coaxle_remote::{AxisSyncParameters, EncoderParameters, FilterMode};
@@ -85,6 +85,8 @@ pub(super) struct Form {
     /// Connection to other nodes.
     #[serde(default)]
     transport: TransportConfig,
+    /// The timing channel to itself, apart from the transport, for those who follow its slaves or far axes. None by default.
+    timing_server: Option<TimingServerConfig>,
     /// Settings requested from the operating system.
     #[serde(default)]
     real_time: RealTimeConfig,
@@ -247,6 +249,7 @@ impl TryFrom<Form> for ReceiverConfig {
             clock: form.clock,
             seed: form.seed,
             transport: form.transport,
+            timing_server: form.timing_server,
             real_time: form.real_time,
         };
         // Before all checks that resolve axes by their names.

@@ -95,12 +95,13 @@ impl NodeConfig {
         }
     }
 
-    /// Address at which a sender answers beacons, if it does.
+    /// Address at which the node answers beacons, if it does.
     #[must_use]
     pub fn timing_listen(&self) -> Option<SocketAddr> {
         match &self.kind {
             NodeKind::Sender(config) => config.timing_endpoints().listen,
-            NodeKind::Receiver(_) | NodeKind::Gateway(_) => None,
+            NodeKind::Receiver(config) => config.timing_endpoints().listen,
+            NodeKind::Gateway(_) => None,
         }
     }
 

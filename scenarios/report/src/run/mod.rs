@@ -3,6 +3,7 @@
 mod around_beat;
 mod figures;
 mod places;
+mod plant;
 mod results;
 mod shown;
 mod slaves;
@@ -62,6 +63,7 @@ fn body(report: &Report<'_>) -> String {
     let mut body = introduction(report);
     body += &results(report.summary);
     body += &expectations(report.summary);
+    body += &plant::element(report);
     body += "<h2>Plots</h2>\n";
     body += HINT;
     body += ABOUT_BANDS;
