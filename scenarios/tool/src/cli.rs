@@ -36,6 +36,7 @@ use crate::status::{self, GetArgs, NodesArgs, StatusArgs, WaitArgs};
 use crate::sweep::SweepArgs;
 use crate::topology::{self, TopologyArgs};
 use crate::when::{self, WhenArgs};
+use crate::why::{self, WhyArgs};
 
 /// Distributed axes: motion axes on different PCs that move as one, although every PC has its own
 /// clock.
@@ -103,6 +104,8 @@ enum CoaxleCommand {
     Status(StatusArgs),
     /// Print single values of a running node, for scripts
     Get(GetArgs),
+    /// Say what limits the accuracy of a running receiver now, by how much, and what to change first
+    Why(WhyArgs),
     /// Print the time until an axis comes to a position, as its sender has promised; docs/PRESENTATION.md
     When(WhenArgs),
     /// Show who was refused what by a node, and who did what there: of a recording, or of a running node; docs/SECURE.md
@@ -218,6 +221,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         Some(CoaxleCommand::Nodes(args)) => return status::nodes(&args),
         Some(CoaxleCommand::Status(args)) => return status::status(&args),
         Some(CoaxleCommand::Get(args)) => return status::get(&args),
+        Some(CoaxleCommand::Why(args)) => return why::why(&args),
         Some(CoaxleCommand::When(args)) => return when::when(&args),
         Some(CoaxleCommand::Audit(args)) => return audit::audit(&args),
         Some(CoaxleCommand::WaitSync(args)) => return status::wait(&args),

@@ -3,7 +3,7 @@
 //! [`cli`] knows every command and does none of them itself. From the top down:
 //!
 //! * scenarios: `run`, `soak` and `sweep`, over the lab, the report and the trials;
-//! * running nodes: `status`, `when`, `audit`, `command`, `scope`, `recorded`, `ros2`, `doctor`, `topology`;
+//! * running nodes: `status`, `why`, `when`, `audit`, `command`, `scope`, `recorded`, `ros2`, `doctor`, `topology`;
 //! * files: `cam`, `saw` and `gear`, with pages to design them on (`edit`), which `web` serves as it does those of `scope`; `schema`, `signals`, `examples`, `node_config`;
 //! * [`secure`]: rights in a network, and the certificates for them.
 
@@ -35,3 +35,4 @@ mod sync_flags;
 mod topology;
 mod web;
 mod when;
+mod why;

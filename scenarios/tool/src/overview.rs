@@ -18,6 +18,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
             "nodes",
             "status",
             "get",
+            "why",
             "when",
             "audit",
             "wait-sync",

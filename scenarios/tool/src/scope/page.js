@@ -595,7 +595,8 @@ function buttons(node, addressee, all, stamp, isAlive) {
 
 function remember() {
   const hash = new URLSearchParams({ signals: state.chosen.join(','), span: $('span').value });
-  if (!$('slaves').hidden) hash.set('tab', 'slaves');
+  const tab = TABS.find((name) => !$(name).hidden);
+  if (tab !== 'scope') hash.set('tab', tab);
   history.replaceState(null, '', `#${hash}`);
 }
 
@@ -604,23 +605,33 @@ function recall() {
   state.chosen = (hash.get('signals') ?? '').split(',').filter(Boolean);
   const span = Number(hash.get('span'));
   if (span > 0) state.span = $('span').value = Math.min(120, span);
-  show(hash.get('tab') === 'slaves');
+  show(hash.get('tab'));
 }
 
-function show(slaves) {
-  $('scope').hidden = slaves;
-  $('slaves').hidden = !slaves;
-  $('tab-scope').setAttribute('aria-pressed', String(!slaves));
-  $('tab-slaves').setAttribute('aria-pressed', String(slaves));
-  if (slaves) showSlaves();
+const TABS = ['scope', 'slaves', 'plant'];
+
+function show(wanted) {
+  const tab = TABS.includes(wanted) ? wanted : 'scope';
+  for (const name of TABS) {
+    $(name).hidden = name !== tab;
+    $(`tab-${name}`).setAttribute('aria-pressed', String(name === tab));
+  }
+  if (tab === 'slaves') showSlaves();
+  if (tab === 'plant') showPlant();
   state.isDirty = true;
+}
+
+// Drawn by the node or scope from what all nodes say and measure: not more often than anybody looks.
+const PLANT_MS = 5000;
+
+function showPlant() {
+  if (!$('plant').hidden) $('plant').firstElementChild.src = `plant.svg?${Date.now()}`;
 }
 
 // --- At the start
 
 function listenToTools() {
-  $('tab-scope').addEventListener('click', () => { show(false); remember(); });
-  $('tab-slaves').addEventListener('click', () => { show(true); remember(); });
+  for (const name of TABS) $(`tab-${name}`).addEventListener('click', () => { show(name); remember(); });
   $('filter').addEventListener('input', showChannels);
   $('pause').addEventListener('click', () => pause(state.right === undefined));
   $('span').addEventListener('change', () => {
@@ -650,5 +661,6 @@ listenToTools();
 recall();
 setInterval(round, ROUND_MS);
 setInterval(showFigures, 250);
+setInterval(showPlant, PLANT_MS);
 round();
 paint();

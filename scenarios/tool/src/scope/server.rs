@@ -11,6 +11,8 @@ use coaxle_node::audit::{AuditDoor, AuditEntry, AuditOutcome};
 use coaxle_node::keys::NodeName;
 use coaxle_os::machine;
 use coaxle_report::plotting::AXES_JS;
+use coaxle_report::print;
+use coaxle_topology::PlantAnalysis;
 use hyper::StatusCode;
 use hyper::body::Bytes;
 use serde_json::json;
@@ -18,9 +20,10 @@ use tokio::sync::mpsc;
 
 use super::stream::{Blocks, signals_of};
 use crate::status;
+use crate::topology::live;
 use crate::web::{
-    BASE_CSS, CSS, HTML, JAVASCRIPT, Response, Routes, Verb, WebRequest, as_json, file, not_found,
-    streamed, whole, wrong,
+    BASE_CSS, CSS, HTML, JAVASCRIPT, Response, Routes, SVG, Verb, WebRequest, as_json, file,
+    not_found, streamed, whole, wrong,
 };
 
 /// The page and the routes of its requests.
@@ -45,6 +48,7 @@ impl Routes for ScopePage {
             (Verb::Get, ["rows", node]) => rows(self, node, request.field("signals").as_deref()),
             (Verb::Post, ["orders", node]) => order(self, node, &request.body).await,
             (Verb::Get, ["metrics"]) => metrics(self),
+            (Verb::Get, ["plant.svg"]) => plant(self).await,
             _ => not_found(),
         }
     }
@@ -70,6 +74,23 @@ fn metrics(shared: &ScopePage) -> Response {
     let text = status::metrics(&shared.watcher.seen());
     // The version of the text format, by which Prometheus chooses its parser.
     whole("text/plain; version=0.0.4", text + "\n")
+}
+
+/// The nodes that run as a picture: who follows whom, and shows it when.
+async fn plant(shared: &ScopePage) -> Response {
+    let watcher = Arc::clone(&shared.watcher);
+    // Each node is asked to describe its axes.
+    let drawn = tokio::task::spawn_blocking(move || {
+        let nodes = live::described(&watcher, &watcher.seen());
+        print::svg_of_plant(&PlantAnalysis::of(&nodes))
+    });
+    match drawn.await {
+        Ok(svg) => whole(SVG, svg),
+        Err(_) => wrong(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the picture was not finished",
+        ),
+    }
 }
 
 /// Timeout of the first piece: the node learns of the subscription, and makes one.

@@ -207,6 +207,8 @@ fn the_page_its_nodes_their_signals_rows_and_metrics_are_given_out() {
             .until("/metrics", "coaxle_up")
             .contains("{node=\"conveyor\"} 1")
     );
+    let plant = shown.until("/plant.svg", "conveyor");
+    assert!(plant.starts_with("<svg "), "{plant}");
     shown.until("/signals/conveyor", "\"belt.1.position\"");
     let host = format!("Host: {}\r\n", shown.address());
     let (head, rows) = shown.ask("GET /rows/conveyor?signals=belt.1.position", &host, "");

@@ -29,9 +29,9 @@ use serde_json::Value;
 
 pub use get::{GetArgs, get};
 pub use nodes::{NodesArgs, nodes};
-use reading::StatusFields;
+pub(crate) use reading::StatusFields;
 pub use wait::{WaitArgs, wait};
-pub(crate) use words::UNKNOWN;
+pub(crate) use words::{UNKNOWN, micros};
 
 /// Startup time allowed for a node to appear.
 // Sessions dial again every second at the latest (`connect/retry`), and a status follows within a quarter.

@@ -4,68 +4,68 @@ use serde_json::{Map, Value};
 
 /// Fields by their names.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StatusFields<'a>(&'a Map<String, Value>);
+pub(crate) struct StatusFields<'a>(&'a Map<String, Value>);
 
 impl<'a> StatusFields<'a> {
-    pub(super) const fn of(fields: &'a Map<String, Value>) -> Self {
+    pub(crate) const fn of(fields: &'a Map<String, Value>) -> Self {
         Self(fields)
     }
 
     /// A field of any type; `null` if its value is unknown.
-    pub(super) fn value(&self, name: &str) -> Option<&'a Value> {
+    pub(crate) fn value(&self, name: &str) -> Option<&'a Value> {
         self.0.get(name)
     }
 
-    pub(super) fn number(&self, name: &str) -> Option<f64> {
+    pub(crate) fn number(&self, name: &str) -> Option<f64> {
         // Nodes of an older version lack fields, and unknown values are null: both are unknown here.
         self.0.get(name)?.as_f64()
     }
 
     /// A counter; 0 if it is not there.
-    pub(super) fn count(&self, name: &str) -> u64 {
+    pub(crate) fn count(&self, name: &str) -> u64 {
         let count = self.0.get(name).and_then(Value::as_u64);
         // Counters begin at 0, so an older node without one has counted nothing.
         count.unwrap_or_default()
     }
 
-    pub(super) fn text(&self, name: &str) -> Option<&'a str> {
+    pub(crate) fn text(&self, name: &str) -> Option<&'a str> {
         self.0.get(name)?.as_str()
     }
 
-    pub(super) fn is(&self, name: &str) -> bool {
+    pub(crate) fn is(&self, name: &str) -> bool {
         self.0.get(name).and_then(Value::as_bool) == Some(true)
     }
 
     /// A part with fields of its own.
-    pub(super) fn part(&self, name: &str) -> Option<Self> {
+    pub(crate) fn part(&self, name: &str) -> Option<Self> {
         self.0.get(name)?.as_object().map(Self)
     }
 
     /// The parts of a part, with their names.
-    pub(super) fn parts(&self, name: &str) -> impl Iterator<Item = (&'a str, Self)> {
+    pub(crate) fn parts(&self, name: &str) -> impl Iterator<Item = (&'a str, Self)> {
         let all = self.0.get(name).and_then(Value::as_object);
         let parts = all.into_iter().flatten();
         parts.filter_map(|(name, part)| Some((name.as_str(), Self(part.as_object()?))))
     }
 
     /// Names in a list, with commas.
-    pub(super) fn names(&self, name: &str) -> String {
+    pub(crate) fn names(&self, name: &str) -> String {
         self.texts(name).collect::<Vec<_>>().join(", ")
     }
 
     /// The texts of a list.
-    pub(super) fn texts(&self, name: &str) -> impl Iterator<Item = &'a str> {
+    pub(crate) fn texts(&self, name: &str) -> impl Iterator<Item = &'a str> {
         let list = self.0.get(name).and_then(Value::as_array);
         list.into_iter().flatten().filter_map(Value::as_str)
     }
 
     /// A fault: `0x4B52: what it means`.
-    pub(super) fn fault(&self, name: &str) -> Option<String> {
+    pub(crate) fn fault(&self, name: &str) -> Option<String> {
         let fault = self.part(name)?;
         Some(format!("{}: {}", fault.text("code")?, fault.text("text")?))
     }
 
-    pub(super) fn fields(&self) -> impl Iterator<Item = (&'a str, &'a Value)> {
+    pub(crate) fn fields(&self) -> impl Iterator<Item = (&'a str, &'a Value)> {
         self.0.iter().map(|(name, value)| (name.as_str(), value))
     }
 }

@@ -36,7 +36,7 @@ pub(super) fn beat_period(cycle_time_us: f64, drift_ppm: f64) -> Option<f64> {
 }
 
 /// A time in microseconds, with a fitting unit.
-pub(super) fn micros(us: f64) -> String {
+pub(crate) fn micros(us: f64) -> String {
     match us.abs() {
         // By the magnitude; NaN falls through to the last arm.
         0.0..1e3 => format!("{us:.1} µs"),

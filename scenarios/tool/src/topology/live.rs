@@ -25,13 +25,15 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// A network that cannot be joined, or without any node.
 pub(super) fn nodes(network: &NetworkArgs) -> anyhow::Result<Vec<PlantNode>> {
     let watcher = network.watch(&[])?;
-    let seen = status::gather(&watcher, &[]);
-    let nodes = seen.map(|seen| {
-        let alive = seen.iter().filter(|node| node.is_alive);
-        alive.filter_map(|node| node_of(&watcher, node)).collect()
-    });
+    let nodes = status::gather(&watcher, &[]).map(|seen| described(&watcher, &seen));
     watcher.close();
     nodes
+}
+
+/// Describes the nodes that run, of those that are seen. Each is asked, and waited for up to a second.
+pub(crate) fn described(watcher: &Watcher, seen: &[SeenNode]) -> Vec<PlantNode> {
+    let alive = seen.iter().filter(|node| node.is_alive);
+    alive.filter_map(|node| node_of(watcher, node)).collect()
 }
 
 fn node_of(watcher: &Watcher, seen: &SeenNode) -> Option<PlantNode> {

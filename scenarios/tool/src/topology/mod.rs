@@ -1,7 +1,7 @@
 //! `coaxle topology`: who follows whom over all nodes, from their configs or while they run.
 
 mod configs;
-mod live;
+pub(crate) mod live;
 mod table;
 
 use std::path::{Path, PathBuf};

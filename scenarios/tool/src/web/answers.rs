@@ -19,6 +19,8 @@ pub(crate) const HTML: &str = "text/html; charset=utf-8";
 pub(crate) const CSS: &str = "text/css; charset=utf-8";
 /// A script.
 pub(crate) const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
+/// A picture.
+pub(crate) const SVG: &str = "image/svg+xml";
 
 /// Content security policy: the page loads nothing from elsewhere, and no other page frames it.
 // `data:` is for the empty icon: without one a browser asks for `/favicon.ico`.

@@ -18,7 +18,7 @@ use std::net::{SocketAddr, TcpListener};
 use anyhow::Context;
 
 pub(crate) use answers::{
-    CSS, HTML, JAVASCRIPT, Response, as_json, file, not_found, streamed, whole, wrong,
+    CSS, HTML, JAVASCRIPT, Response, SVG, as_json, file, not_found, streamed, whole, wrong,
 };
 pub(crate) use request::{Verb, WebRequest};
 pub(crate) use server::Routes;
