@@ -212,7 +212,10 @@ fn changes(
         own.extend(taken_over);
         if health != before.far_health[n] && !is_told && !is_of_a_slave(now.health) {
             // Behind the cause, a restart say, where there is one.
-            own.insert(usize::from(!own.is_empty()), health_of_far(now, n));
+            own.insert(
+                usize::from(!own.is_empty()),
+                health_of_far(now, n, &heard[n]),
+            );
         }
         own.extend(standing_by(signals, changed));
         let about = |note| about(&heard[n], heard.len(), note);
@@ -333,7 +336,7 @@ fn orders(before: &FarNodeSignals, now: &FarNodeSignals) -> impl Iterator<Item =
     notes.into_iter().flatten().map(note)
 }
 
-fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
+fn health_of_far(now: &ReceiverSnapshot, n: usize, heard: &Heard) -> Note {
     let signals = &now.signals.far[n];
     let state = now.state_of(n).map(FilterState::name);
     match (now.far_health[n], state) {
@@ -364,9 +367,11 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
         ),
         (health, _) => match Fault::of_far(now, n) {
             Some(fault) if health == Health::Error(SyncError::MaxDataAgeExceeded) => {
-                let age = signals.age_cycles;
+                let Heard { age_limit, .. } = heard;
                 let text = format!(
-                    "error {fault}: {age} cycles, more than age-of-data-limit permits; {}",
+                    "error {fault}: {} own cycles, at most {age_limit} by sync.time-sync.age-of-data-limit{}; {}",
+                    signals.age_cycles,
+                    advice(*age_limit),
                     effect(now, n)
                 );
                 Note::new(Level::Error, text)
@@ -374,6 +379,18 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize) -> Note {
             Some(fault) => means(fault, now, n),
             None => Note::new(Level::Info, health.name().name()),
         },
+    }
+}
+
+/// Limit that an ordinary PC keeps, in own cycles of a millisecond.
+// Without real-time priority its threads stand still for some tens of milliseconds now and then.
+const ORDINARY_LIMIT: u16 = 100;
+
+/// Advice about a limit that is too low for an ordinary PC.
+fn advice(age_limit: u16) -> String {
+    match age_limit < ORDINARY_LIMIT {
+        true => format!(" (on a PC without real-time priority {ORDINARY_LIMIT}, or more)"),
+        false => String::new(),
     }
 }
 

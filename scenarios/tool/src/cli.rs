@@ -23,6 +23,7 @@ use crate::command::{self, CommandArgs};
 use crate::doctor::{self, DoctorArgs};
 use crate::examples;
 use crate::gear::{self, GearSubcommand};
+use crate::init::{self, InitArgs};
 use crate::overview;
 use crate::recorded::{self, ExportArgs, InfoArgs, RecordArgs, RecoverArgs, ReplayArgs};
 use crate::ros2::{self, Ros2Args};
@@ -76,6 +77,8 @@ enum CoaxleCommand {
         /// Name of a built-in scenario
         scenario: String,
     },
+    /// Write the configs of two nodes to start with, and their certificates, from six answers or options
+    Init(InitArgs),
     /// Print a config of a node to start from; without a name, list those that there are
     Example {
         /// Name of the config
@@ -209,6 +212,7 @@ fn carry_out(command: Option<CoaxleCommand>) -> anyhow::Result<Exit> {
         Some(CoaxleCommand::List) => (list()?, Exit::Failed),
         Some(CoaxleCommand::Check { scenarios }) => (check(&scenarios)?, Exit::Failed),
         Some(CoaxleCommand::Show { scenario }) => (show(&scenario)?, Exit::Failed),
+        Some(CoaxleCommand::Init(args)) => return init::init(&args),
         Some(CoaxleCommand::Example { name }) => (examples::print(name.as_deref())?, Exit::Failed),
         Some(CoaxleCommand::Signals { config }) => {
             (crate::signals::signals(&config)?, Exit::Failed)

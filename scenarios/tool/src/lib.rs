@@ -15,6 +15,7 @@ pub mod doctor;
 mod edit;
 mod examples;
 pub mod gear;
+mod init;
 pub mod node_config;
 mod overview;
 mod recorded;

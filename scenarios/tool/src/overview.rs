@@ -34,8 +34,8 @@ const GROUPS: [(&str, &[&str]); 6] = [
     (
         "Files",
         &[
-            "example", "list", "show", "check", "topology", "cam", "saw", "gear", "signals",
-            "schema",
+            "init", "example", "list", "show", "check", "topology", "cam", "saw", "gear",
+            "signals", "schema",
         ],
     ),
     ("Measure", &["bench", "scale", "conform", "record-arrivals"]),

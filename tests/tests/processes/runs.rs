@@ -290,6 +290,54 @@ fn receivers_can_be_chained() {
 }
 
 /// With two of the seven: ten processes are too many for two cores.
+/// Shown 200 ms later, an instant that every frame reaches in time on a busy machine, too.
+#[test]
+fn every_drive_shows_one_instant_of_the_master() {
+    let _alone = alone();
+    let out = tempfile::tempdir().expect("a scratch folder");
+    let swings =
+        "{ velocity = { value = 800, for-s = 1 } }, { velocity = { value = 100, for-s = 1 } }";
+    let steps = format!(
+        "sender.line.axis.conveyor.program.steps=[{{ enable = true }}, {{ dwell = {{ for-s = 9 }} }}, \
+         {{ loop = {{ count = 5, steps = [{swings}] }} }}, {{ velocity = {{ value = 0 }} }}]"
+    );
+    let wide =
+        ["own", "first", "second"].map(|name| format!("receiver.{name}.sync.time-sync={WIDE}"));
+    let sets = [
+        &steps,
+        "duration-s=21",
+        "sender.line.axis.conveyor.present-after-ms=200",
+        "receiver.first.lag-ms=100",
+        &wide[0],
+        &wide[1],
+        &wide[2],
+        "expect=[]",
+    ];
+    let summary = run_processes("presented-plant", out.path(), &sets);
+    let figure = |name: &str, figure: &str| summary["receivers"][name][figure].as_f64();
+    if !(all_kept_their_cycles(&summary)
+        && were_in_sync_by(&summary, &["own", "first", "second"], 8.0))
+    {
+        return;
+    }
+    // What each states of its clock, and the second of that of the first besides; the uncertainty is that of the last cycle.
+    let mut stated_us = 0.0;
+    for name in ["own", "first", "second"] {
+        let own = figure(name, "delay_uncertainty_us").expect("measured");
+        stated_us = if name == "second" {
+            stated_us + own
+        } else {
+            own
+        };
+        let shown = figure(name, "shown_position_error_max").expect("judged");
+        let most = 800e-6 * 2.0 * stated_us + 0.001;
+        assert!(
+            shown <= most,
+            "{name}: {shown} mm of {most}, stated {stated_us} µs"
+        );
+    }
+}
+
 #[test]
 fn a_master_waits_for_its_followers_and_stops_with_them() {
     let _alone = alone();

@@ -12,6 +12,8 @@ pub(super) struct Heard {
     /// Number of the far node, or of the one that it stands by for.
     far: usize,
     pub(super) is_standby: bool,
+    /// Own cycles without new data that the config permits.
+    pub(super) age_limit: u16,
 }
 
 /// Every node received from, by its number.
@@ -22,6 +24,7 @@ pub(super) fn heard(config: &ReceiverConfig) -> Vec<Heard> {
             name: heard.node.to_string(),
             far: heard.far,
             is_standby: heard.place > 0,
+            age_limit: config.far[heard.far].sync.time_sync.age_of_data_limit,
         })
         .collect()
 }

@@ -48,7 +48,7 @@ pub struct SecureArgs {
     #[arg(long = "at", value_name = "NODE=HOST", value_parser = at)]
     addresses: Vec<(NodeName, String)>,
     /// Validity of the certificates, in days
-    #[arg(long, value_name = "N", default_value_t = 365, value_parser = clap::value_parser!(u16).range(1..=3650))]
+    #[arg(long, value_name = "N", default_value_t = VALID_DAYS, value_parser = clap::value_parser!(u16).range(1..=3650))]
     valid_days: u16,
 }
 
@@ -66,6 +66,8 @@ pub struct RenewArgs {
     revoke: Vec<NodeName>,
 }
 
+/// Validity of the certificates, if none is stated.
+const VALID_DAYS: u16 = 365;
 /// Validity of the authority. It outlives what it signs: all folders are to be copied again when it ends.
 const AUTHORITY_DAYS: u16 = 20 * 365;
 
@@ -74,16 +76,8 @@ const AUTHORITY_DAYS: u16 = 20 * 365;
 /// # Errors
 /// A wrong config, members that make no network, folders that are there already or cannot be written.
 pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
-    let now = machine::wall_clock();
     let (args, authority, only, revoke) = match command {
-        SecureSubcommand::Init(args) => {
-            let network = args.network()?;
-            // Before the authority is written: members of two authorities refuse each other.
-            refuse_to_overwrite(&args.out, &network)?;
-            let authority = Authority::new(Validity::days(now, AUTHORITY_DAYS))?;
-            write_authority(&args.out, &authority)?;
-            (args, authority, &[][..], &[][..])
-        }
+        SecureSubcommand::Init(args) => (args, args.new_authority()?, &[][..], &[][..]),
         SecureSubcommand::Renew(RenewArgs {
             network,
             only,
@@ -95,31 +89,37 @@ pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
             &revoke[..],
         ),
     };
-    let network = args.network()?;
-    check_known(&network, only)?;
-    // The same instant for all, so that no member expires before the others by seconds.
-    let validity = Validity::days(now, args.valid_days);
-    // Read before anything is written: a damaged list stops all of it.
-    let revoked = revoked(args, revoke, validity)?;
-    let is_meant = |name: &NodeName| only.is_empty() || only.contains(name);
-    for name in members(&network).filter(|name| is_meant(name)) {
-        // For operators as well, who have no address but their own PC.
-        let hosts = network.addresses().in_certificate(name);
-        let issued = authority.issue(name, &hosts, validity)?;
-        let profile = profile(&network, name).context("a member has rights")?;
-        write_role(&args.out.join(name.as_str()), &authority, &issued, &profile)?;
-    }
-    distribute(&revoked, args, &network, &authority)?;
-    let secret = timing_secret(&args.out)?;
-    for node in network.nodes().iter().filter(|node| is_meant(&node.name)) {
-        let keys = timing::keys_of(&network, node, &secret, &revoked);
-        write_timing_keys(&args.out.join(node.name.as_str()), &keys)?;
-    }
+    let (network, revoked) = args.write(&authority, only, revoke)?;
     inspect::print(|out| {
-        write_instructions(&args.out, &network, is_meant, out)?;
+        write_instructions(&args.out, &network, |name| is_meant(only, name), out)?;
         write_revocations(&revoked, revoke, out)?;
         Ok(true)
     })
+}
+
+/// Makes a new network of these configs in the folder `out`, with one operator and the addresses of the nodes.
+///
+/// # Errors
+/// As of [`print`].
+pub(crate) fn init(
+    configs: Vec<PathBuf>,
+    out: PathBuf,
+    operator: Operator,
+    addresses: Vec<(NodeName, String)>,
+) -> anyhow::Result<()> {
+    let args = SecureArgs {
+        configs,
+        out,
+        operators: vec![operator],
+        addresses,
+        valid_days: VALID_DAYS,
+    };
+    let authority = args.new_authority()?;
+    args.write(&authority, &[], &[]).map(drop)
+}
+
+fn is_meant(only: &[NodeName], name: &NodeName) -> bool {
+    only.is_empty() || only.contains(name)
 }
 
 /// The list of revoked certificates that the authority keeps, with these members added.
@@ -186,6 +186,46 @@ fn write_revocations(
 }
 
 impl SecureArgs {
+    /// Makes a new authority, and writes it.
+    fn new_authority(&self) -> anyhow::Result<Authority> {
+        let network = self.network()?;
+        // Before the authority is written: members of two authorities refuse each other.
+        refuse_to_overwrite(&self.out, &network)?;
+        let authority = Authority::new(Validity::days(machine::wall_clock(), AUTHORITY_DAYS))?;
+        write_authority(&self.out, &authority)?;
+        Ok(authority)
+    }
+
+    /// Writes the folders of all members, or of `only` some, and the certificates that are revoked.
+    fn write(
+        &self,
+        authority: &Authority,
+        only: &[NodeName],
+        revoke: &[NodeName],
+    ) -> anyhow::Result<(SecureNetwork, RevocationList)> {
+        let network = self.network()?;
+        check_known(&network, only)?;
+        // The same instant for all, so that no member expires before the others by seconds.
+        let validity = Validity::days(machine::wall_clock(), self.valid_days);
+        // Read before anything is written: a damaged list stops all of it.
+        let revoked = revoked(self, revoke, validity)?;
+        for name in members(&network).filter(|name| is_meant(only, name)) {
+            // For operators as well, who have no address but their own PC.
+            let hosts = network.addresses().in_certificate(name);
+            let issued = authority.issue(name, &hosts, validity)?;
+            let profile = profile(&network, name).context("a member has rights")?;
+            write_role(&self.out.join(name.as_str()), authority, &issued, &profile)?;
+        }
+        distribute(&revoked, self, &network, authority)?;
+        let secret = timing_secret(&self.out)?;
+        let nodes = network.nodes().iter();
+        for node in nodes.filter(|node| is_meant(only, &node.name)) {
+            let keys = timing::keys_of(&network, node, &secret, &revoked);
+            write_timing_keys(&self.out.join(node.name.as_str()), &keys)?;
+        }
+        Ok((network, revoked))
+    }
+
     fn network(&self) -> anyhow::Result<SecureNetwork> {
         let nodes = self.configs.iter().map(|file| Member::load(file));
         let nodes = nodes.collect::<anyhow::Result<Vec<_>>>()?;

@@ -10,7 +10,7 @@ use coaxle_topology::{AxisOrigin, PlantAnalysis, PlantFinding, PlantNode, WayOri
 use crate::node_config::{NodeConfig, NodeKind};
 
 /// Reads the nodes. A way without a known delay has the one that is `assumed`.
-pub(super) fn nodes(files: &[PathBuf], assumed: Option<Span>) -> anyhow::Result<Vec<PlantNode>> {
+pub(crate) fn nodes(files: &[PathBuf], assumed: Option<Span>) -> anyhow::Result<Vec<PlantNode>> {
     let mut nodes = Vec::with_capacity(files.len());
     for file in files {
         let mut node = node(file)?;

@@ -1,6 +1,6 @@
 //! `coaxle topology`: who follows whom over all nodes, from their configs or while they run.
 
-mod configs;
+pub(crate) mod configs;
 pub(crate) mod live;
 mod table;
 

@@ -74,7 +74,8 @@ pub(super) fn findings(
     for (name, slave) in now.parts("slaves") {
         find_slave(name, &slave, &mut found);
     }
-    let size = |finding: &LimitingCause| finding.way.as_ref().map_or(0.0, |way| way.by);
+    // One of unknown size may be any.
+    let size = |finding: &LimitingCause| finding.way.as_ref().map_or(f64::INFINITY, |way| way.by);
     found.retain(|finding| finding.is_wrong || size(finding) > NOTHING);
     // Stable: faults stay in the order from the node to its slaves.
     found.sort_by(|one, other| {
@@ -199,28 +200,20 @@ impl FarNodeStatus<'_> {
 
     /// A mode that does not know the time of the far node.
     fn mode(&self) -> Option<LimitingCause> {
-        let mode = self.far.text("mode")?;
-        let far_cycle = self.far.number("cycle_time_us")?;
-        let age = self
-            .source
-            .and_then(|source| source.number("frame_age_ms"))
-            .unwrap_or_default()
-            * 1e3;
-        let (why, time) = match mode {
-            "observer" => return None,
-            "bypass" | "pt1" => (
-                "Values are used as they come, as old as their way, and a cycle is repeated or missed now and then.",
-                age.max(far_cycle),
-            ),
-            _ => (
-                "The blocks of TS5066 know the drift, but not the delay of the way, and take a lost message for a beat.",
-                age.max(far_cycle),
-            ),
+        let mode = self.far.text("mode").filter(|mode| *mode != "observer")?;
+        let why = match mode {
+            "bypass" | "pt1" => {
+                "Values are used as they come, as old as their way, and a cycle is repeated or missed now and then."
+            }
+            _ => {
+                "The blocks of TS5066 know the drift, but not the delay of the way, and take a lost message for a beat."
+            }
         };
         let what = format!("mode {mode} of {}", self.name);
-        let mut found = self.of_time("mode", what, time, why.to_owned());
-        found.remedy = Some("mode = \"observer\"".to_owned());
-        Some(found)
+        Some(LimitingCause {
+            remedy: Some("mode = \"observer\"".to_owned()),
+            ..LimitingCause::of_unknown_size("mode", what, why)
+        })
     }
 
     fn delay(&self) -> Option<LimitingCause> {
@@ -228,11 +221,10 @@ impl FarNodeStatus<'_> {
         let what = format!("delay of the way from {name}");
         if self.far.text("delay_state") == Some("off") {
             let why = "The delay is not taken into account: axes are as late as their way is long.";
-            let age = self.source.and_then(|source| source.number("frame_age_ms"));
-            let mut found =
-                self.of_time("delay", what, age.unwrap_or_default() * 1e3, why.to_owned());
-            found.remedy = Some("delay = \"measured\"".to_owned());
-            return Some(found);
+            return Some(LimitingCause {
+                remedy: Some("delay = \"measured\"".to_owned()),
+                ..LimitingCause::of_unknown_size("delay", what, why)
+            });
         }
         let uncertainty = self.far.number("delay_uncertainty_us")?;
         let why = "The two directions may differ: the error is at most half of the round trip, and none if they are alike.";
@@ -464,6 +456,18 @@ fn find_slave(name: &str, slave: &StatusFields<'_>, found: &mut Vec<LimitingCaus
 }
 
 impl LimitingCause {
+    fn of_unknown_size(cause: &'static str, what: String, why: &str) -> Self {
+        Self {
+            cause,
+            is_wrong: false,
+            what,
+            time_us: None,
+            way: None,
+            why: why.to_owned(),
+            remedy: None,
+        }
+    }
+
     fn fault(cause: &'static str, what: String, why: String, remedy: &str) -> Self {
         Self {
             cause,

@@ -4,6 +4,8 @@
 
 mod causes;
 #[cfg(test)]
+mod planted;
+#[cfg(test)]
 mod tests;
 
 use std::time::Duration;

@@ -20,7 +20,7 @@ tuning! {
         not_batched: f64 = 0.4,
         /// Groups of messages that the part is taken over; at the beginning, all so far, of which there have to be as many as `least`.
         // A dozen batches in a row are enough there. Of random delays of up to 20 ms on a way that keeps the order, half of the groups are batches by chance:
-        // over the last 8 it was more than four fifths each half a minute, and the line was found anew twice within 50 ms.
+        // over the last 8 it was more than four fifths each half a minute, and the line was found again twice within 50 ms.
         memory: f64 = 64.0,
         least: f64 = 8.0,
     }
