@@ -14,8 +14,8 @@ const MOVING: f64 = 1e-6;
 const COVERED: f64 = 3.0;
 /// Share of lost messages that is worth a word.
 const MUCH_LOSS: f64 = 1e-3;
-/// Errors below this are none, µs and u.
-const NOTHING: f64 = 1e-9;
+/// Part of the largest error from which on another one counts.
+const WORTH_A_WORD: f64 = 1e-3;
 
 /// A cause of errors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -76,7 +76,9 @@ pub(super) fn findings(
     }
     // One of unknown size may be any.
     let size = |finding: &LimitingCause| finding.way.as_ref().map_or(f64::INFINITY, |way| way.by);
-    found.retain(|finding| finding.is_wrong || size(finding) > NOTHING);
+    let known = found.iter().map(&size).filter(|size| size.is_finite());
+    let least = WORTH_A_WORD * known.fold(0.0, f64::max);
+    found.retain(|finding| finding.is_wrong || size(finding) > least);
     // Stable: faults stay in the order from the node to its slaves.
     found.sort_by(|one, other| {
         let by_kind = other.is_wrong.cmp(&one.is_wrong);

@@ -104,7 +104,7 @@ fn in_words(node: &NodeName, found: &[LimitingCause]) -> String {
     )
 }
 
-/// `, at most 44 µs: 0.022 mm at 500 mm/s`
+/// `, at most 44.0 µs or 0.022 mm at 500 mm/s`
 fn size(finding: &LimitingCause) -> String {
     let mut parts = Vec::new();
     if let Some(time) = finding.time_us {
@@ -113,13 +113,17 @@ fn size(finding: &LimitingCause) -> String {
     if let Some(way) = &finding.way {
         parts.push(format!("{} {}", rounded(way.by), way.unit));
     }
-    if let Some(velocity) = finding.way.as_ref().and_then(|way| way.at_velocity) {
-        parts.push(format!("at {} u/s", rounded(velocity)));
+    if parts.is_empty() {
+        return String::new();
     }
-    match parts.is_empty() {
-        true => String::new(),
-        false => format!(", at most {}", parts.join(", ")),
-    }
+    let way = finding.way.as_ref();
+    let velocity = way.and_then(|way| Some((way.at_velocity?, &way.unit)));
+    let velocity = velocity.map(|(velocity, unit)| format!(" at {} {unit}/s", rounded(velocity)));
+    format!(
+        ", at most {}{}",
+        parts.join(" or "),
+        velocity.unwrap_or_default()
+    )
 }
 
 /// A number with three digits that count.

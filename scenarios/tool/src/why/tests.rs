@@ -97,7 +97,7 @@ fn an_error_of_time_is_a_distance_at_the_velocity_of_the_axis() {
     let text = in_words(&NodeName::new("saw").expect("a name"), &found);
     assert!(
         text.contains(
-            "1. error: delay of the way from line, at most 44.0 µs, 0.022 mm, at 500 u/s\n"
+            "1. error: delay of the way from line, at most 44.0 µs or 0.022 mm at 500 mm/s\n"
         ),
         "{text}"
     );
