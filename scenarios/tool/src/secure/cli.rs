@@ -100,7 +100,7 @@ pub fn print(command: &SecureSubcommand) -> anyhow::Result<bool> {
 /// Makes a new network of these configs in the folder `out`, with one operator and the addresses of the nodes.
 ///
 /// # Errors
-/// As of [`print`].
+/// A wrong config, members that make no network, folders that are there already or cannot be written.
 pub(crate) fn init(
     configs: Vec<PathBuf>,
     out: PathBuf,
