@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use coaxle_clock::{CycleTime, Instant, Span};
 use coaxle_receiver::config::{GearConfig, MasterRef};
-use coaxle_receiver::{ContinuityState, ReceiverConfig, SignalRow};
+use coaxle_receiver::{ContinuityState, ReceiverConfig, SignalRow, SlaveConfig};
 use coaxle_sim::Truth;
 
 use super::TrackedMaster;
@@ -63,8 +63,7 @@ pub(super) struct ReceiverJudge {
     view: View,
     /// Gear from the master to the first slave, where gears alone couple it.
     gear: Option<GearConfig>,
-    /// Dead time of that slave's drive, as its config states it, and as the simulated one has it.
-    dead_time: [Span; 2],
+    dead_time: DriveDeadTime,
     slaves: Vec<SlaveJudge>,
     cycle_time: CycleTime,
     synchronises: bool,
@@ -95,6 +94,24 @@ pub(super) struct ReceiverJudge {
     was_error: u16,
     was_warning: u16,
     summary: ReceiverSummary,
+}
+
+/// Dead time of the drive of the first slave.
+#[derive(Clone, Copy, Debug, Default)]
+struct DriveDeadTime {
+    /// That by which it is given its set values earlier.
+    stated: Span,
+    /// That of the simulated drive.
+    simulated: Span,
+}
+
+impl DriveDeadTime {
+    fn of(slave: Option<&SlaveConfig>) -> Self {
+        slave.map_or(Self::default(), |slave| Self {
+            stated: slave.dead_time_us.span(),
+            simulated: slave.simulated_dead_time(),
+        })
+    }
 }
 
 /// The cycle before, as far as differences need it.
@@ -129,10 +146,7 @@ impl ReceiverJudge {
         Self {
             sources,
             gear: view.slaves.first().and_then(|n| config.gear_to(*n)),
-            dead_time: view.slaves.first().map_or([Span::ZERO; 2], |n| {
-                let slave = &config.slaves[*n];
-                [slave.dead_time_us.span(), slave.simulated_dead_time()]
-            }),
+            dead_time: DriveDeadTime::of(view.slaves.first().map(|n| &config.slaves[*n])),
             slaves: slaves_of(config, view),
             cycle_time: config.cycle_time_us.0,
             synchronises: followed.synchronises,
@@ -317,9 +331,8 @@ impl ReceiverJudge {
 
     /// True if the drive of the first slave shows the instant that all others show, and not the one that is calculated.
     fn is_shown_later(&self, record: &ReceiverCycle) -> bool {
-        let [dead_time, _] = self.dead_time;
         // A hold-back that the dead time takes up is none that waits.
-        let is_predicted = record.node.hold_back_us <= dead_time.as_micros_f64();
+        let is_predicted = record.node.hold_back_us <= self.dead_time.stated.as_micros_f64();
         record
             .slave()
             .is_some_and(|slave| slave.held_back_us > 0.0 || is_predicted)

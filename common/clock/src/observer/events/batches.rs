@@ -201,6 +201,28 @@ mod tests {
         batches.are_picked_from()
     }
 
+    /// Random delays of up to 20 ms on a way that keeps the order: what comes behind the latest comes with it.
+    #[test]
+    fn groups_that_are_batches_by_chance_change_nothing_once_there_are_many() {
+        let mut batches = Batches::default();
+        let (mut count, mut random, mut changes) = (0, 7_u32, 0);
+        for group in 0..50_000 {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let length = if random >> 16 < 36_000 { 8 } else { 3 };
+            for n in 0..length {
+                let arrival = Arrival {
+                    count,
+                    at: Instant::EPOCH,
+                    send_stamp: None,
+                };
+                let picked = batches.take(arrival, n > 0);
+                changes += u32::from(group > 200 && matches!(picked, Picked::Changed));
+                count += 1;
+            }
+        }
+        assert_eq!(changes, 0);
+    }
+
     #[test]
     fn batches_are_left_once_few_groups_are_some() {
         assert!(are_picked_where_one_is_a_batch_of(2));

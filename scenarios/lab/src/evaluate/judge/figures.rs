@@ -157,7 +157,7 @@ impl ReceiverJudge {
             return;
         };
         let wanted = ratio * position + offset;
-        let [_, dead_time] = self.dead_time;
+        let dead_time = self.dead_time.simulated;
         let summary = &mut self.summary;
         let worst = summary.drive_position_error_max.get_or_insert(0.0);
         *worst = worst.max((slave.drive_position - wanted).abs());
