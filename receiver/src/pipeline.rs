@@ -63,6 +63,7 @@ impl Pipeline {
                     _ => format!("far[{n}].sync"),
                 };
                 FarNode::new(far, cycle_time, run, &numbers)
+                    .map(|node| node.with_dead_time(config.longest_dead_time()))
                     .map_err(|error| Wrong::with_reason(field(), error))
             })
             .collect::<Result<_, _>>()?;

@@ -12,7 +12,19 @@ impl ReceiverConfig {
     pub fn may_hold_back(&self) -> bool {
         let by_far = self.far.iter().any(|far| far.lag_ms != Lag::Full);
         let mut virtual_axes = self.virtual_axes.iter();
-        by_far || virtual_axes.any(|axis| axis.present_after_ms.is_some())
+        by_far
+            || virtual_axes.any(|axis| axis.present_after_ms.is_some())
+            || self.longest_dead_time() > Span::ZERO
+    }
+
+    /// Longest dead time of a drive of its slaves, in whole cycles.
+    pub(crate) fn longest_dead_time(&self) -> Span {
+        let cycle = self.cycle_time_us.0.span();
+        let slaves = self.slaves.iter();
+        let longest = slaves.map(|slave| slave.dead_time_us.span()).max();
+        let longest = longest.unwrap_or(Span::ZERO);
+        // Rounded up: less would have to be predicted.
+        cycle * -(Span::ZERO - longest).div_floor(cycle)
     }
 
     /// True for each far axis that leads a slave, or is published for others.
@@ -63,6 +75,18 @@ mod tests {
         let published = config_of("publish-far-axes = ['a.3']\n");
         assert_eq!(published.far_axes_that_lead(), [false, true, true]);
         assert!(config(&format!("{far}lag-ms = 'auto'")).may_hold_back());
+    }
+
+    #[test]
+    fn a_dead_time_counts_in_whole_cycles() {
+        let slave = "[[far]]\nnode = 'a'\n[[slave]]\nname = 'x'\n";
+        let dead_time = |micros: f64| {
+            let config = config(&format!("{slave}dead-time-us = {micros}"));
+            (config.may_hold_back(), config.longest_dead_time())
+        };
+        assert_eq!(dead_time(0.0), (false, Span::ZERO));
+        assert_eq!(dead_time(4_000.0), (true, Span::from_millis(4)));
+        assert_eq!(dead_time(4_001.0), (true, Span::from_millis(5)));
     }
 
     #[test]

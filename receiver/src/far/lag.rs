@@ -18,6 +18,11 @@ pub(crate) struct HeldNow {
 }
 
 impl FarNode {
+    /// Leaves this time to the drives of the slaves, of a full lag.
+    pub(crate) fn with_dead_time(self, dead_time: Span) -> Self {
+        Self { dead_time, ..self }
+    }
+
     /// What its axes leave of the time by which they are shown later, of those that `count`.
     pub(crate) fn spare(&self, count: &[bool]) -> Spare {
         let node = self.followed();
@@ -36,6 +41,8 @@ impl FarNode {
                 Some(delay) => {
                     let measured = *measured.get_or_insert_with(|| self.measured_lag());
                     match self.lag.of(delay, measured) {
+                        // Otherwise the drives would be given predictions of what is known.
+                        Some(_) if self.lag == Lag::Full => Spare::Is(self.dead_time.min(delay)),
                         Some(lag) => Spare::Is(delay - lag),
                         None => Spare::Pending,
                     }

@@ -57,6 +57,8 @@ pub(crate) struct FarNode {
     axes: Box<[Axis]>,
     /// Lag of axes that are shown later.
     lag: Lag,
+    /// Part of a full lag that is left to the drives, for their dead times.
+    dead_time: Span,
     orders: OrderCounters,
 }
 
@@ -124,6 +126,7 @@ impl FarNode {
             take_over: TakeOver::default(),
             axes: config.axes.iter().map(axis).collect::<Result<_, _>>()?,
             lag: config.lag_ms,
+            dead_time: Span::ZERO,
             orders: OrderCounters::default(),
         })
     }
