@@ -41,7 +41,7 @@ pub struct Receiver {
     /// Reports, if it has a slave of a sender's axis.
     reports: Option<Box<ReportPublisher>>,
     time_server: TimeServer,
-    /// Its timing channel, if it has one for others.
+    /// Timing channel for others, if it has one.
     beacon_server: Option<Box<BeaconServer>>,
     /// Time requests that were refused on their way in.
     refused_requests: RejectionCounters,

@@ -12,9 +12,6 @@ use crate::waiting::{SLEW, WaitingSets};
 /// Greatest number of cycles by which set values can be held back.
 // A second of cycles of a millisecond, beyond which no operator waits; 32 kB.
 pub const MOST_HELD_BACK: u32 = 1_000;
-/// Longest dead time of a drive.
-// A thousand of the shortest cycles. Fieldbus and drive take some milliseconds together.
-pub const LONGEST_DEAD_TIME: Span = Span::from_millis(100);
 
 /// Waiting set values of a drive, in the drive's own positions.
 #[derive(Debug)]

@@ -149,7 +149,7 @@ pub use command::table::CommandRow;
 pub use command::{Command, CommandTraits};
 pub use couplings::{CouplingFault, CouplingRefusal};
 pub use error::SlaveError;
-pub use held_back::{LONGEST_DEAD_TIME, MOST_HELD_BACK};
+pub use held_back::MOST_HELD_BACK;
 pub use job::{EndedJob, JobError, JobState};
 pub use parameters::{DistanceParameters, OnMasterLoss, SlaveParameters, WrongSlaveParameter};
 pub use refusal::Refusal;

@@ -165,8 +165,10 @@ impl DrivePort {
             None => *set,
             Some(held_back) => held_back.step(set, elapsed.to_span(), waits, stands),
         };
-        self.course.take(due.position, elapsed.0);
-        self.predicted = self.prediction(hold_back);
+        if self.dead_time > Span::ZERO {
+            self.course.take(due.position, elapsed.0);
+            self.predicted = self.prediction(hold_back);
+        }
         self.drive.step(&self.predicted.unwrap_or(due), elapsed);
         self.look();
     }

@@ -3,7 +3,7 @@
 use coaxle_axis::drive::{Actual, Drive, DriveKind, DriveState, SimulatedDrive};
 use coaxle_clock::{CycleTime, Seconds, Span};
 use coaxle_curve::profile::Kinematics;
-use coaxle_slave::{LONGEST_DEAD_TIME, WaitingSets};
+use coaxle_slave::WaitingSets;
 
 /// A drive that follows each set value a dead time after it was given it.
 #[derive(Debug)]
@@ -15,7 +15,7 @@ pub(super) struct LateDrive {
 
 impl LateDrive {
     pub(super) fn new(drive: SimulatedDrive, dead_time: Span) -> Self {
-        let cycles = LONGEST_DEAD_TIME.div_floor(CycleTime::MIN);
+        let cycles = dead_time.div_floor(CycleTime::MIN);
         Self {
             drive,
             dead_time,

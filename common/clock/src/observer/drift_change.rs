@@ -235,11 +235,12 @@ impl PhaseObserver {
     /// Leaves an edge that goes up again and again: the drift is another one, and was not noticed. Where that edge is followed, both lines
     /// restart from that of all messages.
     pub(super) fn leave_staircase(&mut self) {
-        let found_again = self.new_edge();
-        let Some(stream) = &mut self.stream else {
+        let stairs = (self.stream.as_ref()).and_then(|stream| stream.edge.staircase_from());
+        let Some(since) = stairs else {
             return;
         };
-        let Some(since) = stream.edge.staircase_from() else {
+        let found_again = self.new_edge();
+        let Some(stream) = &mut self.stream else {
             return;
         };
         let edge = stream.edge.line().filter(|_| stream.choice.is_edge());

@@ -28,9 +28,9 @@ pub(super) struct OwnRate(Option<ExchangeMiddle>);
 /// Middle of an exchange.
 #[derive(Clone, Copy, Debug)]
 struct ExchangeMiddle {
-    /// Of the request's departure and the response's arrival.
+    /// Mean of the request's departure and the response's arrival.
     here: Instant<Local>,
-    /// Of the request's arrival and the response's departure.
+    /// Mean of the request's arrival and the response's departure.
     far: Span,
     /// Half of the time on both ways, s.
     error: f64,

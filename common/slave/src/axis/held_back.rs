@@ -23,8 +23,8 @@ impl SlaveAxis {
         self.hold_back = by;
     }
 
-    /// Sets the dead time of its drive, the time after which a set value that it is given is its position: at most
-    /// [`LONGEST_DEAD_TIME`](crate::LONGEST_DEAD_TIME), and before it has power.
+    /// Sets the dead time of its drive, the time after which a set value that it is given is its position,
+    /// before it has power.
     ///
     /// The drive is given each set value that much earlier. A hold-back is shortened by it, so that the values are known. What it lacks is
     /// predicted by the course of the set positions: off by `jerk · time³ / 6`, with steps of the velocity by `jerk · time² / 2` where the

@@ -40,6 +40,14 @@ fn held_back() -> AxisWithPlates {
     axis
 }
 
+/// Moves to 300 mm; returns the set values, and those that the drive was given.
+fn moved(axis: &mut AxisWithPlates) -> (Vec<Kinematics>, Vec<Kinematics>) {
+    start(axis, &move_absolute(300.0));
+    (0..2_000)
+        .map(|_| (axis.update(None, CYCLE), axis.shown()))
+        .unzip()
+}
+
 fn run_with(axis: &mut AxisWithPlates, given: &mut Given, cycles: u32) {
     for _ in 0..cycles {
         axis.update(None, CYCLE);
@@ -50,12 +58,7 @@ fn run_with(axis: &mut AxisWithPlates, given: &mut Given, cycles: u32) {
 #[test]
 fn a_motion_is_shown_later_with_its_own_bits() {
     let mut axis = held_back();
-    start(&mut axis, &move_absolute(300.0));
-    let (mut early, mut shown) = (Vec::new(), Vec::new());
-    for _ in 0..2_000 {
-        early.push(axis.update(None, CYCLE));
-        shown.push(axis.shown());
-    }
+    let (early, shown) = moved(&mut axis);
     assert_eq!(early[..1_960], shown[40..]);
     assert!(
         axis.rests()
@@ -87,12 +90,7 @@ fn a_dead_time_is_taken_from_the_hold_back_with_its_own_bits() {
     start(&mut axis, &Command::Power(true));
     run(&mut axis, 5);
     assert_eq!(axis.held_back_by(), BY - Span::from_millis(4));
-    start(&mut axis, &move_absolute(300.0));
-    let (mut early, mut shown) = (Vec::new(), Vec::new());
-    for _ in 0..2_000 {
-        early.push(axis.update(None, CYCLE));
-        shown.push(axis.shown());
-    }
+    let (early, shown) = moved(&mut axis);
     assert_eq!(early[..1_964], shown[36..]);
 }
 
@@ -106,19 +104,14 @@ fn what_a_hold_back_lacks_for_a_dead_time_is_predicted() {
         axis.set_hold_back(Span::from_millis(hold_back));
         start(&mut axis, &Command::Power(true));
         run(&mut axis, 5);
-        start(&mut axis, &move_absolute(300.0));
-        let (mut truth, mut given) = (Vec::new(), Vec::new());
-        for _ in 0..2_000 {
-            truth.push(axis.update(None, CYCLE).position);
-            given.push(axis.shown().position);
-        }
+        let (truth, given) = moved(&mut axis);
         assert_eq!(axis.held_back_by(), Span::ZERO);
         // jerk · time³ / 6, and twice that where the jerk turns.
         let bound = 2.0 * 100_000.0 * (ahead as f64 * 1e-3).powi(3) / 6.0;
         let errors = truth[ahead..]
             .iter()
             .zip(&given)
-            .map(|(truth, given)| (truth - given).abs());
+            .map(|(truth, given)| (truth.position - given.position).abs());
         let worst = errors.fold(0.0, f64::max);
         assert!(worst < bound && worst > 0.1 * bound, "{worst} of {bound}");
         assert_eq!(given[1_999], truth[1_999]);
