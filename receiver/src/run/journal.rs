@@ -369,7 +369,7 @@ fn health_of_far(now: &ReceiverSnapshot, n: usize, heard: &Heard) -> Note {
             Some(fault) if health == Health::Error(SyncError::MaxDataAgeExceeded) => {
                 let Heard { age_limit, .. } = heard;
                 let text = format!(
-                    "error {fault}: {} own cycles, at most {age_limit} by sync.time-sync.age-of-data-limit{}; {}",
+                    "error {fault}: {} own cycles, more than sync.time-sync.age-of-data-limit permits, in the config {age_limit}{}; {}",
                     signals.age_cycles,
                     advice(*age_limit),
                     effect(now, n)

@@ -12,7 +12,7 @@ pub(super) struct Heard {
     /// Number of the far node, or of the one that it stands by for.
     far: usize,
     pub(super) is_standby: bool,
-    /// Own cycles without new data that the config permits.
+    /// Own cycles without new data that the config permits: an order may have changed it, and cycle times raise it.
     pub(super) age_limit: u16,
 }
 

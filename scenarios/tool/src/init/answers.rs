@@ -23,7 +23,7 @@ impl PlacedNode {
     /// Reads `NAME` or `NAME@HOST`.
     ///
     /// # Errors
-    /// What is wrong, and what is expected.
+    /// Words for the mistake, and for what is expected.
     pub(super) fn read(text: &str) -> Result<Self, String> {
         let (name, host) = text.split_once('@').unwrap_or((text, HERE));
         Ok(Self {
@@ -38,7 +38,7 @@ impl PlacedNode {
         address.map_or(self.host == "localhost", |address| address.is_loopback())
     }
 
-    /// Its address as a part of an endpoint.
+    /// Address of its PC, as a part of an endpoint.
     pub(super) fn in_endpoint(&self) -> String {
         match self.host.parse() {
             Ok(IpAddr::V6(address)) => format!("[{address}]"),
@@ -66,7 +66,7 @@ fn host_of(text: &str) -> Result<String, String> {
 /// Reads yes or no.
 ///
 /// # Errors
-/// What is expected.
+/// Words for what is expected.
 pub(super) fn yes_or_no(text: &str) -> Result<bool, String> {
     match text {
         "yes" | "y" => Ok(true),
@@ -88,7 +88,7 @@ impl Interview {
     }
 
     pub(super) fn node(
-        &mut self,
+        &self,
         given: Option<&PlacedNode>,
         does: &str,
         usual: &str,
@@ -102,7 +102,7 @@ impl Interview {
         Ok(PlacedNode { name, host })
     }
 
-    pub(super) fn task(&mut self, given: Option<FollowerTask>) -> anyhow::Result<FollowerTask> {
+    pub(super) fn task(&self, given: Option<FollowerTask>) -> anyhow::Result<FollowerTask> {
         let read = |text: &str| FollowerTask::from_str(text, true);
         match given {
             Some(task) => Ok(task),
@@ -110,7 +110,7 @@ impl Interview {
         }
     }
 
-    pub(super) fn secure(&mut self, given: Option<bool>, usual: bool) -> anyhow::Result<bool> {
+    pub(super) fn secure(&self, given: Option<bool>, usual: bool) -> anyhow::Result<bool> {
         let question = "Certificates for both, and nobody else is let in: yes or no";
         match given {
             Some(secure) => Ok(secure),
@@ -136,10 +136,9 @@ impl Interview {
                 Ok(true)
             })?;
             let mut line = String::new();
-            let length = std::io::stdin().lock().read_line(&mut line)?;
+            std::io::stdin().lock().read_line(&mut line)?;
             match line.trim() {
-                // The end of the input answers no more questions.
-                "" if length == 0 => return usual_of(),
+                // At its end, the input answers no more questions.
                 "" => return usual_of(),
                 answer => match read(answer) {
                     Ok(value) => return Ok(value),

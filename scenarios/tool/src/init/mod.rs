@@ -38,10 +38,10 @@ pub(crate) struct InitArgs {
     /// The node that follows, likewise
     #[arg(long, value_name = "NAME[@HOST]", value_parser = PlacedNode::read)]
     follow: Option<PlacedNode>,
-    /// What it does with the axis that it follows
+    /// Task of the follower: what it does with the axis
     #[arg(long, value_enum)]
     task: Option<FollowerTask>,
-    /// Whether both have certificates, and let in nobody else [default: yes if they are on two PCs]
+    /// Certificates for both, so that nobody else is let in [default: yes if they are on two PCs]
     #[arg(long, value_name = "yes|no", value_parser = answers::yes_or_no)]
     secure: Option<bool>,
     /// Cycle time of both, µs
@@ -49,7 +49,7 @@ pub(crate) struct InitArgs {
     cycle_time_us: u32,
 }
 
-/// What a follower does with the axis that it follows.
+/// Task of a follower.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum FollowerTask {
     /// A roll moves with it, by a gear
@@ -75,8 +75,8 @@ struct StartPlan {
 /// # Errors
 /// Names that are alike, a folder that has files in it, or that cannot be written.
 pub(crate) fn init(args: &InitArgs) -> anyhow::Result<Exit> {
-    let mut asked = Interview::new(std::io::stdin().is_terminal());
-    let plan = plan(args, &mut asked)?;
+    let asked = Interview::new(std::io::stdin().is_terminal());
+    let plan = plan(args, &asked)?;
     let folder = &args.folder;
     make_empty(folder)?;
     write(folder, &plan)?;
@@ -85,7 +85,7 @@ pub(crate) fn init(args: &InitArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn plan(args: &InitArgs, asked: &mut Interview) -> anyhow::Result<StartPlan> {
+fn plan(args: &InitArgs, asked: &Interview) -> anyhow::Result<StartPlan> {
     let lead = asked.node(args.lead.as_ref(), "leads", "conveyor")?;
     let follow = asked.node(args.follow.as_ref(), "follows", "saw")?;
     if lead.name == follow.name {
@@ -149,7 +149,7 @@ fn file_of(name: &NodeName) -> String {
     format!("{name}.toml")
 }
 
-/// What to do next, on each PC.
+/// Steps that follow, on each PC.
 fn next(folder: &Path, plan: &StartPlan) -> String {
     let StartPlan {
         lead,

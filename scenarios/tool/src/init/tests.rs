@@ -14,7 +14,7 @@ fn args(folder: &Path, lead: &str, follow: &str, task: FollowerTask) -> InitArgs
 }
 
 fn written(args: &InitArgs) -> anyhow::Result<StartPlan> {
-    let plan = plan(args, &mut Interview::new(false))?;
+    let plan = plan(args, &Interview::new(false))?;
     make_empty(&args.folder)?;
     write(&args.folder, &plan)?;
     check(&args.folder, &plan)?;
