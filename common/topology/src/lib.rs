@@ -77,8 +77,8 @@ pub use analysis::{
 pub use dot::{dot, label, short};
 pub use finding::PlantFinding;
 pub use plant::{
-    AxisOrigin, FarReference, LagRule, MeasuredStage, PlantAxis, PlantNode, PlantRole, RootMotion,
-    Showing, StatedLimits,
+    AxisOrigin, FarReference, LagRule, MeasuredStage, MeasuredWay, PlantAxis, PlantNode, PlantRole,
+    RootMotion, Showing, StatedLimits,
 };
 pub use presentation::ShownAs;
 pub use way::{WayOrigin, WaySource};

@@ -172,6 +172,39 @@ pub struct MeasuredStage {
     pub lag: Option<Span>,
 }
 
+/// Figures that a receiver measures of a far node, as far as they are known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeasuredWay {
+    /// Delay of its messages.
+    pub delay: Option<Span>,
+    /// Presentation delay that would do.
+    pub needed: Option<Span>,
+    /// Presentation delay that its frames state.
+    pub present_after: Option<Span>,
+    /// Lag of its axes.
+    pub lag: Option<Span>,
+}
+
+impl FarReference {
+    /// Replaces what a config says by what its receiver measures.
+    pub fn measure(&mut self, measured: &MeasuredWay) {
+        if let Some(delay) = measured.delay {
+            self.way = WaySource::Measured {
+                delay,
+                needed: measured.needed,
+            };
+        }
+        self.measured = Some(MeasuredStage {
+            present_after: measured.present_after.unwrap_or_default(),
+            lag: measured.lag,
+        });
+        // A receiver that shows the newest values has no lag.
+        if self.showing != Showing::AsReceived && measured.lag.is_none() {
+            self.showing = Showing::Now;
+        }
+    }
+}
+
 /// Instant of a far axis that is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Showing {

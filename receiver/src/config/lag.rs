@@ -28,11 +28,12 @@ impl Lag {
     /// Expected values.
     const EXPECTED: &str = "\"full\", \"auto\", or a number from 0.1 to 4000";
 
-    /// The lag, given the measured one; none if that is needed and not known yet.
+    /// The lag, given the measured one, and the time that drives take of a full one; none if the measured one is needed and not known yet.
     #[must_use]
-    pub fn of(self, delay: Span, measured: Option<Span>) -> Option<Span> {
+    pub fn of(self, delay: Span, measured: Option<Span>, dead_time: Span) -> Option<Span> {
         match self {
-            Self::Full => Some(delay),
+            // Otherwise the drives would be given predictions of what is known.
+            Self::Full => Some((delay - dead_time).max(Span::ZERO)),
             Self::Auto => Some(measured?.min(delay)),
             Self::Fixed(lag) => Some(lag.span().min(delay)),
         }
@@ -148,7 +149,10 @@ mod tests {
             (fixed(3.0), None, Some(Span::from_millis(3))),
             (fixed(30.0), Some(long), Some(delay)),
         ] {
-            assert_eq!(lag.of(delay, measured), expected, "{lag:?}");
+            assert_eq!(lag.of(delay, measured, Span::ZERO), expected, "{lag:?}");
         }
+        let full = |dead_time| Lag::Full.of(delay, None, Span::from_millis(dead_time));
+        assert_eq!(full(4), Some(Span::from_millis(16)));
+        assert_eq!(full(30), Some(Span::ZERO));
     }
 }

@@ -40,9 +40,7 @@ impl FarNode {
                 None => Spare::Is(Span::ZERO),
                 Some(delay) => {
                     let measured = *measured.get_or_insert_with(|| self.measured_lag());
-                    match self.lag.of(delay, measured) {
-                        // Otherwise the drives would be given predictions of what is known.
-                        Some(_) if self.lag == Lag::Full => Spare::Is(self.dead_time.min(delay)),
+                    match self.lag.of(delay, measured, self.dead_time) {
                         Some(lag) => Spare::Is(delay - lag),
                         None => Spare::Pending,
                     }

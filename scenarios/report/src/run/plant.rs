@@ -5,9 +5,7 @@ use coaxle_lab::read;
 use coaxle_lab::scenario::Scenario;
 use coaxle_lab::summary::{ReceiverSummary, Summary};
 use coaxle_receiver::config::FarChannel;
-use coaxle_topology::{
-    AxisOrigin, FarReference, MeasuredStage, PlantAnalysis, PlantNode, WaySource,
-};
+use coaxle_topology::{AxisOrigin, FarReference, MeasuredWay, PlantAnalysis, PlantNode};
 
 use super::Report;
 use crate::print;
@@ -74,14 +72,10 @@ fn of_axis<'s>(
 fn measure(far: &mut FarReference, measured: &ReceiverSummary) {
     let signals = &measured.last.far;
     let time = |micros: Option<f64>| micros.map(Span::from_micros_f64);
-    if let Some(delay) = time(signals.delay_us) {
-        far.way = WaySource::Measured {
-            delay,
-            needed: time(signals.needed_present_after_us),
-        };
-    }
-    far.measured = Some(MeasuredStage {
-        present_after: time(signals.present_after_us).unwrap_or_default(),
+    far.measure(&MeasuredWay {
+        delay: time(signals.delay_us),
+        needed: time(signals.needed_present_after_us),
+        present_after: time(signals.present_after_us),
         lag: time(signals.presentation_lag_us),
     });
 }

@@ -9,7 +9,7 @@ use coaxle_node::Channel;
 use coaxle_node::circles::AxisAddress;
 use coaxle_node::config::Unit;
 use coaxle_topology::{
-    AxisOrigin, FarReference, LagRule, MeasuredStage, PlantAxis, PlantNode, PlantRole, RootMotion,
+    AxisOrigin, FarReference, LagRule, MeasuredWay, PlantAxis, PlantNode, PlantRole, RootMotion,
     Showing, WaySource, about_from_json,
 };
 use serde_json::{Map, Value};
@@ -84,19 +84,12 @@ fn measure(far: &mut FarReference, status: &Map<String, Value>) {
     };
     let measured = &status.get("far").unwrap_or(&Value::Null)[source.node.as_str()];
     let time = |name: &str| measured[name].as_f64().map(Span::from_micros_f64);
-    if let Some(delay) = time("delay_us") {
-        far.way = WaySource::Measured {
-            delay,
-            needed: time("needed_present_after_us"),
-        };
-    }
-    let present_after = time("present_after_us").unwrap_or_default();
-    let lag = time("presentation_lag_us");
-    far.measured = Some(MeasuredStage { present_after, lag });
-    // A receiver that shows the newest values has no lag.
-    if far.showing != Showing::AsReceived && lag.is_none() {
-        far.showing = Showing::Now;
-    }
+    far.measure(&MeasuredWay {
+        delay: time("delay_us"),
+        needed: time("needed_present_after_us"),
+        present_after: time("present_after_us"),
+        lag: time("presentation_lag_us"),
+    });
 }
 
 /// A node that does not describe its axes, by its status: slaves without their masters in the node.
