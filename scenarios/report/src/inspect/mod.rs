@@ -12,7 +12,7 @@ use coaxle_os::exit::wrong_argument;
 
 pub use charts::{Charts, LevelLine, Sampled};
 pub use tables::{cells, right, table};
-pub use text::{QUANTITIES, name, shown};
+pub use text::{QUANTITIES, name, shown, shown_to};
 
 /// Prints the answer that `run` writes and returns what it returns. A reader that has seen enough,
 /// as `head` has, is no error.

@@ -8,7 +8,13 @@ pub const QUANTITIES: [&str; 4] = ["position", "velocity", "acceleration", "jerk
 /// Formats a number in at most ten digits, for people.
 pub fn shown(value: f64) -> String {
     // Digits beyond the tenth are the rounding of calculations: 0.1 + 0.2 is 0.3.
-    let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
+    shown_to(value, 10)
+}
+
+/// Formats a number in at most so many digits, 1 to ten, for people.
+pub fn shown_to(value: f64, digits: usize) -> String {
+    let behind = digits - 1;
+    let rounded: f64 = format!("{value:.behind$e}").parse().unwrap_or(value);
     if rounded == 0.0 {
         "0".to_owned()
     // Ten digits need no exponent in this range.

@@ -4,6 +4,7 @@ use std::io::BufRead;
 use std::net::IpAddr;
 
 use clap::ValueEnum;
+use coaxle_host::network::transport::is_local;
 use coaxle_node::keys::NodeName;
 use coaxle_report::inspect;
 
@@ -34,15 +35,14 @@ impl PlacedNode {
 
     /// True if it is on this PC alone.
     pub(super) fn is_local(&self) -> bool {
-        let address = self.host.parse::<IpAddr>();
-        address.map_or(self.host == "localhost", |address| address.is_loopback())
+        is_local(&self.endpoint("tcp", 0))
     }
 
-    /// Address of its PC, as a part of an endpoint.
-    pub(super) fn in_endpoint(&self) -> String {
+    /// Endpoint at which others reach it.
+    pub(super) fn endpoint(&self, protocol: &str, port: u16) -> String {
         match self.host.parse() {
-            Ok(IpAddr::V6(address)) => format!("[{address}]"),
-            _ => self.host.clone(),
+            Ok(IpAddr::V6(address)) => format!("{protocol}/[{address}]:{port}"),
+            _ => format!("{protocol}/{}:{port}", self.host),
         }
     }
 }

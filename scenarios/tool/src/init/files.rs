@@ -118,8 +118,7 @@ fn transport(plan: &StartPlan, node: &PlacedNode, port: u16, to: Option<&PlacedN
     }
     text += &format!("listen = [\"{protocol}/{at}:{port}\"]\n");
     if let Some(to) = to {
-        let host = to.in_endpoint();
-        text += &format!("connect = [\"{protocol}/{host}:{LEAD_PORT}\"]\n");
+        text += &format!("connect = [\"{}\"]\n", to.endpoint(protocol, LEAD_PORT));
     }
     if plan.is_secure {
         text += &format!("secure = \"{NETWORK}/{}\"\n", node.name);

@@ -29,6 +29,7 @@ use serde_json::Value;
 
 pub use get::{GetArgs, get};
 pub use nodes::{NodesArgs, nodes};
+pub(crate) use plain::COVERED;
 pub(crate) use reading::StatusFields;
 pub use wait::{WaitArgs, wait};
 pub(crate) use words::{UNKNOWN, micros};

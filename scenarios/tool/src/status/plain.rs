@@ -11,7 +11,7 @@ use super::words::{UNKNOWN, beat_period, drift, micros, or_unknown, seconds};
 
 /// Standard deviations of the line that the error of far time may reach, where no larger uncertainty of the delay is known.
 // 99.7 % of a normal distribution.
-const COVERED: f64 = 3.0;
+pub(crate) const COVERED: f64 = 3.0;
 /// A status that is older than this was the last one, s.
 // Eight statuses of 250 ms have failed to come.
 const OLD: f64 = 2.0;

@@ -4,14 +4,12 @@
 
 use serde::Serialize;
 
-use crate::status::StatusFields;
+use crate::status::{COVERED, StatusFields};
 
 /// Velocity at which an axis that stands is compared, u/s.
 const USUAL_VELOCITY: f64 = 1_000.0;
 /// Slowest motion that counts as one, u/s.
 const MOVING: f64 = 1e-6;
-/// Standard deviations that are called the greatest error: 99.7 % of a normal distribution.
-const COVERED: f64 = 3.0;
 /// Share of lost messages that is worth a word.
 const MUCH_LOSS: f64 = 1e-3;
 /// Part of the largest error from which on another one counts.

@@ -15,7 +15,7 @@ use coaxle_host::cli::NetworkArgs;
 use coaxle_host::client::Watcher;
 use coaxle_node::keys::NodeName;
 use coaxle_os::exit::Exit;
-use coaxle_report::inspect;
+use coaxle_report::inspect::{self, shown_to};
 use serde_json::{Map, Value};
 
 use crate::status::{StatusFields, gather, micros};
@@ -111,24 +111,18 @@ fn size(finding: &LimitingCause) -> String {
         parts.push(micros(time));
     }
     if let Some(way) = &finding.way {
-        parts.push(format!("{} {}", rounded(way.by), way.unit));
+        parts.push(format!("{} {}", shown_to(way.by, 3), way.unit));
     }
     if parts.is_empty() {
         return String::new();
     }
     let way = finding.way.as_ref();
     let velocity = way.and_then(|way| Some((way.at_velocity?, &way.unit)));
-    let velocity = velocity.map(|(velocity, unit)| format!(" at {} {unit}/s", rounded(velocity)));
+    let velocity =
+        velocity.map(|(velocity, unit)| format!(" at {} {unit}/s", shown_to(velocity, 3)));
     format!(
         ", at most {}{}",
         parts.join(" or "),
         velocity.unwrap_or_default()
     )
-}
-
-/// A number with three digits that count.
-fn rounded(number: f64) -> String {
-    let text = format!("{number:.2e}");
-    text.parse::<f64>()
-        .map_or(text, |number| number.to_string())
 }
