@@ -11,7 +11,7 @@ pub fn shown(value: f64) -> String {
     shown_to(value, 10)
 }
 
-/// Formats a number in at most so many digits, 1 to ten, for people.
+/// Formats a number in at most this number of digits, 1 to 10, for people.
 pub fn shown_to(value: f64, digits: usize) -> String {
     let behind = digits - 1;
     let rounded: f64 = format!("{value:.behind$e}").parse().unwrap_or(value);
