@@ -1,6 +1,7 @@
 //! Properties of every system, and of the one this was built for.
 
 use std::process::Command;
+use std::sync::mpsc;
 
 use super::{Os, Portable, Readers, System};
 
@@ -34,16 +35,11 @@ fn wishes_that_nobody_can_grant_have_a_reason() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_thread_hands_its_priority_on_and_drops_it() {
-    let named = |name: &str| {
-        let name = name.to_owned();
-        move || Os::priorities().into_iter().find(|(of, _)| *of == name)
-    };
-    let thread = |name: &str, work: fn() -> ()| {
-        let builder = std::thread::Builder::new().name(name.to_owned());
-        builder.spawn(work).unwrap()
-    };
-    fn sleep() {
-        Os::sleep_until_ns(Os::clock_ns() + 200_000_000);
+    fn priority_of(name: &str) -> Option<u8> {
+        Os::priorities()
+            .into_iter()
+            .find(|(of, _)| of == name)
+            .map(|(_, priority)| priority)
     }
     std::thread::Builder::new()
         // A name with a parenthesis, by which the fields of `stat` are separated.
@@ -53,12 +49,22 @@ fn a_thread_hands_its_priority_on_and_drops_it() {
                 assert!(reason.contains("CAP_SYS_NICE"), "{reason}");
                 return;
             }
-            let inherits = thread("inherits", sleep);
-            assert_eq!(named("raised (1)")(), Some(("raised (1)".to_owned(), 3)));
-            assert_eq!(named("inherits")(), Some(("inherits".to_owned(), 3)));
+            // A thread has its name only once it runs itself, and is listed until it ends.
+            let (runs, until_it_runs) = mpsc::channel();
+            let (may_end, until_it_may_end) = mpsc::channel::<()>();
+            let inherits = std::thread::Builder::new()
+                .name("inherits".to_owned())
+                .spawn(move || {
+                    runs.send(()).unwrap();
+                    until_it_may_end.recv().unwrap_err();
+                });
+            until_it_runs.recv().unwrap();
+            assert_eq!(priority_of("raised (1)"), Some(3));
+            assert_eq!(priority_of("inherits"), Some(3));
             Os::drop_priority().unwrap();
-            assert_eq!(named("raised (1)")(), None);
-            inherits.join().unwrap();
+            assert_eq!(priority_of("raised (1)"), None);
+            drop(may_end);
+            inherits.unwrap().join().unwrap();
         })
         .unwrap()
         .join()
