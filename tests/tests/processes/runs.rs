@@ -330,7 +330,8 @@ fn every_drive_shows_one_instant_of_the_master() {
             own
         };
         let shown = figure(name, "shown_position_error_max").expect("judged");
-        let most = 800e-6 * 2.0 * stated_us + 0.001;
+        // On a busy machine the uncertainty was larger before its last cycle: 24 µs beside one of 14. Drives that showed what has just come would be 200 ms apart, by 160 mm.
+        let most = 800e-6 * (2.0 * stated_us + 100.0);
         assert!(
             shown <= most,
             "{name}: {shown} mm of {most}, stated {stated_us} µs"
