@@ -9,7 +9,7 @@
 //! slave of several masters sees all of them at one instant, and slaves of different masters are alike. An axis that
 //! leaves more has a longer lag instead.
 
-use coaxle_clock::Span;
+use coaxle_clock::{SlewedSpan, Span};
 use coaxle_slave::MOST_HELD_BACK;
 
 /// What an axis leaves of the time by which it is shown later.
@@ -42,28 +42,12 @@ pub(crate) struct HoldBack {
     is_possible: bool,
     /// True if others follow far axes, which move while the slaves stand.
     moves_always: bool,
-    by: Span,
+    by: SlewedSpan,
     /// Hold-back that it is led to.
     target: Span,
     is_decided: bool,
-    course: Option<HoldBackChange>,
 }
 
-/// A slewed change.
-#[derive(Clone, Copy, Debug)]
-struct HoldBackChange {
-    from: Span,
-    change: Span,
-    passed: Span,
-    lasts: Span,
-}
-
-/// Duration of a change by the change: its greatest rate is 15/8 of their quotient, 0.94 ‰.
-// A step of the rate would be one of the velocity, which no limited axis follows. With a quintic the set values of an axis at
-// 1 m/s are accelerated by 2 mm/s² over a change by a millisecond.
-const SLOWNESS: i64 = 2_000;
-/// Greatest change at once, which takes 10 s: then the need is looked at again.
-const MOST_AT_ONCE: Span = Span::from_millis(5);
 /// Cycles by which the hold-back stays shorter than it might be, and a sixteenth of it: the measured lag rises and falls by
 /// the resolution of its statistics.
 const RESERVE_CYCLES: i64 = 4;
@@ -74,10 +58,9 @@ impl HoldBack {
             cycle,
             is_possible,
             moves_always,
-            by: Span::ZERO,
+            by: SlewedSpan::new(Span::ZERO),
             target: Span::ZERO,
             is_decided: !is_possible,
-            course: None,
         }
     }
 
@@ -88,7 +71,7 @@ impl HoldBack {
 
     /// The hold-back of the newest cycle.
     pub(crate) const fn by(&self) -> Span {
-        self.by
+        self.by.now()
     }
 
     /// True once it is known how long it is to be at first. Until then no slave follows an axis that is shown later: the
@@ -100,15 +83,7 @@ impl HoldBack {
     /// Runs one cycle, `passed` after the one before. It is slewed while slaves move, and changes at once, if by much, while
     /// they stand.
     pub(crate) fn advance(&mut self, passed: Span, spare: Spare, stand: impl FnOnce() -> bool) {
-        if !self.is_possible {
-            return;
-        }
-        if let Some(course) = &mut self.course {
-            course.passed += passed;
-            self.by = course.at();
-            if course.passed >= course.lasts {
-                self.course = None;
-            }
+        if !self.is_possible || self.by.advance(passed) {
             return;
         }
         let Spare::Is(spare) = spare else {
@@ -120,42 +95,24 @@ impl HoldBack {
         if spare < self.target || spare >= self.target + reserve || is_first {
             self.target = spare;
         }
-        let change = self.target - self.by;
+        let change = self.target - self.by.now();
         if change == Span::ZERO {
             return;
         }
         // A jump interrupts the far axes: a small one is not worth it.
-        let may_jump = is_first || (!self.moves_always && change.abs() > MOST_AT_ONCE);
+        let may_jump = is_first || (!self.moves_always && change.abs() > SlewedSpan::MOST_AT_ONCE);
         if may_jump && stand() {
-            self.by += change;
+            self.by.set(self.target);
             return;
         }
-        let most = self.whole(MOST_AT_ONCE).max(self.cycle);
-        let change = change.min(most).max(Span::ZERO - most);
-        self.course = Some(HoldBackChange {
-            from: self.by,
-            change,
-            passed: Span::ZERO,
-            lasts: change.abs() * SLOWNESS,
-        });
+        let most = self.whole(SlewedSpan::MOST_AT_ONCE).max(self.cycle);
+        self.by.lead_by(change.min(most).max(Span::ZERO - most));
     }
 
     /// Whole cycles of a time: set values that wait for whole cycles are shown with their own bits.
     fn whole(&self, time: Span) -> Span {
         let cycles = time.as_nanos().max(0) / self.cycle.as_nanos().max(1);
         self.cycle * cycles.min(i64::from(MOST_HELD_BACK))
-    }
-}
-
-impl HoldBackChange {
-    fn at(&self) -> Span {
-        if self.passed >= self.lasts {
-            return self.from + self.change;
-        }
-        let x = self.passed.as_secs_f64() / self.lasts.as_secs_f64();
-        let share = x * x * x * (10.0 + x * (6.0 * x - 15.0));
-        let part = self.change.as_nanos() as f64 * share;
-        self.from + Span::from_nanos(part as i64)
     }
 }
 

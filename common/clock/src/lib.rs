@@ -31,6 +31,7 @@ pub mod instant;
 mod numbers;
 pub mod observer;
 mod straight_line;
+mod slewed_span;
 pub mod time_sync;
 pub mod timing;
 #[cfg(feature = "perturb")]
@@ -47,6 +48,7 @@ pub use instant::{Domain, Instant, Local, Remote, Seconds, Span};
 pub use observer::PhaseObserver;
 
 /// Iterates over the tuned constants of all blocks.
+pub use slewed_span::SlewedSpan;
 #[cfg(feature = "perturb")]
 pub fn tuned_blocks() -> impl Iterator<Item = &'static tuning::TunedBlock> {
     let others = [
